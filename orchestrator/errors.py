@@ -1,0 +1,45 @@
+"""The three ways a run can end badly, each carrying what a person needs to act on it."""
+
+from __future__ import annotations
+
+
+class CaseError(Exception):
+    """What the user gave cannot be used (exit code 2).
+
+    `file` is the file concerned ("" where the raising stage does not know it: the driver fills it in with
+    `in_file`), `key` the dotted key, block or joint in it, `problem` what is wrong, `remedy` what would be right.
+    """
+
+    def __init__(self, key: str, problem: str, remedy: str, file: str = "") -> None:
+        super().__init__(key, problem, remedy, file)
+        self.key, self.problem, self.remedy, self.file = key, problem, remedy, file
+
+    def __str__(self) -> str:
+        place = ": ".join(part for part in (self.file, self.key) if part)
+        return f"{place}: {self.problem}; {self.remedy}"
+
+    def in_file(self, file: str) -> CaseError:
+        """Return the same error naming `file`, unless it names one already."""
+        return self if self.file else CaseError(self.key, self.problem, self.remedy, file)
+
+
+class ConvergenceError(Exception):
+    """A solver gave up (exit code 1 when nothing above can go on): `stage` names it, `where` says at what point."""
+
+    def __init__(self, stage: str, where: str) -> None:
+        super().__init__(stage, where)
+        self.stage, self.where = stage, where
+
+    def __str__(self) -> str:
+        return f"{self.stage}: {self.where}"
+
+
+class ResultError(Exception):
+    """A run finished but a check of its result failed (exit code 3): `check` names it, `detail` has the figures."""
+
+    def __init__(self, check: str, detail: str) -> None:
+        super().__init__(check, detail)
+        self.check, self.detail = check, detail
+
+    def __str__(self) -> str:
+        return f"result not valid: {self.check}: {self.detail}"

@@ -1,0 +1,107 @@
+"""What micro limit analysis returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from orchestrator.masonry.wall import FloatArray, read_only
+
+Scale = Literal["unit_power", "unit_displacement"]
+FlowRule = Literal["associative", "sequence", "dilation_shift"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mechanism:
+    """Velocities of n blocks and relative rates at k joints, defined up to one positive factor.
+
+    velocities (n, 3): u, v (m/s) of the centroid and rotation rate (rad/s, counter-clockwise); zero for supports.
+    opening (k, 2): rate at the start and end of each joint, positive apart, m/s.
+    slip (k,): tangential velocity of block j relative to block i along the joint's tangent, m/s.
+    largest_displacement: largest velocity of any block corner, m/s (what `unit_displacement` sets to 1).
+    """
+
+    velocities: FloatArray
+    opening: FloatArray
+    slip: FloatArray
+    largest_displacement: float
+
+    def scaled(self, scale: Scale) -> Mechanism:
+        """Return the mechanism in one of the two named scales.
+
+        `unit_power` (as the LP returns it): live load power f_L . u = 1 in N and m. `unit_displacement`: the largest
+        displacement of any block corner is 1.
+        """
+        if scale == "unit_power":
+            return self
+        factor = 1.0 / self.largest_displacement
+        return replace(
+            self,
+            velocities=read_only(self.velocities * factor),
+            opening=read_only(self.opening * factor),
+            slip=read_only(self.slip * factor),
+            largest_displacement=1.0,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LinearProgramRecord:
+    """One linear program of a sequence: what it gave and what it cost."""
+
+    load_multiplier: float
+    parameter: float
+    """seed cohesion (units of the mean block weight) in the sequence, relaxation in the shift iteration, else 0"""
+    iterations: int
+    seconds: float
+    status: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LimitState:
+    """A collapse state. joint_forces (k, 3) in N: normal force at start, at end (compression positive), shear.
+
+    Shear is the force along the joint's tangent that block i exerts on block j.
+    Residuals are relative: equilibrium to the total weight, yield to the mean block weight, power to the live
+    load's power (0 = exact balance); dilation is the largest |opening| that accompanies slip on a closed sliding joint
+    relative to the largest displacement (0 for a non-associative state).
+    """
+
+    flow_rule: FlowRule
+    load_multiplier: float
+    joint_forces: FloatArray
+    mechanism: Mechanism
+    records: tuple[LinearProgramRecord, ...]
+    converged: bool
+    equilibrium_residual: float
+    yield_residual: float
+    power_residual: float
+    dilation: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LimitAnalysis:
+    """All answers for one load direction: associative always; the two non-associative ones or why there is none.
+
+    `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N.
+    """
+
+    load_direction: int
+    weight: float
+    associative: LimitState
+    sequence: LimitState | None
+    dilation_shift: LimitState | None
+    remarks: tuple[str, ...]
+    seconds: float
+
+    @property
+    def headline(self) -> LimitState:
+        """The state that is reported and that the macroblocks come from: sequence, else shift, else associative."""
+        return self.sequence or self.dilation_shift or self.associative
+
+    @property
+    def non_associative_range(self) -> tuple[float, float] | None:
+        """Smallest and largest non-associative multiplier found, or None where there is none."""
+        found = [s.load_multiplier for s in (self.sequence, self.dilation_shift) if s is not None]
+        return (float(np.min(found)), float(np.max(found))) if found else None

@@ -1,0 +1,1 @@
+"""The wall as drawn: blocks, where they come from, and what they must satisfy."""
