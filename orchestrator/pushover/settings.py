@@ -1,0 +1,59 @@
+"""Settings of the FE pushover, declared beside the mechanics that use them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Ge, Gt, Le, Lt
+
+from orchestrator.units import Unit
+
+
+@dataclass(frozen=True, slots=True)
+class ElasticSettings:
+    """Isotropic linear elasticity of every stone."""
+
+    elastic_modulus: Annotated[float, Unit("Pa"), Gt(0)] = 3.5e9
+    poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class ContactSettings:
+    """Friction is a penalty that reaches Coulomb's limit at an elastic slip of `slip_tolerance`."""
+
+    slip_tolerance: Annotated[float, Unit("m"), Gt(0)] = 1e-5
+
+
+@dataclass(frozen=True, slots=True)
+class NewtonSettings:
+    """When an increment is solved, and when it is given up."""
+
+    residual: Annotated[float, Gt(0), Lt(1e-3)] = 1e-8
+    """largest out-of-balance force over the weight (Euclidean norms)"""
+    gap: Annotated[float, Unit("m"), Gt(0)] = 1e-12
+    """largest gap of a closed contact"""
+    iterations: Annotated[int, Ge(3), Le(200)] = 14
+    distribute_above: Annotated[int, Ge(0)] = 50_000
+    """unknowns above which all ranks share one linear system; below, one rank is faster and the others wait"""
+
+
+@dataclass(frozen=True, slots=True)
+class SteppingSettings:
+    """Gravity, load ramp, displacement control: how the load path is followed."""
+
+    gravity_increments: Annotated[int, Ge(1), Le(1000)] = 5
+    load_rate: Annotated[float, Unit("1/s"), Gt(0)] = 0.2
+    """growth of the load multiplier per second in the ramp"""
+    time_step: Annotated[float, Unit("s"), Gt(0)] = 0.05
+    """largest time step of the ramp"""
+    inertia_share: Annotated[float, Gt(0), Lt(1)] = 5e-4
+    """the ramp ends when (load multiplier x weight - base shear) / weight exceeds this"""
+    proximal_time: Annotated[float, Unit("s"), Gt(0)] = 1.0
+    """in displacement control, M (u - u_n) / proximal_time^2 holds loose blocks"""
+    displacement_increment: Annotated[float, Unit("m"), Gt(0)] = 5e-4
+    """largest increment of the mass-weighted mean displacement"""
+    final_displacement: Annotated[float, Unit("m"), Gt(0)] = 0.02
+    """the curve ends at this displacement of the top"""
+    largest_increments: Annotated[int, Ge(1)] = 2000
+    """the curve ends after so many increments"""
