@@ -26,9 +26,9 @@ class CaseError(Exception):
 class ConvergenceError(Exception):
     """A solver gave up (exit code 1 when nothing above can go on): `stage` names it, `where` says at what point."""
 
-    def __init__(self, stage: str, where: str) -> None:
-        super().__init__(stage, where)
-        self.stage, self.where = stage, where
+    def __init__(self, stage: str, where: str, iterations: int = 0) -> None:
+        super().__init__(stage, where, iterations)
+        self.stage, self.where, self.iterations = stage, where, iterations
 
     def __str__(self) -> str:
         return f"{self.stage}: {self.where}"

@@ -1,0 +1,61 @@
+"""Friction between two bodies: a penalty whose stiffness follows the pressure (numpy only).
+
+With normal force lambda >= 0 (a nodal force, N), coefficient of friction mu and slip tolerance gamma (m):
+
+    p   = q_n + B_t (u - u_n)                       trial elastic slip, m
+    q   = p                      if |p| <= gamma    stick
+          gamma p / |p|          otherwise          slip
+    tau = mu lambda q / gamma                       so that |tau| <= mu lambda holds identically
+
+The return map does not depend on lambda. Tangents (both kept, which makes the system unsymmetric):
+
+    d tau / d p      = mu lambda D / gamma,   D = I (stick),  gamma/|p| (I - p p^T / |p|^2) (slip)
+    d tau / d lambda = mu q / gamma   (lambda > 0)
+
+Source: the "stiffness method" with slip tolerance of general-purpose contact codes; P. Wriggers, Computational Contact
+Mechanics, 2nd ed., Springer 2006, return mapping for friction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from orchestrator.masonry.wall import FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FrictionResponse:
+    """traction (c, 2) in N, elastic_slip (c, 2) in m, sliding (c,), and the tangents.
+
+    slip_stiffness (c, 2, 2) in N/m = d traction / d trial slip; pressure_slope (c, 2) = d traction / d normal force.
+    """
+
+    traction: FloatArray
+    elastic_slip: FloatArray
+    sliding: npt.NDArray[np.bool_]
+    slip_stiffness: FloatArray
+    pressure_slope: FloatArray
+
+
+def friction_response(
+    trial_slip: FloatArray, normal_force: FloatArray, friction: FloatArray, slip_tolerance: float
+) -> FrictionResponse:
+    """Return tractions and tangents of c contacts: trial_slip (c, 2) in m, normal_force (c,) in N, friction (c,)."""
+    length = np.linalg.norm(trial_slip, axis=1)
+    sliding = length > slip_tolerance
+    shrink = np.where(sliding, slip_tolerance / np.maximum(length, slip_tolerance), 1.0)
+    direction = np.where(sliding[:, None], trial_slip / np.maximum(length, slip_tolerance)[:, None], 0.0)
+    elastic_slip = shrink[:, None] * trial_slip
+    pressure_slope = np.where(normal_force > 0.0, friction, 0.0)[:, None] * elastic_slip / slip_tolerance
+    limit = friction * np.maximum(normal_force, 0.0)
+    projector = np.eye(2) - direction[:, :, None] * direction[:, None, :]
+    return FrictionResponse(
+        traction=limit[:, None] * elastic_slip / slip_tolerance,
+        elastic_slip=elastic_slip,
+        sliding=sliding,
+        slip_stiffness=(limit / slip_tolerance * shrink)[:, None, None] * projector,
+        pressure_slope=pressure_slope,
+    )

@@ -1,0 +1,179 @@
+"""The Newton system of one increment: constant sparsity pattern, values linear in the contacts' coefficients.
+
+Unknowns (du, dlambda / kappa, dalpha), kappa = contact stiffness, which brings all entries to one magnitude:
+
+    [ K + M/dt^2 + B_t^T T B_t   kappa (-B_n^T + B_t^T S)   -f_h ]
+    [ kappa B_n (active)         kappa I (inactive)           0  ]
+    [ mean row (displacement) | 0    0       0 | 1 (prescribed)  ]
+
+T (2, 2) = d tau / d slip and S (2,) = d tau / d lambda of each contact. Every value is therefore
+
+    data = K + M/dt^2 + scatter @ coefficients
+
+with one constant sparse matrix `scatter`; MUMPS analyses the pattern once (explicit zeros are kept).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sparse
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from orchestrator.errors import ConvergenceError
+from orchestrator.masonry.wall import FloatArray, IntArray
+from orchestrator.pushover.contact_law import FrictionResponse
+from orchestrator.pushover.model import ContactModel
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pattern:
+    """CSR pattern (indptr, indices) with the constant values of K and M in it, and `scatter` (nonzeros, coefficients).
+
+    Coefficients in order: T (4 c), S (2 c), active (c), displacement control (1), one (1).
+    """
+
+    indptr: IntArray
+    indices: IntArray
+    stiffness: FloatArray
+    mass: FloatArray
+    scatter: sparse.csr_matrix
+
+
+def coefficients(
+    response: FrictionResponse, active: npt.NDArray[np.bool_], displacement_control: bool
+) -> FloatArray:
+    """Return the coefficients (7 c + 2,) that multiply `Pattern.scatter`."""
+    return np.concatenate(
+        [
+            (response.slip_stiffness * active[:, None, None]).ravel(),
+            response.pressure_slope.ravel(),
+            active.astype(float),
+            [float(displacement_control), 1.0],
+        ]
+    )
+
+
+def make_pattern(model: ContactModel) -> Pattern:
+    """Build the constant pattern of the model's Newton system."""
+    n, c = len(model.gravity), len(model.contacts)
+    kappa, alpha = model.contact_stiffness, n + c
+    control, one = 7 * c, 7 * c + 1
+    contact = np.arange(c)
+    normal, tangential = model.normal_rows.tocoo(), model.tangential_rows.tocoo()
+    entries = [
+        _slip_stiffness_entries(model),
+        # u-lambda: -kappa B_n^T, kappa B_t^T S;  lambda-u: kappa B_n while active;  lambda-lambda: 1 - active
+        (normal.col, n + normal.row, -kappa * normal.data, np.full(normal.nnz, one)),
+        (tangential.col, n + tangential.row // 2, kappa * tangential.data, 4 * c + tangential.row),
+        (n + normal.row, normal.col, kappa * normal.data, 6 * c + normal.row),
+        (n + contact, n + contact, np.full(c, kappa), np.full(c, one)),
+        (n + contact, n + contact, np.full(c, -kappa), 6 * c + contact),
+        *_border_entries(model, alpha, control, one),
+    ]
+    row, column, value, coefficient = (np.concatenate([entry[k] for entry in entries]) for k in range(4))
+    elastic = model.stiffness.tocoo()
+    key = np.concatenate([row, elastic.row]) * np.int64(alpha + 1) + np.concatenate([column, elastic.col])
+    slots, slot = np.unique(key, return_inverse=True)
+    scatter = sparse.csr_matrix((value, (slot[: len(row)], coefficient)), shape=(len(slots), 7 * c + 2))
+    stiffness = np.bincount(slot[len(row) :], elastic.data, len(slots))
+    return Pattern(
+        indptr=np.searchsorted(slots // (alpha + 1), np.arange(alpha + 2)).astype(np.int32),
+        indices=(slots % (alpha + 1)).astype(np.int32),
+        stiffness=stiffness,
+        mass=_in_slots(model.mass, slots, alpha + 1),
+        scatter=scatter,
+    )
+
+
+def _slip_stiffness_entries(model: ContactModel) -> tuple[npt.NDArray, ...]:
+    """Return rows, columns, values and coefficient numbers of B_t^T T B_t, T being 4 coefficients a contact."""
+    b_t = model.tangential_rows
+    parts = []
+    for a in range(2):
+        for b in range(2):
+            first, second = b_t[a::2].tocsr(), b_t[b::2].tocsr()
+            count_a, count_b = np.diff(first.indptr), np.diff(second.indptr)
+            contact = np.repeat(np.arange(first.shape[0]), count_a * count_b)
+            within = np.arange(len(contact)) - np.repeat(
+                np.cumsum(count_a * count_b) - count_a * count_b, count_a * count_b
+            )
+            i = first.indptr[contact] + within // count_b[contact]
+            j = second.indptr[contact] + within % count_b[contact]
+            parts.append(
+                (first.indices[i], second.indices[j], first.data[i] * second.data[j], 4 * contact + 2 * a + b)
+            )
+    return tuple(np.concatenate([part[k] for part in parts]) for k in range(4))
+
+
+def _border_entries(model: ContactModel, alpha: int, control: int, one: int) -> list[tuple[npt.NDArray, ...]]:
+    """Return the entries of the column -f_h, of the mean row, and of the corner 1 - displacement control."""
+    loaded = np.flatnonzero(model.lateral)
+    scale = model.contact_stiffness
+    corner = np.array([alpha])
+    return [
+        (loaded, np.full(len(loaded), alpha), -model.lateral[loaded], np.full(len(loaded), control)),
+        (np.full(len(loaded), alpha), loaded, scale * model.mean_row[loaded], np.full(len(loaded), control)),
+        (corner, corner, np.array([scale]), np.array([one])),
+        (corner, corner, np.array([-scale]), np.array([control])),
+    ]
+
+
+def _in_slots(matrix: sparse.csr_matrix, slots: IntArray, width: int) -> FloatArray:
+    entries = matrix.tocoo()
+    slot = np.searchsorted(slots, entries.row * np.int64(width) + entries.col)
+    return np.bincount(slot, entries.data, len(slots))
+
+
+class LinearSystem:
+    """MUMPS on the constant pattern; use as a context manager. The same solution is returned on every rank."""
+
+    def __init__(self, model: ContactModel, comm: MPI.Comm) -> None:
+        self._pattern = make_pattern(model)
+        self._comm = comm
+        size = len(self._pattern.indptr) - 1
+        rows = PETSc.Mat().createAIJ(((None, size), (None, size)), comm=comm)
+        rows.setUp()
+        first, last = rows.getOwnershipRange()
+        rows.destroy()
+        self._rows = slice(first, last)
+        self._slots = slice(int(self._pattern.indptr[first]), int(self._pattern.indptr[last]))
+        self._indptr = self._pattern.indptr[first : last + 1] - self._pattern.indptr[first]
+        self._indices = self._pattern.indices[self._slots]
+        local = (last - first, size)
+        self._matrix = PETSc.Mat().createAIJ(
+            (local, local), csr=(self._indptr, self._indices, np.ones(len(self._indices))), comm=comm
+        )
+        self._right, self._solution = self._matrix.createVecs()
+        self._solver = PETSc.KSP().create(comm)
+        self._solver.setOperators(self._matrix)
+        self._solver.setType("preonly")
+        preconditioner = self._solver.getPC()
+        preconditioner.setType("lu")
+        preconditioner.setFactorSolverType("mumps")
+        preconditioner.setFactorSetUpSolverType()
+        preconditioner.getFactorMatrix().setMumpsIcntl(14, 100)  # room for delayed pivots, per cent
+
+    def __enter__(self) -> LinearSystem:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for item in (self._solver, self._matrix, self._right, self._solution):
+            item.destroy()
+
+    def solve(self, contact_coefficients: FloatArray, time_step: float, right: FloatArray) -> FloatArray:
+        """Return the solution (unknowns,) for `right` (unknowns,). Raises ConvergenceError on a failed factorisation."""
+        pattern = self._pattern
+        values = pattern.stiffness + pattern.mass / time_step**2 + pattern.scatter @ contact_coefficients
+        self._matrix.setValuesCSR(self._indptr, self._indices, values[self._slots])
+        self._matrix.assemble()
+        self._right.setArray(right[self._rows])
+        self._solver.solve(self._right, self._solution)
+        reason = self._solver.getConvergedReason()
+        solution = np.concatenate(self._comm.allgather(self._solution.getArray()))
+        if reason < 0 or not np.isfinite(solution).all():
+            raise ConvergenceError("linear solver", f"MUMPS failed (PETSc reason {reason})")
+        return solution

@@ -1,0 +1,177 @@
+"""Active-set Newton for one increment (semismooth Newton on the complementarity of gap and normal force).
+
+Residuals, with the active (closed) set A = {lambda - c g >= 0}:
+
+    R_u = K u + M (u - u_ref)/dt^2 - f_g - alpha f_h - B_n^T lambda + B_t^T tau(lambda, q_n + B_t (u - u_n))
+    g_A = 0,   lambda_I = 0,   and either alpha or the mean displacement is prescribed.
+
+S. Hueeber, B. Wohlmuth, CMAME 194 (2005) 3147-3166; P. Alart, A. Curnier, CMAME 92 (1991) 353-375.
+A contact that just touches (lambda = g = 0) counts as closed: with the strict test the first iterate is a free fall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from orchestrator.errors import ConvergenceError
+from orchestrator.masonry.wall import FloatArray
+from orchestrator.pushover.contact_law import FrictionResponse, friction_response
+from orchestrator.pushover.linear_system import LinearSystem, coefficients
+from orchestrator.pushover.model import ContactModel
+from orchestrator.pushover.settings import NewtonSettings
+
+LINE_SEARCH_STIFFNESS = 1e6
+"""c_m of the merit function, N/m"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Problem:
+    """What one increment asks for (n displacements, c contacts).
+
+    gravity_share: part of the own weight that acts. displacement (n,) and elastic_slip (c, 2) at the start, m.
+    inertia_reference (n,) = u_ref, time_step dt in s: inertia M (u - u_ref)/dt^2. Either `mean_displacement` (m) is
+    prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
+    that friction sees in the very first iterate of a wall without any contact force yet, else 0.
+    """
+
+    gravity_share: float
+    displacement: FloatArray
+    elastic_slip: FloatArray
+    inertia_reference: FloatArray
+    time_step: float
+    mean_displacement: float | None
+    reference_force: float = 0.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Iterate:
+    """displacement (n,), normal_force (c,), load multiplier, and what follows from them.
+
+    force_residual (n,) in N, gap (c,) in m, active (c,). `norms`: force residual / weight, largest |gap| of an active
+    contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m).
+    """
+
+    displacement: FloatArray
+    normal_force: FloatArray
+    load_multiplier: float
+    force_residual: FloatArray
+    gap: FloatArray
+    active: npt.NDArray[np.bool_]
+    response: FrictionResponse
+    norms: tuple[float, float, float, float]
+    number: int = 0
+
+
+def evaluate(
+    model: ContactModel, problem: Problem, displacement: FloatArray, normal_force: FloatArray, multiplier: float
+) -> Iterate:
+    """Return residuals and contact response of a trial state."""
+    gap = model.normal_rows @ displacement
+    active = normal_force - model.contact_stiffness * gap >= 0.0
+    trial = problem.elastic_slip + (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
+    response = friction_response(trial, normal_force, model.contacts.friction, model.slip_tolerance)
+    residual = (
+        model.stiffness @ displacement
+        + model.mass @ (displacement - problem.inertia_reference) / problem.time_step**2
+        - problem.gravity_share * model.gravity
+        - multiplier * model.lateral
+        - model.normal_rows.T @ normal_force
+        + model.tangential_rows.T @ response.traction.ravel()
+    )
+    return Iterate(
+        displacement=displacement,
+        normal_force=normal_force,
+        load_multiplier=multiplier,
+        force_residual=residual,
+        gap=gap,
+        active=active,
+        response=response,
+        norms=(
+            float(np.linalg.norm(residual) / np.linalg.norm(model.gravity)),
+            float(np.max(np.abs(gap[active]), initial=0.0)),
+            float(np.max(np.abs(normal_force[~active]), initial=0.0) / model.weight),
+            abs(_control_error(model, problem, displacement)),
+        ),
+    )
+
+
+def _control_error(model: ContactModel, problem: Problem, displacement: FloatArray) -> float:
+    if problem.mean_displacement is None:
+        return 0.0
+    return problem.mean_displacement - float(model.mean_row @ displacement)
+
+
+def iterates(model: ContactModel, system: LinearSystem, problem: Problem, first: Iterate) -> Iterator[Iterate]:
+    """Yield `first` and then Newton's iterates for ever; knows neither tolerance nor limit."""
+    current = first
+    while True:
+        yield current
+        step = system.solve(
+            _newton_coefficients(model, problem, current), problem.time_step, _right_side(model, problem, current)
+        )
+        current = replace(_advanced(model, problem, current, step), number=current.number + 1)
+
+
+def _newton_coefficients(model: ContactModel, problem: Problem, current: Iterate) -> FloatArray:
+    response = current.response
+    if problem.reference_force and current.number == 0:
+        count = len(current.gap)
+        response = friction_response(
+            np.zeros((count, 2)), np.full(count, problem.reference_force), model.contacts.friction, model.slip_tolerance
+        )
+    return coefficients(response, current.active, problem.mean_displacement is not None)
+
+
+def _right_side(model: ContactModel, problem: Problem, current: Iterate) -> FloatArray:
+    kappa = model.contact_stiffness
+    contact = np.where(current.active, -kappa * current.gap, -current.normal_force)
+    control = kappa * _control_error(model, problem, current.displacement)
+    return np.concatenate([-current.force_residual, contact, [control]])
+
+
+def _advanced(model: ContactModel, problem: Problem, current: Iterate, step: FloatArray) -> Iterate:
+    """Return the next iterate: the full step, or under displacement control the best of 1, 1/2, 1/4."""
+    n = len(current.displacement)
+    change_u, change_lambda, change_alpha = step[:n], step[n:-1] * model.contact_stiffness, float(step[-1])
+
+    def at(share: float) -> Iterate:
+        return evaluate(
+            model,
+            problem,
+            current.displacement + share * change_u,
+            current.normal_force + share * change_lambda,
+            current.load_multiplier + share * change_alpha,
+        )
+
+    if problem.mean_displacement is None:
+        return at(1.0)
+    target = 0.9 * _merit(current)
+    tried = []
+    for share in (1.0, 0.5, 0.25):
+        tried.append(at(share))
+        if _merit(tried[-1]) <= target:
+            return tried[-1]
+    return min(tried, key=_merit)
+
+
+def _merit(iterate: Iterate) -> float:
+    contact = iterate.normal_force - np.maximum(iterate.normal_force - LINE_SEARCH_STIFFNESS * iterate.gap, 0.0)
+    return float(np.sqrt(iterate.force_residual @ iterate.force_residual + contact @ contact))
+
+
+def solve_increment(
+    model: ContactModel, system: LinearSystem, problem: Problem, first: Iterate, settings: NewtonSettings
+) -> Iterate:
+    """Return the converged iterate. Raises ConvergenceError when the iterations are used up or the residual explodes."""
+    for iterate in iterates(model, system, problem, first):
+        force, gap, pull, control = iterate.norms
+        if iterate.number and force < settings.residual and max(gap, control) < settings.gap and pull < settings.residual:
+            return iterate
+        if iterate.number >= settings.iterations or not np.isfinite(force):
+            where = f"out-of-balance force {force:.1e} of the weight after {iterate.number} iterations"
+            raise ConvergenceError("Newton", where, iterate.number)
+    raise AssertionError("iterates() does not end")
