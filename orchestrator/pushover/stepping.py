@@ -145,11 +145,18 @@ class Pushover:
         share = 1.0 / self.stepping.gravity_increments
         policy = Policy(Step(share, self.stepping.proximal_time), 1e-3 * share, Step(0.5, 1.0), Step(2.0, 1.0))
         step = Step(*state.step[:2]) if state.number else policy.largest
-        if state.time < 1.0:
-            for state in follow(state, step, self._solve_gravity, policy):
-                yield state
-                if state.time >= 1.0:
-                    break
+        if self._rests(state):
+            return
+        for state in follow(state, step, self._solve_gravity, policy):
+            yield state
+            if self._rests(state):
+                break
+
+    def _rests(self, state: Increment) -> bool:
+        """Return whether all weight acts and the proximal term has faded below Newton's tolerance."""
+        inertia = self.model.mass @ state.velocity.ravel() / self.stepping.proximal_time
+        quiet = np.linalg.norm(inertia) < self.newton.residual * np.linalg.norm(self.model.gravity)
+        return state.time >= 1.0 and bool(quiet)
 
     def _solve_gravity(self, state: Increment, step: Step) -> Increment:
         share = min(state.time + step.size, 1.0)

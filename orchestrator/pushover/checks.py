@@ -1,0 +1,43 @@
+"""Separate "it ran" from "it is valid": what every finished curve must satisfy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from orchestrator.errors import ResultError
+from orchestrator.pushover.state import Increment, PushoverCurve
+
+EQUILIBRIUM = 1e-3
+"""largest |multiplier x weight - base shear| / weight along the curve"""
+KINETIC = 0.05
+"""largest kinetic / internal energy before the peak"""
+PENETRATION = 1e-9
+"""largest penetration, m"""
+
+
+def equilibrium_error(curve: PushoverCurve, weight: float) -> float:
+    """Return the largest |multiplier x weight - base shear| / weight: what inertia carries instead of the supports."""
+    return float(np.max(np.abs(curve.load_multiplier - curve.base_shear_N / weight)))
+
+
+def kinetic_share(curve: PushoverCurve) -> float:
+    """Return the largest kinetic / internal energy up to the peak."""
+    before = slice(0, int(np.argmax(curve.base_shear_N)) + 1)
+    return float(np.max(curve.kinetic_energy_J[before] / curve.internal_energy_J[before]))
+
+
+def penetration(increments: list[Increment]) -> float:
+    """Return the deepest penetration of any contact, m."""
+    return max(float(-np.min(i.gap, initial=0.0)) for i in increments)
+
+
+def check(curve: PushoverCurve, increments: list[Increment], weight: float) -> None:
+    """Raise ResultError if the curve is not quasi-static, not in equilibrium, or its bodies penetrate each other."""
+    found = {
+        "equilibrium": (equilibrium_error(curve, weight), EQUILIBRIUM, "of the weight is carried by inertia"),
+        "kinetic energy": (kinetic_share(curve), KINETIC, "of the internal energy before the peak"),
+        "penetration": (penetration(increments), PENETRATION, "m"),
+    }
+    for name, (value, bound, meaning) in found.items():
+        if not value <= bound:
+            raise ResultError(name, f"{value:.2e} {meaning}; at most {bound:g} is acceptable")
