@@ -1,0 +1,91 @@
+"""Capacity: the figures that a pushover curve is read for.
+
+Displacements are relative to the state under gravity (the curve's first row). With V the base shear, d the control
+displacement, W the weight and lambda the load multiplier:
+
+    peak                  V_p = max V up to the final displacement (first row that reaches it)
+    initial stiffness     k = sum(V d) / sum(d d), the least-squares line through the origin, over the leading lateral
+                          rows with V - V_gravity <= 10 % of the peak, but at least the first two
+    equilibrium residual  max |lambda W - V| / W over all rows
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchestrator.errors import ResultError
+from orchestrator.masonry.wall import FloatArray
+from orchestrator.pushover.state import PushoverCurve
+
+STIFFNESS_FRACTION = 0.1
+"""part of the peak base shear (above the gravity row) that counts as the initial branch"""
+STIFFNESS_ROWS = 2
+"""lateral rows that the initial branch has at least"""
+
+
+@dataclass(frozen=True, slots=True)
+class Capacity:
+    """peak_base_shear N, displacement_at_peak and final_displacement m, initial_stiffness N/m.
+
+    max_kinetic_over_internal: largest ratio of kinetic to internal energy over the lateral rows up to the peak.
+    """
+
+    peak_base_shear: float
+    peak_multiplier: float
+    displacement_at_peak: float
+    final_displacement: float
+    initial_stiffness: float
+    max_kinetic_over_internal: float
+    equilibrium_residual: float
+
+
+def find_capacity(curve: PushoverCurve, weight: float) -> Capacity:
+    """Return the capacity of a wall of `weight` N (free blocks) from its curve.
+
+    Raises ResultError for a curve without lateral rows, with values that are not finite, or that does not move.
+    """
+    _require_usable(curve)
+    displacement = curve.control_displacement_m - curve.control_displacement_m[0]
+    peak = int(np.argmax(curve.base_shear_N))
+    return Capacity(
+        peak_base_shear=float(curve.base_shear_N[peak]),
+        peak_multiplier=float(curve.load_multiplier[peak]),
+        displacement_at_peak=float(displacement[peak]),
+        final_displacement=float(displacement[-1]),
+        initial_stiffness=initial_stiffness(curve.base_shear_N, displacement),
+        max_kinetic_over_internal=_largest_ratio(
+            curve.kinetic_energy_J[1 : peak + 1], curve.internal_energy_J[1 : peak + 1]
+        ),
+        equilibrium_residual=float(np.max(np.abs(curve.load_multiplier * weight - curve.base_shear_N)) / weight),
+    )
+
+
+def initial_stiffness(base_shear: FloatArray, displacement: FloatArray) -> float:
+    """Return the slope of the initial branch in N/m; base_shear (s,) in N, displacement (s,) in m, row 0 = gravity."""
+    shear, moved = (base_shear - base_shear[0])[1:], (displacement - displacement[0])[1:]
+    beyond = np.flatnonzero(shear > STIFFNESS_FRACTION * shear.max())
+    rows = max(STIFFNESS_ROWS, int(beyond[0]) if beyond.size else len(shear))
+    square = float(moved[:rows] @ moved[:rows])
+    if square == 0.0:
+        raise ResultError("initial stiffness", "the control displacement is zero in the first lateral increments")
+    return float(shear[:rows] @ moved[:rows]) / square
+
+
+def _require_usable(curve: PushoverCurve) -> None:
+    if len(curve.base_shear_N) < 2:
+        raise ResultError("capacity curve", f"no lateral increment was stored (stopped: {curve.stopped_because})")
+    for name in ("load_multiplier", "base_shear_N", "control_displacement_m", "kinetic_energy_J", "internal_energy_J"):
+        wrong = np.flatnonzero(~np.isfinite(getattr(curve, name)))
+        if wrong.size:
+            raise ResultError("capacity curve", f"{name} is not finite in step {curve.step[wrong[0]]}")
+
+
+def _largest_ratio(kinetic: FloatArray, internal: FloatArray) -> float:
+    """Largest kinetic / internal energy, 0 where nothing moves, inf where motion stores nothing."""
+    moving = kinetic > 0.0
+    if not moving.any():
+        return 0.0
+    with np.errstate(divide="ignore"):
+        return float(np.max(kinetic[moving] / np.maximum(internal[moving], 0.0)))

@@ -1,0 +1,39 @@
+"""The run folder: every value <-> file. Knows all values; no value knows it. Only one rank may write."""
+
+from orchestrator.results.files import hash_file, logging_to, replacing, versions, write_bytes, write_json, write_text
+from orchestrator.results.paraview import write_paraview
+from orchestrator.results.states import StateStore, load_increments
+from orchestrator.results.summary import Effort, effort_of, pushover_summary, summary
+from orchestrator.results.values import (
+    write_blocks,
+    write_case,
+    write_curve,
+    write_joints,
+    write_limit_analysis,
+    write_macroblocks,
+    write_summary,
+)
+
+__all__ = [
+    "Effort",
+    "StateStore",
+    "effort_of",
+    "hash_file",
+    "load_increments",
+    "logging_to",
+    "pushover_summary",
+    "replacing",
+    "summary",
+    "versions",
+    "write_blocks",
+    "write_bytes",
+    "write_case",
+    "write_curve",
+    "write_joints",
+    "write_json",
+    "write_limit_analysis",
+    "write_macroblocks",
+    "write_paraview",
+    "write_summary",
+    "write_text",
+]

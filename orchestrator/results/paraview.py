@@ -1,0 +1,109 @@
+"""ParaView: wall.xdmf (bodies) and contacts.xdmf (contact points), time = increment number.
+
+Both refer to states.h5 for what changes and to wall.h5 for the mesh: nothing is stored twice, and the cost does not
+grow with the number of increments. (meshio's time series writer copies everything, and writes its .h5 into the current
+directory; its reader reads these files.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+import h5py
+import numpy as np
+
+from orchestrator.masonry.wall import FloatArray
+from orchestrator.meshing import BodyMeshes
+from orchestrator.results.files import replacing, write_bytes
+from orchestrator.results.states import StateStore
+
+NODE_FIELDS = (("displacement_m", "displacement"), ("velocity_m_per_s", "velocity"))
+CONTACT_FIELDS = (("normal_force_N", "normal_force"), ("gap_m", "gap"), ("slip_m", "slip"), ("status", "status"))
+"""name in ParaView, name in states.h5; status: 0 open, 1 stick, 2 slip"""
+NUMBER_TYPES = {"f": "Float", "i": "Int", "u": "UInt"}
+
+
+def write_paraview(store: StateStore, meshes: BodyMeshes, contact_points: FloatArray | None = None) -> list[Path]:
+    """Write the time series of a model's folder and return the .xdmf files; gathers states.h5 first.
+
+    contact_points (c, 2) or (c, 3): positions of the contacts in m, in the order of Increment.gap.
+    """
+    folder, wall, contacts = store.folder, store.folder / "wall.xdmf", store.folder / "contacts.xdmf"
+    states = store.assemble()
+    for stale in (wall, contacts):
+        stale.unlink(missing_ok=True)
+    with replacing(folder / "wall.h5") as temporary, h5py.File(temporary, "w") as file:
+        _write_mesh(file, meshes)
+        if contact_points is not None:
+            _write_points(file, contact_points)
+    with h5py.File(folder / "wall.h5") as mesh, h5py.File(states) as steps:
+        body = _item(mesh["body"], "Cell", "body")
+        write_bytes(wall, _series(mesh["bodies"], "Tetrahedron", steps, NODE_FIELDS, [body]))
+        if contact_points is None:
+            return [wall]
+        write_bytes(contacts, _series(mesh["contacts"], "Polyvertex", steps, CONTACT_FIELDS, []))
+    return [wall, contacts]
+
+
+def _write_mesh(file: h5py.File, meshes: BodyMeshes) -> None:
+    file["bodies/points"] = meshes.nodes
+    file["bodies/cells"] = meshes.tetrahedra
+    file["body"] = meshes.body_of_tetrahedron
+
+
+def _write_points(file: h5py.File, points: FloatArray) -> None:
+    """Write contact points as one vertex cell each; a missing z is 0."""
+    file["contacts/points"] = np.column_stack([points, np.zeros((len(points), 3 - points.shape[1]))])
+    file["contacts/cells"] = np.arange(len(points))[:, None]
+
+
+def _series(
+    mesh: h5py.Group,
+    cell_type: str,
+    steps: h5py.File,
+    names: Sequence[tuple[str, str]],
+    constant: Sequence[ElementTree.Element],
+) -> bytes:
+    """Return the XDMF text of a time series: one grid per increment on the same mesh."""
+    root = ElementTree.Element("Xdmf", Version="3.0")
+    domain = ElementTree.SubElement(root, "Domain")
+    series = ElementTree.SubElement(domain, "Grid", Name="wall", GridType="Collection", CollectionType="Temporal")
+    for name in sorted(steps, key=int):
+        grid = ElementTree.SubElement(series, "Grid", Name=f"increment {int(name)}", GridType="Uniform")
+        ElementTree.SubElement(grid, "Time", Value=str(int(name)))
+        grid.extend(_mesh(mesh, cell_type))
+        grid.extend(constant)
+        grid.extend(_item(steps[name][stored], "Node", shown) for shown, stored in names)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+
+
+def _mesh(mesh: h5py.Group, cell_type: str) -> list[ElementTree.Element]:
+    points, cells = mesh["points"], mesh["cells"]
+    topology = ElementTree.Element("Topology", TopologyType=cell_type, NumberOfElements=str(cells.shape[0]))
+    topology.append(_data(cells))
+    geometry = ElementTree.Element("Geometry", GeometryType="XYZ")
+    geometry.append(_data(points))
+    return [topology, geometry]
+
+
+def _item(dataset: h5py.Dataset, center: str, name: str) -> ElementTree.Element:
+    kind = "Vector" if dataset.ndim == 2 else "Scalar"
+    attribute = ElementTree.Element("Attribute", Name=name, AttributeType=kind, Center=center)
+    attribute.append(_data(dataset))
+    return attribute
+
+
+def _data(dataset: h5py.Dataset) -> ElementTree.Element:
+    """Refer to a dataset by file and path; the type is taken from the dataset itself."""
+    item = ElementTree.Element(
+        "DataItem",
+        Dimensions=" ".join(map(str, dataset.shape)),
+        NumberType=NUMBER_TYPES[dataset.dtype.kind],
+        Precision=str(dataset.dtype.itemsize),
+        Format="HDF",
+    )
+    item.text = f"{Path(dataset.file.filename).name}:{dataset.name}"
+    return item

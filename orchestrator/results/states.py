@@ -1,0 +1,194 @@
+"""Stored increments of one pushover model, readable after a kill at any moment.
+
+While a model runs, every increment is one small HDF5 file, states/000012.h5, renamed into place when it is on the disk;
+HDF5 itself does not survive a kill inside a write. `assemble` copies them into states.h5 (one group per increment,
+named like the files), then deletes them. Reading looks at both, the single files first.
+Every increment carries a sha256 of its content (damage is found) and the fingerprint of its model (strangers are).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from orchestrator.errors import CaseError
+from orchestrator.pushover.state import Attempt, Increment
+from orchestrator.results.files import TEMPORARY, replacing
+
+STATES_FILE = "states.h5"
+STATES_FOLDER = "states"
+
+
+@dataclass(frozen=True, slots=True)
+class StateStore:
+    """The stored increments in `folder` (macro/ or micro/) of the model with this `fingerprint` (any string)."""
+
+    folder: Path
+    fingerprint: str
+
+    def clear(self) -> None:
+        """Forget all stored increments. Killed half-way it leaves either all of an earlier run or its beginning."""
+        self._sweep()
+        if self._parts.exists():
+            doomed = self._parts.with_name(f".{STATES_FOLDER}.{os.getpid()}{TEMPORARY}")
+            os.replace(self._parts, doomed)
+            shutil.rmtree(doomed)
+        (self.folder / STATES_FILE).unlink(missing_ok=True)
+
+    def append(self, increment: Increment) -> None:
+        """Store one increment, whole or not at all; one of the same number is replaced."""
+        with replacing(self._part(increment.number)) as temporary, h5py.File(temporary, "w") as file:
+            _write(file.create_group(_name(increment.number)), increment, self.fingerprint)
+
+    def numbers(self) -> list[int]:
+        """Return the numbers of all stored increments, ascending."""
+        single = [int(path.stem) for path in self._parts.glob("[0-9]*.h5")]
+        return sorted({*single, *self._assembled_numbers()})
+
+    def read(self, number: int) -> Increment:
+        """Return the increment. Raises CaseError if it is damaged or belongs to another model."""
+        part = self._part(number)
+        path = part if part.exists() else self.folder / STATES_FILE
+        with _opened(path) as file:
+            try:
+                return _read(file[_name(number)], self.fingerprint)
+            except _OtherModelError:
+                problem = "was stored by another model (wall, mesh or settings differ)"
+                remedy = "run without --resume or into another folder"
+                raise CaseError(f"increment {number}", problem, remedy, str(path)) from None
+            except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+                raise _damaged(path, f"increment {number}") from error
+
+    def increments(self) -> Iterator[Increment]:
+        """Yield all stored increments in order, one in memory at a time."""
+        return (self.read(number) for number in self.numbers())
+
+    def last(self) -> Increment | None:
+        """Return the increment to go on from, None where nothing is stored."""
+        numbers = self.numbers()
+        return self.read(numbers[-1]) if numbers else None
+
+    def assemble(self) -> Path:
+        """Gather everything in states.h5 and return its path; the single files are deleted once it is on the disk."""
+        path = self.folder / STATES_FILE
+        single = sorted(self._parts.glob("[0-9]*.h5"))
+        if single or not path.exists():
+            with replacing(path) as temporary, h5py.File(temporary, "w") as target:
+                for number in self.numbers():
+                    part = self._part(number)
+                    with _opened(part if part.exists() else path) as source:
+                        source.copy(_name(number), target)
+        self._sweep()
+        shutil.rmtree(self._parts, ignore_errors=True)
+        return path
+
+    @property
+    def _parts(self) -> Path:
+        return self.folder / STATES_FOLDER
+
+    def _part(self, number: int) -> Path:
+        return self._parts / f"{_name(number)}.h5"
+
+    def _assembled_numbers(self) -> list[int]:
+        path = self.folder / STATES_FILE
+        if not path.exists():
+            return []
+        with _opened(path) as file:
+            return [int(name) for name in file]
+
+    def _sweep(self) -> None:
+        """Delete what killed runs left half-written."""
+        for path in [*self.folder.glob(f".*{TEMPORARY}"), *self._parts.glob(f".*{TEMPORARY}")]:
+            shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+
+
+def load_increments(folder: Path, fingerprint: str) -> list[Increment]:
+    """Return all stored increments of a model's folder, in order. Raises CaseError as `StateStore.read` does."""
+    return list(StateStore(folder, fingerprint).increments())
+
+
+class _OtherModelError(Exception):
+    """The increment carries another fingerprint."""
+
+
+def _opened(path: Path) -> h5py.File:
+    try:
+        return h5py.File(path, "r")
+    except OSError as error:
+        raise _damaged(path, "") from error
+
+
+def _damaged(path: Path, key: str) -> CaseError:
+    problem = "cannot be read (damaged, or written by another version)"
+    return CaseError(key, problem, "delete it to go on from the increment before, or run without --resume", str(path))
+
+
+def _name(number: int) -> str:
+    return f"{number:06d}"
+
+
+def _write(group: h5py.Group, increment: Increment, fingerprint: str) -> None:
+    """Write arrays as datasets, numbers and words as attributes, the journal as JSON."""
+    for field in fields(increment):
+        value = getattr(increment, field.name)
+        if isinstance(value, np.ndarray):
+            group.create_dataset(field.name, data=value)
+        elif field.name == "attempts":
+            group.create_dataset(field.name, data=_journal(increment))
+        else:
+            group.attrs[field.name] = _scalar(value)
+    group.attrs["fingerprint"] = fingerprint
+    group.attrs["sha256"] = _digest(increment)
+
+
+def _read(group: h5py.Group, fingerprint: str) -> Increment:
+    if group.attrs["fingerprint"] != fingerprint:
+        raise _OtherModelError
+    increment = Increment(**{field.name: _value(group, field.name) for field in fields(Increment)})
+    if group.attrs["sha256"] != _digest(increment):
+        raise ValueError(f"content of {group.name} does not match its sha256")
+    return increment
+
+
+def _value(group: h5py.Group, name: str) -> Any:
+    if name == "attempts":
+        return tuple(Attempt(**record) for record in json.loads(group[name][()]))
+    if name in group:
+        array = group[name][()]
+        array.flags.writeable = False
+        return array
+    return _scalar(group.attrs[name])
+
+
+def _scalar(value: Any) -> Any:
+    """Return plain Python numbers (numpy ones differ in type, not in value); arrays and tuples become tuples."""
+    if isinstance(value, np.ndarray | tuple):
+        return tuple(float(item) for item in value)
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _journal(increment: Increment) -> str:
+    return json.dumps([asdict(attempt) for attempt in increment.attempts], default=_scalar)
+
+
+def _digest(increment: Increment) -> str:
+    """Return the sha256 of every field's name, type, shape and content."""
+    total = hashlib.sha256()
+    for field in fields(increment):
+        value = getattr(increment, field.name)
+        if isinstance(value, np.ndarray):
+            total.update(f"{field.name} {value.dtype} {value.shape}".encode())
+            total.update(np.ascontiguousarray(value).tobytes())
+        else:
+            content = _journal(increment) if field.name == "attempts" else repr(_scalar(value))
+            total.update(f"{field.name} {content}".encode())
+    return total.hexdigest()

@@ -1,0 +1,125 @@
+"""summary.json: the figures that scripts outside this repository read; the keys stay. All SI."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from orchestrator.capacity import Capacity
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.state import LimitAnalysis
+from orchestrator.macroblocks import Partition
+from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.state import Increment
+
+TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
+"""what `seconds` of a pushover holds, in s"""
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """What a pushover cost and how far its contacts overlap (m): folded from all its increments, gravity included.
+
+    newton_iterations counts those of failed attempts too.
+    """
+
+    steps: int
+    newton_iterations: int
+    failed_attempts: int
+    max_penetration: float
+
+
+def effort_of(increments: Iterable[Increment]) -> Effort:
+    """Fold increments, one at a time, into their effort."""
+    steps = iterations = failed = 0
+    penetration = 0.0
+    for increment in increments:
+        steps += 1
+        iterations += increment.iterations + sum(attempt.iterations for attempt in increment.attempts)
+        failed += len(increment.attempts)
+        penetration = max(penetration, float(np.max(-increment.gap, initial=0.0)))
+    return Effort(steps, iterations, failed, penetration)
+
+
+def pushover_summary(
+    model: Literal["macro", "micro"],
+    meshes: BodyMeshes,
+    contacts: int,
+    effort: Effort,
+    capacity: Capacity,
+    stopped_because: str,
+    *,
+    ranks: int,
+    seconds: Mapping[str, float],
+    peak_memory: int,
+) -> dict[str, Any]:
+    """Return one entry of `pushover`. seconds: exactly the keys of TIMINGS; peak_memory in bytes."""
+    assert set(seconds) == set(TIMINGS), f"timings {sorted(seconds)}, not {sorted(TIMINGS)}"
+    counted = asdict(effort)
+    counted.pop("failed_attempts")
+    return {
+        "model": model,
+        "bodies": len(meshes.unit_weight),
+        "nodes": len(meshes.nodes),
+        "tetrahedra": len(meshes.tetrahedra),
+        "contacts": contacts,
+        "ranks": ranks,
+        **counted,
+        **asdict(capacity),
+        "seconds": {name: float(seconds[name]) for name in TIMINGS},
+        "peak_memory": int(peak_memory),
+        "stopped_because": stopped_because,
+    }
+
+
+def summary(
+    case: str,
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    partition: Partition | None,
+    pushovers: Sequence[dict[str, Any]],
+) -> dict[str, Any]:
+    """Return the whole record. `macroblocks` is null where the run stopped before them, `pushover` may be empty.
+
+    Non-associative values are null where no such solution was found; infinite tolerances are null.
+    """
+    return {
+        "case": case,
+        "wall": {
+            "blocks": sum(not block.fixed for block in assemblage.wall.blocks),
+            "joints": len(assemblage.block_i),
+            "weight": analysis.weight,
+        },
+        "limit_analysis": _limit_analysis(analysis),
+        "macroblocks": partition and _macroblocks(partition, len(assemblage.block_i)),
+        "pushover": list(pushovers),
+    }
+
+
+def _limit_analysis(analysis: LimitAnalysis) -> dict[str, Any]:
+    headline = analysis.headline
+    found = analysis.non_associative_range
+    return {
+        "associative": analysis.associative.load_multiplier,
+        "non_associative": headline.load_multiplier if found else None,
+        "non_associative_range": list(found) if found else None,
+        "iterations": len(headline.records),
+        "converged": headline.converged,
+        "equilibrium_residual": headline.equilibrium_residual,
+        "base_shear": headline.load_multiplier * analysis.weight,
+        "seconds": analysis.seconds,
+    }
+
+
+def _macroblocks(partition: Partition, joints: int) -> dict[str, Any]:
+    tolerances = partition.tolerances
+    return {
+        "count": partition.count,
+        "joints": joints - len(partition.vanished_joints),
+        "tol_n": tolerances and tolerances.normal,
+        "tol_d": tolerances and tolerances.centre_distance,
+        "trivial": partition.count == 1,
+    }

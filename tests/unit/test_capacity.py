@@ -1,0 +1,100 @@
+"""Capacity from synthetic curves whose answers are known by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orchestrator.capacity import find_capacity, initial_stiffness
+from orchestrator.errors import ResultError
+from orchestrator.pushover.state import PushoverCurve
+
+WEIGHT = 1000.0
+
+
+def curve(displacement, base_shear, **changed):
+    """A curve whose multiplier balances its base shear exactly; energies 1 J internal, 0 J kinetic."""
+    rows = len(displacement)
+    shear = np.array(base_shear, dtype=float)
+    counts = np.zeros(rows, dtype=np.int64)
+    made = PushoverCurve(
+        step=np.arange(5, 5 + rows),
+        time_s=np.arange(rows, dtype=float),
+        load_multiplier=shear / WEIGHT,
+        base_shear_N=shear,
+        control_displacement_m=np.array(displacement, dtype=float),
+        kinetic_energy_J=np.zeros(rows),
+        internal_energy_J=np.ones(rows),
+        dissipated_energy_J=np.zeros(rows),
+        open_contacts=counts,
+        sticking_contacts=counts,
+        slipping_contacts=counts,
+        newton_iterations=counts,
+        stopped_because="displacement reached",
+    )
+    return replace(made, **changed)
+
+
+def test_peak_is_the_largest_base_shear_and_displacements_start_from_gravity():
+    capacity = find_capacity(curve([0.001, 0.002, 0.004, 0.007, 0.011], [0, 200, 310, 290, 250]), WEIGHT)
+    assert capacity.peak_base_shear == 310.0
+    assert capacity.peak_multiplier == pytest.approx(0.31)
+    assert capacity.displacement_at_peak == pytest.approx(0.003)
+    assert capacity.final_displacement == pytest.approx(0.010)
+
+
+def test_a_curve_that_creeps_upwards_has_its_peak_at_the_final_displacement():
+    capacity = find_capacity(curve([0, 0.01, 0.02], [0, 295, 297]), WEIGHT)
+    assert capacity.displacement_at_peak == capacity.final_displacement == 0.02
+
+
+def test_initial_stiffness_is_the_least_squares_line_of_the_rows_below_a_tenth_of_the_peak():
+    # rows below 30 N: (1 mm, 10 N), (2 mm, 18 N), (3 mm, 29 N); k = (10 + 36 + 87) / 14 N/mm
+    displacement = np.array([0, 1, 2, 3, 8, 20, 21]) * 1e-3
+    shear = np.array([0, 10, 18, 29, 31, 300, 12.0])  # the last row is below a tenth again, after the peak
+    assert initial_stiffness(shear, displacement) == pytest.approx(133 / 14 * 1e3, rel=1e-12)
+
+
+def test_initial_stiffness_takes_two_rows_when_the_first_is_already_beyond_a_tenth():
+    # k = (100 * 1 + 150 * 2) / (1 + 4) N/mm
+    assert initial_stiffness(np.array([0, 100, 150, 160.0]), np.array([0, 1, 2, 3]) * 1e-3) == pytest.approx(80e3)
+
+
+def test_initial_stiffness_is_relative_to_the_gravity_row():
+    displacement, shear = np.array([0, 1, 2, 3]) * 1e-3, np.array([0, 100, 150, 160.0])
+    assert initial_stiffness(shear + 7.0, displacement - 0.5) == pytest.approx(80e3, rel=1e-9)
+
+
+def test_initial_stiffness_with_a_single_lateral_row_is_its_secant():
+    assert initial_stiffness(np.array([0, 100.0]), np.array([0, 2e-3])) == pytest.approx(50e3)
+
+
+def test_kinetic_energy_counts_up_to_the_peak_only():
+    kinetic, internal = np.array([9.0, 0.01, 0.04, 5.0]), np.array([1.0, 1.0, 2.0, 1.0])
+    made = curve([0, 1e-3, 2e-3, 3e-3], [0, 100, 300, 200], kinetic_energy_J=kinetic, internal_energy_J=internal)
+    assert find_capacity(made, WEIGHT).max_kinetic_over_internal == pytest.approx(0.02)
+
+
+def test_motion_without_internal_energy_is_infinitely_kinetic():
+    made = curve([0, 1e-3, 2e-3], [0, 1, 2], kinetic_energy_J=np.ones(3), internal_energy_J=np.zeros(3))
+    assert find_capacity(made, WEIGHT).max_kinetic_over_internal == np.inf
+
+
+def test_equilibrium_residual_is_the_largest_difference_along_the_whole_curve():
+    made = curve([0, 1e-3, 2e-3, 3e-3], [0, 100, 300, 200], load_multiplier=np.array([0, 0.101, 0.3, 0.195]))
+    assert find_capacity(made, WEIGHT).equilibrium_residual == pytest.approx(0.005)
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (curve([0], [0]), "no lateral increment"),
+        (curve([0, 1e-3, 2e-3], [0, np.nan, 2]), "not finite in step 6"),
+        (curve([1e-3, 1e-3, 1e-3], [0, 1, 2]), "control displacement is zero"),
+    ],
+)
+def test_a_curve_that_cannot_be_read_is_refused(made, said):
+    with pytest.raises(ResultError, match=said):
+        find_capacity(made, WEIGHT)

@@ -1,0 +1,309 @@
+"""The run folder: files whole or absent, values written as they are, the summary with exactly its keys."""
+
+from __future__ import annotations
+
+import csv
+import json
+import logging
+from dataclasses import replace
+from math import inf, nan
+
+import numpy as np
+import pytest
+
+from orchestrator import results
+from orchestrator.bodies import Bodies, Body
+from orchestrator.capacity import Capacity
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, Mechanism
+from orchestrator.macroblocks import MacroblockSettings, Partition
+from orchestrator.masonry.wall import Block, Wall
+from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.state import Attempt, Increment, PushoverCurve
+
+
+def rectangle(left, bottom, right, top):
+    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
+
+
+@pytest.fixture
+def assemblage():
+    """Support 10, blocks 11 and 12 side by side on it, block 13 on both: 5 joints."""
+    boxes = [(0, -0.2, 2, 0), (0, 0, 1, 0.5), (1, 0, 2, 0.5), (0.5, 0.5, 1.5, 1)]
+    blocks = tuple(Block(10 + n, rectangle(*box), n == 0, 25e3) for n, box in enumerate(boxes))
+    return Assemblage(
+        wall=Wall('Wall "ä" <&>', blocks, 0.1, 0.65),
+        block_i=np.array([0, 0, 1, 1, 2]),
+        block_j=np.array([1, 2, 2, 3, 3]),
+        start=np.array([[1, 0], [2, 0], [1, 0], [1, 0.5], [1.5, 0.5]]),
+        end=np.array([[0, 0], [1, 0], [1, 0.5], [0.5, 0.5], [1, 0.5]]),
+        friction=np.full(5, 0.65),
+        cohesion=np.zeros(5),
+    )
+
+
+def limit_state(rule, multiplier, programs):
+    mechanism = Mechanism(np.arange(12.0).reshape(4, 3), np.ones((5, 2)), np.full(5, 2.0), 3.0)
+    records = tuple(LinearProgramRecord(multiplier, 0.1, 12, 0.01, "Solved") for _ in range(programs))
+    return LimitState(
+        flow_rule=rule,
+        load_multiplier=multiplier,
+        joint_forces=np.arange(15.0).reshape(5, 3),
+        mechanism=mechanism,
+        records=records,
+        converged=True,
+        equilibrium_residual=1e-12,
+        yield_residual=2e-12,
+        power_residual=3e-12,
+        dilation=0.0,
+        multiplier_range=(multiplier, multiplier),
+    )
+
+
+@pytest.fixture
+def analysis():
+    return LimitAnalysis(
+        load_direction=1,
+        weight=3125.0,
+        associative=limit_state("associative", 0.35, 1),
+        sequence=limit_state("sequence", 0.29, 7),
+        dilation_shift=limit_state("dilation_shift", 0.31, 4),
+        remarks=("hand made",),
+        seconds=0.5,
+    )
+
+
+@pytest.fixture
+def partition():
+    """Blocks 11 and 12 are one body, 13 another, the support a third."""
+    return Partition(np.array([2, 0, 0, 1]), 2, np.array([2]), np.array([], dtype=int), MacroblockSettings())
+
+
+@pytest.fixture
+def curve():
+    counts = np.array([1, 2, 3])
+    ramp = np.array([0.0, 0.1, 1 / 3])
+    return PushoverCurve(counts, ramp, ramp, ramp, ramp, ramp, ramp, ramp, counts, counts, counts, counts, "done")
+
+
+def increment(number, **changed):
+    made = Increment(
+        number=number, phase="ramp", time=0.1 * number, load_multiplier=0.1, displacement=np.zeros((4, 3)),
+        velocity=np.zeros((4, 3)), normal_force=np.ones(2), elastic_slip=np.zeros((2, 2)), slip=np.zeros(2),
+        gap=np.zeros(2), status=np.array([1, 2]), base_shear=1.0, control_displacement=0.0, mean_displacement=0.0,
+        kinetic_energy=0.0, internal_energy=1.0, dissipated_energy=0.0, external_work=0.0, equilibrium_residual=0.0,
+        iterations=3, step=(0.1, 0.2),
+    )  # fmt: skip
+    return replace(made, **changed)
+
+
+# files
+
+
+def test_a_file_is_replaced_whole_and_nothing_temporary_stays(tmp_path):
+    path = tmp_path / "new" / "a.txt"
+    results.write_text(path, "old")
+    results.write_text(path, "µ = 0.65\n")
+    assert path.read_bytes() == "µ = 0.65\n".encode()
+    assert [p.name for p in path.parent.iterdir()] == ["a.txt"]
+
+
+def test_an_error_while_writing_leaves_the_older_file_and_no_temporary_one(tmp_path):
+    path = tmp_path / "a.txt"
+    results.write_text(path, "old")
+
+    def fails_half_way():
+        with results.replacing(path) as temporary:
+            temporary.write_text("half of the n")
+            raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        fails_half_way()
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_the_target_appears_only_after_everything_is_written(tmp_path):
+    path = tmp_path / "a.txt"
+    with results.replacing(path) as temporary:
+        temporary.write_text("x")
+        assert not path.exists()
+        assert temporary.parent == path.parent  # rename must not cross file systems
+    assert path.read_text() == "x"
+
+
+def test_json_turns_numpy_into_plain_values_and_infinity_into_null(tmp_path):
+    results.write_json(tmp_path / "a.json", {"a": np.array([[1, 2]]), "b": (np.float64(0.1), inf, nan), "c": np.True_})
+    text = (tmp_path / "a.json").read_text()
+    assert json.loads(text) == {"a": [[1, 2]], "b": [0.1, None, None], "c": True}
+
+
+def test_hash_is_sha256(tmp_path):
+    (tmp_path / "a").write_bytes(b"abc")
+    assert results.hash_file(tmp_path / "a") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+
+
+def test_versions_name_what_is_installed_and_skip_what_is_not(monkeypatch):
+    monkeypatch.setitem(results.files.DISTRIBUTIONS, "absent", "surely-not-installed-anywhere")
+    found = results.versions()
+    assert found["numpy"] == np.__version__
+    assert {"python", "scipy", "h5py"} <= set(found)
+    assert "absent" not in found
+
+
+def test_run_log_takes_the_package_s_messages_and_lets_go_of_the_logger(tmp_path):
+    before = list(logging.getLogger("orchestrator").handlers)
+    for message in ("first", "second"):  # a resumed run appends
+        with results.logging_to(tmp_path / "run.log"):
+            logging.getLogger("orchestrator.pushover").info(message)
+            logging.getLogger("orchestrator.pushover").debug("chatter")
+            logging.getLogger("elsewhere").error("other")
+    logging.getLogger("orchestrator.pushover").error("too late")
+    lines = (tmp_path / "run.log").read_text().splitlines()
+    assert [line.rsplit(" ", 3)[1:] for line in lines] == [
+        ["INFO", "orchestrator.pushover:", message] for message in ("first", "second")
+    ]
+    assert logging.getLogger("orchestrator").handlers == before
+
+
+# values
+
+
+def test_case_is_written_as_given(tmp_path):
+    results.write_case(tmp_path, '[wall]\nfile = "ü.json"\n')
+    assert (tmp_path / "case.toml").read_text(encoding="utf-8") == '[wall]\nfile = "ü.json"\n'
+
+
+def test_blocks_file_holds_the_wall(tmp_path, assemblage):
+    results.write_blocks(tmp_path, assemblage.wall)
+    record = json.loads((tmp_path / "blocks.json").read_text())
+    assert record["units"] == {"length": "m", "unit_weight": "N/m3"}
+    assert (record["name"], record["thickness"], record["friction"]) == ('Wall "ä" <&>', 0.1, 0.65)
+    assert [b["id"] for b in record["blocks"]] == [10, 11, 12, 13]
+    assert [b["fixed"] for b in record["blocks"]] == [True, False, False, False]
+    assert record["blocks"][2]["polygon"] == [[1, 0], [2, 0], [2, 0.5], [1, 0.5]]
+    assert record["blocks"][2]["unit_weight"] == 25e3
+
+
+def test_joints_file_names_blocks_by_id(tmp_path, assemblage):
+    results.write_joints(tmp_path, assemblage)
+    with (tmp_path / "joints.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 5
+    assert list(rows[3].values()) == ["3", "11", "13", "1.0", "0.5", "0.5", "0.5", "0.5", "0.65", "0.0"]
+    assert list(rows[3])[3:8] == ["start_x_m", "start_y_m", "end_x_m", "end_y_m", "length_m"]
+
+
+def test_limit_analysis_file_holds_every_state(tmp_path, assemblage, analysis):
+    results.write_limit_analysis(tmp_path, assemblage.wall, replace(analysis, dilation_shift=None))
+    record = json.loads((tmp_path / "limit_analysis.json").read_text())
+    assert record["dilation_shift"] is None
+    assert record["headline"] == "sequence"
+    assert record["sequence"]["load_multiplier"] == 0.29
+    assert record["sequence"]["base_shear_N"] == pytest.approx(906.25)
+    assert len(record["sequence"]["records"]) == 7
+    assert record["associative"]["joint_forces_N"][4] == [12, 13, 14]
+    assert record["blocks"] == [10, 11, 12, 13]
+    assert record["sequence"]["mechanism"]["block_velocities"][3] == [9, 10, 11]
+
+
+def test_macroblocks_file_holds_partition_and_polygons(tmp_path, assemblage, partition):
+    hole = rectangle(0.2, 0.1, 0.4, 0.2)[::-1]
+    outlines = [rectangle(0, 0, 2, 0.5), rectangle(0.5, 0.5, 1.5, 1), rectangle(0, -0.2, 2, 0)]
+    blocks = [[1, 2], [3], [0]]
+    made = [Body(n, outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array(blocks[n])) for n in range(3)]
+    interfaces = {"body_i": np.array([2]), "body_j": np.array([0]), "start": np.array([[2.0, 0]])}
+    bodies = Bodies(tuple(made), 2, 0.1, **interfaces, end=np.zeros((1, 2)), friction=np.ones(1), joint=np.array([0]))
+    results.write_macroblocks(tmp_path, assemblage.wall, partition, bodies)
+    record = json.loads((tmp_path / "macroblocks.json").read_text())
+    assert record["body_of_block"][3] == {"block": 13, "body": 1}
+    assert record["vanished_joints"] == [2]
+    assert record["tolerances"]["centre_distance"] == 0.45
+    assert record["tolerances"]["rotation"] is None  # no condition
+    assert record["bodies"][0]["blocks"] == [11, 12]
+    assert record["bodies"][0]["holes_m"] == [hole.tolist()]
+    assert record["interfaces"]["start_m"] == [[2, 0]]
+
+
+def test_curve_file_has_the_columns_of_the_design_and_loses_no_digit(tmp_path, curve):
+    results.write_curve(tmp_path, curve)
+    header, *rows = (tmp_path / "curve.csv").read_text().splitlines()
+    assert header == (
+        "step,time_s,load_multiplier,base_shear_N,control_displacement_m,kinetic_energy_J,internal_energy_J,"
+        "dissipated_energy_J,open_contacts,sticking_contacts,slipping_contacts,newton_iterations"
+    )
+    assert len(rows) == 3
+    assert rows[2].split(",")[0] == "3"
+    assert float(rows[2].split(",")[3]) == 1 / 3
+
+
+# summary
+
+
+def test_effort_counts_failed_attempts_and_finds_the_deepest_penetration():
+    failed = (Attempt("cycle", 0.1, "halved", 10), Attempt("cycle", 0.05, "halved", 7))
+    second = increment(2, attempts=failed, gap=np.array([1e-3, -2e-12]))
+    effort = results.effort_of([increment(1), second, increment(3, gap=np.array([1, 0.5]))])
+    assert effort == results.Effort(steps=3, newton_iterations=26, failed_attempts=2, max_penetration=2e-12)
+
+
+def keys(record):
+    """All keys with their nesting, lists of records included."""
+    if isinstance(record, dict):
+        return {key: keys(value) for key, value in record.items()}
+    return [keys(record[0])] if isinstance(record, list) and record and isinstance(record[0], dict) else None
+
+
+def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, partition):
+    meshes = BodyMeshes(
+        np.zeros((16, 3)), np.zeros((10, 4), int), np.zeros(16, int), np.zeros(10, int), np.zeros((4, 3), int),
+        np.zeros(4, int), np.full(2, 25e3), 1, 0.1,
+    )  # fmt: skip
+    capacity = Capacity(900.0, 0.288, 0.01, 0.02, 5e6, 0.001, 1e-5)
+    seconds = {"mesh": 1, "assembly": 2, "factorise": 3, "contact": 4, "total": 11}
+    entry = results.pushover_summary(
+        "macro", meshes, 6, results.Effort(5, 20, 1, 1e-12), capacity, "done", ranks=2, seconds=seconds, peak_memory=99
+    )
+    record = results.summary("case", assemblage, analysis, partition, [entry])
+    assert keys(record) == {
+        "case": None,
+        "wall": dict.fromkeys(["blocks", "joints", "weight"]),
+        "limit_analysis": dict.fromkeys([
+            "associative", "non_associative", "non_associative_range", "iterations", "converged",
+            "equilibrium_residual", "base_shear", "seconds",
+        ]),
+        "macroblocks": dict.fromkeys(["count", "joints", "tol_n", "tol_d", "trivial"]),
+        "pushover": [{
+            **dict.fromkeys([
+                "model", "bodies", "nodes", "tetrahedra", "contacts", "ranks", "steps", "newton_iterations",
+                "peak_base_shear", "peak_multiplier", "displacement_at_peak", "final_displacement",
+                "initial_stiffness", "equilibrium_residual", "max_penetration", "max_kinetic_over_internal",
+                "peak_memory", "stopped_because",
+            ]),
+            "seconds": dict.fromkeys(["mesh", "assembly", "factorise", "contact", "total"]),
+        }],
+    }  # fmt: skip
+    assert record["wall"] == {"blocks": 3, "joints": 5, "weight": 3125.0}
+    assert record["macroblocks"] == {"count": 2, "joints": 4, "tol_n": 1e-3, "tol_d": 0.45, "trivial": False}
+    assert record["limit_analysis"]["non_associative"] == 0.29
+    assert record["limit_analysis"]["non_associative_range"] == [0.29, 0.31]
+    assert record["limit_analysis"]["iterations"] == 7
+    assert record["limit_analysis"]["base_shear"] == pytest.approx(906.25)
+    assert (entry["bodies"], entry["nodes"], entry["tetrahedra"], entry["contacts"]) == (2, 16, 10, 6)
+    assert (entry["steps"], entry["newton_iterations"], entry["peak_base_shear"]) == (5, 20, 900.0)
+    results.write_summary(tmp_path, record)
+    assert json.loads((tmp_path / "summary.json").read_text()) == record
+
+
+def test_summary_says_null_where_nothing_was_found(assemblage, analysis):
+    record = results.summary("c", assemblage, replace(analysis, sequence=None, dilation_shift=None), None, [])
+    assert record["limit_analysis"]["non_associative"] is None
+    assert record["limit_analysis"]["non_associative_range"] is None
+    assert record["limit_analysis"]["base_shear"] == pytest.approx(0.35 * 3125)
+    assert record["macroblocks"] is None
+
+
+def test_one_body_is_called_trivial(assemblage, analysis):
+    one = Partition(np.array([1, 0, 0, 0]), 1, np.array([2, 3, 4]), np.array([], int), None)
+    record = results.summary("c", assemblage, analysis, one, [])["macroblocks"]
+    assert record == {"count": 1, "joints": 2, "tol_n": None, "tol_d": None, "trivial": True}
