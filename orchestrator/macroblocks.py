@@ -1,4 +1,18 @@
-"""Macroblocks: blocks that move as one body in the collapse mechanism, merged by criteria (3) and (4)."""
+"""Macroblocks: blocks that move as one body in the collapse mechanism, merged by criteria (3) and (4).
+
+With t the displacement of block i or j evaluated at their joint and C their centres of rotation, both merge when
+
+    (3)  |t_n,i - t_n,j| <= tol_n,   |t_s,i - t_s,j| <= tol_s,   |t_r,i - t_r,j| <= tol_r
+    (4)  |C_i - C_j| <= tol_D
+
+Distances of criterion (4) where a centre is not a point, defined once:
+
+    two blocks at rest: 0;  one at rest, one moving: infinite;  two in the same translation: 0 (same centre at infinity);
+    two in translations of different direction, or one translating and one rotating: infinite.
+
+At rest means slower than 1e-6 of the fastest block; in translation means that the centre is more than 1e6 wall lengths
+away (limit_analysis.centres_of_rotation). Szabo, Funari and Lourenco 2023, Eq. (3) and (4).
+"""
 
 from __future__ import annotations
 
@@ -6,11 +20,24 @@ from dataclasses import dataclass
 from math import inf
 from typing import Annotated, Literal
 
+import numpy as np
+import numpy.typing as npt
 from annotated_types import Ge
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
+from orchestrator.errors import CaseError
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis import Mechanism, centres_of_rotation
+from orchestrator.limit_analysis.equilibrium import block_centroids
 from orchestrator.limit_analysis.state import Scale
-from orchestrator.masonry.wall import IntArray
+from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.units import Unit
+
+NOISE = 1e-9
+"""relative displacements below this part of the largest displacement are noise of the linear program"""
+SAME_DIRECTION = 1e-3
+"""angle between two translations that counts as none, rad"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,3 +72,97 @@ class Partition:
     transitive_joints: IntArray
     tolerances: MacroblockSettings | None
     remarks: tuple[str, ...] = ()
+
+
+def one_body_per_block(assemblage: Assemblage) -> Partition:
+    """Return the partition in which every stone is a body (micro-FE)."""
+    return _partition(assemblage, np.zeros(len(assemblage.block_i), bool), None)
+
+
+def one_body(assemblage: Assemblage) -> Partition:
+    """Return the trivial partition: all stones that are connected without the supports are one body."""
+    return _partition(assemblage, np.ones(len(assemblage.block_i), bool), None)
+
+
+def merged(assemblage: Assemblage, mechanism: Mechanism, settings: MacroblockSettings) -> Partition:
+    """Return the partition by criteria (3) and (4). Raises CaseError for a tolerance below the mechanism's noise."""
+    scaled = mechanism.scaled(settings.scale)
+    _refuse_noise(settings, scaled)
+    centroids = block_centroids(assemblage.wall)
+    within = _within_criterion_3(assemblage, scaled, settings) & _within_criterion_4(
+        assemblage, scaled.velocities, settings.centre_distance
+    )
+    return _partition(assemblage, within, settings)
+
+
+def _within_criterion_3(
+    assemblage: Assemblage, mechanism: Mechanism, settings: MacroblockSettings
+) -> npt.NDArray[np.bool_]:
+    """Return (k,): whether normal, tangential and rotational differences are within their tolerances."""
+    opening = np.abs(mechanism.opening.mean(axis=1))
+    if settings.evaluate_at == "ends":
+        opening = np.abs(mechanism.opening).max(axis=1)
+    rotation = mechanism.velocities[:, 2]
+    turned = np.abs(rotation[assemblage.block_i] - rotation[assemblage.block_j])
+    slip = np.abs(mechanism.slip)
+    return (opening <= settings.normal) & (slip <= settings.tangential) & (turned <= settings.rotation)
+
+
+def _within_criterion_4(assemblage: Assemblage, velocities: FloatArray, largest: float) -> npt.NDArray[np.bool_]:
+    """Return (k,): whether the centres of rotation of both blocks are within `largest` (m)."""
+    centres = centres_of_rotation(velocities, block_centroids(assemblage.wall))
+    i, j = assemblage.block_i, assemblage.block_j
+    resting, translating = np.isnan(centres).any(axis=1), np.isinf(centres).any(axis=1)
+    same_point = ~translating[i] & ~translating[j] & (np.linalg.norm(centres[i] - centres[j], axis=1) <= largest)
+    both_at_rest = resting[i] & resting[j]
+    both_translate = translating[i] & translating[j] & _alike(velocities[i, :2], velocities[j, :2])
+    return same_point | both_at_rest | both_translate | np.isinf(largest)
+
+
+def _alike(first: FloatArray, second: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return where two translations (k, 2) have one direction, to `SAME_DIRECTION`."""
+    size = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+    cross = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    return (np.sum(first * second, axis=1) > 0) & (np.abs(cross) <= SAME_DIRECTION * size)
+
+
+def _refuse_noise(settings: MacroblockSettings, mechanism: Mechanism) -> None:
+    noise = NOISE * mechanism.largest_displacement
+    for name in ("normal", "tangential", "rotation"):
+        if 0 < getattr(settings, name) < noise:
+            problem = f"{getattr(settings, name):g} is below the mechanism's numerical noise"
+            raise CaseError(f"macroblocks.{name}", problem, f"use at least {noise:.1e} (scale {settings.scale})")
+
+
+def _partition(
+    assemblage: Assemblage, within: npt.NDArray[np.bool_], settings: MacroblockSettings | None
+) -> Partition:
+    """Return connected components of the joints `within` (k,) tolerance that touch no support."""
+    fixed = np.array([block.fixed for block in assemblage.wall.blocks])
+    i, j = assemblage.block_i, assemblage.block_j
+    merges = within & ~fixed[i] & ~fixed[j]
+    size = (len(fixed), len(fixed))
+    _, group = connected_components(coo_matrix((np.ones(merges.sum()), (i[merges], j[merges])), size), directed=False)
+    body_of_block = np.zeros(len(fixed), np.int64)
+    _, first, component = np.unique(group[~fixed], return_index=True, return_inverse=True)
+    body_of_block[~fixed] = np.argsort(np.argsort(first))[component]
+    count = len(first)
+    body_of_block[fixed] = count + np.arange(fixed.sum())
+    vanished = np.flatnonzero(body_of_block[i] == body_of_block[j])
+    return Partition(
+        body_of_block=read_only(body_of_block, np.int64),
+        count=count,
+        vanished_joints=read_only(vanished, np.int64),
+        transitive_joints=read_only(vanished[~within[vanished]], np.int64),
+        tolerances=settings,
+        remarks=_remarks(count, int(np.sum(~fixed)), int(np.sum(~within[vanished])), settings),
+    )
+
+
+def _remarks(count: int, blocks: int, transitive: int, settings: MacroblockSettings | None) -> tuple[str, ...]:
+    found = []
+    if count == 1 and blocks > 1:
+        found.append("all blocks are one macroblock: it can only slide or overturn on its support")
+    if transitive and settings is not None:
+        found.append(f"{transitive} joints inside macroblocks exceed a tolerance; their blocks are joined through others")
+    return tuple(found)

@@ -1,13 +1,25 @@
-"""Tetrahedral meshes of the moving bodies: outlines extruded over the thickness, joint ends imprinted."""
+"""Tetrahedral meshes of the moving bodies: outlines extruded over the thickness, joint ends imprinted (gmsh)."""
 
 from __future__ import annotations
 
+import hashlib
+import json
+import math
+import os
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Annotated
+from pathlib import Path
+from time import perf_counter
+from typing import Annotated, Any
 
+import numpy as np
 from annotated_types import Ge, Gt
 
-from orchestrator.masonry.wall import FloatArray, IntArray
+from orchestrator.bodies import Bodies, Body
+from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.units import Unit
 
 
@@ -39,3 +51,166 @@ class BodyMeshes:
     unit_weight: FloatArray
     distinct_shapes: int
     seconds: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ShapeMesh:
+    """Mesh of one shape, first vertex of its outline at (0, 0): nodes (m, 3) in m, tetrahedra (t, 4), sides (f, 3)."""
+
+    nodes: FloatArray
+    tetrahedra: IntArray
+    sides: IntArray
+
+
+Shape = tuple[tuple[tuple[float, float], ...], ...]
+"""rings of vertices relative to the first vertex of the outline, rounded to 1e-9 m"""
+
+
+def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None) -> BodyMeshes:
+    """Return the meshes of the moving bodies; equal shapes are meshed once, and kept in the folder `cache`."""
+    began = perf_counter()
+    moving = bodies.bodies[: bodies.moving]
+    shapes = [_shape(body) for body in moving]
+    known = _meshes(dict.fromkeys(shapes), bodies.thickness, settings, cache)
+    meshes = [known[shape] for shape in shapes]
+    first_node = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
+    origins = [np.append(body.exterior[0], 0.0) for body in moving]
+    number = np.arange(len(moving))
+    return BodyMeshes(
+        nodes=read_only(np.concatenate([m.nodes + origin for m, origin in zip(meshes, origins, strict=True)])),
+        tetrahedra=read_only(np.concatenate([m.tetrahedra + n for m, n in zip(meshes, first_node, strict=False)]), np.int64),
+        body_of_node=read_only(np.repeat(number, [len(m.nodes) for m in meshes]), np.int64),
+        body_of_tetrahedron=read_only(np.repeat(number, [len(m.tetrahedra) for m in meshes]), np.int64),
+        side_triangles=read_only(np.concatenate([m.sides + n for m, n in zip(meshes, first_node, strict=False)]), np.int64),
+        body_of_side=read_only(np.repeat(number, [len(m.sides) for m in meshes]), np.int64),
+        unit_weight=read_only([body.unit_weight for body in moving]),
+        distinct_shapes=len(known),
+        seconds=perf_counter() - began,
+    )
+
+
+def _shape(body: Body) -> Shape:
+    rings = (np.round(ring - body.exterior[0], 9) + 0.0 for ring in (body.exterior, *body.holes))
+    return tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings)
+
+
+def _meshes(
+    shapes: dict[Shape, None], thickness: float, settings: MeshSettings, cache: Path | None
+) -> dict[Shape, ShapeMesh]:
+    """Return a mesh for each shape, from the cache where it is there."""
+    files = {shape: cache and cache / f"{_content_hash(shape, thickness, settings)}.npz" for shape in shapes}
+    meshes = {shape: mesh for shape, file in files.items() if (mesh := _cached(file)) is not None}
+    missing = [shape for shape in shapes if shape not in meshes]
+    if missing:
+        with gmsh_session(settings) as gmsh:
+            for shape in missing:
+                meshes[shape] = _mesh_shape(gmsh, shape, thickness, settings)
+                _keep(meshes[shape], files[shape])
+    return meshes
+
+
+@contextmanager
+def gmsh_session(settings: MeshSettings) -> Iterator[Any]:
+    """Hold gmsh's global state: initialised, silent, no element larger than the settings' size; finalised at the end."""
+    import gmsh  # 130 MB that check, limit and segment do not need
+
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", settings.size)
+        yield gmsh
+    finally:
+        gmsh.finalize()
+
+
+def _mesh_shape(gmsh: Any, shape: Shape, thickness: float, settings: MeshSettings) -> ShapeMesh:
+    """Triangulate the outline, extrude it, and return its tetrahedra."""
+    gmsh.model.add("body")
+    geometry = gmsh.model.geo
+    loops = [geometry.addCurveLoop(_add_ring(geometry, np.array(ring), settings.size)) for ring in shape]
+    surface = geometry.addPlaneSurface(loops)
+    geometry.extrude([(2, surface)], 0.0, 0.0, thickness, [settings.layers])
+    geometry.synchronize()
+    gmsh.model.mesh.generate(3)
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    _, _, elements = gmsh.model.mesh.getElements(3)
+    gmsh.model.remove()
+    tags, order = np.unique(np.asarray(tags, np.int64), return_index=True)
+    nodes = np.asarray(coordinates).reshape(-1, 3)[order]
+    tetrahedra = np.searchsorted(tags, np.asarray(elements[0], np.int64)).reshape(-1, 4)
+    assert len(elements) == 1, "the extruded outline must be tetrahedra only"
+    tetrahedra = _positive(nodes, tetrahedra)
+    return ShapeMesh(nodes, tetrahedra, _sides(nodes, tetrahedra))
+
+
+def _add_ring(geometry: Any, ring: FloatArray, size: float) -> list[int]:
+    """Add a closed ring of straight lines; a line no longer than `size` stays one element edge."""
+    points = [geometry.addPoint(x, y, 0.0, size) for x, y in ring]
+    lines = [geometry.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
+    for line, length in zip(lines, np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1), strict=True):
+        geometry.mesh.setTransfiniteCurve(line, max(1, math.ceil(length / size - 1e-6)) + 1)
+    return lines
+
+
+def _positive(nodes: FloatArray, tetrahedra: IntArray) -> IntArray:
+    """Return the tetrahedra with positive volume (extruded ones may come out negative)."""
+    return np.where((volumes(nodes, tetrahedra) > 0)[:, None], tetrahedra, tetrahedra[:, [0, 2, 1, 3]])
+
+
+def volumes(nodes: FloatArray, tetrahedra: IntArray) -> FloatArray:
+    """Return signed volumes (t,) in m3."""
+    a, b, c, d = (nodes[tetrahedra[:, k]] for k in range(4))
+    return np.einsum("ti,ti->t", b - a, np.cross(c - a, d - a)) / 6.0
+
+
+def _sides(nodes: FloatArray, tetrahedra: IntArray) -> IntArray:
+    """Return boundary triangles (f, 3) whose outward normal lies in the wall's plane."""
+    faces = np.concatenate([tetrahedra[:, k] for k in ([1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1])])
+    _, position, count = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
+    boundary = faces[count[position] == 1]
+    a, b, c = (nodes[boundary[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    return boundary[np.abs(normal[:, 2]) < 1e-6 * np.linalg.norm(normal, axis=1)]
+
+
+def _content_hash(shape: Shape, thickness: float, settings: MeshSettings) -> str:
+    from importlib.metadata import version
+
+    content = [shape, thickness, settings.size, settings.layers, version("gmsh")]
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
+
+
+def _cached(file: Path | None) -> ShapeMesh | None:
+    """Return the mesh kept in `file`; None where there is none or it cannot be read (it is then made again)."""
+    if file is None or not file.exists():
+        return None
+    try:
+        with np.load(file) as stored:
+            return ShapeMesh(stored["nodes"], stored["tetrahedra"], stored["sides"])
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
+        return None
+
+
+def _keep(mesh: ShapeMesh, file: Path | None) -> None:
+    if file is None:
+        return
+    file.parent.mkdir(parents=True, exist_ok=True)
+    temporary = file.with_name(f".{file.stem}.{os.getpid()}.npz")
+    np.savez_compressed(temporary, nodes=mesh.nodes, tetrahedra=mesh.tetrahedra, sides=mesh.sides)
+    os.replace(temporary, file)
+
+
+def write_mesh(meshes: BodyMeshes, path: Path) -> None:
+    """Write the mesh in the format of the suffix (.msh is gmsh 4.1, .vtu, .xdmf), body number as cell data."""
+    import meshio
+
+    mesh = meshio.Mesh(
+        meshes.nodes, [("tetra", meshes.tetrahedra)], cell_data={"body": [meshes.body_of_tetrahedron.astype(np.int32)]}
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix == ".msh":
+        mesh.write(path, file_format="gmsh", binary=True)
+    else:
+        mesh.write(path)
