@@ -5,8 +5,9 @@ Every increment solves R_u = 0 of newton.py with a different inertia reference:
     gravity, displacement control: u_ref = u_n, dt = proximal time (a proximal term, no history of velocity)
     ramp (backward Euler):         u_ref = u_n + dt v_n, and v = (u - u_n)/dt afterwards
 
-The ramp's base shear falls behind multiplier x weight as soon as a mechanism moves; from there on the mean displacement
-is prescribed and the load multiplier is an unknown, so that the reported peak is a static one.
+The ramp's base shear falls behind multiplier x weight as soon as a mechanism moves; the increment that shows this is
+dropped, and from the one before on the mean displacement is prescribed and the load multiplier is an unknown, so that
+the reported peak is a static one.
 
 A failed increment is tried again smaller: the ramp cuts its time step; displacement control cuts the increment by 4 and
 the proximal time by 2 together, which keeps the inertia's share du/dt^2 (where no static state is near, cutting the
@@ -132,7 +133,8 @@ class Pushover:
         """
         state = last or at_rest(self.model)
         for phase in (self._gravity, self._ramp, self._displacement_control):
-            for state in phase(state):
+            for following in phase(state):
+                state = following
                 yield state
 
     def finished(self, state: Increment) -> bool:
@@ -172,7 +174,7 @@ class Pushover:
         return replace(self._solved(state, problem, state.displacement.ravel(), 0.0, "gravity"), time=share)
 
     def _ramp(self, state: Increment) -> Iterator[Increment]:
-        if state.phase == "displacement" or self._inertia_shows(state) or self.finished(state):
+        if state.phase == "displacement" or self.finished(state):
             return
         policy = Policy(Step(self.stepping.time_step, 1.0), 1e-6, Step(1 / 3, 1.0), Step(1.5, 1.0))
         if state.phase == "gravity":
@@ -181,8 +183,10 @@ class Pushover:
         else:
             step = Step(*state.step[:2])
         for state in follow(state, step, self._solve_ramp, policy):
+            if self._inertia_shows(state):
+                break
             yield state
-            if self._inertia_shows(state) or self.finished(state):
+            if self.finished(state):
                 break
 
     def _solve_ramp(self, state: Increment, step: Step) -> Increment:

@@ -1,0 +1,54 @@
+"""The Newton matrix against finite differences of the residual it is meant to be the derivative of."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sparse
+from tests.verification.pushover_chain import model_of, stack
+
+from orchestrator.pushover.linear_system import coefficients, make_pattern
+from orchestrator.pushover.newton import Problem, evaluate
+
+
+def residual(model, problem, x):
+    """Return (R_u, contact rows, control row) of newton.py for x = (u, lambda / kappa, alpha)."""
+    n, kappa = len(model.gravity), model.contact_stiffness
+    iterate = evaluate(model, problem, x[:n], kappa * x[n:-1], x[-1])
+    contact = np.where(iterate.active, kappa * iterate.gap, iterate.normal_force)
+    if problem.mean_displacement is None:
+        return np.concatenate([iterate.force_residual, contact, [0.0]]), iterate
+    control = kappa * (model.mean_row @ x[:n] - problem.mean_displacement)
+    return np.concatenate([iterate.force_residual, contact, [control]]), iterate
+
+
+@pytest.mark.parametrize("mean_displacement", [None, 1e-4])
+def test_matrix_is_the_derivative_of_the_residual(mean_displacement):
+    model = model_of(stack((0.4, 0.3), (0.2, 0.3), friction=0.6))
+    n, c = len(model.gravity), len(model.contacts)
+    random = np.random.default_rng(2)
+    problem = Problem(
+        gravity_share=1.0,
+        displacement=np.zeros(n),
+        elastic_slip=random.normal(size=(c, 2)) * 1e-5,
+        inertia_reference=np.zeros(n),
+        time_step=0.05,
+        mean_displacement=mean_displacement,
+    )
+    kappa = model.contact_stiffness
+    displacement = random.normal(size=n) * 1e-5
+    closed = model.normal_rows @ displacement < 0  # an open contact carries nothing, as after any Newton step
+    x = np.concatenate([displacement, np.where(closed, random.uniform(1e-6, 1e-5, c), 0.0), [0.1]])
+    _, iterate = residual(model, problem, x)
+    assert 0 < iterate.active.sum() < c
+    assert 0 < iterate.response.sliding.sum() < c
+    pattern = make_pattern(model)
+    control = mean_displacement is not None
+    data = pattern.stiffness + pattern.mass / problem.time_step**2
+    data = data + pattern.scatter @ coefficients(iterate.response, iterate.active, control)
+    matrix = sparse.csr_matrix((data, pattern.indices, pattern.indptr))
+    direction = random.normal(size=n + c + 1) * 1e-5
+    direction[n:-1] *= closed
+    direction[-1] = 0.01 if control else 0.0
+    step = 1e-5
+    ahead, behind = residual(model, problem, x + step * direction)[0], residual(model, problem, x - step * direction)[0]
+    assert matrix @ direction == pytest.approx((ahead - behind) / (2 * step), rel=1e-4, abs=1e-3)
+    assert np.abs(matrix @ direction).max() > kappa * 1e-6, "the direction must matter"

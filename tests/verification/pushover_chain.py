@@ -1,0 +1,78 @@
+"""The chain from a wall to its FE increments, as tests need it: one call, all settings visible."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from mpi4py import MPI
+
+from orchestrator.bodies import make_bodies
+from orchestrator.joints import Assemblage, JointSettings, find_joints
+from orchestrator.macroblocks import Partition, one_body_per_block
+from orchestrator.masonry.wall import Block, Wall
+from orchestrator.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.model import ContactModel, build_model
+from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.pushover.state import Increment, PushoverCurve
+from orchestrator.pushover.stepping import Pushover
+
+
+@dataclass(frozen=True)
+class Run:
+    """A model and every increment it went through."""
+
+    model: ContactModel
+    increments: list[Increment]
+
+    @property
+    def curve(self) -> PushoverCurve:
+        return PushoverCurve.from_increments(self.increments, "final displacement")
+
+    @property
+    def peak(self) -> float:
+        """Largest base shear / weight."""
+        return float(self.curve.base_shear_N.max()) / self.model.weight
+
+    @property
+    def under_gravity(self) -> Increment:
+        return [i for i in self.increments if i.phase == "gravity"][-1]
+
+
+def rectangle(x: float, y: float, width: float, height: float) -> np.ndarray:
+    return np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
+
+
+def stack(*sizes: tuple[float, float], friction: float) -> Wall:
+    """Blocks (width, height) one on the other, centred on x = 0, on a wide support."""
+    blocks = [Block(0, rectangle(-2.0, -0.2, 4.0, 0.2), True, 25e3)]
+    level = 0.0
+    for number, (width, height) in enumerate(sizes, start=1):
+        blocks.append(Block(number, rectangle(-width / 2, level, width, height), False, 25e3))
+        level += height
+    return Wall("stack", tuple(blocks), 0.1, friction)
+
+
+def assemblage_of(wall: Wall) -> Assemblage:
+    return find_joints(wall, JointSettings())
+
+
+def model_of(
+    wall: Wall,
+    partition: Partition | None = None,
+    mesh_size: float = 0.2,
+    direction: int = 1,
+    slip_tolerance: float = 1e-5,
+    comm: MPI.Comm = MPI.COMM_SELF,
+) -> ContactModel:
+    assemblage = assemblage_of(wall)
+    bodies = make_bodies(assemblage, partition or one_body_per_block(assemblage))
+    meshes = mesh_bodies(bodies, MeshSettings(size=mesh_size), None)
+    return build_model(bodies, meshes, ElasticSettings(), ContactSettings(slip_tolerance), direction, comm)
+
+
+def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float) -> Run:
+    settings = SteppingSettings(final_displacement=final_displacement, **stepping)
+    with LinearSystem(model, comm) as system:
+        return Run(model, list(Pushover(model, system, NewtonSettings(), settings).increments()))

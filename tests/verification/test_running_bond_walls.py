@@ -1,0 +1,66 @@
+"""Running-bond walls under gravity and a growing horizontal load, every stone a body."""
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from tests.verification.pushover_chain import Run, assemblage_of, model_of, run
+
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.macroblocks import one_body
+from orchestrator.masonry.patterns import running_bond
+from orchestrator.pushover.checks import check, equilibrium_error
+from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
+from orchestrator.pushover.stepping import Pushover
+
+
+@pytest.fixture(scope="module")
+def wide() -> Run:
+    """5 x 6 blocks: sliding and overturning mixed."""
+    return run(model_of(running_bond(5, 6)), final_displacement=5e-3)
+
+
+@pytest.mark.parametrize(("courses", "blocks"), [(6, 33), (10, 55)])
+def test_peak_lies_within_3_percent_below_the_non_associative_multiplier(courses, blocks):
+    """The FE peak stays below the associative multiplier and within 3 % of the non-associative one (the paper's
+    figure for micro-FE against micro limit analysis is a few per cent)."""
+    wall = running_bond(5, courses)
+    assert sum(not block.fixed for block in wall.blocks) == blocks
+    limit = analyse(assemblage_of(wall), LimitAnalysisSettings(), 1)
+    result = run(model_of(wall), final_displacement=10e-3)
+    assert result.curve.control_displacement_m[-1] >= 10e-3
+    assert result.peak <= limit.associative.load_multiplier * 1.001
+    assert result.peak == pytest.approx(limit.headline.load_multiplier, rel=0.03)
+
+
+def test_curve_is_quasi_static_and_in_equilibrium(wide):
+    check(wide.curve, wide.increments, wide.model.weight)
+    assert equilibrium_error(wide.curve, wide.model.weight) < 1e-3
+    assert all(np.all(i.normal_force >= 0) for i in wide.increments)
+
+
+def test_load_to_the_left_on_the_mirrored_wall_gives_nearly_the_same_curve(wide):
+    """The wall is its own mirror image; its tetrahedra are not, which leaves a difference of their stiffness only."""
+    left = run(model_of(running_bond(5, 6), direction=-1), final_displacement=5e-3)
+    assert left.peak == pytest.approx(wide.peak, rel=2e-3)
+
+
+def test_one_body_slides_at_the_coefficient_of_friction():
+    wall = running_bond(5, 10)
+    result = run(model_of(wall, one_body(assemblage_of(wall))), final_displacement=1e-3)
+    assert result.peak == pytest.approx(0.65, abs=1e-4)
+
+
+@pytest.mark.parametrize("phase", ["gravity", "ramp", "displacement"])
+def test_any_stored_increment_can_be_continued(wide, phase):
+    """Going on from a stored increment gives the increments that followed it, to solver accuracy."""
+    of_phase = [k for k, i in enumerate(wide.increments) if i.phase == phase]
+    start = of_phase[len(of_phase) // 2]
+    settings = SteppingSettings(final_displacement=5e-3)
+    with LinearSystem(wide.model, MPI.COMM_SELF) as system:
+        onward = Pushover(wide.model, system, NewtonSettings(), settings).increments(wide.increments[start])
+        for expected in wide.increments[start + 1 : start + 6]:
+            found = next(onward)
+            assert (found.number, found.phase) == (expected.number, expected.phase)
+            assert found.base_shear == pytest.approx(expected.base_shear, rel=1e-9, abs=1e-6)
+            assert found.displacement == pytest.approx(expected.displacement, rel=1e-9, abs=1e-13)
