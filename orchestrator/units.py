@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass
+
+FACTORS = {
+    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3},
+    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0},
+    "1/s": {"1/s": 1.0},
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/m2": 1.0, "kN/m2": 1e3, "N/mm2": 1e6},
+    "N/m3": {"N/m3": 1.0, "kN/m3": 1e3, "MN/m3": 1e6},
+}
+"""units that may be written, by the SI unit a quantity is stored in"""
+
+QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf)\s*([A-Za-z0-9/]*)\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -10,3 +23,29 @@ class Unit:
     """Marks a settings field with the SI unit it is stored in: `Annotated[float, Unit("m")]`."""
 
     symbol: str
+
+    def parse(self, value: object) -> float:
+        """Return a number (already SI) or a text with its unit ("450 mm") in the SI unit.
+
+        Raises ValueError, saying which units would be right.
+        """
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return _finite_or_inf(float(value))
+        match = QUANTITY.fullmatch(value) if isinstance(value, str) else None
+        if match is None:
+            raise ValueError(f'{value!r} is not a quantity; write a number and its unit, as in "1 {self.symbol}"')
+        return _finite_or_inf(float(match[1])) * self.factor(match[2])
+
+    def factor(self, symbol: str) -> float:
+        """Return the factor from `symbol` to the SI unit. Raises ValueError for a unit of another kind."""
+        known = FACTORS[self.symbol]
+        if symbol not in known:
+            found = f"unit {symbol!r}" if symbol else "a text without a unit"
+            raise ValueError(f"{found} does not fit; use one of {', '.join(known)}")
+        return known[symbol]
+
+
+def _finite_or_inf(value: float) -> float:
+    if math.isnan(value):
+        raise ValueError("nan is not a quantity; write a number")
+    return value

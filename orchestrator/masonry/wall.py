@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import shapely
+
+from orchestrator.errors import CaseError
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -39,3 +42,53 @@ class Wall:
     blocks: tuple[Block, ...]
     thickness: float
     friction: float
+
+
+def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:
+    """Raise CaseError for a wall that is not one: shapes, supports, overlaps, material.
+
+    Two blocks overlap when they share more than a strip of width `tolerance` (m) along the shorter outline; less is the
+    rounding of a drawing.
+    """
+    for key, value in (("thickness", wall.thickness), ("friction", wall.friction)):
+        if not 0 < value < np.inf:
+            raise CaseError(key, f"{value:g} is not a positive number", "give a value above 0")
+    _refuse_doubled_ids(wall)
+    for block in wall.blocks:
+        _check_block(block)
+    if not any(block.fixed for block in wall.blocks):
+        raise CaseError("blocks", "no block is a support", 'mark the ground as a block with "fixed": true')
+    if all(block.fixed for block in wall.blocks):
+        raise CaseError("blocks", "every block is a support", 'leave "fixed" out of the blocks of the wall')
+    _refuse_overlaps(wall, tolerance)
+
+
+def _refuse_doubled_ids(wall: Wall) -> None:
+    seen: set[int] = set()
+    for block in wall.blocks:
+        if block.id in seen:
+            raise CaseError(f"block {block.id}", "two blocks have this id", "give every block its own id")
+        seen.add(block.id)
+
+
+def _check_block(block: Block) -> None:
+    key = f"block {block.id}"
+    if not np.isfinite(block.polygon).all():
+        raise CaseError(key, "a coordinate is not a finite number", "give finite coordinates")
+    outline = shapely.Polygon(block.polygon)
+    if not outline.is_valid:
+        raise CaseError(key, "its polygon crosses or touches itself", "list the corners once, in order round the block")
+    if outline.area <= 1e-12 * max(1.0, outline.length**2):
+        raise CaseError(key, "its polygon has no area", "give at least three corners that are not on one line")
+    if not 0 < block.unit_weight < np.inf:
+        raise CaseError(key, f"unit_weight {block.unit_weight:g} is not a positive number", "give a value above 0")
+
+
+def _refuse_overlaps(wall: Wall, tolerance: float) -> None:
+    outlines = [shapely.Polygon(block.polygon) for block in wall.blocks]
+    pairs = shapely.STRtree(outlines).query(outlines, predicate="intersects").T
+    for i, j in sorted((int(i), int(j)) for i, j in pairs if i < j):
+        common = outlines[i].intersection(outlines[j]).area
+        if common > tolerance * min(outlines[i].length, outlines[j].length):
+            problem = f"overlaps block {wall.blocks[j].id} by {common:.3g} m2"
+            raise CaseError(f"block {wall.blocks[i].id}", problem, "move one of them or correct its polygon")

@@ -1,0 +1,127 @@
+"""Block files (JSON) -> Wall.
+
+    {"name": "...", "units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.1, "unit_weight": 25.0,
+     "friction": 0.65, "blocks": [{"id": 1, "polygon": [[x, y], ...], "fixed": false}, ...]}
+
+Numbers are in the file's own units; polygons are made counter-clockwise. A block may have its own unit_weight.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from orchestrator.errors import CaseError
+from orchestrator.masonry.wall import Block, FloatArray, Wall, read_only
+from orchestrator.units import Unit
+
+UNIT_OF = {"length": Unit("m"), "unit_weight": Unit("N/m3")}
+REQUIRED = ("units", "thickness", "unit_weight", "friction", "blocks")
+INFORMATION = (
+    "name", "source", "licence", "license", "remark", "load", "expected", "free_blocks", "interfaces", "weight_kN",
+)  # fmt: skip
+"""keys that may stand in a block file without changing the wall"""
+BLOCK_KEYS = ("id", "polygon", "fixed", "unit_weight")
+LARGEST_FILE = 200_000_000
+"""bytes; a wall of 100,000 blocks has about 10 MB"""
+
+
+def read_blocks(path: Path) -> Wall:
+    """Return the wall in the block file `path`, in SI units. Raises CaseError naming file, key and remedy.
+
+    The wall's shapes are not checked here: see wall.check_wall.
+    """
+    try:
+        return _wall(_record(path), path.stem)
+    except CaseError as error:
+        raise error.in_file(str(path)) from None
+
+
+def _record(path: Path) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise CaseError("", "larger than 200 MB", "is this a block file?")
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise CaseError("", "no such file", "give the path of a block file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise CaseError("", f"cannot be read ({error})", "give the path of a JSON block file") from None
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise CaseError("", f"is not JSON ({error})", "see the block file format in the README") from None
+    if not isinstance(record, dict):
+        raise CaseError("", "is not a block file", 'it must be an object with "blocks"')
+    return record
+
+
+def _wall(record: dict[str, Any], name: str) -> Wall:
+    _refuse_unknown(record, (*REQUIRED, *INFORMATION), "")
+    for key in REQUIRED:
+        if key not in record:
+            raise CaseError(key, "is missing", "see the block file format in the README")
+    length, weight = (_unit_factor(record["units"], kind) for kind in ("length", "unit_weight"))
+    unit_weight = _number(record, "unit_weight", "") * weight
+    if not isinstance(record["blocks"], list):
+        raise CaseError("blocks", "is not a list", "list the blocks, each with id and polygon")
+    return Wall(
+        name=str(record.get("name", name)),
+        blocks=tuple(_block(row, number, unit_weight, length, weight) for number, row in enumerate(record["blocks"])),
+        thickness=_number(record, "thickness", "") * length,
+        friction=_number(record, "friction", ""),
+    )
+
+
+def _unit_factor(units: Any, kind: str) -> float:
+    if not isinstance(units, dict) or kind not in units:
+        raise CaseError(f"units.{kind}", "is missing", f'state the unit, as in "{kind}": "{UNIT_OF[kind].symbol}"')
+    _refuse_unknown(units, tuple(UNIT_OF), "units.")
+    try:
+        return UNIT_OF[kind].factor(str(units[kind]))
+    except ValueError as error:
+        problem, _, remedy = str(error).partition("; ")
+        raise CaseError(f"units.{kind}", problem, remedy) from None
+
+
+def _block(row: Any, number: int, unit_weight: float, length: float, weight: float) -> Block:
+    if not isinstance(row, dict) or type(row.get("id")) is not int:
+        raise CaseError(f"blocks[{number}].id", "is missing or not a whole number", "give every block its own id")
+    key = f"block {row['id']}"
+    _refuse_unknown(row, BLOCK_KEYS, f"{key}.")
+    fixed = row.get("fixed", False)
+    if not isinstance(fixed, bool):
+        raise CaseError(f"{key}.fixed", f"{fixed!r} is neither true nor false", "write true for supports")
+    own = _number(row, "unit_weight", f"{key}.") * weight if "unit_weight" in row else unit_weight
+    return Block(row["id"], _polygon(row.get("polygon"), key) * length, fixed, own)
+
+
+def _polygon(corners: Any, key: str) -> FloatArray:
+    """Return corners (n, 2), counter-clockwise, without a repeated last corner."""
+    try:
+        polygon = np.array(corners, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        polygon = np.zeros(0)
+    if polygon.ndim != 2 or polygon.shape[1] != 2 or len(polygon) < 3:
+        raise CaseError(f"{key}.polygon", "is not a list of at least three corners", "write [[x, y], [x, y], [x, y]]")
+    if len(polygon) > 3 and (polygon[0] == polygon[-1]).all():
+        polygon = polygon[:-1]
+    x, y = polygon.T
+    doubled_area = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
+    return read_only(polygon if doubled_area > 0 else polygon[::-1])
+
+
+def _number(record: dict[str, Any], key: str, place: str) -> float:
+    value = record[key]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
+        raise CaseError(place + key, f"{value!r} is not a number", "write a number in the file's units")
+    return float(value)
+
+
+def _refuse_unknown(record: dict[str, Any], known: tuple[str, ...], place: str) -> None:
+    for key in record:
+        if key not in known:
+            near = difflib.get_close_matches(key, known, 1)
+            remedy = f"did you mean {near[0]}?" if near else f"known keys are {', '.join(known)}"
+            raise CaseError(place + key, "is not a known key", remedy)
