@@ -1,0 +1,263 @@
+"""Case file (TOML) -> Case: everything the user asked, defaults filled in, units converted, bounds checked.
+
+Each section is a settings dataclass declared beside the mechanics that use it; this module nests them, and turns every
+complaint into one line with file, key and remedy. `inf` (or "none") switches a macroblock tolerance off.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+import typing
+from collections.abc import Sequence
+from dataclasses import MISSING, asdict, dataclass, field, fields, replace
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tomli_w
+from annotated_types import Gt, MinLen
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, create_model
+
+from orchestrator.errors import CaseError
+from orchestrator.joints import JointSettings
+from orchestrator.limit_analysis import LimitAnalysisSettings
+from orchestrator.macroblocks import MacroblockSettings
+from orchestrator.masonry.readers import read_blocks
+from orchestrator.masonry.wall import Wall
+from orchestrator.meshing import MeshSettings
+from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.units import Unit
+
+ModelName = Literal["macro", "micro"]
+MAY_BE_INFINITE = ("macroblocks",)
+LARGEST_FILE = 1_000_000
+"""bytes"""
+
+
+@dataclass(frozen=True, slots=True)
+class WallSettings:
+    """Where the blocks come from; the other values, where given, replace the block file's."""
+
+    blocks: str
+    """path of the block file, relative to the case file"""
+    thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
+    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    friction: Annotated[float, Gt(0)] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LoadSettings:
+    """Horizontal load, proportional to mass."""
+
+    direction: Literal["+x", "-x"] = "+x"
+
+    @property
+    def sign(self) -> int:
+        """+1 or -1."""
+        return 1 if self.direction == "+x" else -1
+
+
+@dataclass(frozen=True, slots=True)
+class RunSettings:
+    """Which partitions the FE pushover is run on: macroblocks, every stone (micro), or both."""
+
+    models: Annotated[tuple[ModelName, ...], MinLen(1)] = ("macro", "micro")
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A case as read; `file` is where it came from."""
+
+    wall: WallSettings
+    name: str = ""
+    load: LoadSettings = field(default_factory=LoadSettings)
+    joints: JointSettings = field(default_factory=JointSettings)
+    limit_analysis: LimitAnalysisSettings = field(default_factory=LimitAnalysisSettings)
+    macroblocks: MacroblockSettings = field(default_factory=MacroblockSettings)
+    mesh: MeshSettings = field(default_factory=MeshSettings)
+    elastic: ElasticSettings = field(default_factory=ElasticSettings)
+    contact: ContactSettings = field(default_factory=ContactSettings)
+    newton: NewtonSettings = field(default_factory=NewtonSettings)
+    stepping: SteppingSettings = field(default_factory=SteppingSettings)
+    run: RunSettings = field(default_factory=RunSettings)
+    file: Path = field(default=Path(), compare=False)
+
+    @property
+    def block_file(self) -> Path:
+        """Path of the block file."""
+        return self.file.parent / self.wall.blocks
+
+
+def read(path: Path, overrides: Sequence[str] = ()) -> Case:
+    """Return the case in `path`: a case file, or a block file (.json) with the default of every setting.
+
+    overrides: "section.key=value" each. Raises CaseError.
+    """
+    try:
+        record = {"wall": {"blocks": path.name}} if path.suffix == ".json" else _toml(path)
+        for override in overrides:
+            _override(record, override)
+        case = _case(record)
+    except CaseError as error:
+        raise error.in_file(str(path)) from None
+    return replace(case, file=path, name=case.name or path.stem)
+
+
+def read_wall(case: Case) -> Wall:
+    """Return the wall of a case: its block file with the replacements of [wall]. Raises CaseError."""
+    wall, given = read_blocks(case.block_file), case.wall
+    if given.unit_weight is not None:
+        wall = replace(wall, blocks=tuple(replace(block, unit_weight=given.unit_weight) for block in wall.blocks))
+    replaced = {name: value for name in ("thickness", "friction") if (value := getattr(given, name)) is not None}
+    return replace(wall, **replaced)
+
+
+def as_toml(case: Case, block_file: str) -> str:
+    """Return a case file that reads back as `case` with its blocks in `block_file`; all defaults filled in."""
+    record: dict[str, Any] = {"name": case.name}
+    for section in _sections():
+        settings = getattr(case, section)
+        record[section] = {name: _written(settings, name, value) for name, value in asdict(settings).items()}
+    record["wall"] = {k: v for k, v in record["wall"].items() if v is not None} | {"blocks": block_file}
+    return tomli_w.dumps(record)
+
+
+def _written(settings: Any, name: str, value: Any) -> Any:
+    """Return a value as it stands in a case file, with its unit."""
+    unit = _unit(typing.get_type_hints(type(settings), include_extras=True)[name])
+    if unit is None or value is None:
+        return list(value) if isinstance(value, tuple) else value
+    return value if math.isinf(value) else f"{value!r} {unit.symbol}"
+
+
+def _toml(path: Path) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise CaseError("", "larger than 1 MB", "is this a case file?")
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise CaseError("", "no such file", "give the path of a case file (.toml) or a block file (.json)") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise CaseError("", f"cannot be read ({error})", "give the path of a case file") from None
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise CaseError("", f"is not TOML ({error})", "see templates/benchmark1.toml for an example") from None
+
+
+def _override(record: dict[str, Any], override: str) -> None:
+    """Set section.key in the record; the value is TOML where it can be, else text."""
+    key, equals, text = override.partition("=")
+    *sections, name = key.strip().split(".")
+    if not equals or len(sections) > 1 or not name:
+        raise CaseError("--set", f"{override!r} is not of the form section.key=value", "as in --set mesh.size=100mm")
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        value = text.strip()
+    target = record
+    for section in sections:
+        target = target.setdefault(section, {})
+        if not isinstance(target, dict):
+            raise CaseError(section, "is not a section", f"write [{section}]")
+    target[name] = value
+
+
+def _case(record: dict[str, Any]) -> Case:
+    try:
+        validated = _model().model_validate(record)
+    except ValidationError as error:
+        raise _first_complaint(error) from None
+    sections = {name: cls(**getattr(validated, name).model_dump()) for name, cls in _sections().items()}
+    return Case(name=validated.name, **sections)  # type: ignore[attr-defined]
+
+
+def _sections() -> dict[str, type]:
+    hints = typing.get_type_hints(Case)
+    return {f.name: hints[f.name] for f in fields(Case) if f.name not in ("name", "file")}
+
+
+@cache
+def _model() -> type[BaseModel]:
+    """Return the pydantic model of a case file, made from the settings dataclasses."""
+    parts: dict[str, Any] = {"name": (str, "")}
+    for name, settings in _sections().items():
+        part = _section_model(name, settings)
+        parts[name] = (part, ...) if name == "wall" else (part, part())
+    return create_model("CaseFile", __config__=ConfigDict(extra="forbid"), **parts)
+
+
+def _section_model(section: str, settings: type) -> type[BaseModel]:
+    hints = typing.get_type_hints(settings, include_extras=True)
+    parts: dict[str, Any] = {
+        f.name: (_validated(hints[f.name], section in MAY_BE_INFINITE), ... if f.default is MISSING else f.default)
+        for f in fields(settings)
+    }
+    return create_model(settings.__name__, __config__=ConfigDict(extra="forbid", strict=False), **parts)
+
+
+def _validated(hint: Any, may_be_infinite: bool) -> Any:
+    """Return the type hint with the conversion of its unit and the refusal of nan (and inf) in front."""
+    if _plain_type(hint) is not float:
+        return Annotated[hint, BeforeValidator(_refuse_bool)] if _plain_type(hint) is int else hint
+    unit = _unit(hint)
+
+    def number(value: Any) -> Any:
+        if value is None:
+            return None
+        if value == "none" and may_be_infinite:
+            return math.inf
+        if unit is None and (isinstance(value, bool) or not isinstance(value, int | float)):
+            raise ValueError(f"{value!r} is not a number; write a number without unit")
+        result = float(value) if unit is None else unit.parse(value)
+        if math.isnan(result) or (math.isinf(result) and not may_be_infinite):
+            raise ValueError(f"{value!r} is not a finite number; write a finite one")
+        return result
+
+    return Annotated[hint, BeforeValidator(number)]
+
+
+def _refuse_bool(value: Any) -> Any:
+    if isinstance(value, bool) or (isinstance(value, str | float) and not float(value).is_integer()):
+        raise ValueError(f"{value!r} is not a whole number; write a whole number")
+    return value
+
+
+def _plain_type(hint: Any) -> Any:
+    """Return float for `Annotated[float, ...]` and `Annotated[float, ...] | None`, else the bare type."""
+    members = [member for member in typing.get_args(hint) if member is not type(None)]
+    if typing.get_origin(hint) is Annotated or type(None) in typing.get_args(hint):
+        return _plain_type(members[0])
+    return hint
+
+
+def _unit(hint: Any) -> Unit | None:
+    for member in typing.get_args(hint):
+        found = member if isinstance(member, Unit) else _unit(member)
+        if found is not None:
+            return found
+    return None
+
+
+def _first_complaint(error: ValidationError) -> CaseError:
+    """Return the first complaint as key, problem, remedy."""
+    first = error.errors()[0]
+    place = [str(part) for part in first["loc"]]
+    key = ".".join(place)
+    if first["type"] == "extra_forbidden":
+        known = _known_keys(place[:-1])
+        near = difflib.get_close_matches(place[-1], known, 1)
+        return CaseError(key, "is not a known key", f"did you mean {near[0]}?" if near else f"use {', '.join(known)}")
+    if first["type"] == "missing":
+        return CaseError(key, "is missing", "see templates/benchmark1.toml for an example")
+    message = first["msg"].removeprefix("Value error, ")
+    if "; " in message:
+        problem, _, remedy = message.partition("; ")
+        return CaseError(key, problem, remedy)
+    return CaseError(key, f"{first['input']!r} is not accepted", message[:1].lower() + message[1:])
+
+
+def _known_keys(place: list[str]) -> list[str]:
+    if not place:
+        return ["name", *_sections()]
+    return [f.name for f in fields(_sections()[place[0]])] if place[0] in _sections() else []
