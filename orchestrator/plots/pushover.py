@@ -1,0 +1,230 @@
+"""Pictures of the pushover: the deformed wall with the state of its joints, and the capacity curves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import floor, log10
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+from scipy.spatial import cKDTree
+
+from orchestrator.bodies import Bodies
+from orchestrator.capacity import Capacity
+from orchestrator.limit_analysis.state import LimitAnalysis
+from orchestrator.masonry.wall import FloatArray, IntArray
+from orchestrator.meshing import BodyMeshes
+from orchestrator.plots.canvas import (
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    STONE,
+    VERMILLION,
+    draw_segments,
+    draw_supports,
+    legend_below,
+    wall_figure,
+    write_title,
+)
+from orchestrator.pushover.state import ContactStatus, Increment, PushoverCurve
+
+DRAWN_DISPLACEMENT = 0.06
+"""largest displacement of a drawn deformed wall, part of the wall's height, where no factor is given"""
+ON_JOINT = 1e-4
+"""distance within which a contact lies on an interface, part of the wall's largest dimension"""
+LINES = {
+    ContactStatus.STICK: (INK, 0.8, "closed (stick)"),
+    ContactStatus.SLIP: (BLUE, 2.0, "slipping"),
+    ContactStatus.OPEN: (VERMILLION, 2.0, "open"),
+}
+MODELS = ((BLUE, "-"), (VERMILLION, "--"), (GREEN, "-."), (PURPLE, ":"))
+
+
+def deformed(
+    bodies: Bodies,
+    meshes: BodyMeshes,
+    increment: Increment,
+    contact_points: FloatArray,
+    body_slave: IntArray,
+    body_master: IntArray,
+    name: str,
+    amplification: float | None = None,
+) -> Figure:
+    """Draw the outline of every body at z = 0, displaced times `amplification`, and its contacts coloured by status.
+
+    contact_points (c, 2) or (c, 3) in m, undeformed; body_slave, body_master (c,): body numbers; all in the order of
+    Increment.status. Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
+    ten, never below 1).
+    """
+    plane = increment.displacement[:, :2]
+    supports = [body.exterior for body in bodies.bodies[bodies.moving :]]
+    height = float(np.ptp(meshes.nodes[:, 1]))
+    factor = amplification or readable_factor(DRAWN_DISPLACEMENT * height, float(np.abs(plane).max()))
+    moved = meshes.nodes[:, :2] + factor * plane
+    title = (
+        f"Load multiplier {increment.load_multiplier:.4f}, control displacement "
+        f"{1e3 * increment.control_displacement:.3g} mm\ndisplacements drawn × {factor:g}"
+    )
+    figure, axes = wall_figure(np.vstack([moved, *supports]), title, name)
+    for number in range(bodies.moving):
+        axes.add_patch(PathPatch(outline(meshes, number, moved), facecolor=STONE, edgecolor="#888888", linewidth=0.5))
+    draw_supports(axes, supports)
+    nearest = nodes_of_contacts(meshes, contact_points[:, :2], body_slave)
+    _draw_contacts(axes, bodies, contact_points[:, :2], body_slave, body_master, increment.status, moved[nearest])
+    legend_below(axes)
+    return figure
+
+
+def curves(models: Mapping[str, tuple[PushoverCurve, Capacity]], analysis: LimitAnalysis, name: str) -> Figure:
+    """Draw base shear against control displacement of all `models` (label -> curve, capacity), and micro-LA.
+
+    Displacements are relative to the state under gravity; the second axis is base shear / weight.
+    """
+    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
+    axes = figure.add_subplot()
+    for (label, (curve, capacity)), (colour, style) in zip(models.items(), MODELS * len(models), strict=False):
+        moved = 1e3 * (curve.control_displacement_m - curve.control_displacement_m[0])
+        axes.plot(moved, curve.base_shear_N / 1e3, style, color=colour, linewidth=1.8, label=label)
+        peak = (1e3 * capacity.displacement_at_peak, capacity.peak_base_shear / 1e3)
+        said = f"peak {peak[1]:.4g} kN (λ = {capacity.peak_multiplier:.4f}) at {peak[0]:.3g} mm"
+        axes.plot(*peak, "o", color=colour, markeredgecolor="white", markersize=8, label=said, zorder=4)
+    _draw_limit_analysis(axes, analysis)
+    axes.set_xlabel("control displacement (mm)")
+    axes.set_ylabel("base shear (kN)")
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(0.0, 1.08 * axes.get_ylim()[1])
+    axes.grid(color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+    kilonewtons = analysis.weight / 1e3
+    multiplier = axes.secondary_yaxis("right", functions=(_times(1.0 / kilonewtons), _times(kilonewtons)))
+    multiplier.set_ylabel("load multiplier λ = base shear / weight")
+    direction = "+x" if analysis.load_direction > 0 else "−x"
+    write_title(axes, f"Pushover along {direction}, weight {kilonewtons:.5g} kN", name)
+    legend_below(axes, 2)
+    return figure
+
+
+def readable_factor(drawn: float, largest: float) -> float:
+    """Return 1, 2 or 5 times a power of ten, at least 1, so that factor x `largest` is at most `drawn` (both m)."""
+    if largest == 0.0 or drawn <= largest:
+        return 1.0
+    power = 10.0 ** floor(log10(drawn / largest))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= drawn / largest)
+
+
+def outline(meshes: BodyMeshes, body: int, positions: FloatArray) -> Path:
+    """Return the closed outlines, holes included, of a body's face at z = 0, with nodes at `positions` (m, 2)."""
+    triangles = meshes.side_triangles[meshes.body_of_side == body]
+    edges = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    front = meshes.nodes[:, 2] <= 1e-9 * float(np.ptp(meshes.nodes[:, 2]))
+    loops = closed_loops(edges[front[edges].all(axis=1)])
+    return Path.make_compound_path(*(Path(positions[[*loop, loop[0]]], closed=True) for loop in loops))
+
+
+def closed_loops(edges: IntArray) -> list[list[int]]:
+    """Return the node numbers of the loops that directed edges (e, 2) form; every node has as many in as out."""
+    following: dict[int, list[int]] = {}
+    for start, end in edges.tolist():
+        following.setdefault(start, []).append(end)
+    loops = []
+    while following:
+        first = next(iter(following))
+        loop, node = [first], _leave(following, first)
+        while node != first:
+            loop.append(node)
+            node = _leave(following, node)
+        loops.append(loop)
+    return loops
+
+
+def nodes_of_contacts(meshes: BodyMeshes, points: FloatArray, body: IntArray) -> IntArray:
+    """Return the node (c,) of the given body (c,) nearest to each point (c, 2)."""
+    apart = 10.0 * float(np.ptp(meshes.nodes, axis=0).max())  # a third coordinate that keeps bodies apart
+    tree = cKDTree(np.column_stack([meshes.nodes[:, :2], apart * meshes.body_of_node]))
+    return tree.query(np.column_stack([points, apart * body]))[1]
+
+
+def shares_of_interface(along: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Share an interface among its contacts at `along` (c,), 0 at its start, 1 at its end.
+
+    Returns the contacts (d,) to use, one per position, in order, and the borders (d + 1,): contact a covers
+    borders[a] to borders[a + 1], the border between two lies midway.
+    """
+    order = np.argsort(along, kind="stable")
+    distinct = order[np.append(True, np.diff(along[order]) > 1e-6)]
+    middle = 0.5 * (along[distinct][1:] + along[distinct][:-1])
+    return distinct, np.concatenate([[0.0], middle, [1.0]])
+
+
+def _draw_contacts(
+    axes: Axes,
+    bodies: Bodies,
+    points: FloatArray,
+    body_slave: IntArray,
+    body_master: IntArray,
+    status: IntArray,
+    drawn: FloatArray,
+) -> None:
+    """Draw every interface on its slave's displaced face (`drawn` (c, 2): displaced contacts), coloured by status."""
+    pieces: dict[ContactStatus, list[FloatArray]] = {name: [] for name in LINES}
+    pairs = np.sort(np.column_stack([body_slave, body_master]), axis=1)
+    tolerance = ON_JOINT * float(np.ptp(points, axis=0).max())
+    for i, j, start, end in zip(bodies.body_i, bodies.body_j, bodies.start, bodies.end, strict=True):
+        candidates = np.flatnonzero((pairs == sorted((i, j))).all(axis=1))
+        chosen, along = _on_segment(points, candidates, start, end, tolerance)
+        if chosen.size < 2:
+            continue
+        used, borders = shares_of_interface(along)
+        corners = np.array([np.interp(borders, along[used], axis) for axis in drawn[chosen[used]].T]).T
+        for contact, piece in zip(chosen[used], zip(corners[:-1], corners[1:], strict=True), strict=True):
+            pieces[ContactStatus(status[contact])].append(np.array(piece))
+    for name, (colour, width, label) in LINES.items():
+        draw_segments(axes, pieces[name], colour, width, label)
+
+
+def _on_segment(
+    points: FloatArray, candidates: IntArray, start: FloatArray, end: FloatArray, tolerance: float
+) -> tuple[IntArray, FloatArray]:
+    """Return those candidates (numbers of points) that lie on a segment, and where along it, 0 to 1."""
+    chord = end - start
+    offset = points[candidates] - start
+    along = offset @ chord / (chord @ chord)
+    away = np.abs(offset @ np.array([chord[1], -chord[0]])) / np.linalg.norm(chord)
+    slack = tolerance / float(np.linalg.norm(chord))
+    on = (away <= tolerance) & (along >= -slack) & (along <= 1.0 + slack)
+    return candidates[on], np.clip(along[on], 0.0, 1.0)
+
+
+def _times(factor: float) -> Callable[[npt.ArrayLike], npt.ArrayLike]:
+    return lambda values: np.asarray(values) * factor
+
+
+def _leave(following: dict[int, list[int]], node: int) -> int:
+    """Take one edge out of `node` and return where it leads."""
+    ends = following[node]
+    end = ends.pop()
+    if not ends:
+        del following[node]
+    return end
+
+
+def _draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
+    """Draw the multipliers of micro limit analysis as base shear in kN."""
+    kilonewtons = analysis.weight / 1e3
+    associative, headline = analysis.associative, analysis.headline
+    said = f"micro-LA, associative: λ = {associative.load_multiplier:.4f}"
+    axes.axhline(associative.load_multiplier * kilonewtons, color=INK, linestyle=":", linewidth=1.2, label=said)
+    found = analysis.non_associative_range
+    if found is None:
+        return
+    said = f"micro-LA, non-associative ({headline.flow_rule.replace('_', ' ')}): λ = {headline.load_multiplier:.4f}"
+    axes.axhline(headline.load_multiplier * kilonewtons, color=INK, linestyle="--", linewidth=1.2, label=said)
+    if found[1] > found[0]:
+        said = f"micro-LA, non-associative range: λ = {found[0]:.4f} to {found[1]:.4f}"
+        axes.axhspan(found[0] * kilonewtons, found[1] * kilonewtons, color=ORANGE, alpha=0.35, linewidth=0, label=said)

@@ -1,0 +1,200 @@
+"""Pictures of the wall before any finite element: blocks, mechanism of micro limit analysis, macroblocks."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.state import LimitState
+from orchestrator.macroblocks import Partition
+from orchestrator.masonry.wall import Block, FloatArray, IntArray, Wall
+from orchestrator.plots.canvas import (
+    BLUE,
+    FAINT,
+    INK,
+    PURPLE,
+    STONE,
+    VERMILLION,
+    draw_polygons,
+    draw_segments,
+    draw_supports,
+    legend_below,
+    number_size,
+    wall_figure,
+    write_number,
+)
+
+DRAWN_DISPLACEMENT = 0.08
+"""largest displacement of a drawn mechanism, part of the wall's height"""
+MOVING = 1e-2
+"""opening or slip of a joint that is marked, part of the mechanism's largest displacement"""
+BODY_COLOURS = (
+    "#99ddff", "#eedd88", "#44bb99", "#ffaabb", "#bbcc33", "#77aadd", "#ee8866", "#dddddd", "#aaaa00",
+)  # fmt: skip
+"""Paul Tol's light scheme: fills with dark text on them, distinguishable by colour-blind readers"""
+ARROW = 0.12
+"""length of the load arrow, part of the wall's largest dimension"""
+CARRIES = 1e-6
+"""normal force of a joint that carries load, part of the largest one"""
+
+
+def blocks(wall: Wall, numbered: bool = False) -> Figure:
+    """Draw the blocks as they stand, supports hatched, with their ids if `numbered`."""
+    polygons = [block.polygon for block in wall.blocks]
+    free = sum(not block.fixed for block in wall.blocks)
+    supports = len(polygons) - free
+    title = f"{free} block{'s' * (free != 1)}, {supports} support{'s' * (supports != 1)}"
+    figure, axes = wall_figure(np.vstack(polygons), title, wall.name)
+    draw_polygons(axes, [b.polygon for b in wall.blocks if not b.fixed], STONE).set_label("block")
+    draw_supports(axes, [b.polygon for b in wall.blocks if b.fixed])
+    if numbered:
+        size = number_size(polygons, axes)
+        for block in wall.blocks:
+            write_number(axes, centroid(block.polygon), block.id, size)
+    legend_below(axes)
+    return figure
+
+
+def mechanism(assemblage: Assemblage, state: LimitState, load_direction: int) -> Figure:
+    """Draw the collapse mechanism: blocks displaced by their velocities times one factor, hinges and sliding joints.
+
+    A hinge is a joint that opens at one end only (marked at the other end), a sliding joint one that slips while it
+    carries load; a joint that has come apart is left to be seen as a gap. Displacements are linear in the velocities,
+    as in the analysis: large rotations enlarge the blocks.
+    """
+    wall = assemblage.wall
+    height = float(np.ptp([y for block in wall.blocks for y in block.polygon[:, 1]]))
+    factor = DRAWN_DISPLACEMENT * height / state.mechanism.largest_displacement
+    velocities = factor * state.mechanism.velocities
+    moved = [b.polygon + rigid_displacement(b, v, b.polygon) for b, v in zip(wall.blocks, velocities, strict=True)]
+    before = [block.polygon for block in wall.blocks]
+    loaded = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
+    tail = arrow_tail(loaded, load_direction)
+    title = (
+        f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): load multiplier {state.load_multiplier:.4f}\n"
+        f"largest displacement drawn as "
+        f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
+    )
+    figure, axes = wall_figure(np.vstack([*before, *moved, tail]), title, wall.name)
+    draw_polygons(axes, before, "none", FAINT, 0.5).set_label("undeformed")
+    free = [not block.fixed for block in wall.blocks]
+    draw_polygons(axes, [p for p, f in zip(moved, free, strict=True) if f], STONE + "c0").set_label("displaced")
+    draw_supports(axes, [p for p, f in zip(moved, free, strict=True) if not f])
+    _mark_joints(axes, assemblage, state, velocities)
+    _draw_load(axes, tail, load_direction, loaded)
+    legend_below(axes, 5)
+    return figure
+
+
+def macroblocks(assemblage: Assemblage, partition: Partition) -> Figure:
+    """Draw the bodies in colours that differ between neighbours, their numbers, and the interfaces thick."""
+    wall, body = assemblage.wall, partition.body_of_block
+    remaining = np.setdiff1d(np.arange(len(assemblage.block_i)), partition.vanished_joints)
+    pairs = np.column_stack([body[assemblage.block_i], body[assemblage.block_j]])[remaining]
+    polygons = [block.polygon for block in wall.blocks]
+    title = f"{partition.count} macroblocks, {len(remaining)} of {len(assemblage.block_i)} joints remain"
+    figure, axes = wall_figure(np.vstack(polygons), title, wall.name)
+    free = np.flatnonzero([not block.fixed for block in wall.blocks])
+    chosen = colours_of_bodies(pairs[np.all(pairs < partition.count, axis=1)], partition.count)
+    fill = [BODY_COLOURS[chosen[body[block]] % len(BODY_COLOURS)] for block in free]
+    draw_polygons(axes, [polygons[block] for block in free], fill, INK, 0.3)
+    draw_supports(axes, [block.polygon for block in wall.blocks if block.fixed])
+    segments = np.stack([assemblage.start, assemblage.end], axis=1)[remaining]
+    draw_segments(axes, segments, "black", 2.0, "interface")
+    for number in range(partition.count):
+        members = [wall.blocks[block] for block in np.flatnonzero(body == number)]
+        write_number(axes, label_position(members), number, 9.0)
+    legend_below(axes)
+    return figure
+
+
+def centroid(polygon: FloatArray) -> FloatArray:
+    """Return the centroid (2,) of a simple polygon (n, 2) in m."""
+    from_corner = polygon - polygon[0]
+    following = np.roll(from_corner, -1, axis=0)
+    twice_area = from_corner[:, 0] * following[:, 1] - following[:, 0] * from_corner[:, 1]
+    return polygon[0] + ((from_corner + following) * twice_area[:, None]).sum(axis=0) / (3.0 * twice_area.sum())
+
+
+def rigid_displacement(block: Block, velocity: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the displacement (p, 2) of `points` (p, 2) moving with a block: u - w dy, v + w dx about its centroid."""
+    arm = points - centroid(block.polygon)
+    return velocity[:2] + velocity[2] * np.column_stack([-arm[:, 1], arm[:, 0]])
+
+
+def hinge_ends(opening: FloatArray, threshold: float) -> IntArray:
+    """Return for each joint the end it hinges about (0 start, 1 end) or -1; `opening` (k, 2) as in Mechanism."""
+    one_opens = (opening.max(axis=1) > threshold) & (np.abs(opening.min(axis=1)) <= threshold)
+    return np.where(one_opens, opening.argmin(axis=1), -1)
+
+
+def carrying(joint_forces: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which joints (k,) carry load; `joint_forces` (k, 3) as in LimitState."""
+    normal = joint_forces[:, :2].sum(axis=1)
+    return normal > CARRIES * normal.max()
+
+
+def colours_of_bodies(pairs: IntArray, count: int) -> IntArray:
+    """Return a colour number (count,) per body so that bodies in a pair (p, 2) differ, spread over all colours.
+
+    Bodies are coloured in order with the least used colour that no coloured neighbour has.
+    """
+    chosen = np.full(count, -1)
+    used = np.zeros(max(len(BODY_COLOURS), count), dtype=int)
+    for body in range(count):
+        neighbours = pairs[np.any(pairs == body, axis=1)]
+        taken = {int(chosen[other]) for other in np.unique(neighbours)} - {-1}
+        free = [colour for colour in range(len(used)) if colour not in taken]
+        within = [colour for colour in free if colour < len(BODY_COLOURS)] or free
+        chosen[body] = min(within, key=lambda colour: (used[colour], colour))
+        used[chosen[body]] += 1
+    return chosen
+
+
+def label_position(members: list[Block]) -> FloatArray:
+    """Return where a body's number goes (2,): the centroid of its block nearest to the centroid of them all."""
+    centres = np.array([centroid(block.polygon) for block in members])
+    return centres[np.argmin(np.linalg.norm(centres - centres.mean(axis=0), axis=1))]
+
+
+def arrow_tail(points: FloatArray, load_direction: int) -> FloatArray:
+    """Return the tail (1, 2) of the load arrow: beside the wall the load pushes from, at mid height."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    x = low[0] if load_direction > 0 else high[0]
+    return np.array([[x - load_direction * (ARROW + 0.02) * float(np.max(high - low)), 0.5 * (low[1] + high[1])]])
+
+
+def _draw_load(axes: Axes, tail: FloatArray, load_direction: int, points: FloatArray) -> None:
+    length = ARROW * float(np.ptp(points, axis=0).max())
+    (start,) = tail
+    style = {"arrowstyle": "-|>,head_width=0.35,head_length=0.7", "color": VERMILLION, "linewidth": 2.5}
+    axes.annotate("", start + [load_direction * length, 0.0], start, arrowprops=style, zorder=5)
+    middle = start + [0.5 * load_direction * length, 0.0]
+    axes.annotate(
+        "λ × weight", middle, (0, 6), textcoords="offset points", ha="center", color=VERMILLION, fontsize=8, zorder=5
+    )
+
+
+def _mark_joints(axes: Axes, assemblage: Assemblage, state: LimitState, velocities: FloatArray) -> None:
+    """Mark hinges and sliding joints in the displaced wall, midway between the two faces."""
+    threshold = MOVING * state.mechanism.largest_displacement
+    ends = np.stack([_displaced(assemblage, p, velocities) for p in (assemblage.start, assemblage.end)], axis=1)
+    sliding = (np.abs(state.mechanism.slip) > threshold) & carrying(state.joint_forces)
+    draw_segments(axes, ends[sliding], BLUE, 2.0, "sliding joint")
+    end = hinge_ends(state.mechanism.opening, threshold)
+    hinges = ends[end >= 0, end[end >= 0]]
+    axes.plot(*hinges.T, "o", color=PURPLE, markeredgecolor=INK, markersize=5, zorder=4, label="hinge", mew=0.5)
+
+
+def _displaced(assemblage: Assemblage, points: FloatArray, velocities: FloatArray) -> npt.NDArray[np.float64]:
+    """Return one point (k, 2) per joint, moved by the mean of the two blocks that meet there."""
+    wall = assemblage.wall
+    centres = np.array([centroid(block.polygon) for block in wall.blocks])
+    moved = points.copy()
+    for side in (assemblage.block_i, assemblage.block_j):
+        arm, velocity = points - centres[side], velocities[side]
+        moved += 0.5 * (velocity[:, :2] + velocity[:, 2:] * np.column_stack([-arm[:, 1], arm[:, 0]]))
+    return moved

@@ -1,0 +1,437 @@
+"""Pictures of hand-made walls: what is drawn, where, in which colour; files that are not blank."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from io import BytesIO
+from itertools import pairwise
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.image import imread
+from matplotlib.patches import PathPatch
+
+from orchestrator import plots
+from orchestrator.bodies import Bodies, Body
+from orchestrator.capacity import Capacity
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, Mechanism
+from orchestrator.macroblocks import Partition
+from orchestrator.masonry.wall import Block, Wall
+from orchestrator.meshing import BodyMeshes
+from orchestrator.plots.canvas import BLUE, INK, STONE, VERMILLION
+from orchestrator.plots.pushover import closed_loops, nodes_of_contacts, outline, readable_factor, shares_of_interface
+from orchestrator.plots.walls import carrying, centroid, colours_of_bodies, hinge_ends, rigid_displacement
+from orchestrator.pushover.state import Increment, PushoverCurve
+
+
+def rectangle(left, bottom, right, top):
+    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
+
+
+@pytest.fixture
+def assemblage():
+    """Support 10, blocks 11 and 12 side by side on it, block 13 on both: 5 joints."""
+    boxes = [(0, -0.2, 2, 0), (0, 0, 1, 0.5), (1, 0, 2, 0.5), (0.5, 0.5, 1.5, 1)]
+    blocks = tuple(Block(10 + n, rectangle(*box), n == 0, 25e3) for n, box in enumerate(boxes))
+    return Assemblage(
+        wall=Wall("hand made", blocks, 0.1, 0.65),
+        block_i=np.array([0, 0, 1, 1, 2]),
+        block_j=np.array([1, 2, 2, 3, 3]),
+        start=np.array([[1, 0], [2, 0], [1, 0], [1, 0.5], [1.5, 0.5]]),
+        end=np.array([[0, 0], [1, 0], [1, 0.5], [0.5, 0.5], [1, 0.5]]),
+        friction=np.full(5, 0.65),
+        cohesion=np.zeros(5),
+    )
+
+
+@pytest.fixture
+def state():
+    """Block 13 rocks about its lower right corner while joint 2, pressed together, is said to slip."""
+    velocities = np.zeros((4, 3))
+    velocities[3] = [0.25, 0.5, -1.0]  # about (1.5, 0.5): the lower left corner rises by 1
+    opening = np.array([[0, 0], [0, 0], [0, 0], [0.5, 1.0], [0, 0.5]])
+    forces = np.array([[1, 1, 0], [1, 1, 0], [1, 1, 1], [0, 0, 0], [5, 0, 0]], dtype=float)
+    mechanism = Mechanism(velocities, opening, np.array([0, 0, 0.3, 0.4, 0.0]), float(np.hypot(1.0, 0.5)))
+    return LimitState("sequence", 0.2963, forces, mechanism, (), True, 0.0, 0.0, 0.0, 0.0, (0.2963, 0.2963))
+
+
+def polygons(figure, collection):
+    """Corners of a PolyCollection of the first axes, without the closing point."""
+    found = [c for c in figure.axes[0].collections if isinstance(c, PolyCollection)]
+    return [path.vertices[:-1] for path in found[collection].get_paths()]
+
+
+def segments(figure, colour):
+    """Segments of all line collections of one colour."""
+    found = [c for c in figure.axes[0].collections if isinstance(c, LineCollection)]
+    chosen = [c for c in found if to_hex(c.get_color()[0]) == to_hex(colour)]
+    return [segment for c in chosen for segment in c.get_segments()]
+
+
+def shown(figure):
+    """All texts of the axes and the labels of the legend."""
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    return [text.get_text() for text in figure.axes[0].texts], legend
+
+
+def drawn(figure):
+    """The canvas after drawing: positions are final, pixels exist (a bare figure's canvas draws nothing)."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return canvas
+
+
+def pixel(figure, x, y):
+    """Colour drawn at x, y in m."""
+    canvas = drawn(figure)
+    across, up = figure.axes[0].transData.transform((x, y))
+    return to_hex(np.asarray(canvas.buffer_rgba())[-1 - int(up), int(across)] / 255)
+
+
+# blocks
+
+
+def test_every_block_is_drawn_where_it_stands_and_supports_are_hatched(assemblage):
+    figure = plots.blocks(assemblage.wall, numbered=True)
+    np.testing.assert_array_equal(polygons(figure, 0), [b.polygon for b in assemblage.wall.blocks[1:]])
+    np.testing.assert_array_equal(polygons(figure, 1), [assemblage.wall.blocks[0].polygon])
+    assert [c.get_hatch() for c in figure.axes[0].collections] == [None, "////"]
+    texts, legend = shown(figure)
+    assert texts == ["10", "11", "12", "13"]
+    np.testing.assert_allclose(figure.axes[0].texts[3].get_position(), [1.0, 0.75])
+    assert legend == ["block", "support"]
+    assert (figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()) == ("x (m)", "y (m)")
+    assert figure.axes[0].get_title() == "hand made\n3 blocks, 1 support"
+
+
+def test_everything_drawn_lies_inside_the_axes(assemblage):
+    axes = plots.blocks(assemblage.wall).axes[0]
+    assert axes.get_xlim()[0] < 0.0 < 2.0 < axes.get_xlim()[1]
+    assert axes.get_ylim()[0] < -0.2 < 1.0 < axes.get_ylim()[1]
+
+
+def test_numbers_are_left_out_unless_asked_for(assemblage):
+    assert shown(plots.blocks(assemblage.wall))[0] == []
+
+
+@pytest.mark.parametrize("name", ["from $5^{ to $6", "very " * 40 + "long", "<svg> & \\alpha"])
+def test_any_name_can_be_drawn_and_fits(assemblage, name, tmp_path):
+    figure = plots.blocks(replace(assemblage.wall, name=name))
+    plots.save(figure, tmp_path, "blocks")
+    drawn(figure)
+    box = figure.axes[0].title.get_window_extent()
+    assert 0 < box.x0 < box.x1 < figure.bbox.width
+    assert figure.axes[0].get_title().splitlines()[0][:12] == name[:12]
+    ElementTree.parse(tmp_path / "blocks.svg")
+
+
+def test_a_wall_far_from_the_origin_is_drawn_without_an_offset_on_the_axes(assemblage):
+    blocks = tuple(replace(b, polygon=b.polygon + [5e5, 4e6]) for b in assemblage.wall.blocks)
+    figure = plots.blocks(replace(assemblage.wall, blocks=blocks))
+    drawn(figure)
+    assert figure.axes[0].xaxis.get_offset_text().get_text() == ""
+    assert polygons(figure, 0)[0][0].tolist() == [5e5, 4e6]
+
+
+# mechanism
+
+
+def test_mechanism_moves_blocks_by_their_velocities_scaled_to_8_percent_of_the_height(assemblage, state):
+    figure = plots.mechanism(assemblage, state, 1)
+    factor = 0.08 * 1.2 / np.hypot(1.0, 0.5)
+    assert len(polygons(figure, 0)) == 4  # undeformed outlines, support included
+    moved = polygons(figure, 1)
+    np.testing.assert_allclose(moved[0], assemblage.wall.blocks[1].polygon)
+    # velocities at the corners by hand: lower left, lower right, upper right, upper left
+    expected = rectangle(0.5, 0.5, 1.5, 1) + factor * np.array([[0, 1], [0, 0], [0.5, 0], [0.5, 1]])
+    np.testing.assert_allclose(moved[2], expected, atol=1e-12)
+    assert max(np.linalg.norm(moved[2] - rectangle(0.5, 0.5, 1.5, 1), axis=1)) == pytest.approx(0.096)
+    assert figure.axes[0].get_title().splitlines()[1:] == [
+        "Mechanism of micro-LA (sequence): load multiplier 0.2963",
+        "largest displacement drawn as 0.096 m (8% of the height)",
+    ]
+
+
+def test_mechanism_marks_hinges_and_joints_that_slide_under_load(assemblage, state):
+    figure = plots.mechanism(assemblage, state, 1)
+    np.testing.assert_allclose(segments(figure, BLUE), [[[1, 0], [1, 0.5]]])  # joint 3 slips too, but came apart
+    (hinges,) = figure.axes[0].lines
+    np.testing.assert_allclose(hinges.get_xydata(), [[1.5, 0.5]], atol=1e-12)
+    assert shown(figure)[1] == ["undeformed", "displaced", "support", "sliding joint", "hinge"]
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_mechanism_shows_the_load_beside_the_wall_it_pushes(assemblage, state, direction):
+    axes = plots.mechanism(assemblage, state, direction).axes[0]
+    arrow = next(text for text in axes.texts if text.get_text() == "")
+    (tip, _), (tail, height) = arrow.xy, arrow.xyann
+    assert np.sign(tip - tail) == direction
+    assert tip < 0.0 if direction > 0 else tip > 2.0
+    assert axes.get_xlim()[0] < min(tip, tail) < max(tip, tail) < axes.get_xlim()[1]
+    assert height == pytest.approx(0.5)
+
+
+def test_rigid_displacement_is_about_the_centroid():
+    block = Block(1, rectangle(1, 1, 3, 2), False, 1.0)
+    found = rigid_displacement(block, np.array([0.1, 0.2, 0.5]), np.array([[2, 1.5], [3, 2]]))
+    np.testing.assert_allclose(found, [[0.1, 0.2], [0.1 - 0.25, 0.2 + 0.5]])
+
+
+def test_centroid_of_an_l_shape_far_from_the_origin():
+    shape = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], dtype=float) + 1e6
+    np.testing.assert_allclose(centroid(shape) - 1e6, [5 / 6, 5 / 6], rtol=1e-9)
+
+
+def test_hinge_is_a_joint_that_opens_at_one_end_only():
+    opening = np.array([[0.0, 1.0], [1.0, 1e-5], [1.0, 0.5], [0.0, 0.0], [-0.2, 1.0]])
+    assert hinge_ends(opening, 0.01).tolist() == [0, 1, -1, -1, -1]
+
+
+def test_a_joint_carries_load_when_either_end_is_pressed():
+    assert carrying(np.array([[0, 1, 0], [1, 0, 0], [1e-9, 0, 5], [0, 0, 0.0]])).tolist() == [True, True, False, False]
+
+
+# macroblocks
+
+
+def test_macroblocks_have_one_colour_each_and_thick_interfaces(assemblage):
+    partition = Partition(np.array([2, 0, 0, 1]), 2, np.array([2]), np.array([], int), None)
+    figure = plots.macroblocks(assemblage, partition)
+    np.testing.assert_array_equal(polygons(figure, 0), [b.polygon for b in assemblage.wall.blocks[1:]])
+    left, right, top = map(to_hex, figure.axes[0].collections[0].get_facecolors())
+    assert left == right != top
+    kept = [0, 1, 3, 4]
+    np.testing.assert_array_equal(segments(figure, "black"), np.stack([assemblage.start, assemblage.end], axis=1)[kept])
+    assert shown(figure)[0] == ["0", "1"]
+    np.testing.assert_allclose(figure.axes[0].texts[1].get_position(), [1.0, 0.75])
+    assert figure.axes[0].get_title().endswith("2 macroblocks, 4 of 5 joints remain")
+
+
+def test_neighbouring_bodies_differ_in_colour_on_a_planar_map():
+    """5 x 8 bodies in running bond, each touching up to 6 others; colours stay within the palette of nine."""
+    pairs = [(8 * r + c, 8 * r + c + 1) for r in range(5) for c in range(7)]
+    pairs += [(8 * r + c, 8 * (r + 1) + c + d) for r in range(4) for c in range(8) for d in (0, 1) if c + d < 8]
+    colours = colours_of_bodies(np.array(pairs), 40)
+    assert all(colours[a] != colours[b] for a, b in pairs)
+    assert set(colours) == set(range(9))  # all used, none beyond
+
+
+def test_one_body_without_neighbours_has_a_colour():
+    assert colours_of_bodies(np.empty((0, 2), dtype=int), 1).tolist() == [0]
+
+
+# deformed
+
+
+@pytest.fixture
+def model():
+    """Support under body 0 (a frame with a hole), body 1 on top of it; meshes of the extruded outlines only."""
+    hole = rectangle(0.5, 0.5, 1.5, 1.0)[::-1]
+    frame = np.vstack([rectangle(0, 0, 2, 1.5)[:3], [[1, 1.5]], [[0, 1.5]]])  # imprinted: end of the joint above
+    outlines = [frame, rectangle(0, 1.5, 1, 2), rectangle(-0.5, -0.2, 2.5, 0)]
+    made = [Body(n, outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array([n])) for n in range(3)]
+    start, end = np.array([[2.0, 0.0], [1.0, 1.5]]), np.array([[0.0, 0.0], [0.0, 1.5]])
+    bodies = Bodies(tuple(made), 2, 0.1, np.array([2, 0]), np.array([0, 1]), start, end, np.full(2, 0.65), np.arange(2))
+    nodes, triangles, body_of_node, body_of_side = [], [], [], []
+    count = 0
+    for body, rings in ((0, (frame, hole)), (1, (outlines[1],))):
+        for ring in rings:
+            here = np.arange(len(ring))
+            following = np.roll(here, -1)
+            nodes += [np.column_stack([ring, np.full(len(ring), z)]) for z in (0.0, 0.1)]
+            lower, upper = [here, following, following + len(ring)], [here, following + len(ring), here + len(ring)]
+            triangles += [np.column_stack(lower) + count, np.column_stack(upper) + count]
+            count += 2 * len(ring)
+            body_of_node += [body] * 2 * len(ring)
+            body_of_side += [body] * 2 * len(ring)
+    meshes = BodyMeshes(
+        np.vstack(nodes), np.empty((0, 4), int), np.array(body_of_node), np.array([], int), np.vstack(triangles),
+        np.array(body_of_side), np.full(2, 25e3), 2, 0.0,
+    )  # fmt: skip
+    return bodies, meshes
+
+
+@pytest.fixture
+def increment(model):
+    """Body 1 has moved 10 mm to the right and 5 mm up; body 0 stands."""
+    _, meshes = model
+    displacement = np.zeros_like(meshes.nodes)
+    displacement[meshes.body_of_node == 1] = [0.01, 0.005, 0.0]
+    none, status = np.zeros(6), np.array([1, 2, 0, 0, 0, 0])
+    return Increment(
+        7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), none, none, status,
+        100.0, 0.0123, 0.01, 0.0, 1.0, 0.0, 0.0, 0.0, 3, (0.1,),
+    )  # fmt: skip
+
+
+CONTACTS = {
+    "contact_points": np.array([[0, 0], [2, 0], [0, 1.5], [1, 1.5], [0, 1.5], [1, 1.5]], dtype=float),
+    "body_slave": np.array([0, 0, 1, 1, 1, 1]),
+    "body_master": np.array([2, 2, 0, 0, 0, 0]),
+}
+
+
+def test_deformed_draws_each_body_displaced_with_its_holes(model, increment):
+    figure = plots.deformed(*model, increment, **CONTACTS, name="frame", amplification=10.0)
+    frame, top = (patch.get_path() for patch in figure.axes[0].patches if isinstance(patch, PathPatch))
+    assert len(frame.vertices) == 6 + 5
+    assert pixel(figure, 0.25, 0.75) == pixel(figure, 0.6, 1.8) == STONE
+    assert pixel(figure, 1.0, 0.75) == "#ffffff"  # the hole
+    expected = rectangle(0.1, 1.55, 1.1, 2.05)
+    assert {tuple(np.round(p, 9)) for p in top.vertices} == {tuple(p) for p in expected}
+    np.testing.assert_array_equal(polygons(figure, 0), [model[0].bodies[2].exterior])
+    assert figure.axes[0].get_title().splitlines() == [
+        "frame",
+        "Load multiplier 0.2500, control displacement 12.3 mm",
+        "displacements drawn × 10",
+    ]
+    assert figure.axes[0].get_xlim()[1] > 2.5
+
+
+def test_deformed_colours_joints_by_status_on_the_displaced_slave(model, increment):
+    figure = plots.deformed(*model, increment, **CONTACTS, name="frame", amplification=10.0)
+
+    def sorted_ends(colour):
+        return sorted(sorted(map(tuple, np.round(s, 9).tolist())) for s in segments(figure, colour))
+
+    assert sorted_ends(INK) == [[(0.0, 0.0), (1.0, 0.0)]]  # half of the base joint sticks, half slips
+    assert sorted_ends(BLUE) == [[(1.0, 0.0), (2.0, 0.0)]]
+    assert sorted_ends(VERMILLION) == [[(0.1, 1.55), (0.6, 1.55)], [(0.6, 1.55), (1.1, 1.55)]]
+    assert shown(figure)[1] == ["support", "closed (stick)", "slipping", "open"]
+
+
+def test_deformed_chooses_a_readable_factor(model, increment):
+    figure = plots.deformed(*model, increment, **CONTACTS, name="frame")
+    assert figure.axes[0].get_title().endswith("× 10")  # 6 % of 2 m is 12 times 10 mm
+
+
+@pytest.mark.parametrize(
+    ("drawn", "largest", "factor"),
+    [(0.12, 0.01, 10), (0.12, 0.005, 20), (0.12, 0.0023, 50), (0.12, 0.1, 1), (0.12, 0.5, 1), (0.12, 0.0, 1)],
+)
+def test_readable_factor(drawn, largest, factor):
+    assert readable_factor(drawn, largest) == factor
+
+
+def test_outline_follows_the_mesh_in_order(model):
+    _, meshes = model
+    path = outline(meshes, 0, meshes.nodes[:, :2])
+    assert len(path.vertices) == 5 + 1 + 4 + 1
+    np.testing.assert_array_equal(np.unique(path.vertices, axis=0), np.unique(meshes.nodes[:18, :2], axis=0))
+
+
+def test_loops_close_also_where_an_outline_touches_itself():
+    edges = np.array([[0, 1], [1, 2], [2, 0], [2, 3], [3, 4], [4, 2]])  # two triangles that share node 2
+    loops = closed_loops(edges)
+    walked = [(a, b) for loop in loops for a, b in pairwise([*loop, loop[0]])]
+    assert sorted(walked) == sorted(map(tuple, edges.tolist()))
+
+
+def test_an_interface_is_shared_midway_between_its_contacts():
+    used, borders = shares_of_interface(np.array([1.0, 0.0, 0.0, 0.4]))  # two contacts at 0: front and back
+    assert used.tolist() == [1, 3, 0]
+    np.testing.assert_allclose(borders, [0, 0.2, 0.7, 1])
+
+
+def test_contacts_find_the_node_of_their_own_body(model):
+    _, meshes = model
+    found = nodes_of_contacts(meshes, np.array([[1.0, 1.5], [1.0, 1.5]]), np.array([0, 1]))
+    assert meshes.body_of_node[found].tolist() == [0, 1]
+    np.testing.assert_array_equal(meshes.nodes[found, :2], [[1.0, 1.5], [1.0, 1.5]])
+
+
+# curves
+
+
+@pytest.fixture
+def curves_figure(state):
+    analysis = LimitAnalysis(
+        load_direction=1,
+        weight=22225.0,
+        associative=replace(state, flow_rule="associative", load_multiplier=0.3478),
+        sequence=state,
+        dilation_shift=replace(state, load_multiplier=0.3011, multiplier_range=(0.3011, 0.3015)),
+        remarks=(),
+        seconds=0.1,
+    )
+    shear, counts = np.array([0.0, 5000.0, 6600.0, 6500.0]), np.zeros(4, int)
+    moved = np.array([0.001, 0.003, 0.011, 0.021])
+    none = np.zeros(4)
+    curve = PushoverCurve(counts, none, shear, shear, moved, none, none, none, counts, counts, counts, counts, "done")
+    capacity = Capacity(6600.0, 0.29696, 0.010, 0.020, 2.5e6, 0.0, 0.0)
+    models = {"macroblocks": (curve, capacity), "micro": (curve, capacity)}
+    return plots.curves(models, analysis, "wall 6")
+
+
+def test_curves_are_in_kilonewtons_and_millimetres_from_gravity_on(curves_figure):
+    lines = {line.get_label(): line for line in curves_figure.axes[0].lines}
+    expected = [[0, 0], [2, 5], [10, 6.6], [20, 6.5]]
+    np.testing.assert_allclose(lines["macroblocks"].get_xydata(), expected)
+    np.testing.assert_allclose(lines["micro"].get_xydata(), expected)
+    assert lines["macroblocks"].get_color() != lines["micro"].get_color()
+    assert lines["macroblocks"].get_linestyle() != lines["micro"].get_linestyle()
+    np.testing.assert_allclose(lines["peak 6.6 kN (λ = 0.2970) at 10 mm"].get_xydata(), [[10, 6.6]])
+    axes = curves_figure.axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("control displacement (mm)", "base shear (kN)")
+
+
+def test_curves_show_limit_analysis_as_lines_and_a_band(curves_figure):
+    lines = {line.get_label(): line for line in curves_figure.axes[0].lines}
+    associative = lines["micro-LA, associative: λ = 0.3478"]
+    headline = lines["micro-LA, non-associative (sequence): λ = 0.2963"]
+    assert associative.get_ydata()[0] == pytest.approx(0.3478 * 22.225)
+    assert headline.get_ydata()[0] == pytest.approx(0.2963 * 22.225)
+    (band,) = curves_figure.axes[0].patches
+    assert (band.get_y(), band.get_height()) == pytest.approx((0.2963 * 22.225, 0.0052 * 22.225))
+    legend = [text.get_text() for text in curves_figure.legends[0].get_texts()]
+    assert "micro-LA, non-associative range: λ = 0.2963 to 0.3015" in legend
+    assert len(legend) == 7
+    assert curves_figure.axes[0].get_ylim()[1] > 0.3478 * 22.225
+
+
+def test_second_axis_is_the_load_multiplier(curves_figure):
+    drawn(curves_figure)
+    axes = curves_figure.axes[0]
+    (second,) = axes.child_axes
+    np.testing.assert_allclose(np.array(axes.get_ylim()) / 22.225, second.get_ylim())
+    assert second.get_ylabel() == "load multiplier λ = base shear / weight"
+
+
+# files
+
+
+def test_save_writes_a_picture_that_is_not_blank_twice_the_same(assemblage, tmp_path):
+    paths = plots.save(plots.blocks(assemblage.wall), tmp_path / "figures", "blocks")
+    assert [p.name for p in paths] == ["blocks.png", "blocks.svg"]
+    picture = imread(paths[0])[:, :, :3]
+    assert picture.shape[1] > 700  # 5 inches at 150 dpi
+    stone = np.all(np.abs(picture - to_rgb(STONE)) < 0.02, axis=2)
+    assert 0.1 < stone.mean() < 0.9
+    frame = np.concatenate([picture[0], picture[-1], picture[:, 0], picture[:, -1]])
+    assert (frame == 1.0).all()  # nothing is cut off at the border
+    assert ElementTree.parse(paths[1]).getroot().tag.endswith("svg")
+    again = plots.save(plots.blocks(assemblage.wall), tmp_path / "again", "blocks")
+    assert [p.read_bytes() for p in paths] == [p.read_bytes() for p in again]
+
+
+def test_a_picture_that_cannot_be_drawn_leaves_the_older_one(assemblage, tmp_path):
+    (path, _) = plots.save(plots.blocks(assemblage.wall), tmp_path, "blocks")
+    before = path.read_bytes()
+    broken = plots.blocks(assemblage.wall)
+    broken.axes[0].set_xlabel("$\\nonsense{$")
+    with pytest.raises(ValueError, match="nonsense"):
+        plots.save(broken, tmp_path, "blocks")
+    assert path.read_bytes() == before
+    assert imread(BytesIO(before)).size > 0
+
+
+def test_pyplot_is_never_loaded():
+    said = "import sys, orchestrator.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", said], check=False).returncode == 0
