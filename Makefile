@@ -1,0 +1,30 @@
+# One or two commands each. `make setup` installs what is missing: Debian packages and .venv; a second call does nothing.
+
+export OMP_NUM_THREADS = 1
+PYTHON = .venv/bin/python
+SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
+
+.PHONY: setup benchmark1 test lint clean
+
+setup: .venv/.ready
+
+.venv/.ready: pyproject.toml constraints.txt apt-packages.txt
+	dpkg-query -W $$(cat apt-packages.txt) >/dev/null 2>&1 || { $(SUDO) apt-get update -q && \
+	    $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$(cat apt-packages.txt); }
+	/usr/bin/python3 -m venv --system-site-packages .venv
+	$(PYTHON) -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[test]'
+	$(PYTHON) -c "import numpy, petsc4py.PETSc as p; assert numpy.__version__ == '1.24.2' and p.ScalarType is numpy.float64"
+	touch $@
+
+benchmark1: setup
+	$(PYTHON) -m orchestrator run templates/benchmark1.toml --output results/benchmark1
+
+test: lint
+	$(PYTHON) -m pytest tests/unit tests/verification tests/regression
+
+lint: setup
+	.venv/bin/ruff check . && .venv/bin/ruff format --check .
+	.venv/bin/mypy && .venv/bin/lint-imports
+
+clean:
+	rm -rf results build *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis
