@@ -52,7 +52,7 @@ class LinearProgramRecord:
 
     load_multiplier: float
     parameter: float
-    """seed cohesion (units of the mean block weight) in the sequence, relaxation in the shift iteration, else 0"""
+    """seed cohesion in the sequence (mean block weights; 0 in the program that confirms it), relaxation in the shift"""
     iterations: int
     seconds: float
     status: str
@@ -64,8 +64,8 @@ class LimitState:
 
     Shear is the force along the joint's tangent that block i exerts on block j.
     Residuals are relative: equilibrium to the total weight, yield to the mean block weight, power to the live
-    load's power (0 = exact balance); dilation is the largest |opening| that accompanies slip on a closed sliding joint
-    relative to the largest displacement (0 for a non-associative state).
+    load's power (0 = exact balance); dilation is the largest |opening| at an end of a joint that carries load there,
+    relative to the largest displacement (0 for a non-associative state, mu |slip| for an associative one).
     """
 
     flow_rule: FlowRule
@@ -78,6 +78,9 @@ class LimitState:
     yield_residual: float
     power_residual: float
     dilation: float
+    multiplier_range: tuple[float, float]
+    """lowest and highest multiplier of the states that share this mechanism, where that was looked for (dilation shift:
+    the mechanism does not fix the multiplier); else the multiplier twice"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -103,5 +106,5 @@ class LimitAnalysis:
     @property
     def non_associative_range(self) -> tuple[float, float] | None:
         """Smallest and largest non-associative multiplier found, or None where there is none."""
-        found = [s.load_multiplier for s in (self.sequence, self.dilation_shift) if s is not None]
+        found = [s.multiplier_range for s in (self.sequence, self.dilation_shift) if s is not None]
         return (float(np.min(found)), float(np.max(found))) if found else None

@@ -1,0 +1,177 @@
+"""Micro limit analysis of an assemblage: all answers for one load direction, each with its checks.
+
+Does it stand (gravity check)? - associative optimum of Eq. (1) - the paper's sequence, Eq. (2) - the dilation shift.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from orchestrator.errors import CaseError, ConvergenceError
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.dilation_shift import run_dilation_shift
+from orchestrator.limit_analysis.equilibrium import Equilibrium, assemble_equilibrium
+from orchestrator.limit_analysis.linear_program import (
+    InfeasibleError,
+    LimitSolution,
+    UnboundedError,
+    solve_gravity_lp,
+    solve_limit_lp,
+)
+from orchestrator.limit_analysis.mechanism import dilation, mechanism_from, power_residual
+from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
+from orchestrator.limit_analysis.state import FlowRule, LimitAnalysis, LimitState, LinearProgramRecord
+from orchestrator.limit_analysis.yield_conditions import YieldConditions, coulomb
+from orchestrator.masonry.wall import FloatArray, read_only
+
+GRAVITY_TOLERANCE = 1e-6
+"""Missing force, in mean block weights, that passes as rounding in the gravity check (solved walls: below 1e-8)."""
+NAMED_BLOCKS = 8
+"""How many falling blocks an error message names."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Problem:
+    """What all flow rules share: the assemblage, its equilibrium and Coulomb's law in its joints."""
+
+    assemblage: Assemblage
+    equilibrium: Equilibrium
+    friction: YieldConditions
+
+    def state(
+        self,
+        flow_rule: FlowRule,
+        dilatancy: FloatArray,
+        forces_of: LimitSolution,
+        mechanism_of: LimitSolution,
+        records: tuple[LinearProgramRecord, ...],
+        converged: bool = True,
+        multiplier_range: tuple[float, float] | None = None,
+    ) -> LimitState:
+        """Put a state together and check it; sliding joints of its mechanism open by dilatancy (k,) times |slip|."""
+        equilibrium, friction = self.equilibrium, self.friction
+        load_multiplier, forces = forces_of.load_multiplier, forces_of.joint_forces
+        mechanism = mechanism_from(self.assemblage.wall, equilibrium, mechanism_of.velocities)
+        return LimitState(
+            flow_rule=flow_rule,
+            load_multiplier=load_multiplier,
+            joint_forces=read_only(forces),
+            mechanism=mechanism,
+            records=records,
+            converged=converged,
+            equilibrium_residual=equilibrium.residual(forces, load_multiplier),
+            yield_residual=friction.excess(forces) / equilibrium.mean_weight,
+            power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),
+            dilation=dilation(equilibrium, forces, mechanism),
+            multiplier_range=multiplier_range or (load_multiplier, load_multiplier),
+        )
+
+
+def analyse(
+    assemblage: Assemblage, settings: LimitAnalysisSettings | None = None, load_direction: int = 1
+) -> LimitAnalysis:
+    """Analyse an assemblage under its weight and a horizontal load of lambda times the weight of every block.
+
+    load_direction is +1 or -1 (along x). Raises CaseError when the wall cannot stand under its own weight or no
+    horizontal load brings it down, ConvergenceError when the associative program cannot be solved. A non-associative
+    answer that cannot be found is None, and `remarks` says why. Source: formulation.md, section 1.
+    """
+    assert load_direction in (1, -1)
+    started = perf_counter()
+    settings = settings or LimitAnalysisSettings()
+    problem = Problem(assemblage, assemble_equilibrium(assemblage, load_direction), coulomb(assemblage))
+    refuse_what_falls(problem)
+    optimum = associative_optimum(problem)
+    sequence, sequence_remarks = sequence_state(problem, optimum, settings)
+    shift, shift_remarks = dilation_shift_state(problem, settings)
+    return LimitAnalysis(
+        load_direction=load_direction,
+        weight=problem.equilibrium.total_weight,
+        associative=problem.state("associative", problem.friction.slope, optimum, optimum, (_record(optimum, 0.0),)),
+        sequence=sequence,
+        dilation_shift=shift,
+        remarks=sequence_remarks + shift_remarks,
+        seconds=perf_counter() - started,
+    )
+
+
+def refuse_what_falls(problem: Problem) -> None:
+    """Raise CaseError naming the blocks that fall when no joint forces carry the dead load alone."""
+    equilibrium, blocks = problem.equilibrium, problem.assemblage.wall.blocks
+    missing, velocities = solve_gravity_lp(equilibrium, problem.friction)
+    if missing <= GRAVITY_TOLERANCE:
+        return
+    moves = np.abs(velocities / equilibrium.row_scale).reshape(-1, 3).max(axis=1) > 1e-3
+    falling = [str(blocks[i].id) for i in equilibrium.free_blocks[moves]]
+    named = ", ".join(falling[:NAMED_BLOCKS])
+    more = f" and {len(falling) - NAMED_BLOCKS} more" if len(falling) > NAMED_BLOCKS else ""
+    raise CaseError(
+        "wall",
+        f"cannot stand under its own weight: blocks {named}{more} move ({missing:.2g} mean block weights are missing)",
+        "support these blocks, give them more bearing, or check friction and which blocks are fixed",
+    )
+
+
+def associative_optimum(problem: Problem) -> LimitSolution:
+    """Solve Eq. (1), turning what cannot be solved because of the wall into a CaseError."""
+    try:
+        return solve_limit_lp(problem.equilibrium, problem.friction)
+    except UnboundedError as error:
+        text = "no horizontal load in this direction brings it down: blocks are wedged between supports"
+        raise CaseError("wall", text, "check which blocks are fixed, or reverse the load") from error
+    except InfeasibleError as error:
+        text = "cannot stand under its own weight: it lacks less than a millionth of a block's weight"
+        raise CaseError("wall", text, "the drawing is on the verge of collapse; give blocks more bearing") from error
+
+
+def sequence_state(
+    problem: Problem, optimum: LimitSolution, settings: LimitAnalysisSettings
+) -> tuple[LimitState | None, tuple[str, ...]]:
+    """Return the state the paper's sequence settles on, or None and a remark.
+
+    Its mechanism is that of the last program of Eq. (2), where sliding joints close by alpha mu |slip|: nearly, not
+    exactly, no dilation. Its forces are those in Coulomb's cone that go with that mechanism (`confirmed`).
+    """
+    try:
+        iterates, confirmation = run_sequence(problem.equilibrium, problem.friction, optimum, settings)
+    except ConvergenceError as error:
+        return None, (f"no non-associative solution found: {error}",)
+    records = (*(_record(iterate.solution, iterate.seed) for iterate in iterates), _record(confirmation, 0.0))
+    dilatancy = -settings.slope_fraction * problem.friction.slope
+    state = problem.state("sequence", dilatancy, confirmation, iterates[-1].solution, records)
+    if state.power_residual > settings.power_tolerance:
+        imbalance = f"the power of what it settled on is out of balance by {state.power_residual:.1e}"
+        return None, (f"no non-associative solution found: sequence of Eq. (2): {imbalance}",)
+    return state, ()
+
+
+def dilation_shift_state(
+    problem: Problem, settings: LimitAnalysisSettings
+) -> tuple[LimitState | None, tuple[str, ...]]:
+    """Return the lowest state that goes with the mechanism of the dilation shift.
+
+    A shift that has not settled is still returned: its forces balance and respect friction, only the flow rule is
+    violated, by what `dilation` says; `converged` is then False and a remark tells.
+    """
+    try:
+        run = run_dilation_shift(problem.equilibrium, problem.friction, settings)
+    except ConvergenceError as error:
+        return None, (f"no solution by the dilation shift: {error}",)
+    solutions = [*(iterate.solution for iterate in run.iterates), run.final, run.lowest, run.highest]
+    records = tuple(_record(solution, settings.shift_relaxation) for solution in solutions)
+    found = (run.lowest.load_multiplier, run.highest.load_multiplier)
+    no_dilatancy = np.zeros_like(problem.friction.slope)
+    state = problem.state("dilation_shift", no_dilatancy, run.lowest, run.final, records, run.settled, found)
+    remark = f"dilation shift not settled after {len(run.iterates)} linear programs: "
+    remark += f"the dilation left takes {run.iterates[-1].error:.1e} of the live load's power"
+    return state, () if run.settled else (remark,)
+
+
+def _record(solution: LimitSolution, parameter: float) -> LinearProgramRecord:
+    """Return what one linear program gave and cost."""
+    return LinearProgramRecord(
+        solution.load_multiplier, parameter, solution.iterations, solution.seconds, solution.status
+    )

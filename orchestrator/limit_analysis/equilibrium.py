@@ -1,0 +1,139 @@
+"""Equilibrium of rigid blocks in the plane, the equality rows of Eq. (1).
+
+    B q - lambda f_L = f_D          3 rows a free block: x, y (N), moment about its centroid (N m); supports have none
+    q = (n_start, n_end, s) a joint: normal forces at both ends of the joint (compression positive), shear, in N
+    f_D = weight, f_L = weight turned into the horizontal; both at the centroid
+
+B q are the forces that blocks exert on their joints, which is why loads stand on the right: block i of a joint pushes
+with n along the joint's normal (it points from i to j) and with s along its tangent; block j the other way round.
+The transpose gives the rates that accompany block velocities u: -B^T u = (opening at start, at end, slip) of a joint,
+with power f . u = q . B^T u (virtual work). Source: Szabó, Funari, Lourenço 2023, Eq. (1); formulation.md, section 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from orchestrator.joints import Assemblage
+from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Equilibrium:
+    """The terms of Eq. (1) for m free blocks and k joints, in N and N m.
+
+    matrix (3m, 3k); dead_load, live_load (3m,); free_blocks (m,): their numbers in the wall, in ascending order.
+    block_length (m) and mean_weight (N) of the free blocks are what linear programs are scaled with.
+    """
+
+    matrix: sp.csc_matrix
+    dead_load: FloatArray
+    live_load: FloatArray
+    free_blocks: IntArray
+    blocks: int
+    block_length: float
+    mean_weight: float
+
+    @property
+    def total_weight(self) -> float:
+        """Weight of the free blocks, N."""
+        return self.mean_weight * len(self.free_blocks)
+
+    @property
+    def row_scale(self) -> FloatArray:
+        """Factors (3m,) that turn rows in N and N m into rows in N: moments are divided by a block length."""
+        return np.tile([1.0, 1.0, 1.0 / self.block_length], len(self.free_blocks))
+
+    def joint_rates(self, velocities: FloatArray) -> FloatArray:
+        """Rates (k, 3) in m/s that go with free-block velocities (3m,): opening at start and end, slip of j on i."""
+        return -(self.matrix.T @ velocities).reshape(-1, 3)
+
+    def of_all_blocks(self, velocities: FloatArray) -> FloatArray:
+        """Velocities (n, 3) of all blocks from those of the free ones (3m,): supports rest."""
+        everyone = np.zeros((self.blocks, 3))
+        everyone[self.free_blocks] = velocities.reshape(-1, 3)
+        return everyone
+
+    def residual(self, joint_forces: FloatArray, load_multiplier: float) -> float:
+        """Largest unbalanced force (moments over a block length) of forces (k, 3) in N, over the total weight."""
+        q = joint_forces.ravel()
+        unbalanced = self.matrix @ q - load_multiplier * self.live_load - self.dead_load
+        return float(np.max(np.abs(self.row_scale * unbalanced)) / self.total_weight)
+
+
+def polygon_area(polygon: FloatArray) -> float:
+    """Area in m2 of a simple polygon (n, 2), positive when counter-clockwise."""
+    x, y = polygon.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def polygon_centroid(polygon: FloatArray) -> FloatArray:
+    """Centroid (2,) in m of a simple polygon (n, 2); taken about its first corner so that far walls lose no digits."""
+    origin = polygon[0]
+    x, y = (polygon - origin).T
+    next_x, next_y = np.roll(x, -1), np.roll(y, -1)
+    twice_area = x * next_y - next_x * y
+    first_moments = np.array([np.sum((x + next_x) * twice_area), np.sum((y + next_y) * twice_area)])
+    return origin + first_moments / (3.0 * np.sum(twice_area))
+
+
+def block_areas(wall: Wall) -> FloatArray:
+    """Areas (n,) in m2."""
+    return np.array([polygon_area(block.polygon) for block in wall.blocks])
+
+
+def block_centroids(wall: Wall) -> FloatArray:
+    """Centroids (n, 2) in m."""
+    return np.array([polygon_centroid(block.polygon) for block in wall.blocks])
+
+
+def block_weights(wall: Wall) -> FloatArray:
+    """Weights (n,) in N, supports included."""
+    return block_areas(wall) * wall.thickness * np.array([block.unit_weight for block in wall.blocks])
+
+
+def assemble_equilibrium(assemblage: Assemblage, load_direction: int) -> Equilibrium:
+    """Assemble Eq. (1) for a live load of `load_direction` (+1 or -1, along x) times the weight of every block."""
+    wall = assemblage.wall
+    free = np.flatnonzero([not block.fixed for block in wall.blocks])
+    weights = block_weights(wall)[free]
+    nothing = np.zeros(len(free))
+    return Equilibrium(
+        matrix=equilibrium_matrix(assemblage, free),
+        dead_load=read_only(np.column_stack([nothing, -weights, nothing]).ravel()),
+        live_load=read_only(np.column_stack([load_direction * weights, nothing, nothing]).ravel()),
+        free_blocks=read_only(free, np.int64),
+        blocks=len(wall.blocks),
+        block_length=float(np.sqrt(np.mean(block_areas(wall)[free]))),
+        mean_weight=float(np.mean(weights)),
+    )
+
+
+def equilibrium_matrix(assemblage: Assemblage, free: IntArray) -> sp.csc_matrix:
+    """B (3m, 3k): what a unit of each joint unknown contributes to the rows of the two blocks beside it."""
+    joints = np.arange(len(assemblage.block_i))
+    centroids = block_centroids(assemblage.wall)
+    first_row = np.full(len(assemblage.wall.blocks), -1)
+    first_row[free] = 3 * np.arange(len(free))
+    unknowns = (
+        (assemblage.start, assemblage.normal),
+        (assemblage.end, assemblage.normal),
+        (assemblage.midpoint, assemblage.tangent),
+    )
+    rows, columns, entries = [], [], []
+    for block, sign in ((assemblage.block_i, 1.0), (assemblage.block_j, -1.0)):
+        moves = first_row[block] >= 0
+        for unknown, (point, direction) in enumerate(unknowns):
+            arm = point - centroids[block]
+            moment = arm[:, 0] * direction[:, 1] - arm[:, 1] * direction[:, 0]
+            for row, value in enumerate((direction[:, 0], direction[:, 1], moment)):
+                rows.append(first_row[block][moves] + row)
+                columns.append(3 * joints[moves] + unknown)
+                entries.append(sign * value[moves])
+    place = (np.concatenate(rows), np.concatenate(columns))
+    B = sp.csc_matrix((np.concatenate(entries), place), shape=(3 * len(free), 3 * len(joints)))
+    B.eliminate_zeros()
+    return B

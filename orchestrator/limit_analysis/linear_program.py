@@ -1,0 +1,154 @@
+"""The linear program of limit analysis, Eq. (1), and the one that asks whether a wall stands at all. Clarabel.
+
+    max  lambda - sum_k d_k N_k    s.t.   B q - lambda f_L = f_D,   C^T q + c >= 0            (d = 0 in Eq. (1))
+
+Duals of the equality rows are the block velocities u (f_L . u = 1); -B^T u are then the openings and slips of joints.
+
+Inside, forces are divided by the mean block weight, moments by a block length, and the unknown is base shear over mean
+block weight instead of lambda: unscaled, lambda is off by 2e-4 at 1,100 blocks although the status says solved
+(formulation.md). Only c and d change between the programs of a sequence, so the solver is set up once (presolve off).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import clarabel
+import numpy as np
+import scipy.sparse as sp
+
+from orchestrator.errors import ConvergenceError
+from orchestrator.limit_analysis.equilibrium import Equilibrium
+from orchestrator.limit_analysis.yield_conditions import YieldConditions, yield_matrix, yield_offset
+from orchestrator.masonry.wall import FloatArray
+
+FINAL_TOLERANCE = 1e-12
+"""On gap and feasibility, where forces or mechanism are kept: the noise of the mechanism falls with it, for one or two
+interior-point iterations more than 1e-9 (wall 6: 21 for 19)."""
+ITERATE_TOLERANCE = 1e-9
+"""For programs that only lead to the next one. At 1e-12 the dilation shift of a wall of 208 blocks with courses of
+uneven height needs 60 to 200 iterations a program, because its shifts make many joints nearly indifferent."""
+ACCEPTED = 1e3
+"""Times the tolerance passes when the solver cannot do better (status AlmostSolved)."""
+
+
+class InfeasibleError(ConvergenceError):
+    """No joint forces satisfy equilibrium and yield together."""
+
+
+class UnboundedError(ConvergenceError):
+    """The load multiplier has no upper bound."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LimitSolution:
+    """Optimum of Eq. (1): joint_forces (k, 3) in N; velocities (3m,) of the free blocks in m/s and rad/s and joint
+    rates (k, 3) in m/s (opening at start, at end, slip), both at unit live-load power (f_L . u = 1 N m/s)."""
+
+    load_multiplier: float
+    joint_forces: FloatArray
+    velocities: FloatArray
+    rates: FloatArray
+    iterations: int
+    seconds: float
+    status: str
+
+    @property
+    def normal(self) -> FloatArray:
+        """Normal force N (k,) of every joint in N."""
+        return self.joint_forces[:, :2].sum(axis=1)
+
+
+class LimitProgram:
+    """Eq. (1) of one wall and one slope of the friction lines, set up once and solved for many c and d."""
+
+    def __init__(self, equilibrium: Equilibrium, slope: FloatArray, tolerance: float = FINAL_TOLERANCE) -> None:
+        """Set up for friction lines of the given slopes (k,), to be solved to `tolerance`."""
+        self._equilibrium = equilibrium
+        scale = equilibrium.row_scale
+        B = sp.diags(scale) @ equilibrium.matrix
+        f_L = sp.csc_matrix((scale * equilibrium.live_load / equilibrium.total_weight)[:, None])
+        C_T = yield_matrix(slope)
+        A = sp.bmat([[B, -f_L], [-C_T, None]], format="csc")
+        self._objective = np.zeros(A.shape[1])
+        self._right_side = np.zeros(A.shape[0])
+        self._right_side[: len(scale)] = scale * equilibrium.dead_load / equilibrium.mean_weight
+        cones = [clarabel.ZeroConeT(B.shape[0]), clarabel.NonnegativeConeT(C_T.shape[0])]
+        self._solver = _solver(self._objective, A, self._right_side, cones, tolerance)
+
+    def solve(self, cohesion: FloatArray, shift: FloatArray | None = None, live_weight: float = 1.0) -> LimitSolution:
+        """Maximise live_weight lambda - sum d N for cohesions c (k,) in N and a shift d (k,) in m/s (none: 0).
+
+        Raises InfeasibleError, UnboundedError, or ConvergenceError when the solver stops short of ACCEPTED tolerance.
+        """
+        equilibrium = self._equilibrium
+        rows, w = len(equilibrium.dead_load), equilibrium.mean_weight
+        self._right_side[rows:] = yield_offset(cohesion) / w
+        d = np.zeros(len(cohesion)) if shift is None else shift * equilibrium.total_weight
+        self._objective[:-1] = np.column_stack([d, d, np.zeros_like(d)]).ravel()
+        self._objective[-1] = -live_weight
+        self._solver.update(q=self._objective, b=self._right_side)
+        solution = _solved(self._solver, "limit analysis")
+        q, velocities = np.array(solution.x[:-1]), -np.array(solution.z[:rows]) * equilibrium.row_scale
+        velocities /= equilibrium.live_load @ velocities
+        return LimitSolution(
+            load_multiplier=solution.x[-1] * w / equilibrium.total_weight,
+            joint_forces=w * q.reshape(-1, 3),
+            velocities=velocities,
+            rates=equilibrium.joint_rates(velocities),
+            iterations=solution.iterations,
+            seconds=solution.solve_time,
+            status=str(solution.status),
+        )
+
+
+def solve_limit_lp(equilibrium: Equilibrium, conditions: YieldConditions) -> LimitSolution:
+    """Solve Eq. (1) once; raises as `LimitProgram.solve`."""
+    return LimitProgram(equilibrium, conditions.slope).solve(conditions.cohesion)
+
+
+def solve_gravity_lp(equilibrium: Equilibrium, conditions: YieldConditions) -> tuple[float, FloatArray]:
+    """Least sum of forces that must be added to make a wall stand without live load, and the motion it would make.
+
+        min  sum (r+ + r-)   s.t.   B q + r+ - r- = f_D,   C^T q + c >= 0,   r+, r- >= 0
+
+    Returns the sum over the mean block weight (0: it stands) and velocities (3m,) of the free blocks, none above 1
+    (rotations times a block length): the dual, the mechanism in which gravity does that much work.
+    """
+    scale = equilibrium.row_scale
+    B, C_T = sp.diags(scale) @ equilibrium.matrix, yield_matrix(conditions.slope)
+    r = sp.identity(len(scale))
+    A = sp.bmat([[B, r, -r], [-C_T, None, None], [None, -r, None], [None, None, -r]], format="csc")
+    objective = np.concatenate([np.zeros(B.shape[1]), np.ones(2 * len(scale))])
+    dead, offset = scale * equilibrium.dead_load, yield_offset(conditions.cohesion)
+    right_side = np.concatenate([dead, offset, np.zeros(2 * len(scale))]) / equilibrium.mean_weight
+    cones = [clarabel.ZeroConeT(len(scale)), clarabel.NonnegativeConeT(A.shape[0] - len(scale))]
+    solution = _solved(_solver(objective, A, right_side, cones, ITERATE_TOLERANCE), "gravity check")
+    return solution.obj_val, -np.array(solution.z[: len(scale)]) * scale
+
+
+def _solver(
+    objective: FloatArray, A: sp.csc_matrix, b: FloatArray, cones: list[object], tolerance: float
+) -> clarabel.DefaultSolver:
+    """Set up min objective . x, A x + slack = b, slack in cones."""
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.presolve_enable = False
+    settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    accepted = ACCEPTED * tolerance
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = accepted
+    return clarabel.DefaultSolver(sp.csc_matrix((A.shape[1],) * 2), objective, A, b, cones, settings)
+
+
+def _solved(solver: clarabel.DefaultSolver, stage: str) -> clarabel.DefaultSolution:
+    """Run the solver; anything but an optimum raises."""
+    status = clarabel.SolverStatus
+    solution = solver.solve()
+    if solution.status in (status.Solved, status.AlmostSolved):
+        return solution
+    if solution.status in (status.PrimalInfeasible, status.AlmostPrimalInfeasible):
+        raise InfeasibleError(stage, "no joint forces satisfy equilibrium and friction")
+    if solution.status in (status.DualInfeasible, status.AlmostDualInfeasible):
+        raise UnboundedError(stage, "the load multiplier has no upper bound")
+    raise ConvergenceError(stage, f"linear program ended as {solution.status} after {solution.iterations} iterations")

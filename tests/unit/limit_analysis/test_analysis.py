@@ -1,0 +1,103 @@
+"""What `analyse` refuses, and how the answers are put together."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orchestrator.errors import CaseError
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.masonry.wall import Block, Wall, read_only
+
+
+def upright(number, x, y, width, height, fixed=False):
+    corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]]
+    return Block(number, read_only(corners), fixed, 20e3)
+
+
+def cantilever(overhang):
+    """Block 12 on block 11 on a floor, the upper one displaced by `overhang` (m) of its 1 m."""
+    blocks = (upright(10, -2, -1, 6, 1, fixed=True), upright(11, 0, 0, 1, 0.5), upright(12, overhang, 0.5, 1, 0.5))
+    return Assemblage(
+        wall=Wall("cantilever", blocks, 1.0, 0.7),
+        block_i=read_only([0, 1], np.int64),
+        block_j=read_only([1, 2], np.int64),
+        start=read_only([[1.0, 0.0], [1.0, 0.5]]),
+        end=read_only([[0.0, 0.0], [overhang, 0.5]]),
+        friction=read_only([0.7, 0.7]),
+        cohesion=read_only([0.0, 0.0]),
+    )
+
+
+def test_overhang_of_less_than_half_a_block_stands():
+    """lambda = (0.5 - overhang)/0.25 for the upper block about the lower one's edge."""
+    found = analyse(cantilever(0.4))
+    assert found.associative.load_multiplier == pytest.approx(0.1 / 0.25, abs=1e-9)
+    assert found.weight == pytest.approx(20e3)
+    assert found.non_associative_range == pytest.approx((0.4, 0.4), abs=1e-9)
+
+
+def test_overhang_of_more_than_half_a_block_falls_and_is_named():
+    with pytest.raises(CaseError) as refused:
+        analyse(cantilever(0.6))
+    assert refused.value.key == "wall"
+    assert "cannot stand under its own weight: blocks 12 move" in refused.value.problem
+    assert "11" not in refused.value.problem.split("move")[0]
+
+
+def test_marginal_overhang_stands_and_carries_no_load():
+    """Centroid exactly over the edge, as at the lintels of wall 6: lambda = 0, not an error."""
+    assert analyse(cantilever(0.5)).associative.load_multiplier == pytest.approx(0.0, abs=1e-8)
+
+
+def test_wedged_block_is_refused_in_plain_words():
+    blocks = (upright(0, -1, 0, 1, 1, fixed=True), upright(1, 0, 0, 1, 1), upright(2, 1, 0, 1, 1, fixed=True))
+    floor = upright(3, -1, -1, 3, 1, fixed=True)
+    wedged = Assemblage(
+        wall=Wall("wedged", (*blocks, floor), 1.0, 0.7),
+        block_i=read_only([0, 1, 3], np.int64),
+        block_j=read_only([1, 2, 1], np.int64),
+        start=read_only([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]),
+        end=read_only([[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]),
+        friction=read_only([0.7] * 3),
+        cohesion=read_only([0.0] * 3),
+    )
+    with pytest.raises(CaseError, match="no horizontal load in this direction brings it down"):
+        analyse(wedged)
+
+
+def test_input_is_left_alone_and_result_is_frozen_and_can_be_sent_to_other_ranks():
+    assemblage = cantilever(0.2)
+    found = analyse(assemblage)
+    with pytest.raises(ValueError, match="read-only"):
+        found.associative.joint_forces[0, 0] = 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        found.associative.mechanism.velocities[0, 0] = 1.0
+    copy = pickle.loads(pickle.dumps(found))
+    assert copy.associative.load_multiplier == found.associative.load_multiplier
+    assert analyse(assemblage).sequence.load_multiplier == found.sequence.load_multiplier
+
+
+def test_records_tell_every_linear_program():
+    settings = LimitAnalysisSettings(seed_cohesions=(1e-2, 1e-5), shift_relaxation=0.4)
+    found = analyse(cantilever(0.2), settings)
+    assert len(found.associative.records) == 1
+    assert sorted({record.parameter for record in found.sequence.records}) == [0.0, 1e-5, 1e-2]
+    assert {record.parameter for record in found.dilation_shift.records} == {0.4}
+    assert all(
+        record.status in ("Solved", "AlmostSolved") and record.iterations > 0 for record in found.sequence.records
+    )
+
+
+def test_headline_and_range_fall_back_when_an_answer_is_missing():
+    found = analyse(cantilever(0.2))
+    without = replace(found, sequence=None)
+    assert found.headline is found.sequence
+    assert without.headline is found.dilation_shift
+    nothing = replace(without, dilation_shift=None)
+    assert nothing.headline is found.associative
+    assert nothing.non_associative_range is None

@@ -1,0 +1,99 @@
+"""Equilibrium rows written out by hand for one and two blocks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.equilibrium import (
+    assemble_equilibrium,
+    block_centroids,
+    block_weights,
+    polygon_area,
+    polygon_centroid,
+)
+from orchestrator.masonry.wall import Block, Wall, read_only
+
+
+def rectangle(number, x, y, width, height, fixed=False, unit_weight=1000.0):
+    corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]]
+    return Block(number, read_only(corners), fixed, unit_weight)
+
+
+def stack():
+    """Floor, block 1 (2 m x 1 m, 2 kN), block 2 (1 m x 1 m, 1 kN) on its right end. Joint 0: floor-1, joint 1: 1-2."""
+    blocks = (rectangle(7, -1, -1, 4, 1, fixed=True), rectangle(8, 0, 0, 2, 1), rectangle(9, 1, 1, 1, 1))
+    return Assemblage(
+        wall=Wall("stack", blocks, 1.0, 0.5),
+        block_i=read_only([0, 1], np.int64),
+        block_j=read_only([1, 2], np.int64),
+        start=read_only([[2.0, 0.0], [2.0, 1.0]]),  # along the counter-clockwise outline of i: tops run to the left
+        end=read_only([[0.0, 0.0], [1.0, 1.0]]),
+        friction=read_only([0.5, 0.5]),
+        cohesion=read_only([0.0, 0.0]),
+    )
+
+
+def test_polygon_properties_of_an_l_shape():
+    corners = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
+    assert polygon_area(corners) == pytest.approx(4.0)
+    assert polygon_area(corners[::-1]) == pytest.approx(-4.0)
+    assert polygon_centroid(corners) == pytest.approx([(3 * 1.5 + 1 * 0.5) / 4, (3 * 0.5 + 1 * 1.5) / 4])
+
+
+def test_centroid_far_from_the_origin_keeps_its_digits():
+    corners = np.array([[0, 0], [0.4, 0], [0.4, 0.175], [0, 0.175]])
+    shifted = polygon_centroid(corners + [3e5, 5e6])  # map coordinates
+    assert shifted - [3e5, 5e6] == pytest.approx([0.2, 0.0875], abs=2e-9)  # corners themselves are rounded to 1e-9 m
+
+
+def test_loads_are_weights_at_centroids():
+    assemblage = stack()
+    assert block_weights(assemblage.wall) == pytest.approx([4000, 2000, 1000])
+    assert block_centroids(assemblage.wall).tolist() == [[1, -0.5], [1, 0.5], [1.5, 1.5]]
+    for direction in (1, -1):
+        equilibrium = assemble_equilibrium(assemblage, direction)
+        assert equilibrium.free_blocks.tolist() == [1, 2]
+        assert equilibrium.dead_load.tolist() == [0, -2000, 0, 0, -1000, 0]
+        assert equilibrium.live_load.tolist() == [direction * 2000, 0, 0, direction * 1000, 0, 0]
+        assert equilibrium.total_weight == 3000
+        assert equilibrium.mean_weight == 1500
+
+
+def test_matrix_of_the_stack_by_hand():
+    """Rows x, y, moment of blocks 1 and 2; columns n_start, n_end, s of both joints. The normal points up, the tangent
+    to the left; block i pushes j with +n, +s, and B q are the forces blocks exert: minus for j, plus for i."""
+    B = assemble_equilibrium(stack(), 1).matrix.toarray()
+    lower = [[0, 0, 1], [-1, -1, 0], [-1, 1, 0.5]]  # joint 0 on block 1 (its j): arms x = +1, -1; y = -0.5
+    upper_on_1 = [[0, 0, -1], [1, 1, 0], [1, 0, 0.5]]  # joint 1 on block 1 (its i): arms x = +1, 0; y = +0.5
+    upper_on_2 = [[0, 0, 1], [-1, -1, 0], [-0.5, 0.5, 0.5]]  # joint 1 on block 2 (its j): arms x = +-0.5; y = -0.5
+    assert B[:3, :3].tolist() == lower
+    assert B[:3, 3:].tolist() == upper_on_1
+    assert B[3:, 3:].tolist() == upper_on_2
+    assert not B[3:, :3].any()
+
+
+def test_residual_vanishes_for_the_state_at_rest_only():
+    """The upper block's 1 kN on its joint's middle; the lower joint carries 3 kN with its resultant at x = 3.5/3 m."""
+    equilibrium = assemble_equilibrium(stack(), 1)
+    at_start = 3000 * (3.5 / 3) / 2
+    at_rest = np.array([[at_start, 3000 - at_start, 0.0], [500.0, 500.0, 0.0]])
+    assert equilibrium.residual(at_rest, 0.0) < 1e-14
+    assert equilibrium.residual(at_rest + [[30.0, 0, 0], [0, 0, 0]], 0.0) == pytest.approx(0.01, rel=0.3)
+    assert equilibrium.residual(at_rest, 0.1) > 0.01
+
+
+def test_joint_rates_of_a_known_motion():
+    """Block 2 lifts 0.1 m/s, drifts 0.3 m/s to the right and turns 0.2 rad/s; block 1 rests."""
+    equilibrium = assemble_equilibrium(stack(), 1)
+    rates = equilibrium.joint_rates(np.array([0, 0, 0, 0.3, 0.1, 0.2]))
+    opening_right, opening_left = 0.1 + 0.2 * 0.5, 0.1 - 0.2 * 0.5
+    slip_to_the_left = -(0.3 - 0.2 * (-0.5))
+    assert rates == pytest.approx(np.array([[0, 0, 0], [opening_right, opening_left, slip_to_the_left]]))
+
+
+def test_velocities_of_supports_are_zero():
+    equilibrium = assemble_equilibrium(stack(), 1)
+    everyone = equilibrium.of_all_blocks(np.arange(1.0, 7.0))
+    assert everyone.tolist() == [[0, 0, 0], [1, 2, 3], [4, 5, 6]]

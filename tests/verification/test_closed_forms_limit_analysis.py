@@ -1,0 +1,165 @@
+"""Micro limit analysis against closed forms: blocks, towers, slopes, cohesion, arches, and what scaling must leave.
+
+Tolerance 1e-6 throughout (issue 2), on the associative state and on both non-associative ones: in all these problems
+one joint slides or one block topples, so dilation does no work and the three multipliers coincide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import atan, cos, pi, radians, sin, tan
+
+import numpy as np
+import pytest
+
+from orchestrator.errors import CaseError
+from orchestrator.limit_analysis import analyse
+from orchestrator.masonry.wall import read_only
+from tests.verification.limit_analysis_cases import assemblage_of, box, case, mirrored, transformed
+
+
+def multipliers(assemblage, load_direction=1):
+    """Associative, sequence and dilation-shift multiplier."""
+    found = analyse(assemblage, load_direction=load_direction)
+    assert found.remarks == ()
+    return [state.load_multiplier for state in (found.associative, found.sequence, found.dilation_shift)]
+
+
+def floor(width=6.0):
+    return box(-width / 2, -0.5, width, 0.5)
+
+
+def tower(*sizes):
+    """Blocks (width, height) on top of each other, centred, on a floor."""
+    levels = np.cumsum([0.0] + [height for _, height in sizes])
+    return [floor(), *(box(-w / 2, y, w, h) for (w, h), y in zip(sizes, levels, strict=False))]
+
+
+def on_slope(width, height, angle):
+    """A block of width x height on a plane that rises with `angle` in +x, exact to rounding (unlike the data file)."""
+    turn = np.array([[cos(angle), -sin(angle)], [sin(angle), cos(angle)]])
+    return [np.array(polygon) @ turn.T for polygon in (floor(), box(-width / 2, 0.0, width, height))]
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize(
+    ("width", "height", "friction"), [(0.5, 1.0, 0.65), (1.0, 1.0, 0.65), (0.4, 0.175, 0.3), (1.0, 1.5, 0.7)]
+)
+def test_single_block_slides_or_overturns(width, height, friction, direction):
+    expected = min(friction, width / height)
+    assert multipliers(assemblage_of(tower((width, height)), friction=friction), direction) == pytest.approx(
+        [expected] * 3, abs=1e-6
+    )
+
+
+@pytest.mark.parametrize(("blocks", "width", "height", "friction"), [(5, 1.0, 0.5, 0.65), (3, 2.0, 0.5, 0.4)])
+def test_tower_of_equal_blocks(blocks, width, height, friction):
+    expected = min(friction, width / (blocks * height))
+    assert multipliers(assemblage_of(tower(*[(width, height)] * blocks), friction=friction)) == pytest.approx(
+        [expected] * 3, abs=1e-6
+    )
+
+
+def test_two_block_stack_topples_at_the_weaker_joint():
+    """Slender block on a wide one: the upper one alone, b/h; wide on slender: both about the lower toe."""
+    slender_above = assemblage_of(tower((2.0, 0.5), (0.4, 1.0)))
+    assert multipliers(slender_above) == pytest.approx([0.4] * 3, abs=1e-6)
+    b, h, B, H = 0.5, 1.0, 1.5, 0.5
+    lower, upper = b * h, B * H
+    both = (lower + upper) * b / 2 / (lower * h / 2 + upper * (h + H / 2))
+    wide_above = assemblage_of(tower((b, h), (B, H)))
+    assert both < min(0.65, B / H)
+    assert multipliers(wide_above) == pytest.approx([both] * 3, abs=1e-6)
+
+
+def test_stack_slides_at_its_smoothest_joint():
+    stack = assemblage_of(tower((2.0, 0.4), (2.0, 0.4), (2.0, 0.4)))
+    friction = np.where(stack.block_i == 1, 0.25, 0.6)
+    assert friction.tolist().count(0.25) == 1
+    assert multipliers(replace(stack, friction=read_only(friction))) == pytest.approx([0.25] * 3, abs=1e-6)
+
+
+@pytest.mark.parametrize(("cohesion", "expected"), [(4e3, 0.3 + 4e3 * 0.8 / (0.8 * 0.5 * 20e3)), (60e3, 0.8 / 0.5)])
+def test_cohesion_adds_to_sliding_but_not_to_overturning(cohesion, expected):
+    """mu + c b/W (here per metre of thickness, also for a thickness of 0.1 m), at most b/h: no tension."""
+    for thickness in (1.0, 0.1):
+        block = assemblage_of(tower((0.8, 0.5)), friction=0.3, thickness=thickness)
+        glued = replace(block, cohesion=read_only([cohesion]))
+        assert multipliers(glued) == pytest.approx([expected] * 3, abs=1e-6)
+
+
+@pytest.mark.parametrize(("direction", "sign"), [(1, 1), (-1, -1)])
+def test_block_on_ten_degree_slope(direction, sign):
+    """tan(phi + 10 deg) uphill, tan(phi - 10 deg) downhill."""
+    expected = tan(atan(0.65) + sign * radians(10))
+    flat = assemblage_of(on_slope(2.5, 0.3, radians(10)))
+    assert multipliers(flat, direction) == pytest.approx([expected] * 3, abs=1e-6)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_slender_block_on_slope_overturns(direction):
+    """About the toe ahead: horizontal over vertical distance from toe to centroid."""
+    width, height, angle = 0.3, 1.0, radians(10)
+    toe = np.array([cos(angle), sin(angle)]) * direction * width / 2
+    centroid = np.array([-sin(angle), cos(angle)]) * height / 2
+    expected = direction * (toe - centroid)[0] / (centroid - toe)[1]
+    slender = assemblage_of(on_slope(width, height, angle))
+    assert multipliers(slender, direction) == pytest.approx([expected] * 3, abs=1e-6)
+
+
+def arch(voussoirs, thickness_ratio):
+    """Semicircular arch of mean radius 1 between two supports, straight voussoirs with radial joints."""
+    angles = np.linspace(0.0, pi, voussoirs + 1)
+    rays = np.column_stack([np.cos(angles), np.sin(angles)])
+    inner, outer = (1 - thickness_ratio / 2) * rays, (1 + thickness_ratio / 2) * rays
+    stones = [
+        [inner[k], outer[k], outer[k + 1], inner[k + 1]]
+        for k in range(voussoirs)
+    ]  # fmt: skip
+    return assemblage_of([box(0.5, -0.5, 1.0, 0.5), box(-1.5, -0.5, 1.0, 0.5), *stones], fixed=(0, 1), friction=0.6)
+
+
+@pytest.mark.parametrize(("voussoirs", "least"), [(27, 0.10672), (101, 0.10745)])
+def test_semicircular_arch_needs_its_least_thickness(voussoirs, least):
+    """Cocchetti and Rizzi 2020 for the continuous arch, formulation.md for straight voussoirs; t/r to 5e-5."""
+    with pytest.raises(CaseError, match="cannot stand under its own weight"):
+        analyse(arch(voussoirs, least - 5e-5))
+    assert 0.0 < analyse(arch(voussoirs, least + 5e-5)).associative.load_multiplier < 1e-3
+
+
+@pytest.mark.parametrize("scaling", [1e-3, 7.0, 1e3])
+def test_scaling_lengths_leaves_the_multipliers(scaling):
+    wall = case("ferris_tinloi_wall4")
+    grown = transformed(wall, lambda polygon: scaling * polygon)
+    if scaling < 1e-2:  # joints are shorter than the least length of a joint then: scale the assemblage itself
+        blocks = tuple(replace(block, polygon=read_only(scaling * block.polygon)) for block in wall.wall.blocks)
+        grown = replace(
+            wall,
+            wall=replace(wall.wall, blocks=blocks),
+            start=read_only(scaling * wall.start),
+            end=read_only(scaling * wall.end),
+        )
+    assert multipliers(grown) == pytest.approx(multipliers(wall), abs=1e-7)
+
+
+@pytest.mark.parametrize("scaling", [1e-4, 3.0, 1e4])
+def test_scaling_weights_leaves_the_multipliers(scaling):
+    wall = case("ferris_tinloi_wall4")
+    blocks = tuple(replace(block, unit_weight=scaling * block.unit_weight) for block in wall.wall.blocks)
+    heavier = replace(wall, wall=replace(wall.wall, blocks=blocks))
+    assert multipliers(heavier) == pytest.approx(multipliers(wall), abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["ferris_tinloi_wall3", "arch27_t0107", "orduna_panel_set13"])
+def test_mirrored_wall_has_the_value_of_the_opposite_load(name):
+    wall = case(name)
+    assert multipliers(mirrored(wall), -1) == pytest.approx(multipliers(wall), abs=1e-7)
+
+
+def test_mirrored_load_on_a_wall_without_symmetry():
+    """On a slope the two directions differ, so the mirror image is a real test of signs."""
+    slope = assemblage_of(on_slope(2.5, 0.3, radians(10)))
+    uphill, downhill = multipliers(slope, 1), multipliers(slope, -1)
+    assert uphill[0] > 2 * downhill[0]
+    assert multipliers(mirrored(slope), -1) == pytest.approx(uphill, abs=1e-9)
+    assert multipliers(mirrored(slope), 1) == pytest.approx(downhill, abs=1e-9)
