@@ -17,6 +17,7 @@ import numpy as np
 
 from orchestrator.errors import ResultError
 from orchestrator.masonry.wall import FloatArray
+from orchestrator.pushover.checks import equilibrium_error, kinetic_share
 from orchestrator.pushover.state import PushoverCurve
 
 STIFFNESS_FRACTION = 0.1
@@ -29,7 +30,7 @@ STIFFNESS_ROWS = 2
 class Capacity:
     """peak_base_shear N, displacement_at_peak and final_displacement m, initial_stiffness N/m.
 
-    max_kinetic_over_internal: largest ratio of kinetic to internal energy over the lateral rows up to the peak.
+    max_kinetic_over_internal: largest ratio of kinetic to internal energy up to the peak (pushover.checks).
     """
 
     peak_base_shear: float
@@ -55,10 +56,8 @@ def find_capacity(curve: PushoverCurve, weight: float) -> Capacity:
         displacement_at_peak=float(displacement[peak]),
         final_displacement=float(displacement[-1]),
         initial_stiffness=initial_stiffness(curve.base_shear_N, displacement),
-        max_kinetic_over_internal=_largest_ratio(
-            curve.kinetic_energy_J[1 : peak + 1], curve.internal_energy_J[1 : peak + 1]
-        ),
-        equilibrium_residual=float(np.max(np.abs(curve.load_multiplier * weight - curve.base_shear_N)) / weight),
+        max_kinetic_over_internal=kinetic_share(curve),
+        equilibrium_residual=equilibrium_error(curve, weight),
     )
 
 
@@ -80,12 +79,3 @@ def _require_usable(curve: PushoverCurve) -> None:
         wrong = np.flatnonzero(~np.isfinite(getattr(curve, name)))
         if wrong.size:
             raise ResultError("capacity curve", f"{name} is not finite in step {curve.step[wrong[0]]}")
-
-
-def _largest_ratio(kinetic: FloatArray, internal: FloatArray) -> float:
-    """Largest kinetic / internal energy, 0 where nothing moves, inf where motion stores nothing."""
-    moving = kinetic > 0.0
-    if not moving.any():
-        return 0.0
-    with np.errstate(divide="ignore"):
-        return float(np.max(kinetic[moving] / np.maximum(internal[moving], 0.0)))

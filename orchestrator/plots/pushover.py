@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from math import floor, log10
 
 import numpy as np
@@ -182,7 +183,7 @@ def _draw_contacts(
             continue
         used, borders = shares_of_interface(along)
         corners = np.array([np.interp(borders, along[used], axis) for axis in drawn[chosen[used]].T]).T
-        for contact, piece in zip(chosen[used], zip(corners[:-1], corners[1:], strict=True), strict=True):
+        for contact, piece in zip(chosen[used], pairwise(corners), strict=True):
             pieces[ContactStatus(status[contact])].append(np.array(piece))
     for name, (colour, width, label) in LINES.items():
         draw_segments(axes, pieces[name], colour, width, label)

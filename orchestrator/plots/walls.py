@@ -168,13 +168,19 @@ def arrow_tail(points: FloatArray, load_direction: int) -> FloatArray:
 
 
 def _draw_load(axes: Axes, tail: FloatArray, load_direction: int, points: FloatArray) -> None:
-    length = ARROW * float(np.ptp(points, axis=0).max())
+    arrow = np.array([load_direction * ARROW * float(np.ptp(points, axis=0).max()), 0.0])
     (start,) = tail
     style = {"arrowstyle": "-|>,head_width=0.35,head_length=0.7", "color": VERMILLION, "linewidth": 2.5}
-    axes.annotate("", start + [load_direction * length, 0.0], start, arrowprops=style, zorder=5)
-    middle = start + [0.5 * load_direction * length, 0.0]
+    axes.annotate("", start + arrow, start, arrowprops=style, zorder=5)
     axes.annotate(
-        "λ × weight", middle, (0, 6), textcoords="offset points", ha="center", color=VERMILLION, fontsize=8, zorder=5
+        "λ × weight",
+        start + 0.5 * arrow,
+        (0, 6),
+        textcoords="offset points",
+        ha="center",
+        color=VERMILLION,
+        fontsize=8,
+        zorder=5,
     )
 
 

@@ -66,11 +66,12 @@ def write_summary(folder: Path, record: dict[str, Any]) -> None:
 
 
 def blocks_record(wall: Wall) -> dict[str, Any]:
-    """Return the wall in the block file format, SI units."""
+    """Return the wall in the block file format, SI units; every block states its own unit weight."""
     return {
         "name": wall.name,
         "units": {"length": "m", "unit_weight": "N/m3"},
         "thickness": wall.thickness,
+        "unit_weight": wall.blocks[0].unit_weight,
         "friction": wall.friction,
         "blocks": [
             {"id": b.id, "polygon": b.polygon, "fixed": b.fixed, "unit_weight": b.unit_weight} for b in wall.blocks

@@ -133,7 +133,7 @@ def test_any_name_can_be_drawn_and_fits(assemblage, name, tmp_path):
 
 
 def test_a_wall_far_from_the_origin_is_drawn_without_an_offset_on_the_axes(assemblage):
-    blocks = tuple(replace(b, polygon=b.polygon + [5e5, 4e6]) for b in assemblage.wall.blocks)
+    blocks = tuple(replace(b, polygon=b.polygon + np.array([5e5, 4e6])) for b in assemblage.wall.blocks)
     figure = plots.blocks(replace(assemblage.wall, blocks=blocks))
     drawn(figure)
     assert figure.axes[0].xaxis.get_offset_text().get_text() == ""

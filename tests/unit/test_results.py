@@ -17,6 +17,7 @@ from orchestrator.capacity import Capacity
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, Mechanism
 from orchestrator.macroblocks import MacroblockSettings, Partition
+from orchestrator.masonry.readers import read_blocks
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Attempt, Increment, PushoverCurve
@@ -174,15 +175,16 @@ def test_case_is_written_as_given(tmp_path):
     assert (tmp_path / "case.toml").read_text(encoding="utf-8") == '[wall]\nfile = "ü.json"\n'
 
 
-def test_blocks_file_holds_the_wall(tmp_path, assemblage):
-    results.write_blocks(tmp_path, assemblage.wall)
-    record = json.loads((tmp_path / "blocks.json").read_text())
-    assert record["units"] == {"length": "m", "unit_weight": "N/m3"}
-    assert (record["name"], record["thickness"], record["friction"]) == ('Wall "ä" <&>', 0.1, 0.65)
-    assert [b["id"] for b in record["blocks"]] == [10, 11, 12, 13]
-    assert [b["fixed"] for b in record["blocks"]] == [True, False, False, False]
-    assert record["blocks"][2]["polygon"] == [[1, 0], [2, 0], [2, 0.5], [1, 0.5]]
-    assert record["blocks"][2]["unit_weight"] == 25e3
+def test_blocks_file_is_a_block_file_that_gives_the_same_wall(tmp_path, assemblage):
+    *others, heavy = assemblage.wall.blocks
+    wall = replace(assemblage.wall, blocks=(*others, replace(heavy, unit_weight=27123.4)))
+    results.write_blocks(tmp_path, wall)
+    found = read_blocks(tmp_path / "blocks.json")
+    assert (found.name, found.thickness, found.friction) == ('Wall "ä" <&>', 0.1, 0.65)
+    assert [(b.id, b.fixed) for b in found.blocks] == [(10, True), (11, False), (12, False), (13, False)]
+    assert [b.unit_weight for b in found.blocks] == [25e3, 25e3, 25e3, 27123.4]
+    for one, other in zip(found.blocks, wall.blocks, strict=True):
+        np.testing.assert_array_equal(one.polygon, other.polygon)
 
 
 def test_joints_file_names_blocks_by_id(tmp_path, assemblage):

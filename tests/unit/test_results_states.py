@@ -201,7 +201,7 @@ def meshes():
     """Two tetrahedra of two bodies, 8 nodes."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
     return BodyMeshes(
-        nodes=np.vstack([corners, corners + [2, 0, 0]]),
+        nodes=np.vstack([corners, corners + np.array([2.0, 0, 0])]),
         tetrahedra=np.arange(8).reshape(2, 4),
         body_of_node=np.repeat([0, 1], 4),
         body_of_tetrahedron=np.array([0, 1]),
