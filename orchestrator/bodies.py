@@ -34,6 +34,11 @@ class Body:
     """weight / volume of its blocks, N/m3"""
     blocks: IntArray
 
+    @property
+    def area(self) -> float:
+        """Area without the holes, m2."""
+        return float(shapely.Polygon(self.exterior, self.holes).area)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Bodies:

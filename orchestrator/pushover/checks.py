@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from orchestrator.errors import ResultError
-from orchestrator.pushover.state import Increment, PushoverCurve
+from orchestrator.pushover.state import PushoverCurve
 
 EQUILIBRIUM = 1e-3
 """largest |multiplier x weight - base shear| / weight along the curve"""
@@ -21,22 +21,22 @@ def equilibrium_error(curve: PushoverCurve, weight: float) -> float:
 
 
 def kinetic_share(curve: PushoverCurve) -> float:
-    """Return the largest kinetic / internal energy up to the peak."""
-    before = slice(0, int(np.argmax(curve.base_shear_N)) + 1)
-    return float(np.max(curve.kinetic_energy_J[before] / curve.internal_energy_J[before]))
+    """Return the largest kinetic / internal energy of the lateral rows up to the peak."""
+    before = slice(1, int(np.argmax(curve.base_shear_N)) + 1)
+    kinetic, internal = curve.kinetic_energy_J[before], curve.internal_energy_J[before]
+    with np.errstate(divide="ignore"):
+        return float(np.max(kinetic / internal, where=kinetic > 0.0, initial=0.0))
 
 
-def penetration(increments: list[Increment]) -> float:
-    """Return the deepest penetration of any contact, m."""
-    return max(float(-np.min(i.gap, initial=0.0)) for i in increments)
+def check(curve: PushoverCurve, max_penetration: float, weight: float) -> None:
+    """Raise ResultError if the curve is not quasi-static, not in equilibrium, or its bodies penetrate each other.
 
-
-def check(curve: PushoverCurve, increments: list[Increment], weight: float) -> None:
-    """Raise ResultError if the curve is not quasi-static, not in equilibrium, or its bodies penetrate each other."""
+    max_penetration in m over all increments; weight in N.
+    """
     found = {
         "equilibrium": (equilibrium_error(curve, weight), EQUILIBRIUM, "of the weight is carried by inertia"),
         "kinetic energy": (kinetic_share(curve), KINETIC, "of the internal energy before the peak"),
-        "penetration": (penetration(increments), PENETRATION, "m"),
+        "penetration": (max_penetration, PENETRATION, "m"),
     }
     for name, (value, bound, meaning) in found.items():
         if not value <= bound:

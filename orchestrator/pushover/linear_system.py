@@ -16,6 +16,7 @@ with one constant sparse matrix `scatter`; MUMPS analyses the pattern once (expl
 from __future__ import annotations
 
 from dataclasses import dataclass
+from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
@@ -134,6 +135,8 @@ class LinearSystem:
     def __init__(self, model: ContactModel, comm: MPI.Comm) -> None:
         self._pattern = make_pattern(model)
         self._comm = comm
+        self.seconds = 0.0
+        """time spent in `solve` so far"""
         size = len(self._pattern.indptr) - 1
         rows = PETSc.Mat().createAIJ(((None, size), (None, size)), comm=comm)
         rows.setUp()
@@ -166,6 +169,7 @@ class LinearSystem:
 
     def solve(self, contact_coefficients: FloatArray, time_step: float, right: FloatArray) -> FloatArray:
         """Return the solution (unknowns,) for `right` (unknowns,). Raises ConvergenceError on a failed factorisation."""
+        began = perf_counter()
         pattern = self._pattern
         values = pattern.stiffness + pattern.mass / time_step**2 + pattern.scatter @ contact_coefficients
         self._matrix.setValuesCSR(self._indptr, self._indices, values[self._slots])
@@ -174,6 +178,7 @@ class LinearSystem:
         self._solver.solve(self._right, self._solution)
         reason = self._solver.getConvergedReason()
         solution = np.concatenate(self._comm.allgather(self._solution.getArray()))
+        self.seconds += perf_counter() - began
         if reason < 0 or not np.isfinite(solution).all():
             raise ConvergenceError("linear solver", f"MUMPS failed (PETSc reason {reason})")
         return solution

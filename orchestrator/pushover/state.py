@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
 from enum import IntEnum
 from typing import Literal
 
@@ -40,8 +41,8 @@ class Increment:
     gap (c,): m. status (c,): ContactStatus. base_shear: horizontal reaction of the supports against the load, N.
     control_displacement: mean displacement of the top along the load, m. mean_displacement: mass-weighted mean
     displacement along the load, m. Energies in J.
-    step: what the stepping needs to continue (size of the next increment in its own unit, and dt_p, both settings of
-    the phase); attempts: the journal of failed tries before this increment.
+    time: s; under gravity the share of the weight that acts. step: size and time of the next increment and of this one
+    (stepping.Step), what the stepping needs to go on. attempts: the journal of failed tries before this increment.
     """
 
     number: int
@@ -90,26 +91,42 @@ class PushoverCurve:
     stopped_because: str
 
     @classmethod
-    def from_increments(cls, increments: list[Increment], stopped_because: str) -> PushoverCurve:
-        """Fold the last gravity increment and all lateral ones into a curve."""
-        rows = [i for i in increments if i.phase != "gravity"]
-        rows = [i for i in increments if i.phase == "gravity"][-1:] + rows
+    def from_increments(cls, increments: Iterable[Increment], stopped_because: str) -> PushoverCurve:
+        """Fold the last gravity increment and all lateral ones into a curve, one in memory at a time."""
+        gravity: list[tuple[float, ...]] = []
+        lateral: list[tuple[float, ...]] = []
+        for increment in increments:
+            if increment.phase == "gravity":
+                gravity = [_row(increment)]
+            else:
+                lateral.append(_row(increment))
+        names = [field.name for field in fields(cls) if field.name != "stopped_because"]
+        columns = np.array(gravity + lateral, dtype=float).reshape(-1, len(names)).T
+        arrays = {
+            name: read_only(column, np.int64 if name in WHOLE_NUMBERS else np.float64)
+            for name, column in zip(names, columns, strict=True)
+        }
+        return cls(**arrays, stopped_because=stopped_because)
 
-        def counted(status: ContactStatus) -> IntArray:
-            return read_only([int(np.sum(i.status == status)) for i in rows], np.int64)
 
-        return cls(
-            step=read_only([i.number for i in rows], np.int64),
-            time_s=read_only([i.time for i in rows]),
-            load_multiplier=read_only([i.load_multiplier for i in rows]),
-            base_shear_N=read_only([i.base_shear for i in rows]),
-            control_displacement_m=read_only([i.control_displacement for i in rows]),
-            kinetic_energy_J=read_only([i.kinetic_energy for i in rows]),
-            internal_energy_J=read_only([i.internal_energy for i in rows]),
-            dissipated_energy_J=read_only([i.dissipated_energy for i in rows]),
-            open_contacts=counted(ContactStatus.OPEN),
-            sticking_contacts=counted(ContactStatus.STICK),
-            slipping_contacts=counted(ContactStatus.SLIP),
-            newton_iterations=read_only([i.iterations for i in rows], np.int64),
-            stopped_because=stopped_because,
-        )
+WHOLE_NUMBERS = ("step", "open_contacts", "sticking_contacts", "slipping_contacts", "newton_iterations")
+"""columns of a curve that count"""
+
+
+def _row(increment: Increment) -> tuple[float, ...]:
+    """Return one row of a curve, in the order of its columns."""
+    counted = np.bincount(increment.status, minlength=len(ContactStatus))
+    return (
+        increment.number,
+        increment.time,
+        increment.load_multiplier,
+        increment.base_shear,
+        increment.control_displacement,
+        increment.kinetic_energy,
+        increment.internal_energy,
+        increment.dissipated_energy,
+        counted[ContactStatus.OPEN],
+        counted[ContactStatus.STICK],
+        counted[ContactStatus.SLIP],
+        increment.iterations,
+    )

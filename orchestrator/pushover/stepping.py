@@ -138,8 +138,9 @@ class Pushover:
                 yield state
 
     def finished(self, state: Increment) -> bool:
-        """Return whether the curve has reached its end."""
-        return state.phase != "gravity" and state.control_displacement >= self.stepping.final_displacement
+        """Return whether the curve has reached its end: the final displacement or the largest number of increments."""
+        reached = state.control_displacement >= self.stepping.final_displacement
+        return state.phase != "gravity" and (reached or state.number >= self.stepping.largest_increments)
 
     def _gravity(self, state: Increment) -> Iterator[Increment]:
         if state.phase != "gravity":

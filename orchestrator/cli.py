@@ -1,0 +1,255 @@
+"""Command line: arguments -> driver; known errors -> one line and an exit code. The only file that prints.
+
+Exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from orchestrator import case as cases
+from orchestrator import driver, results
+from orchestrator.case import Case
+from orchestrator.errors import CaseError, ConvergenceError, ResultError
+from orchestrator.limit_analysis import LimitAnalysis, LimitState
+from orchestrator.parallel import is_root
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+ROOT = Path(__file__).resolve().parent.parent
+DEFAULT_CASE = ROOT / "templates" / "benchmark1.toml"
+MODELS: dict[str, tuple[cases.ModelName, ...]] = {"macro": ("macro",), "micro": ("micro",), "both": ("macro", "micro")}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    options = _parser().parse_args(arguments)
+    comm = _communicator() if options.command in (None, "run") else None
+    console = Console(quiet=not is_root(comm) or getattr(options, "quiet", False), highlight=False)
+    try:
+        return int(options.action(options, comm, console))
+    except CaseError as error:
+        return _failed(comm, str(error), 2)
+    except ResultError as error:
+        return _failed(comm, str(error), 3)
+    except ConvergenceError as error:
+        return _failed(comm, str(error), 1)
+    except OSError as error:
+        return _failed(comm, f"{error.filename or 'file system'}: {error.strerror or error}", 1)
+    except KeyboardInterrupt:
+        return _failed(comm, "interrupted; go on with --resume", 130)
+
+
+def _failed(comm: MPI.Comm | None, message: str, code: int) -> int:
+    if is_root(comm):
+        print(message, file=sys.stderr)
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m orchestrator",
+        description="Pushover analysis of masonry, stone by stone. Without a command: run the shipped benchmark 1.",
+        epilog="exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid",
+    )
+    parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
+    parser.set_defaults(action=_run, command=None, case=DEFAULT_CASE, output=None, resume=False, model=None, set=[])
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    run = _command(commands, "run", _run, "the whole chain: micro-LA, macroblocks, FE pushover, pictures")
+    run.add_argument("--output", type=Path, help="run folder (default: results/NAME OF THE CASE FILE)")
+    run.add_argument("--resume", action="store_true", help="go on after the last stored increment")
+    run.add_argument("--model", choices=tuple(MODELS), help="instead of the case file's [run] models")
+    run.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
+    _command(commands, "check", _check, "read and validate only")
+    limit = _command(commands, "limit", _limit, "stop after micro limit analysis")
+    limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
+    _command(commands, "segment", _segment, "stop after the macroblocks")
+    return parser
+
+
+def _command(
+    commands: Any, name: str, action: Callable[..., int], summary: str
+) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=summary,
+        description=summary,
+        epilog=f"example: python -m orchestrator {name} templates/benchmark1.toml --set mesh.size=100mm",
+    )
+    parser.add_argument("case", type=Path, metavar="CASE", help="case file (.toml) or block file (.json)")
+    parser.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override one setting")
+    parser.set_defaults(action=action)
+    return parser
+
+
+def _communicator() -> MPI.Comm | None:
+    """Return all ranks, or None where mpi4py is not installed."""
+    try:
+        from mpi4py import MPI
+    except ImportError:
+        return None
+    return MPI.COMM_WORLD
+
+
+def _check(options: argparse.Namespace, _: None, console: Console) -> int:
+    assemblage = driver.check(cases.read(options.case, options.set))
+    free = sum(not block.fixed for block in assemblage.wall.blocks)
+    console.print(f"{options.case}: {free} blocks, {len(assemblage.block_i)} joints, nothing to complain about")
+    return 0
+
+
+def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
+    assemblage, analysis = driver.limit(cases.read(options.case, options.set))
+    if options.json:
+        summary = results.summary("", assemblage, analysis, None, [])
+        print(json.dumps(summary["limit_analysis"], indent=1))
+        return 0
+    console.print(_limit_table(analysis))
+    for remark in analysis.remarks:
+        console.print(remark)
+    return 0
+
+
+def _limit_table(analysis: LimitAnalysis) -> Table:
+    table = Table(title=f"Micro limit analysis, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.2f} s")
+    for column in ("flow rule", "multiplier", "base shear kN", "programs", "s", "equilibrium", "yield", "power"):
+        table.add_column(column, justify="left" if column == "flow rule" else "right")
+    names = {
+        "associative": analysis.associative,
+        "non-associative, sequence": analysis.sequence,
+        "non-associative, dilation shift": analysis.dilation_shift,
+    }
+    for name, state in names.items():
+        table.add_row(name, *(_limit_row(state, analysis.weight) if state else ["none found"]))
+    return table
+
+
+def _limit_row(state: LimitState, weight: float) -> list[str]:
+    seconds = sum(record.seconds for record in state.records)
+    residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
+    shear = state.load_multiplier * weight / 1e3
+    found = [f"{state.load_multiplier:.5f}", f"{shear:.4f}", str(len(state.records)), f"{seconds:.2f}"]
+    return found + [f"{residual:.0e}" for residual in residuals]
+
+
+def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
+    segmented = driver.segment(cases.read(options.case, options.set))
+    console.print(_limit_table(segmented.analysis))
+    table = Table(title=f"{segmented.partition.count} macroblocks, {len(segmented.bodies.joint)} joints between them")
+    for column in ("body", "blocks", "area m2"):
+        table.add_column(column, justify="right")
+    for body in segmented.bodies.bodies[: segmented.bodies.moving]:
+        table.add_row(str(body.number), str(len(body.blocks)), f"{body.area:.4f}")
+    console.print(table)
+    for remark in (*segmented.analysis.remarks, *segmented.partition.remarks):
+        console.print(remark)
+    return 0
+
+
+def _run(options: argparse.Namespace, comm: MPI.Comm | None, console: Console) -> int:
+    case = cases.read(options.case, options.set)
+    if options.model:
+        case = replace(case, run=cases.RunSettings(MODELS[options.model]))
+    output = options.output or Path("results") / options.case.stem
+    with _log(output, comm, case), _Reporter(console) as report:
+        outcome = driver.run(case, output, options.resume, comm, report)
+    console.print(_table(outcome.summary))
+    console.print(f"pictures: {output / 'figures'}; figures in numbers: {output / 'summary.json'}")
+    for complaint in outcome.complaints:
+        _failed(comm, str(complaint), 0)
+    failed = [1 if isinstance(complaint, ConvergenceError) else 3 for complaint in outcome.complaints]
+    return min(failed, default=0)
+
+
+def _log(output: Path, comm: MPI.Comm | None, case: Case) -> AbstractContextManager[None]:
+    """Return run.log on rank 0, once the case is known to be good."""
+    if not is_root(comm):
+        return nullcontext()
+    driver.check(case)
+    logging.getLogger("orchestrator").propagate = False
+    return results.logging_to(output / "run.log")
+
+
+class _Reporter:
+    """Draws what the driver reports: a bar per pushover on a terminal, now and then a line elsewhere."""
+
+    def __init__(self, console: Console) -> None:
+        columns = (
+            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[state]}"),
+            TimeElapsedColumn(), TimeRemainingColumn(),
+        )  # fmt: skip
+        self._console = console
+        self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+        self._tasks: dict[str, TaskID] = {}
+        self._last_line = 0.0
+
+    def __enter__(self) -> _Reporter:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._progress.stop()
+
+    def __call__(self, event: driver.StageDone | driver.IncrementDone) -> None:
+        if isinstance(event, driver.StageDone):
+            self._console.print(f"{event.stage}: {event.text} ({event.seconds:.1f} s)")
+            self._last_line = 0.0
+        else:
+            self._show(event)
+
+    def _show(self, event: driver.IncrementDone) -> None:
+        increment = event.increment
+        state = (
+            f"step {increment.number} {increment.phase}, multiplier {increment.load_multiplier:.4f}, "
+            f"{1e3 * increment.control_displacement:.3f} mm, {increment.iterations} iterations"
+        )
+        if event.model not in self._tasks:
+            self._tasks[event.model] = self._progress.add_task(f"{event.model} FE", total=1.0, state="")
+        self._progress.update(self._tasks[event.model], completed=event.fraction, state=state)
+        if not self._console.is_terminal and event.seconds - self._last_line > 5.0:
+            self._console.print(f"{event.model} FE: {state}, {event.seconds:.0f} s")
+            self._last_line = event.seconds
+
+
+def _table(summary: dict[str, Any]) -> Table:
+    """Return the short table at the end of a run."""
+    table = Table(title=f"{summary['case']}: weight {summary['wall']['weight'] / 1e3:.3f} kN")
+    for column in (
+        "model", "bodies", "peak multiplier", "peak base shear kN", "at mm", "initial stiffness kN/mm", "time s"
+    ):  # fmt: skip
+        table.add_column(column, justify="left" if column == "model" else "right")
+    limit, weight = summary["limit_analysis"], summary["wall"]["weight"]
+    rows = {"associative": limit["associative"], "non-associative": limit["non_associative"]}
+    for rule, multiplier in rows.items():
+        found = [f"{multiplier:.4f}", f"{multiplier * weight / 1e3:.4f}"] if multiplier is not None else ["none found", ""]
+        seconds = f"{limit['seconds']:.1f}" if rule == "associative" else ""
+        table.add_row(f"micro-LA, {rule}", str(summary["wall"]["blocks"]), *found, "", "", seconds)
+    for pushover in summary["pushover"]:
+        table.add_row(*_pushover_row(pushover))
+    return table
+
+
+def _pushover_row(pushover: dict[str, Any]) -> list[str]:
+    return [
+        {"macro": "macroblock FE", "micro": "micro-FE"}[pushover["model"]],
+        str(pushover["bodies"]),
+        f"{pushover['peak_multiplier']:.4f}",
+        f"{pushover['peak_base_shear'] / 1e3:.4f}",
+        f"{1e3 * pushover['displacement_at_peak']:.2f}",
+        f"{pushover['initial_stiffness'] / 1e6:.3f}",
+        f"{pushover['seconds']['total']:.1f}",
+    ]

@@ -1,0 +1,361 @@
+"""The chain, written out once: what each command runs, in order.
+
+Case -> Wall -> Assemblage -> LimitAnalysis -> Partition -> Bodies -> BodyMeshes -> ContactModel -> Increment ... ->
+PushoverCurve -> Capacity -> run folder. Every stage is a function of the values before it; only this module knows all.
+
+Under MPI the stages before the finite elements run on rank 0 and are broadcast. A pushover below
+newton.distribute_above unknowns runs on rank 0 alone, so that any number of ranks gives the same numbers to the last
+bit; a larger one is assembled and solved by all ranks.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import resource
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from orchestrator import plots, results
+from orchestrator.bodies import Bodies, make_bodies
+from orchestrator.capacity import Capacity, find_capacity
+from orchestrator.case import Case, ModelName, as_toml, read_wall
+from orchestrator.errors import CaseError, ConvergenceError, ResultError
+from orchestrator.joints import Assemblage, check_assemblage, find_joints
+from orchestrator.limit_analysis import LimitAnalysis, analyse
+from orchestrator.macroblocks import Partition, merged, one_body_per_block
+from orchestrator.masonry.wall import check_wall
+from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
+from orchestrator.parallel import on_root
+from orchestrator.pushover.state import Increment, PushoverCurve
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from orchestrator.pushover.contact_search import Contacts
+    from orchestrator.pushover.model import ContactModel
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class StageDone:
+    """A stage is done: its name, what it cost in s, its result in a few words."""
+
+    stage: str
+    seconds: float
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class IncrementDone:
+    """One converged increment of a pushover; `fraction` of the final displacement that is reached."""
+
+    model: str
+    increment: Increment
+    weight: float
+    seconds: float
+    fraction: float
+
+
+Report = Callable[[StageDone | IncrementDone], None]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Segmented:
+    """Everything before the finite elements."""
+
+    assemblage: Assemblage
+    analysis: LimitAnalysis
+    partition: Partition
+    bodies: Bodies
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pushed:
+    """One finished pushover. `complaint`: why the curve ended early or is not valid, None for a good one."""
+
+    curve: PushoverCurve
+    capacity: Capacity
+    summary: dict[str, Any]
+    complaint: ConvergenceError | ResultError | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Outcome:
+    """What a run leaves: the summary as written, and the complaints of its pushovers."""
+
+    summary: dict[str, Any]
+    complaints: tuple[ConvergenceError | ResultError, ...]
+
+
+def check(case: Case) -> Assemblage:
+    """Read the wall, find its joints, and refuse what cannot be analysed (CaseError)."""
+    wall = read_wall(case)
+    try:
+        check_wall(wall, case.joints.tolerance)
+        assemblage = find_joints(wall, case.joints)
+        check_assemblage(assemblage)
+    except CaseError as error:
+        raise error.in_file(str(case.block_file)) from None
+    return assemblage
+
+
+def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
+    """Run micro limit analysis on a checked wall. Raises CaseError for a wall that cannot stand."""
+    assemblage = check(case)
+    try:
+        return assemblage, analyse(assemblage, case.limit_analysis, case.load.sign)
+    except CaseError as error:
+        raise error.in_file(str(case.block_file)) from None
+
+
+def segment(case: Case) -> Segmented:
+    """Run everything before the finite elements."""
+    assemblage, analysis = limit(case)
+    try:
+        partition = merged(assemblage, analysis.headline.mechanism, case.macroblocks)
+    except CaseError as error:
+        raise error.in_file(str(case.file)) from None
+    return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
+
+
+def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:
+    """Run the whole chain into the folder `output`; the same outcome on every rank.
+
+    With `resume` a pushover goes on after its last stored increment. Raises CaseError before anything is written.
+    """
+    began = perf_counter()
+    segmented = on_root(comm, segment, case)
+    on_root(comm, _write_before_pushover, case, segmented, output)
+    report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
+    pushed: dict[ModelName, Pushed] = {}
+    for model in dict.fromkeys(case.run.models):
+        began = perf_counter()
+        pushed[model] = _push(model, case, segmented, output, resume, comm, report)
+        report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
+    return on_root(comm, _write_after_pushover, case, segmented, pushed, output)
+
+
+def _words(segmented: Segmented) -> str:
+    analysis = segmented.analysis
+    found = f"multiplier {analysis.headline.load_multiplier:.4f}, {segmented.partition.count} macroblocks"
+    return "; ".join([found, *analysis.remarks, *segmented.partition.remarks])
+
+
+def _write_before_pushover(case: Case, segmented: Segmented, output: Path) -> None:
+    wall = segmented.assemblage.wall
+    output.mkdir(parents=True, exist_ok=True)
+    hashes = {str(path.name): results.hash_file(path) for path in (case.file, case.block_file)}
+    made = [f"# {name} {version}" for name, version in results.versions().items()]
+    made += [f"# sha256 of {name}: {digest}" for name, digest in hashes.items()]
+    results.write_case(output, "\n".join([as_toml(case, "blocks.json"), "# As run, with:", *made, ""]))
+    results.write_blocks(output, wall)
+    results.write_joints(output, segmented.assemblage)
+    results.write_limit_analysis(output, wall, segmented.analysis)
+    results.write_macroblocks(output, wall, segmented.partition, segmented.bodies)
+    figures = output / "figures"
+    sign = segmented.analysis.load_direction
+    plots.save(plots.blocks(wall, numbered=True), figures, "blocks")
+    plots.save(plots.mechanism(segmented.assemblage, segmented.analysis.headline, sign), figures, "mechanism")
+    plots.save(plots.macroblocks(segmented.assemblage, segmented.partition), figures, "macroblocks")
+
+
+def _push(
+    model: ModelName,
+    case: Case,
+    segmented: Segmented,
+    output: Path,
+    resume: bool,
+    comm: MPI.Comm | None,
+    report: Report,
+) -> Pushed:
+    """Mesh one partition and push it, on rank 0 or on all ranks."""
+    bodies = segmented.bodies if model == "macro" else make_bodies(
+        segmented.assemblage, one_body_per_block(segmented.assemblage)
+    )
+    meshes = on_root(comm, _meshed, bodies, case, output / model)
+    arguments = (model, case, segmented, bodies, meshes, output / model, resume)
+    if comm is not None and comm.size > 1 and _unknowns(bodies, meshes) > case.newton.distribute_above:
+        return _follow(*arguments, comm, report)
+    return on_root(comm, _follow, *arguments, None, report)
+
+
+def _meshed(bodies: Bodies, case: Case, folder: Path) -> BodyMeshes:
+    meshes = mesh_bodies(bodies, case.mesh, mesh_cache())
+    write_mesh(meshes, folder / "mesh.msh")
+    return meshes
+
+
+def mesh_cache() -> Path:
+    """Return the folder where meshes are kept between runs."""
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "orchestrator" / "meshes"
+
+
+def _unknowns(bodies: Bodies, meshes: BodyMeshes) -> int:
+    """Return displacements and contacts, the same whatever the number of ranks."""
+    from orchestrator.pushover.contact_search import find_contacts
+
+    return 3 * len(meshes.nodes) + len(find_contacts(bodies, meshes))
+
+
+def _follow(
+    model: ModelName,
+    case: Case,
+    segmented: Segmented,
+    bodies: Bodies,
+    meshes: BodyMeshes,
+    folder: Path,
+    resume: bool,
+    comm: MPI.Comm | None,
+    report: Report,
+) -> Pushed:
+    """Follow the curve of one model on `comm` (None: this rank alone), storing every increment."""
+    from mpi4py import MPI
+
+    from orchestrator.pushover.linear_system import LinearSystem
+    from orchestrator.pushover.model import build_model
+    from orchestrator.pushover.stepping import Pushover
+
+    working = comm or MPI.COMM_SELF
+    store = results.StateStore(folder, _fingerprint(case, bodies, meshes))
+    last = on_root(comm, _opened, store, resume)
+    began = perf_counter()
+    contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working)
+    assembled = perf_counter()
+    complaint = None
+    with LinearSystem(contact_model, working) as system:
+        pushover = Pushover(contact_model, system, case.newton, case.stepping)
+        try:
+            for increment in pushover.increments(last):
+                on_root(comm, store.append, increment)
+                report(_progress(model, increment, case, contact_model.weight, perf_counter() - assembled))
+        except ConvergenceError as error:
+            complaint = error
+        seconds = {"assembly": assembled - began, "factorise": system.seconds}
+    seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - system.seconds}
+    seconds["total"] = meshes.seconds + perf_counter() - began
+    return on_root(
+        comm, _folded, model, case, bodies, contact_model, store, complaint, working.size, seconds
+    )
+
+
+def _progress(model: str, increment: Increment, case: Case, weight: float, seconds: float) -> IncrementDone:
+    reached = increment.control_displacement / case.stepping.final_displacement
+    logger.info(
+        "%s %d %s: multiplier %.5f, control displacement %.4g mm, %d iterations",
+        model, increment.number, increment.phase, increment.load_multiplier,
+        1e3 * increment.control_displacement, increment.iterations,
+    )  # fmt: skip
+    for attempt in increment.attempts:
+        logger.info("%s %d: %s (tried %.3g): %s", model, increment.number, attempt.cause, attempt.tried, attempt.action)
+    return IncrementDone(model, increment, weight, seconds, min(max(reached, 0.0), 1.0))
+
+
+def _opened(store: results.StateStore, resume: bool) -> Increment | None:
+    """Return the increment to go on from; without `resume` earlier results of this model are cleared."""
+    store.folder.mkdir(parents=True, exist_ok=True)
+    if resume:
+        return store.last()
+    store.clear()
+    return None
+
+
+def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:
+    """Return a hash of everything that an increment depends on, except how far the curve is followed."""
+    stepping = replace(case.stepping, final_displacement=1.0, largest_increments=1)
+    settings = (case.elastic, case.contact, case.newton, stepping, case.load, bodies.thickness)
+    total = hashlib.sha256(repr(settings).encode())
+    for array in (meshes.nodes, meshes.tetrahedra, meshes.unit_weight, bodies.start, bodies.end, bodies.friction):
+        total.update(array.tobytes())
+    return total.hexdigest()
+
+
+def _folded(
+    model: ModelName,
+    case: Case,
+    bodies: Bodies,
+    contact_model: ContactModel,
+    store: results.StateStore,
+    complaint: ConvergenceError | ResultError | None,
+    ranks: int,
+    seconds: dict[str, float],
+) -> Pushed:
+    """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
+    stopped = f"no further increment converges: {complaint}" if complaint else _reason(store.last(), case)
+    curve = PushoverCurve.from_increments(store.increments(), stopped)
+    if complaint is not None and len(curve.step) < 2:
+        raise complaint
+    effort = results.effort_of(store.increments())
+    capacity = find_capacity(curve, contact_model.weight)
+    results.write_curve(store.folder, curve)
+    results.write_paraview(store, contact_model.meshes, contact_model.contacts.point)
+    _draw(model, bodies, contact_model.meshes, contact_model.contacts, store, curve)
+    return Pushed(
+        curve=curve,
+        capacity=capacity,
+        summary=results.pushover_summary(
+            model,
+            contact_model.meshes,
+            len(contact_model.contacts),
+            effort,
+            capacity,
+            stopped,
+            ranks=ranks,
+            seconds=seconds,
+            peak_memory=1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+        ),
+        complaint=complaint or _check(model, curve, effort.max_penetration, contact_model.weight),
+    )
+
+
+def _reason(last: Increment | None, case: Case) -> str:
+    if last is not None and last.control_displacement >= case.stepping.final_displacement:
+        return f"final displacement of {1e3 * case.stepping.final_displacement:g} mm reached"
+    return f"{case.stepping.largest_increments} increments done"
+
+
+def _check(model: str, curve: PushoverCurve, max_penetration: float, weight: float) -> ResultError | None:
+    from orchestrator.pushover.checks import check as check_curve
+
+    try:
+        check_curve(curve, max_penetration, weight)
+    except ResultError as error:
+        return ResultError(f"{model} {error.check}", error.detail)
+    return None
+
+
+def _draw(
+    model: str, bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, store: results.StateStore, curve: PushoverCurve
+) -> None:
+    """Draw the deformed wall at the end of the curve and at its peak."""
+    ends = {"end": curve.step[-1], "peak": curve.step[curve.base_shear_N.argmax()]}
+    for name, number in ends.items():
+        figure = plots.deformed(
+            bodies,
+            meshes,
+            store.read(int(number)),
+            contacts.point,
+            contacts.slave_body,
+            contacts.master_body,
+            f"{model} FE at its {name}",
+        )
+        plots.save(figure, store.folder.parent / "figures", f"{model}_{name}")
+
+
+def _write_after_pushover(
+    case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path
+) -> Outcome:
+    labels = {"macro": f"macroblock FE ({segmented.partition.count} bodies)", "micro": "micro-FE (every stone)"}
+    curves = {labels[model]: (done.curve, done.capacity) for model, done in pushed.items()}
+    plots.save(plots.curves(curves, segmented.analysis, case.name), output / "figures", "curves")
+    summary = results.summary(
+        case.name, segmented.assemblage, segmented.analysis, segmented.partition, [p.summary for p in pushed.values()]
+    )
+    results.write_summary(output, summary)
+    return Outcome(summary, tuple(p.complaint for p in pushed.values() if p.complaint is not None))
+
