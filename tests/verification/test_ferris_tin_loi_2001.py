@@ -79,9 +79,11 @@ def _rounded(points):
     return {tuple(round(float(part), 6) for part in point[7:-1].split()) for point in points}
 
 
-@pytest.mark.parametrize("name", ["ferris_tinloi_wall1", "ferris_tinloi_wall4", "keystone_wall_13x9"])
-def test_associative_optimum_with_another_solver_and_other_unknowns(name):
-    """HiGHS on resultants N, V, M of each joint (|M| <= N length/2) with moments about the origin, in kN and m."""
+def with_resultants(name):
+    """Eq. (1) again with resultants N, V, M of each joint (|M| <= N length/2), moments about the origin, kN and m.
+
+    Returns equality rows and right side, inequality rows (<= 0); unknowns N, V, M joint by joint, lambda last.
+    """
     wall = case(name)
     free = [number for number, block in enumerate(wall.wall.blocks) if not block.fixed]
     shapes = [Polygon(block.polygon) for block in wall.wall.blocks]
@@ -89,27 +91,67 @@ def test_associative_optimum_with_another_solver_and_other_unknowns(name):
     balance, right_side = np.zeros((3 * len(free), 3 * joints + 1)), np.zeros(3 * len(free))
     for row, number in enumerate(free):
         weight = shapes[number].area * wall.wall.thickness * wall.wall.blocks[number].unit_weight / 1e3
-        centroid = np.array(shapes[number].centroid.coords[0])
-        right_side[3 * row : 3 * row + 3] = 0.0, weight, weight * centroid[0]
-        balance[3 * row : 3 * row + 3, -1] = weight, 0.0, -weight * centroid[1]
+        x, y = shapes[number].centroid.coords[0]
+        right_side[3 * row : 3 * row + 3] = 0.0, weight, weight * x
+        balance[3 * row : 3 * row + 3, -1] = weight, 0.0, -weight * y
     for k in range(joints):
+        x, y = wall.midpoint[k]
         for number, sign in ((wall.block_j[k], 1.0), (wall.block_i[k], -1.0)):
-            if number not in free:
-                continue
-            rows = slice(3 * free.index(number), 3 * free.index(number) + 3)
-            x, y = wall.midpoint[k]
-            for column, (fx, fy) in enumerate((wall.normal[k], wall.tangent[k])):
-                balance[rows, 3 * k + column] = sign * np.array([fx, fy, x * fy - y * fx])
-            balance[rows, 3 * k + 2] = 0.0, 0.0, sign
+            if number in free:
+                rows = slice(3 * free.index(number), 3 * free.index(number) + 3)
+                for column, (fx, fy) in enumerate((wall.normal[k], wall.tangent[k])):
+                    balance[rows, 3 * k + column] = sign * np.array([fx, fy, x * fy - y * fx])
+                balance[rows, 3 * k + 2] = 0.0, 0.0, sign
     yields = np.zeros((4 * joints, 3 * joints + 1))
     for k in range(joints):
         mu, lever = wall.friction[k], wall.length[k] / 2
         yields[4 * k : 4 * k + 4, 3 * k : 3 * k + 3] = [[-mu, 1, 0], [-mu, -1, 0], [-lever, 0, 1], [-lever, 0, -1]]
-    objective = np.zeros(3 * joints + 1)
-    objective[-1] = -1.0
-    highs = linprog(
-        objective, A_ub=yields, b_ub=np.zeros(4 * joints), A_eq=balance, b_eq=right_side, bounds=(None, None),
-        method="highs",
-    )  # fmt: skip
+    return balance, right_side, yields
+
+
+def least(objective, balance, right_side, rows, limits):
+    """Solve with HiGHS; return the optimum."""
+    highs = linprog(objective, rows, limits, balance, right_side, bounds=(None, None), method="highs")
     assert highs.status == 0
-    assert answers(name).associative.load_multiplier == pytest.approx(-highs.fun, abs=1e-6)
+    return highs.fun
+
+
+@pytest.mark.parametrize("name", ["ferris_tinloi_wall1", "ferris_tinloi_wall4", "keystone_wall_13x9"])
+def test_associative_optimum_with_another_solver_and_other_unknowns(name):
+    balance, right_side, yields = with_resultants(name)
+    objective = np.zeros(yields.shape[1])
+    objective[-1] = -1.0
+    optimum = -least(objective, balance, right_side, yields, np.zeros(len(yields)))
+    assert answers(name).associative.load_multiplier == pytest.approx(optimum, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["ferris_tinloi_wall1", "ferris_tinloi_wall3", "ferris_tinloi_wall4"])
+def test_range_of_the_dilation_shift_with_another_solver(name):
+    """All forces whose power balances the shift's mechanism, lambda - sum mu |slip| N >= -f_D . u - 2e-5 lambda (twice
+    the power of the dilation that the shift leaves): the lowest is the answer, the highest the other end."""
+    wall, state = case(name), answers(name).dilation_shift
+    balance, right_side, yields = with_resultants(name)
+    power = np.zeros(yields.shape[1])
+    power[:-1:3] = wall.friction * np.abs(state.mechanism.slip) * 1e3  # slips at unit power in N, forces in kN
+    power[-1] = -1.0
+    weights = [
+        block.unit_weight * Polygon(block.polygon).area * wall.wall.thickness * (not block.fixed)
+        for block in wall.wall.blocks
+    ]
+    dead_power = -np.dot(weights, state.mechanism.velocities[:, 1])
+    rows, limits = (
+        np.vstack([yields, power]),
+        np.append(np.zeros(len(yields)), dead_power + 2e-5 * state.load_multiplier),
+    )
+    objective = np.zeros(yields.shape[1])
+    objective[-1] = 1.0
+    lowest = least(objective, balance, right_side, rows, limits)
+    highest = -least(-objective, balance, right_side, rows, limits)
+    assert state.load_multiplier == state.multiplier_range[0]
+    assert state.multiplier_range == pytest.approx((lowest, highest), abs=2e-4)
+
+
+def test_mechanism_of_wall_3_does_not_fix_the_multiplier():
+    """Why the shift's interior-point multiplier drifts between 0.366 and 0.392 there."""
+    lowest, highest = answers("ferris_tinloi_wall3").dilation_shift.multiplier_range
+    assert highest - lowest > 0.04

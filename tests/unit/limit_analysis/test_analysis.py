@@ -93,6 +93,13 @@ def test_records_tell_every_linear_program():
     )
 
 
+def test_a_sequence_whose_power_does_not_balance_is_no_answer():
+    """No fixed point balances to 1e-30, so this asks for the refusal."""
+    found = analyse(cantilever(0.2), LimitAnalysisSettings(power_tolerance=1e-30))
+    assert found.sequence is None
+    assert "is out of balance" in found.remarks[0]
+
+
 def test_headline_and_range_fall_back_when_an_answer_is_missing():
     found = analyse(cantilever(0.2))
     without = replace(found, sequence=None)

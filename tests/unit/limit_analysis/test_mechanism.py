@@ -91,6 +91,13 @@ def test_largest_corner_velocity():
     assert largest_corner_velocity(block_on_floor().wall, velocities) == pytest.approx(np.sqrt(5.0) * omega)
 
 
+def test_largest_corner_velocity_of_a_shape_without_symmetry():
+    """A triangle with its centroid at the origin drifts right at 1 and turns at 1: corners move at (1 - y, x)."""
+    corners = np.array([[-1.0, -1.0], [2.0, -1.0], [-1.0, 2.0]])
+    wall = Wall("triangle", (Block(0, read_only(corners), False, 1000.0),), 1.0, 0.5)
+    assert largest_corner_velocity(wall, np.array([[1.0, 0.0, 1.0]])) == pytest.approx(np.hypot(2.0, 2.0))
+
+
 def test_mechanism_is_scaled_to_unit_live_power():
     assemblage = block_on_floor()
     mechanism = mechanism_from(assemblage.wall, assemble_equilibrium(assemblage, 1), np.array([3.0, 0.0, 0.0]))
