@@ -66,7 +66,9 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
     ends = np.concatenate([assemblage.start[joint], assemblage.end[joint]])
     owner = np.column_stack([np.tile(body_i[joint], 2), np.tile(body_j[joint], 2)])
     bodies = tuple(
-        _body(number, assemblage.wall, np.flatnonzero(partition.body_of_block == number), ends[(owner == number).any(1)])
+        _body(
+            number, assemblage.wall, np.flatnonzero(partition.body_of_block == number), ends[(owner == number).any(1)]
+        )
         for number in range(int(partition.body_of_block.max()) + 1)
     )
     return Bodies(
@@ -119,7 +121,9 @@ def _union(polygons: list[FloatArray]) -> shapely.Polygon:
 
 def _with_vertices(ring: FloatArray, points: FloatArray) -> FloatArray:
     """Return the ring (n, 2) with those `points` (p, 2) that lie on it as vertices, and no other collinear vertices."""
-    pieces = [np.vstack([start, _between(start, end, points)]) for start, end in zip(ring, np.roll(ring, -1, 0), strict=True)]
+    pieces = [
+        np.vstack([start, _between(start, end, points)]) for start, end in zip(ring, np.roll(ring, -1, 0), strict=True)
+    ]
     vertices = np.concatenate(pieces)
     wanted = _distances(vertices, points).min(axis=1, initial=np.inf) < TOLERANCE
     return vertices[wanted | _is_corner(vertices)]

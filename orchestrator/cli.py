@@ -39,7 +39,9 @@ def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit code."""
     options = _parser().parse_args(arguments)
     comm = _communicator() if options.command in (None, "run") else None
-    console = Console(quiet=not is_root(comm) or getattr(options, "quiet", False), highlight=False)
+    quiet = not is_root(comm) or getattr(options, "quiet", False)
+    several = comm is not None and comm.size > 1  # mpirun hands rank 0 a terminal that is none
+    console = Console(quiet=quiet, highlight=False, force_terminal=False if several else None)
     try:
         return int(options.action(options, comm, console))
     except CaseError as error:
@@ -81,9 +83,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _command(
-    commands: Any, name: str, action: Callable[..., int], summary: str
-) -> argparse.ArgumentParser:
+def _command(commands: Any, name: str, action: Callable[..., int], summary: str) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
         help=summary,
@@ -235,7 +235,9 @@ def _table(summary: dict[str, Any]) -> Table:
     limit, weight = summary["limit_analysis"], summary["wall"]["weight"]
     rows = {"associative": limit["associative"], "non-associative": limit["non_associative"]}
     for rule, multiplier in rows.items():
-        found = [f"{multiplier:.4f}", f"{multiplier * weight / 1e3:.4f}"] if multiplier is not None else ["none found", ""]
+        found = (
+            [f"{multiplier:.4f}", f"{multiplier * weight / 1e3:.4f}"] if multiplier is not None else ["none found", ""]
+        )
         seconds = f"{limit['seconds']:.1f}" if rule == "associative" else ""
         table.add_row(f"micro-LA, {rule}", str(summary["wall"]["blocks"]), *found, "", "", seconds)
     for pushover in summary["pushover"]:

@@ -174,20 +174,27 @@ def _push(
     comm: MPI.Comm | None,
     report: Report,
 ) -> Pushed:
-    """Mesh one partition and push it, on rank 0 or on all ranks."""
-    bodies = segmented.bodies if model == "macro" else make_bodies(
-        segmented.assemblage, one_body_per_block(segmented.assemblage)
-    )
+    """Mesh one partition and push it, on rank 0 or on all ranks.
+
+    Every rank imports the finite elements here: PETSc starts collectively, and rank 0 alone would wait for the others.
+    """
+    from orchestrator.pushover.contact_search import find_contacts
+    from orchestrator.pushover.model import build_model  # noqa: F401
+
+    assemblage = segmented.assemblage
+    bodies = segmented.bodies if model == "macro" else make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = on_root(comm, _meshed, bodies, case, output / model)
-    arguments = (model, case, segmented, bodies, meshes, output / model, resume)
-    if comm is not None and comm.size > 1 and _unknowns(bodies, meshes) > case.newton.distribute_above:
+    arguments = (model, case, bodies, meshes, output / model, resume)
+    unknowns = 3 * len(meshes.nodes) + len(find_contacts(bodies, meshes))
+    if unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
     return on_root(comm, _follow, *arguments, None, report)
 
 
 def _meshed(bodies: Bodies, case: Case, folder: Path) -> BodyMeshes:
     meshes = mesh_bodies(bodies, case.mesh, mesh_cache())
-    write_mesh(meshes, folder / "mesh.msh")
+    for name in ("mesh.msh", "mesh.vtu"):
+        write_mesh(meshes, folder / name)
     return meshes
 
 
@@ -196,17 +203,9 @@ def mesh_cache() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "orchestrator" / "meshes"
 
 
-def _unknowns(bodies: Bodies, meshes: BodyMeshes) -> int:
-    """Return displacements and contacts, the same whatever the number of ranks."""
-    from orchestrator.pushover.contact_search import find_contacts
-
-    return 3 * len(meshes.nodes) + len(find_contacts(bodies, meshes))
-
-
 def _follow(
     model: ModelName,
     case: Case,
-    segmented: Segmented,
     bodies: Bodies,
     meshes: BodyMeshes,
     folder: Path,
@@ -239,9 +238,7 @@ def _follow(
         seconds = {"assembly": assembled - began, "factorise": system.seconds}
     seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - system.seconds}
     seconds["total"] = meshes.seconds + perf_counter() - began
-    return on_root(
-        comm, _folded, model, case, bodies, contact_model, store, complaint, working.size, seconds
-    )
+    return on_root(comm, _folded, model, case, bodies, contact_model, store, complaint, working.size, seconds)
 
 
 def _progress(model: str, increment: Increment, case: Case, weight: float, seconds: float) -> IncrementDone:
@@ -347,9 +344,7 @@ def _draw(
         plots.save(figure, store.folder.parent / "figures", f"{model}_{name}")
 
 
-def _write_after_pushover(
-    case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path
-) -> Outcome:
+def _write_after_pushover(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path) -> Outcome:
     labels = {"macro": f"macroblock FE ({segmented.partition.count} bodies)", "micro": "micro-FE (every stone)"}
     curves = {labels[model]: (done.curve, done.capacity) for model, done in pushed.items()}
     plots.save(plots.curves(curves, segmented.analysis, case.name), output / "figures", "curves")
@@ -358,4 +353,3 @@ def _write_after_pushover(
     )
     results.write_summary(output, summary)
     return Outcome(summary, tuple(p.complaint for p in pushed.values() if p.complaint is not None))
-

@@ -95,9 +95,7 @@ def _neighbours(wall: Wall, tolerance: float) -> list[tuple[int, int]]:
     return sorted(zip(first[keep].tolist(), second[keep].tolist(), strict=True))
 
 
-def _shared(
-    wall: Wall, i: int, j: int, settings: JointSettings
-) -> Iterator[tuple[int, int, FloatArray, FloatArray]]:
+def _shared(wall: Wall, i: int, j: int, settings: JointSettings) -> Iterator[tuple[int, int, FloatArray, FloatArray]]:
     """Yield the segments that blocks i and j share, along i's outline."""
     for a, b in _edges(wall.blocks[i].polygon):
         length = float(np.linalg.norm(b - a))

@@ -7,8 +7,9 @@ With t the displacement of block i or j evaluated at their joint and C their cen
 
 Distances of criterion (4) where a centre is not a point, defined once:
 
-    two blocks at rest: 0;  one at rest, one moving: infinite;  two in the same translation: 0 (same centre at infinity);
-    two in translations of different direction, or one translating and one rotating: infinite.
+    two blocks at rest: 0;  one at rest, one moving: infinite;
+    two in translations of one direction: 0 (one centre at infinity);  of different directions: infinite;
+    one in translation, one rotating: infinite.
 
 At rest means slower than 1e-6 of the fastest block; in translation means that the centre is more than 1e6 wall lengths
 away (limit_analysis.centres_of_rotation). Szabo, Funari and Lourenco 2023, Eq. (3) and (4).
@@ -42,7 +43,7 @@ SAME_DIRECTION = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class MacroblockSettings:
-    """Tolerances of criteria (3) and (4); `inf` means no condition. Velocities are those of the mechanism in `scale`."""
+    """Tolerances of criteria (3) and (4); `inf` means no condition. Velocities are the mechanism's in `scale`."""
 
     scale: Scale = "unit_displacement"
     evaluate_at: Literal["midpoint", "ends"] = "midpoint"
@@ -62,8 +63,8 @@ class Partition:
 
     body_of_block (n,): moving bodies are numbered 0 ... count-1 in the order of their first block; supports follow,
     one body each (count, count+1, ...), never merged.
-    vanished_joints (v,): joints inside a body; of these, `transitive_joints` exceed a tolerance themselves: their blocks
-    are joined through others. `tolerances` is None for partitions that come from no mechanism.
+    vanished_joints (v,): joints inside a body; of these, `transitive_joints` exceed a tolerance themselves: their
+    blocks are joined through others. `tolerances` is None for partitions that come from no mechanism.
     """
 
     body_of_block: IntArray
@@ -88,7 +89,6 @@ def merged(assemblage: Assemblage, mechanism: Mechanism, settings: MacroblockSet
     """Return the partition by criteria (3) and (4). Raises CaseError for a tolerance below the mechanism's noise."""
     scaled = mechanism.scaled(settings.scale)
     _refuse_noise(settings, scaled)
-    centroids = block_centroids(assemblage.wall)
     within = _within_criterion_3(assemblage, scaled, settings) & _within_criterion_4(
         assemblage, scaled.velocities, settings.centre_distance
     )
@@ -134,9 +134,7 @@ def _refuse_noise(settings: MacroblockSettings, mechanism: Mechanism) -> None:
             raise CaseError(f"macroblocks.{name}", problem, f"use at least {noise:.1e} (scale {settings.scale})")
 
 
-def _partition(
-    assemblage: Assemblage, within: npt.NDArray[np.bool_], settings: MacroblockSettings | None
-) -> Partition:
+def _partition(assemblage: Assemblage, within: npt.NDArray[np.bool_], settings: MacroblockSettings | None) -> Partition:
     """Return connected components of the joints `within` (k,) tolerance that touch no support."""
     fixed = np.array([block.fixed for block in assemblage.wall.blocks])
     i, j = assemblage.block_i, assemblage.block_j
@@ -164,5 +162,7 @@ def _remarks(count: int, blocks: int, transitive: int, settings: MacroblockSetti
     if count == 1 and blocks > 1:
         found.append("all blocks are one macroblock: it can only slide or overturn on its support")
     if transitive and settings is not None:
-        found.append(f"{transitive} joints inside macroblocks exceed a tolerance; their blocks are joined through others")
+        found.append(
+            f"{transitive} joints inside macroblocks exceed a tolerance; their blocks are joined through others"
+        )
     return tuple(found)

@@ -78,10 +78,14 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None) -> B
     number = np.arange(len(moving))
     return BodyMeshes(
         nodes=read_only(np.concatenate([m.nodes + origin for m, origin in zip(meshes, origins, strict=True)])),
-        tetrahedra=read_only(np.concatenate([m.tetrahedra + n for m, n in zip(meshes, first_node, strict=False)]), np.int64),
+        tetrahedra=read_only(
+            np.concatenate([m.tetrahedra + n for m, n in zip(meshes, first_node, strict=False)]), np.int64
+        ),
         body_of_node=read_only(np.repeat(number, [len(m.nodes) for m in meshes]), np.int64),
         body_of_tetrahedron=read_only(np.repeat(number, [len(m.tetrahedra) for m in meshes]), np.int64),
-        side_triangles=read_only(np.concatenate([m.sides + n for m, n in zip(meshes, first_node, strict=False)]), np.int64),
+        side_triangles=read_only(
+            np.concatenate([m.sides + n for m, n in zip(meshes, first_node, strict=False)]), np.int64
+        ),
         body_of_side=read_only(np.repeat(number, [len(m.sides) for m in meshes]), np.int64),
         unit_weight=read_only([body.unit_weight for body in moving]),
         distinct_shapes=len(known),
@@ -111,7 +115,7 @@ def _meshes(
 
 @contextmanager
 def gmsh_session(settings: MeshSettings) -> Iterator[Any]:
-    """Hold gmsh's global state: initialised, silent, no element larger than the settings' size; finalised at the end."""
+    """Hold gmsh's global state: silent, one thread, no element larger than the settings' size."""
     import gmsh  # 130 MB that check, limit and segment do not need
 
     gmsh.initialize(interruptible=False)

@@ -19,15 +19,15 @@ def on_root(comm: MPI.Comm | None, stage: Callable[P, T], *args: P.args, **kwarg
     """Call `stage` on rank 0 and broadcast its value, or raise its exception, on every rank of `comm`."""
     if comm is None or comm.size == 1:
         return stage(*args, **kwargs)
-    outcome: tuple[Any, BaseException | None] = (None, None)
+    outcome: tuple[Any, Exception | None] = (None, None)
     if comm.rank == 0:
         try:
             outcome = (stage(*args, **kwargs), None)
-        except Exception as error:  # any failure of rank 0 must reach the ranks that wait for it
-            outcome = (None, error)
-    value, error = comm.bcast(outcome, root=0)
-    if error is not None:
-        raise error
+        except Exception as failure:  # any failure of rank 0 must reach the ranks that wait for it
+            outcome = (None, failure)
+    value, raised = comm.bcast(outcome, root=0)
+    if raised is not None:
+        raise raised
     return value
 
 

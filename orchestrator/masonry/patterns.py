@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from orchestrator.masonry.wall import Block, Wall, read_only
@@ -27,7 +29,7 @@ def running_bond(
     for course in range(courses):
         ends = halved if course % 2 else whole
         level = course * block_height
-        rectangles += [(left, right, level, level + block_height) for left, right in zip(ends, ends[1:], strict=False)]
+        rectangles += [(left, right, level, level + block_height) for left, right in pairwise(ends)]
     blocks = tuple(
         Block(number, _rectangle(*sides), fixed=number == 0, unit_weight=unit_weight)
         for number, sides in enumerate(rectangles)

@@ -44,9 +44,7 @@ class Pattern:
     scatter: sparse.csr_matrix
 
 
-def coefficients(
-    response: FrictionResponse, active: npt.NDArray[np.bool_], displacement_control: bool
-) -> FloatArray:
+def coefficients(response: FrictionResponse, active: npt.NDArray[np.bool_], displacement_control: bool) -> FloatArray:
     """Return the coefficients (7 c + 2,) that multiply `Pattern.scatter`."""
     return np.concatenate(
         [
@@ -80,7 +78,7 @@ def make_pattern(model: ContactModel) -> Pattern:
     key = np.concatenate([row, elastic.row]) * np.int64(alpha + 1) + np.concatenate([column, elastic.col])
     slots, slot = np.unique(key, return_inverse=True)
     scatter = sparse.csr_matrix((value, (slot[: len(row)], coefficient)), shape=(len(slots), 7 * c + 2))
-    stiffness = np.bincount(slot[len(row) :], elastic.data, len(slots))
+    stiffness = np.bincount(slot[len(row) :], elastic.data, len(slots)).astype(float)
     return Pattern(
         indptr=np.searchsorted(slots // (alpha + 1), np.arange(alpha + 2)).astype(np.int32),
         indices=(slots % (alpha + 1)).astype(np.int32),
@@ -104,9 +102,7 @@ def _slip_stiffness_entries(model: ContactModel) -> tuple[npt.NDArray, ...]:
             )
             i = first.indptr[contact] + within // count_b[contact]
             j = second.indptr[contact] + within % count_b[contact]
-            parts.append(
-                (first.indices[i], second.indices[j], first.data[i] * second.data[j], 4 * contact + 2 * a + b)
-            )
+            parts.append((first.indices[i], second.indices[j], first.data[i] * second.data[j], 4 * contact + 2 * a + b))
     return tuple(np.concatenate([part[k] for part in parts]) for k in range(4))
 
 
@@ -126,7 +122,7 @@ def _border_entries(model: ContactModel, alpha: int, control: int, one: int) -> 
 def _in_slots(matrix: sparse.csr_matrix, slots: IntArray, width: int) -> FloatArray:
     entries = matrix.tocoo()
     slot = np.searchsorted(slots, entries.row * np.int64(width) + entries.col)
-    return np.bincount(slot, entries.data, len(slots))
+    return np.bincount(slot, entries.data, len(slots)).astype(float)
 
 
 class LinearSystem:
@@ -168,7 +164,7 @@ class LinearSystem:
             item.destroy()
 
     def solve(self, contact_coefficients: FloatArray, time_step: float, right: FloatArray) -> FloatArray:
-        """Return the solution (unknowns,) for `right` (unknowns,). Raises ConvergenceError on a failed factorisation."""
+        """Return the solution (unknowns,) for `right` (unknowns,). Raises ConvergenceError if MUMPS fails."""
         began = perf_counter()
         pattern = self._pattern
         values = pattern.stiffness + pattern.mass / time_step**2 + pattern.scatter @ contact_coefficients

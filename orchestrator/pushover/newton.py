@@ -166,10 +166,15 @@ def _merit(iterate: Iterate) -> float:
 def solve_increment(
     model: ContactModel, system: LinearSystem, problem: Problem, first: Iterate, settings: NewtonSettings
 ) -> Iterate:
-    """Return the converged iterate. Raises ConvergenceError when the iterations are used up or the residual explodes."""
+    """Return the converged iterate. Raises ConvergenceError when the iterations are used up."""
     for iterate in iterates(model, system, problem, first):
         force, gap, pull, control = iterate.norms
-        if iterate.number and force < settings.residual and max(gap, control) < settings.gap and pull < settings.residual:
+        if (
+            iterate.number
+            and force < settings.residual
+            and max(gap, control) < settings.gap
+            and pull < settings.residual
+        ):
             return iterate
         if iterate.number >= settings.iterations or not np.isfinite(force):
             where = f"out-of-balance force {force:.1e} of the weight after {iterate.number} iterations"

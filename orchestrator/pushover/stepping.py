@@ -110,9 +110,7 @@ def follow(state: Increment, step: Step, solve_step: SolveStep, policy: Policy) 
             step = smaller
             continue
         following = policy.after(solved.iterations, step)
-        state = replace(
-            solved, attempts=attempts, step=(following.size, following.time, step.size, step.time)
-        )
+        state = replace(solved, attempts=attempts, step=(following.size, following.time, step.size, step.time))
         step, attempts = following, ()
         yield state
 
@@ -150,9 +148,9 @@ class Pushover:
         step = Step(*state.step[:2]) if state.number else policy.largest
         if self._rests(state):
             return
-        for state in follow(state, step, self._solve_gravity, policy):
-            yield state
-            if self._rests(state):
+        for solved in follow(state, step, self._solve_gravity, policy):
+            yield solved
+            if self._rests(solved):
                 break
 
     def _rests(self, state: Increment) -> bool:
@@ -183,11 +181,11 @@ class Pushover:
             step = policy.largest
         else:
             step = Step(*state.step[:2])
-        for state in follow(state, step, self._solve_ramp, policy):
-            if self._inertia_shows(state):
+        for solved in follow(state, step, self._solve_ramp, policy):
+            if self._inertia_shows(solved):
                 break
-            yield state
-            if self.finished(state):
+            yield solved
+            if self.finished(solved):
                 break
 
     def _solve_ramp(self, state: Increment, step: Step) -> Increment:
@@ -202,9 +200,7 @@ class Pushover:
             mean_displacement=None,
         )
         multiplier = state.load_multiplier + self.stepping.load_rate * step.size
-        return replace(
-            self._solved(state, problem, predicted, multiplier, "ramp"), time=state.time + step.size
-        )
+        return replace(self._solved(state, problem, predicted, multiplier, "ramp"), time=state.time + step.size)
 
     def _inertia_shows(self, state: Increment) -> bool:
         shortfall = state.load_multiplier - state.base_shear / self.model.weight
@@ -220,9 +216,9 @@ class Pushover:
         else:
             last = float(self.model.mean_row @ state.velocity.ravel()) * state.step[2]
             step = Step(min(max(last, 1e-3 * largest.size), largest.size), largest.time)
-        for state in follow(state, step, self._solve_displacement, policy):
-            yield state
-            if self.finished(state):
+        for solved in follow(state, step, self._solve_displacement, policy):
+            yield solved
+            if self.finished(solved):
                 break
 
     def _solve_displacement(self, state: Increment, step: Step) -> Increment:
@@ -250,9 +246,7 @@ class Pushover:
         return _increment(self.model, state, problem, iterate, phase)
 
 
-def _increment(
-    model: ContactModel, state: Increment, problem: Problem, iterate: Iterate, phase: Phase
-) -> Increment:
+def _increment(model: ContactModel, state: Increment, problem: Problem, iterate: Iterate, phase: Phase) -> Increment:
     """Return the converged iterate as the increment after `state`; `time` and `step` are the caller's to set."""
     force = np.where(iterate.active, np.maximum(iterate.normal_force, 0.0), 0.0)
     closed = iterate.active & (force > 0.0)

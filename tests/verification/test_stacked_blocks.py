@@ -1,14 +1,14 @@
 """Blocks on a support under a horizontal mass-proportional load: closed forms of statics.
 
-One block b x h slides at multiplier mu or overturns about its toe at b/h, whichever is smaller; a stack of blocks slides
-in the joint, or overturns above the joint, that gives the smallest value.
+One block b x h slides at multiplier mu or overturns about its toe at b/h, whichever is smaller; a stack of blocks
+slides in the joint, or overturns above the joint, that gives the smallest value.
 """
 
 import numpy as np
 import pytest
-from tests.verification.pushover_chain import model_of, run, stack
 
 from orchestrator.pushover.state import ContactStatus
+from tests.verification.pushover_chain import model_of, run, stack
 
 
 @pytest.mark.parametrize("friction", [0.3, 0.5])

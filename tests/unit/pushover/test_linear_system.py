@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import scipy.sparse as sparse
-from tests.verification.pushover_chain import model_of, stack
 
 from orchestrator.pushover.linear_system import coefficients, make_pattern
 from orchestrator.pushover.newton import Problem, evaluate
+from tests.verification.pushover_chain import model_of, stack
 
 
 def residual(model, problem, x):
