@@ -2,6 +2,8 @@
 
 export OMP_NUM_THREADS = 1
 PYTHON = .venv/bin/python
+RANKS = 1
+MPIRUN = $(if $(filter-out 1,$(RANKS)),OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n $(RANKS))
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
 .PHONY: setup benchmark1 test lint clean
@@ -17,7 +19,7 @@ setup: .venv/.ready
 	touch $@
 
 benchmark1: setup
-	$(PYTHON) -m orchestrator run templates/benchmark1.toml --output results/benchmark1
+	$(MPIRUN) $(PYTHON) -m orchestrator run templates/benchmark1.toml --output results/benchmark1
 
 test: lint
 	$(PYTHON) -m pytest tests/unit tests/verification tests/regression

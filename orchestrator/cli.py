@@ -16,6 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
@@ -125,16 +126,17 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
 
 
 def _limit_table(analysis: LimitAnalysis) -> Table:
-    table = Table(title=f"Micro limit analysis, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.2f} s")
-    for column in ("flow rule", "multiplier", "base shear kN", "programs", "s", "equilibrium", "yield", "power"):
-        table.add_column(column, justify="left" if column == "flow rule" else "right")
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"Micro limit analysis, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.2f} s")
+    columns = ("", "multiplier", "base shear\nkN", "LPs", "time\ns", "residuals:\nequilibrium", "\nyield", "\npower")
+    for column in columns:
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
     names = {
         "associative": analysis.associative,
-        "non-associative, sequence": analysis.sequence,
-        "non-associative, dilation shift": analysis.dilation_shift,
+        "sequence": analysis.sequence,
+        "dilation shift": analysis.dilation_shift,
     }
     for name, state in names.items():
-        table.add_row(name, *(_limit_row(state, analysis.weight) if state else ["none found"]))
+        table.add_row(name, *(_limit_row(state, analysis.weight) if state else ["none"]))
     return table
 
 
@@ -149,7 +151,7 @@ def _limit_row(state: LimitState, weight: float) -> list[str]:
 def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
     segmented = driver.segment(cases.read(options.case, options.set))
     console.print(_limit_table(segmented.analysis))
-    table = Table(title=f"{segmented.partition.count} macroblocks, {len(segmented.bodies.joint)} joints between them")
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{segmented.partition.count} macroblocks, {len(segmented.bodies.joint)} joints between them")
     for column in ("body", "blocks", "area m2"):
         table.add_column(column, justify="right")
     for body in segmented.bodies.bodies[: segmented.bodies.moving]:
@@ -227,19 +229,18 @@ class _Reporter:
 
 def _table(summary: dict[str, Any]) -> Table:
     """Return the short table at the end of a run."""
-    table = Table(title=f"{summary['case']}: weight {summary['wall']['weight'] / 1e3:.3f} kN")
-    for column in (
-        "model", "bodies", "peak multiplier", "peak base shear kN", "at mm", "initial stiffness kN/mm", "time s"
-    ):  # fmt: skip
-        table.add_column(column, justify="left" if column == "model" else "right")
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{summary['case']}: weight {summary['wall']['weight'] / 1e3:.3f} kN")
+    columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
+    for column in columns:
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
     limit, weight = summary["limit_analysis"], summary["wall"]["weight"]
-    rows = {"associative": limit["associative"], "non-associative": limit["non_associative"]}
+    rows = {"associative": limit["associative"], "non-assoc.": limit["non_associative"]}
     for rule, multiplier in rows.items():
         found = (
             [f"{multiplier:.4f}", f"{multiplier * weight / 1e3:.4f}"] if multiplier is not None else ["none found", ""]
         )
         seconds = f"{limit['seconds']:.1f}" if rule == "associative" else ""
-        table.add_row(f"micro-LA, {rule}", str(summary["wall"]["blocks"]), *found, "", "", seconds)
+        table.add_row(f"micro-LA {rule}", str(summary["wall"]["blocks"]), *found, "", "", seconds)
     for pushover in summary["pushover"]:
         table.add_row(*_pushover_row(pushover))
     return table

@@ -100,11 +100,19 @@ class LimitAnalysis:
 
     @property
     def headline(self) -> LimitState:
-        """The state that is reported and that the macroblocks come from: sequence, else shift, else associative."""
-        return self.sequence or self.dilation_shift or self.associative
+        """The state that is reported and that the macroblocks come from: sequence, else shift, else associative.
+
+        A state that has not converged is never the headline.
+        """
+        return next(iter(self._settled), self.associative)
+
+    @property
+    def _settled(self) -> tuple[LimitState, ...]:
+        """The non-associative states that have converged."""
+        return tuple(s for s in (self.sequence, self.dilation_shift) if s is not None and s.converged)
 
     @property
     def non_associative_range(self) -> tuple[float, float] | None:
-        """Smallest and largest non-associative multiplier found, or None where there is none."""
-        found = [s.multiplier_range for s in (self.sequence, self.dilation_shift) if s is not None]
+        """Smallest and largest multiplier of the converged non-associative states, or None where there is none."""
+        found = [s.multiplier_range for s in self._settled]
         return (float(np.min(found)), float(np.max(found))) if found else None

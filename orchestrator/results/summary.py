@@ -107,7 +107,7 @@ def _limit_analysis(analysis: LimitAnalysis) -> dict[str, Any]:
         "non_associative": headline.load_multiplier if found else None,
         "non_associative_range": list(found) if found else None,
         "iterations": len(headline.records),
-        "converged": headline.converged,
+        "converged": found is not None,
         "equilibrium_residual": headline.equilibrium_residual,
         "base_shear": headline.load_multiplier * analysis.weight,
         "seconds": analysis.seconds,
