@@ -113,7 +113,9 @@ def _within_criterion_4(assemblage: Assemblage, velocities: FloatArray, largest:
     centres = centres_of_rotation(velocities, block_centroids(assemblage.wall))
     i, j = assemblage.block_i, assemblage.block_j
     resting, translating = np.isnan(centres).any(axis=1), np.isinf(centres).any(axis=1)
-    same_point = ~translating[i] & ~translating[j] & (np.linalg.norm(centres[i] - centres[j], axis=1) <= largest)
+    with np.errstate(invalid="ignore"):  # centres at infinity are dealt with below, centres of resting blocks are nan
+        near = np.linalg.norm(centres[i] - centres[j], axis=1) <= largest
+    same_point = near & ~translating[i] & ~translating[j]
     both_at_rest = resting[i] & resting[j]
     both_translate = translating[i] & translating[j] & _alike(velocities[i, :2], velocities[j, :2])
     return same_point | both_at_rest | both_translate | np.isinf(largest)
