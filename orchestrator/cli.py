@@ -126,7 +126,11 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
 
 
 def _limit_table(analysis: LimitAnalysis) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"Micro limit analysis, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.2f} s")
+    table = Table(
+        box=SIMPLE_HEAD,
+        padding=0,
+        title=f"Micro limit analysis, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.2f} s",
+    )
     columns = ("", "multiplier", "base shear\nkN", "LPs", "time\ns", "residuals:\nequilibrium", "\nyield", "\npower")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
@@ -151,7 +155,11 @@ def _limit_row(state: LimitState, weight: float) -> list[str]:
 def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
     segmented = driver.segment(cases.read(options.case, options.set))
     console.print(_limit_table(segmented.analysis))
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{segmented.partition.count} macroblocks, {len(segmented.bodies.joint)} joints between them")
+    table = Table(
+        box=SIMPLE_HEAD,
+        padding=0,
+        title=f"{segmented.partition.count} macroblocks, {len(segmented.bodies.joint)} joints between them",
+    )
     for column in ("body", "blocks", "area m2"):
         table.add_column(column, justify="right")
     for body in segmented.bodies.bodies[: segmented.bodies.moving]:
@@ -229,7 +237,9 @@ class _Reporter:
 
 def _table(summary: dict[str, Any]) -> Table:
     """Return the short table at the end of a run."""
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{summary['case']}: weight {summary['wall']['weight'] / 1e3:.3f} kN")
+    table = Table(
+        box=SIMPLE_HEAD, padding=0, title=f"{summary['case']}: weight {summary['wall']['weight'] / 1e3:.3f} kN"
+    )
     columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)

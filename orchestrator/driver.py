@@ -142,9 +142,10 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
 
 
 def _words(segmented: Segmented) -> str:
-    analysis = segmented.analysis
-    found = f"multiplier {analysis.headline.load_multiplier:.4f}, {segmented.partition.count} macroblocks"
-    return "; ".join([found, *analysis.remarks, *segmented.partition.remarks])
+    analysis, partition = segmented.analysis, segmented.partition
+    bodies = "1 macroblock" if partition.count == 1 else f"{partition.count} macroblocks"
+    found = f"multiplier {analysis.headline.load_multiplier:.4f}, {bodies}"
+    return "; ".join([found, *analysis.remarks, *partition.remarks])
 
 
 def _write_before_pushover(case: Case, segmented: Segmented, output: Path) -> None:

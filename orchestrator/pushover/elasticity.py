@@ -8,6 +8,10 @@ on 4-node tetrahedra; all bodies are one mesh of disconnected components, each b
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import dolfinx
 import numpy as np
 import scipy.sparse as sparse
@@ -23,6 +27,18 @@ from orchestrator.pushover.settings import ElasticSettings
 assert PETSc.ScalarType is np.float64, "this program needs PETSc built for real numbers (python3-dolfinx-real)"
 
 
+@contextmanager
+def _quiet_compiler() -> Iterator[None]:
+    """Keep the form compiler's command lines off the terminal (the first run on a machine compiles)."""
+    before = logging.root.manager.disable
+    logging.disable(logging.INFO)
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
+@_quiet_compiler()
 def assemble(
     meshes: BodyMeshes, elastic: ElasticSettings, comm: MPI.Comm
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
@@ -33,10 +49,10 @@ def assemble(
     first, second = _lame(elastic)
     strain_u, strain_v = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))
     stiffness = 2 * second * ufl.inner(strain_u, strain_v) + first * ufl.tr(strain_u) * ufl.tr(strain_v)
+    inertia = _density(mesh, meshes) * ufl.inner(u, v)
     numbering = _input_numbering(space)
-    return (
-        _gathered(fem.form(stiffness * ufl.dx), numbering, comm),
-        _gathered(fem.form(_density(mesh, meshes) * ufl.inner(u, v) * ufl.dx), numbering, comm),
+    return _gathered(fem.form(stiffness * ufl.dx), numbering, comm), _gathered(
+        fem.form(inertia * ufl.dx), numbering, comm
     )
 
 

@@ -31,7 +31,6 @@ DISTRIBUTIONS = {
     "dolfinx": "fenics-dolfinx",
     "petsc": "petsc4py",
     "mpi4py": "mpi4py",
-    "h5py": "h5py",
     "meshio": "meshio",
     "matplotlib": "matplotlib",
 }
@@ -102,7 +101,7 @@ def hash_file(path: Path) -> str:
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of every library that takes part; what is not installed is left out."""
-    found = {"python": platform.python_version()}
+    found = {"python": platform.python_version(), "h5py": h5py.__version__, "hdf5": h5py.version.hdf5_version}
     for name, distribution in DISTRIBUTIONS.items():
         try:
             found[name] = version(distribution)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import inf
 
 import numpy as np
@@ -20,7 +21,7 @@ def column(*heights: float, width: float = 0.4) -> Wall:
     """Blocks on top of each other on a support (block 0)."""
     levels = np.concatenate([[-0.2, 0.0], np.cumsum(heights)])
     blocks = []
-    for number, (low, high) in enumerate(zip(levels[:-1], levels[1:], strict=True)):
+    for number, (low, high) in enumerate(pairwise(levels)):
         polygon = np.array([[0, low], [width, low], [width, high], [0, high]], dtype=float)
         blocks.append(Block(number, polygon, number == 0, 25e3))
     return Wall("column", tuple(blocks), 0.1, 0.6)

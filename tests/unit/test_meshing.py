@@ -67,17 +67,17 @@ def test_joint_ends_are_nodes_on_both_faces(bond):
                 assert sorted(at_end[:, 2]) == pytest.approx([0.0, 0.1])
 
 
-def test_stones_of_wall_6_have_no_node_on_their_outline_but_joint_ends(wall6):
-    """Size 0.2 m on edges of at most 0.2 m: nothing is subdivided, and few shapes are meshed for 146 stones."""
+def test_stones_of_wall_6_are_meshed_with_half_stone_edges(wall6):
+    """Size 0.2 m: an edge of 0.2 m stays whole, a free one of 0.4 m is halved; few shapes are meshed for 146 stones."""
     bodies = make_bodies(wall6, one_body_per_block(wall6))
     meshes = mesh_bodies(bodies, MeshSettings(size=0.2), None)
     check_bodies(bodies, meshes)
     assert meshes.distinct_shapes == 4
-    on_outline = 2 * sum(len(body.exterior) for body in bodies.bodies[: bodies.moving])
+    stones = [body.exterior for body in bodies.bodies[: bodies.moving]]
+    edges = np.concatenate([np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1) for ring in stones])
     on_sides = np.unique(meshes.side_triangles).size
-    assert on_sides == on_outline
-    inside = len(meshes.nodes) - on_outline
-    assert 0 <= inside <= 4 * bodies.moving, "at most two points inside a stone's triangulation"
+    assert on_sides == 2 * ((edges < 0.201).sum() + 2 * (edges > 0.399).sum())
+    assert len(meshes.nodes) - on_sides <= 4 * bodies.moving, "at most two points inside a stone's triangulation"
 
 
 def test_finer_size_divides_edges(bond):
