@@ -16,6 +16,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 TEMPORARY = ".tmp"
