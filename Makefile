@@ -6,7 +6,7 @@ RANKS = 1
 MPIRUN = $(if $(filter-out 1,$(RANKS)),OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n $(RANKS))
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: setup benchmark1 test lint clean
+.PHONY: setup benchmark1 test lint reference clean
 
 setup: .venv/.ready
 
@@ -27,6 +27,11 @@ test: lint
 lint: setup
 	.venv/bin/ruff check . && .venv/bin/ruff format --check .
 	.venv/bin/mypy && .venv/bin/lint-imports
+
+# The stored curves of tests/regression; look at the difference (git diff, build/regression/*.png) before you commit it.
+reference: benchmark1
+	cp results/benchmark1/case.toml tests/regression/benchmark1/case.toml
+	for model in macro micro; do cp results/benchmark1/$$model/curve.csv tests/regression/benchmark1/$$model.csv; done
 
 clean:
 	rm -rf results build *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis

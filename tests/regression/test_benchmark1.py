@@ -1,0 +1,127 @@
+"""Benchmark 1 from the case file to the summary: the figures it must show, and its curves against stored ones.
+
+The stored curves (tests/regression/benchmark1/*.csv, made by `make reference`, with the case that made them beside) are
+this program's own: they show that a change of the code changed a result. That the result is right is the business of
+tests/verification. Tolerances: peak 1 %, initial stiffness 2 %, area under the curve 2 %, which is what a change of the
+load steps or of the mesh generator's version moves and a change of the mechanics exceeds.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scipy.integrate import trapezoid
+
+from orchestrator import case, driver
+from orchestrator.capacity import initial_stiffness
+
+PROJECT = Path(__file__).parents[2]
+REFERENCE = Path(__file__).parent / "benchmark1"
+WEIGHT = 22225.0
+"""N: 22.225 kN, Ferris and Tin-Loi 2001"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("benchmark1")
+
+
+@pytest.fixture(scope="module")
+def summary(folder):
+    outcome = driver.run(case.read(PROJECT / "templates" / "benchmark1.toml"), folder, False, None, lambda event: None)
+    assert outcome.complaints == ()
+    return outcome.summary
+
+
+def of_model(summary, model):
+    (found,) = [entry for entry in summary["pushover"] if entry["model"] == model]
+    return found
+
+
+def test_limit_analysis_gives_the_published_multipliers(summary):
+    assert summary["wall"] == {"blocks": 146, "joints": 345, "weight": pytest.approx(WEIGHT, rel=1e-9)}
+    limit = summary["limit_analysis"]
+    assert limit["associative"] == pytest.approx(0.34782, abs=1e-4)
+    assert limit["non_associative"] == pytest.approx(0.2963, abs=1e-3)
+    assert limit["converged"]
+    low, high = limit["non_associative_range"]
+    assert low == pytest.approx(0.2963, abs=1e-3)
+    assert high == pytest.approx(0.3011, abs=1e-3)
+    assert limit["base_shear"] == pytest.approx(limit["non_associative"] * WEIGHT)
+
+
+def test_macroblocks_are_about_18_and_not_trivial(summary):
+    assert 16 <= summary["macroblocks"]["count"] <= 20
+    assert not summary["macroblocks"]["trivial"]
+    assert of_model(summary, "macro")["bodies"] == summary["macroblocks"]["count"]
+    assert of_model(summary, "micro")["bodies"] == 146
+
+
+@pytest.mark.parametrize("model", ["macro", "micro"])
+def test_pushover_is_static_and_goes_to_20_mm(summary, model):
+    entry = of_model(summary, model)
+    assert entry["final_displacement"] >= 0.02
+    assert "final displacement" in entry["stopped_because"]
+    assert entry["equilibrium_residual"] < 1e-3
+    assert 0 < entry["max_kinetic_over_internal"] < 0.05
+    assert entry["max_penetration"] < 1e-9
+    assert entry["peak_memory"] < 2e9
+
+
+def test_peaks_agree_with_each_other_and_with_limit_analysis(summary):
+    """Micro-FE: 0.2958 at 10 mm and 0.2969 at 20 mm in an independent prototype; macroblocks within 2 % of it."""
+    macro, micro = (of_model(summary, model)["peak_base_shear"] / WEIGHT for model in ("macro", "micro"))
+    assert micro == pytest.approx(0.2969, rel=0.02)
+    assert micro < summary["limit_analysis"]["associative"]
+    assert macro == pytest.approx(micro, rel=0.02)
+    assert of_model(summary, "macro")["initial_stiffness"] > of_model(summary, "micro")["initial_stiffness"]
+
+
+@pytest.mark.parametrize("model", ["macro", "micro"])
+def test_curve_is_the_stored_one(summary, folder, model):
+    assert summary["case"]
+    stored, found = (columns(path) for path in (REFERENCE / f"{model}.csv", folder / model / "curve.csv"))
+    figures = {name: (figure(stored), figure(found)) for name, figure in FIGURES.items()}
+    draw(stored, found, PROJECT / "build" / "regression" / f"benchmark1_{model}.png")
+    said = "; ".join(f"{name}: stored {before:.6g}, now {now:.6g}" for name, (before, now) in figures.items())
+    print(f"{model}: {said}")
+    for name, (before, now) in figures.items():
+        assert now == pytest.approx(before, rel=TOLERANCE[name]), f"{model} {said}; overlay in build/regression"
+
+
+def columns(path):
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    assert table.size > 20
+    displacement = table["control_displacement_m"] - table["control_displacement_m"][0]
+    return displacement, table["base_shear_N"]
+
+
+def peak(curve):
+    return curve[1].max()
+
+
+def stiffness(curve):
+    return initial_stiffness(curve[1], curve[0])
+
+
+def area(curve):
+    """Area under the curve up to 20 mm, J."""
+    displacement = np.linspace(0.0, 0.02, 2001)
+    return trapezoid(np.interp(displacement, *curve), displacement)
+
+
+FIGURES = {"peak in N": peak, "initial stiffness in N/m": stiffness, "area to 20 mm in J": area}
+TOLERANCE = {"peak in N": 0.01, "initial stiffness in N/m": 0.02, "area to 20 mm in J": 0.02}
+
+
+def draw(stored, found, path):
+    figure = Figure(layout="constrained")
+    axes = figure.add_subplot(xlabel="control displacement (mm)", ylabel="base shear (kN)")
+    for label, (displacement, shear), style in (("stored", stored, "k-"), ("now", found, "r--")):
+        axes.plot(1e3 * displacement, shear / 1e3, style, label=label)
+    axes.legend()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path)

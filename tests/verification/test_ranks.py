@@ -1,0 +1,59 @@
+"""The same case on 1, 2 and 4 ranks, as a user starts it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+PROJECT = Path(__file__).parents[2]
+WALL = PROJECT / "tests" / "data" / "ferris_tinloi_wall1.json"
+ENVIRONMENT = os.environ | {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMP_NUM_THREADS": "1",
+}
+
+
+def start(ranks, folder, *arguments):
+    """Run wall 1 to 2 mm on so many ranks; return what it printed."""
+    command = ["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, "-m", "orchestrator", "run", str(WALL)]
+    command += ["--output", str(folder), "--set", "stepping.final_displacement=2mm", *arguments]
+    done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def curves(folder):
+    """Return load multiplier, base shear and control displacement of both models, one array."""
+    tables = [np.genfromtxt(folder / model / "curve.csv", delimiter=",", names=True) for model in ("macro", "micro")]
+    names = ("load_multiplier", "base_shear_N", "control_displacement_m")
+    return [np.column_stack([table[name] for name in names]) for table in tables]
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("serial")
+    start(1, folder)
+    return curves(folder)
+
+
+def test_two_ranks_below_the_threshold_give_the_same_bits_and_print_once(serial, tmp_path):
+    printed = start(2, tmp_path)
+    assert [line.split(":")[0] for line in printed.splitlines()].count("macro FE") == 1
+    for found, expected in zip(curves(tmp_path), serial, strict=True):
+        assert len(expected) > 20
+        assert found.tobytes() == expected.tobytes()
+
+
+@pytest.mark.parametrize("ranks", [2, 4])
+def test_shared_linear_system_agrees_to_solver_tolerance(serial, tmp_path, ranks):
+    """All ranks assemble and solve together; nothing but the order of summation may differ."""
+    start(ranks, tmp_path, "--set", "newton.distribute_above=0")
+    for found, expected in zip(curves(tmp_path), serial, strict=True):
+        assert found.shape == expected.shape
+        assert found == pytest.approx(expected, rel=1e-8, abs=1e-12 * expected.max())

@@ -1,0 +1,62 @@
+"""A run that is stopped and resumed ends where the uninterrupted one does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from orchestrator import case, driver
+from orchestrator.errors import CaseError
+
+PROJECT = Path(__file__).parents[2]
+
+
+class Killed(Exception):
+    """Stands for the signal that ends a run between two increments."""
+
+
+def micro_case(*overrides):
+    wall = PROJECT / "tests" / "data" / "ferris_tinloi_wall1.json"
+    settings = ["stepping.final_displacement=2mm", "run.models=['micro']", *overrides]
+    return case.read(wall, settings)
+
+
+def run(folder, resume=False, killed_after=None, **changes):
+    def report(event):
+        if isinstance(event, driver.IncrementDone) and event.increment.number == killed_after:
+            raise Killed
+
+    return driver.run(replace(micro_case(), **changes), folder, resume, None, report)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole")
+    run(folder)
+    return (folder / "micro" / "curve.csv").read_text().splitlines()
+
+
+@pytest.mark.parametrize("phase_end", [3, 40, 80])
+def test_resumed_curve_is_the_uninterrupted_one(whole, tmp_path, phase_end):
+    """Killed under gravity (3), in the ramp (40) and in displacement control (80)."""
+    with pytest.raises(Killed):
+        run(tmp_path, killed_after=phase_end)
+    assert not (tmp_path / "micro" / "curve.csv").exists(), "no result is written of an unfinished run"
+    run(tmp_path, resume=True)
+    found = (tmp_path / "micro" / "curve.csv").read_text().splitlines()
+    assert len(found) == len(whole) > 60
+    for line, expected in zip(found[1:], whole[1:], strict=True):
+        first, second = ([float(value) for value in row.split(",")] for row in (line, expected))
+        assert first[:5] == pytest.approx(second[:5], rel=1e-10, abs=1e-9)
+
+
+def test_resume_with_another_wall_is_refused_and_nothing_is_lost(tmp_path):
+    with pytest.raises(Killed):
+        run(tmp_path, killed_after=5)
+    stored = sorted((tmp_path / "micro" / "states").glob("*.h5"))
+    assert len(stored) == 5
+    with pytest.raises(CaseError, match=r"another model.*without --resume"):
+        run(tmp_path, resume=True, load=case.LoadSettings("-x"))
+    assert sorted((tmp_path / "micro" / "states").glob("*.h5")) == stored
