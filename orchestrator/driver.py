@@ -279,15 +279,18 @@ def _folded(
     bodies: Bodies,
     contact_model: ContactModel,
     store: results.StateStore,
-    complaint: ConvergenceError | ResultError | None,
+    complaint: ConvergenceError | None,
     ranks: int,
     seconds: dict[str, float],
 ) -> Pushed:
     """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
-    stopped = f"no further increment converges: {complaint}" if complaint else _reason(store.last(), case)
+    last = store.last()
+    if complaint is not None:
+        complaint = _located(model, complaint, last)
+        if last is None or last.phase == "gravity":
+            raise complaint
+    stopped = str(complaint) if complaint else _reason(last, case)
     curve = PushoverCurve.from_increments(store.increments(), stopped)
-    if complaint is not None and len(curve.step) < 2:
-        raise complaint
     effort = results.effort_of(store.increments())
     capacity = find_capacity(curve, contact_model.weight)
     results.write_curve(store.folder, curve)
@@ -309,6 +312,15 @@ def _folded(
         ),
         complaint=complaint or _check(model, curve, effort.max_penetration, contact_model.weight),
     )
+
+
+def _located(model: str, error: ConvergenceError, last: Increment | None) -> ConvergenceError:
+    """Return the error with the model and the last good increment in its text."""
+    place = "before any increment"
+    if last is not None:
+        moved = f"{1e3 * last.control_displacement:.4g} mm, multiplier {last.load_multiplier:.4f}"
+        place = f"after increment {last.number} ({last.phase}, {moved})"
+    return ConvergenceError(f"{model} FE", f"stopped {place}: {error}", error.iterations)
 
 
 def _reason(last: Increment | None, case: Case) -> str:

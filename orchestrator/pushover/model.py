@@ -21,7 +21,8 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings
 class ContactModel:
     """All that an increment needs; the same on every rank. n = 3 x nodes, c contacts.
 
-    stiffness, mass (n, n) in N/m, kg. gravity, lateral (n,) in N (lateral for load multiplier 1). weight in N.
+    stiffness, mass (n, n) in N/m, kg; stiffness_magnitude: |K| entry by entry. gravity, lateral (n,) in N (lateral for
+    load multiplier 1). weight in N.
     normal_rows B_n (c, n), tangential_rows B_t (2 c, n). direction: load along +x (1) or -x (-1).
     mean_row, top_row (n,): mass-weighted mean displacement and mean displacement of the top edge, along the load.
     on_support (c,): True where the master is a support. contact_stiffness in N/m scales multipliers to displacements
@@ -31,6 +32,7 @@ class ContactModel:
     meshes: BodyMeshes
     contacts: Contacts
     stiffness: sparse.csr_matrix
+    stiffness_magnitude: sparse.csr_matrix
     mass: sparse.csr_matrix
     gravity: FloatArray
     lateral: FloatArray
@@ -67,6 +69,7 @@ def build_model(
         meshes=meshes,
         contacts=contacts,
         stiffness=stiffness,
+        stiffness_magnitude=abs(stiffness),
         mass=mass,
         gravity=gravity,
         lateral=lateral,

@@ -26,6 +26,7 @@ from orchestrator.pushover.settings import NewtonSettings
 
 LINE_SEARCH_STIFFNESS = 1e6
 """c_m of the merit function, N/m"""
+EPSILON = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,7 +53,8 @@ class Iterate:
     """displacement (n,), normal_force (c,), load multiplier, and what follows from them.
 
     force_residual (n,) in N, gap (c,) in m, active (c,). `norms`: force residual / weight, largest |gap| of an active
-    contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m).
+    contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). rounding: what
+    summing K u leaves of the force residual / weight in double precision, a bound that thin walls reach.
     """
 
     displacement: FloatArray
@@ -63,6 +65,7 @@ class Iterate:
     active: npt.NDArray[np.bool_]
     response: FrictionResponse
     norms: tuple[float, float, float, float]
+    rounding: float
     number: int = 0
 
 
@@ -82,6 +85,7 @@ def evaluate(
         - model.normal_rows.T @ normal_force
         + model.tangential_rows.T @ response.traction.ravel()
     )
+    weight = float(np.linalg.norm(model.gravity))
     return Iterate(
         displacement=displacement,
         normal_force=normal_force,
@@ -91,11 +95,12 @@ def evaluate(
         active=active,
         response=response,
         norms=(
-            float(np.linalg.norm(residual) / np.linalg.norm(model.gravity)),
+            float(np.linalg.norm(residual)) / weight,
             float(np.max(np.abs(gap[active]), initial=0.0)),
             float(np.max(np.abs(normal_force[~active]), initial=0.0) / model.weight),
             abs(_control_error(model, problem, displacement)),
         ),
+        rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(displacement))) / weight,
     )
 
 
@@ -169,12 +174,8 @@ def solve_increment(
     """Return the converged iterate. Raises ConvergenceError when the iterations are used up."""
     for iterate in iterates(model, system, problem, first):
         force, gap, pull, control = iterate.norms
-        if (
-            iterate.number
-            and force < settings.residual
-            and max(gap, control) < settings.gap
-            and pull < settings.residual
-        ):
+        balanced = force < max(settings.residual, iterate.rounding)
+        if iterate.number and balanced and max(gap, control) < settings.gap and pull < settings.residual:
             return iterate
         if iterate.number >= settings.iterations or not np.isfinite(force):
             where = f"out-of-balance force {force:.1e} of the weight after {iterate.number} iterations"
