@@ -16,18 +16,23 @@ increment alone cannot help).
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
+import numpy.typing as npt
 
 from orchestrator.errors import ConvergenceError
-from orchestrator.masonry.wall import FloatArray, read_only
+from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.newton import Iterate, Problem, evaluate, solve_increment
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.state import Attempt, ContactStatus, Increment, Phase
+
+logger = logging.getLogger(__name__)
 
 EASY = 8
 """iterations up to which the next increment may grow"""
@@ -148,10 +153,11 @@ class Pushover:
         step = Step(*state.step[:2]) if state.number else policy.largest
         if self._rests(state):
             return
-        for solved in follow(state, step, self._solve_gravity, policy):
+        for solved in islice(follow(state, step, self._solve_gravity, policy), self.stepping.largest_increments):
             yield solved
             if self._rests(solved):
-                break
+                return
+        raise ConvergenceError("gravity", "the wall keeps moving under its own weight")
 
     def _rests(self, state: Increment) -> bool:
         """Return whether all weight acts and the proximal term has faded below Newton's tolerance."""
@@ -175,18 +181,22 @@ class Pushover:
     def _ramp(self, state: Increment) -> Iterator[Increment]:
         if state.phase == "displacement" or self.finished(state):
             return
-        policy = Policy(Step(self.stepping.time_step, 1.0), 1e-6, Step(1 / 3, 1.0), Step(1.5, 1.0))
+        largest = self.stepping.time_step
+        policy = Policy(Step(largest, 1.0), 1e-3 * largest, Step(1 / 3, 1.0), Step(1.5, 1.0))
         if state.phase == "gravity":
             state = replace(state, velocity=read_only(np.zeros_like(state.velocity)), time=0.0)
             step = policy.largest
         else:
             step = Step(*state.step[:2])
-        for solved in follow(state, step, self._solve_ramp, policy):
-            if self._inertia_shows(solved):
-                break
-            yield solved
-            if self.finished(solved):
-                break
+        try:
+            for solved in follow(state, step, self._solve_ramp, policy):
+                if self._inertia_shows(solved):
+                    return
+                yield solved
+                if self.finished(solved):
+                    return
+        except ConvergenceError as error:
+            logger.info("the ramp ends, displacement control goes on: %s", error)
 
     def _solve_ramp(self, state: Increment, step: Step) -> Increment:
         displacement = state.displacement.ravel()
@@ -268,9 +278,7 @@ def _increment(model: ContactModel, state: Increment, problem: Problem, iterate:
         elastic_slip=read_only(elastic_slip),
         slip=read_only(state.slip + np.linalg.norm(plastic, axis=1)),
         gap=read_only(iterate.gap),
-        status=read_only(
-            np.where(closed, np.where(iterate.response.sliding, ContactStatus.SLIP, ContactStatus.STICK), 0), np.int64
-        ),
+        status=read_only(_status(closed, iterate.response.sliding), np.int64),
         base_shear=_base_shear(model, iterate),
         control_displacement=float(model.top_row @ iterate.displacement),
         mean_displacement=float(model.mean_row @ iterate.displacement),
@@ -282,6 +290,10 @@ def _increment(model: ContactModel, state: Increment, problem: Problem, iterate:
         iterations=iterate.number,
         step=state.step,
     )
+
+
+def _status(closed: npt.NDArray[np.bool_], sliding: npt.NDArray[np.bool_]) -> IntArray:
+    return np.where(closed, np.where(sliding, ContactStatus.SLIP, ContactStatus.STICK), ContactStatus.OPEN)
 
 
 def _gravity_share(state: Increment) -> float:
