@@ -10,7 +10,6 @@ import json
 import logging
 import sys
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -23,7 +22,6 @@ from rich.table import Table
 
 from orchestrator import case as cases
 from orchestrator import driver, results
-from orchestrator.case import Case
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.parallel import is_root
@@ -109,7 +107,9 @@ def _communicator() -> MPI.Comm | None:
 def _check(options: argparse.Namespace, _: None, console: Console) -> int:
     assemblage = driver.check(cases.read(options.case, options.set))
     free = sum(not block.fixed for block in assemblage.wall.blocks)
-    console.print(f"{options.case}: {free} blocks, {len(assemblage.block_i)} joints, nothing to complain about")
+    console.print(
+        f"{options.case}: {free} blocks, {len(assemblage.block_i)} joints, nothing to complain about", soft_wrap=True
+    )
     return 0
 
 
@@ -121,7 +121,7 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
         return 0
     console.print(_limit_table(analysis))
     for remark in analysis.remarks:
-        console.print(remark)
+        console.print(remark, soft_wrap=True)
     return 0
 
 
@@ -166,7 +166,7 @@ def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
         table.add_row(str(body.number), str(len(body.blocks)), f"{body.area:.4f}")
     console.print(table)
     for remark in (*segmented.analysis.remarks, *segmented.partition.remarks):
-        console.print(remark)
+        console.print(remark, soft_wrap=True)
     return 0
 
 
@@ -175,23 +175,15 @@ def _run(options: argparse.Namespace, comm: MPI.Comm | None, console: Console) -
     if options.model:
         case = replace(case, run=cases.RunSettings(MODELS[options.model]))
     output = options.output or Path("results") / options.case.stem
-    with _log(output, comm, case), _Reporter(console) as report:
+    logging.getLogger("orchestrator").propagate = False  # run.log has it
+    with _Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
     console.print(_table(outcome.summary))
-    console.print(f"pictures: {output / 'figures'}; figures in numbers: {output / 'summary.json'}")
+    console.print(f"pictures: {output / 'figures'}; all figures: {output / 'summary.json'}", soft_wrap=True)
     for complaint in outcome.complaints:
         _failed(comm, str(complaint), 0)
     failed = [1 if isinstance(complaint, ConvergenceError) else 3 for complaint in outcome.complaints]
     return min(failed, default=0)
-
-
-def _log(output: Path, comm: MPI.Comm | None, case: Case) -> AbstractContextManager[None]:
-    """Return run.log on rank 0, once the case is known to be good."""
-    if not is_root(comm):
-        return nullcontext()
-    driver.check(case)
-    logging.getLogger("orchestrator").propagate = False
-    return results.logging_to(output / "run.log")
 
 
 class _Reporter:
@@ -216,7 +208,7 @@ class _Reporter:
 
     def __call__(self, event: driver.StageDone | driver.IncrementDone) -> None:
         if isinstance(event, driver.StageDone):
-            self._console.print(f"{event.stage}: {event.text} ({event.seconds:.1f} s)")
+            self._console.print(f"{event.stage}: {event.text} ({event.seconds:.1f} s)", soft_wrap=True)
             self._last_line = 0.0
         else:
             self._show(event)
@@ -231,7 +223,7 @@ class _Reporter:
             self._tasks[event.model] = self._progress.add_task(f"{event.model} FE", total=1.0, state="")
         self._progress.update(self._tasks[event.model], completed=event.fraction, state=state)
         if not self._console.is_terminal and event.seconds - self._last_line > 5.0:
-            self._console.print(f"{event.model} FE: {state}, {event.seconds:.0f} s")
+            self._console.print(f"{event.model} FE: {state}, {event.seconds:.0f} s", soft_wrap=True)
             self._last_line = event.seconds
 
 

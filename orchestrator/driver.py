@@ -15,6 +15,7 @@ import logging
 import os
 import resource
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -30,7 +31,7 @@ from orchestrator.limit_analysis import LimitAnalysis, analyse
 from orchestrator.macroblocks import Partition, merged, one_body_per_block
 from orchestrator.masonry.wall import check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
-from orchestrator.parallel import on_root
+from orchestrator.parallel import is_root, on_root
 from orchestrator.pushover.state import Increment, PushoverCurve
 
 if TYPE_CHECKING:
@@ -131,14 +132,15 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     segmented = on_root(comm, segment, case)
-    on_root(comm, _write_before_pushover, case, segmented, output)
-    report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
-    pushed: dict[ModelName, Pushed] = {}
-    for model in dict.fromkeys(case.run.models):
-        began = perf_counter()
-        pushed[model] = _push(model, case, segmented, output, resume, comm, report)
-        report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
-    return on_root(comm, _write_after_pushover, case, segmented, pushed, output)
+    with results.logging_to(output / "run.log") if is_root(comm) else nullcontext():
+        on_root(comm, _write_before_pushover, case, segmented, output)
+        report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
+        pushed: dict[ModelName, Pushed] = {}
+        for model in dict.fromkeys(case.run.models):
+            began = perf_counter()
+            pushed[model] = _push(model, case, segmented, output, resume, comm, report)
+            report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
+        return on_root(comm, _write_after_pushover, case, segmented, pushed, output)
 
 
 def _words(segmented: Segmented) -> str:

@@ -1,0 +1,152 @@
+"""Bad input: one line that names file and place and says what would be right, exit code 2, nothing touched."""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from pathlib import Path
+
+import pytest
+
+from orchestrator.cli import main
+
+PROJECT = Path(__file__).parents[2]
+GROUND = {"id": 0, "polygon": [[-1, -1], [3, -1], [3, 0], [-1, 0]], "fixed": True}
+LEFT = {"id": 1, "polygon": [[0, 0], [1, 0], [1, 1], [0, 1]]}
+RIGHT = {"id": 2, "polygon": [[1, 0], [2, 0], [2, 1], [1, 1]]}
+WALL = {
+    "name": "two blocks",
+    "units": {"length": "m", "unit_weight": "kN/m3"},
+    "thickness": 0.5,
+    "unit_weight": 20.0,
+    "friction": 0.6,
+    "blocks": [GROUND, LEFT, RIGHT],
+}
+
+
+def changed(path, value):
+    """Return WALL with the value at `path` replaced, or removed where the value is None."""
+    record = deepcopy(WALL)
+    target = record
+    for key in path[:-1]:
+        target = target[key]
+    if value is None:
+        del target[path[-1]]
+    else:
+        target[path[-1]] = value
+    return record
+
+
+BLOCK_FILES = {
+    "unknown key": (changed(["fricton"], 0.5), "fricton", "did you mean friction"),
+    "unknown key of a block": (changed(["blocks", 1, "polygn"], []), "block 1.polygn", "did you mean polygon"),
+    "wrong unit": (changed(["units", "unit_weight"], "kN/m2"), "units.unit_weight", "use one of N/m3, kN/m3"),
+    "no unit": (changed(["units", "length"], None), "units.length", "state the unit"),
+    "negative thickness": (changed(["thickness"], -0.5), "thickness", "above 0"),
+    "no friction": (changed(["friction"], 0.0), "friction", "above 0"),
+    "text for a number": (changed(["friction"], "rough"), "friction", "write a number"),
+    "overlap": (changed(["blocks", 2, "polygon"], [[0.9, 0], [2, 0], [2, 1], [0.9, 1]]), "block 1", "overlaps block 2"),
+    "self-crossing": (changed(["blocks", 1, "polygon"], [[0, 0], [1, 1], [1, 0], [0, 1]]), "block 1", "in order"),
+    "two corners": (changed(["blocks", 1, "polygon"], [[0, 0], [1, 1]]), "block 1.polygon", "three corners"),
+    "touches nothing": (
+        changed(["blocks", 2, "polygon"], [[1, 5], [2, 5], [2, 6], [1, 6]]),
+        "block 2",
+        "touches no other block",
+    ),
+    "no support": (changed(["blocks", 0, "fixed"], False), "blocks", '"fixed": true'),
+    "same id twice": (changed(["blocks", 2, "id"], 1), "block 1", "its own id"),
+    "weightless": (changed(["blocks", 1, "unit_weight"], 0), "block 1", "above 0"),
+    "no blocks": (changed(["blocks"], None), "blocks", "is missing"),
+    "empty": (changed(["blocks"], []), "blocks", "support"),
+    "cannot stand": (
+        changed(["blocks", 2, "polygon"], [[0.9, 1], [2, 1], [2, 2], [0.9, 2]]),
+        "cannot stand under its own weight",
+        "2",
+    ),
+}
+CASES = {
+    "unknown section": ("[mash]\nsize = 1", "mash", "mesh"),
+    "unknown key": ("[mesh]\nsiz = 1", "mesh.siz", "did you mean size"),
+    "wrong unit": ('[mesh]\nsize = "3 kN"', "mesh.size", "use one of m, mm"),
+    "no unit": ('[mesh]\nsize = "3"', "mesh.size", "use one of m, mm"),
+    "negative": ('[mesh]\nsize = "-3 mm"', "mesh.size", "greater than 0"),
+    "friction of zero": ("[wall]\nblocks = 'wall.json'\nfriction = 0", "wall.friction", "greater than 0"),
+    "no such direction": ('[load]\ndirection = "up"', "load.direction", "'+x' or '-x'"),
+    "not a number": ("[macroblocks]\nnormal = nan", "macroblocks.normal", "write a finite one"),
+    "below the noise": ("[macroblocks]\nnormal = 1e-15", "macroblocks.normal", "use at least"),
+    "not TOML": ("[mesh\nsize = 1", "is not TOML", "example"),
+}
+
+
+def refused(capsys, *arguments):
+    """Run a command that must be refused and return the one line it prints."""
+    assert main([str(argument) for argument in arguments]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    lines = printed.err.splitlines()
+    assert len(lines) == 1, printed.err
+    return lines[0]
+
+
+@pytest.fixture
+def output(tmp_path):
+    """An earlier run's folder that must stay as it is."""
+    folder = tmp_path / "results"
+    folder.mkdir()
+    (folder / "summary.json").write_text("earlier")
+    yield folder
+    assert [path.name for path in folder.iterdir()] == ["summary.json"]
+    assert (folder / "summary.json").read_text() == "earlier"
+
+
+@pytest.mark.parametrize("kind", BLOCK_FILES)
+def test_block_file(kind, tmp_path, output, capsys):
+    record, place, remedy = BLOCK_FILES[kind]
+    file = tmp_path / "wall.json"
+    file.write_text(json.dumps(record))
+    line = refused(capsys, "run", file, "--output", output)
+    assert str(file) in line
+    assert place in line
+    assert remedy in line
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_case_file(kind, tmp_path, output, capsys):
+    text, place, remedy = CASES[kind]
+    (tmp_path / "wall.json").write_text(json.dumps(WALL))
+    file = tmp_path / "case.toml"
+    file.write_text(text if "[wall]" in text else f"[wall]\nblocks = 'wall.json'\n{text}\n")
+    line = refused(capsys, "run", file, "--output", output)
+    assert str(file) in line
+    assert place in line
+    assert remedy in line
+
+
+@pytest.mark.parametrize("name", ["absent.toml", "absent.json"])
+def test_missing_file(name, tmp_path, output, capsys):
+    line = refused(capsys, "run", tmp_path / name, "--output", output)
+    assert str(tmp_path / name) in line
+    assert "no such file" in line
+
+
+def test_case_that_points_to_a_missing_block_file(tmp_path, output, capsys):
+    (tmp_path / "case.toml").write_text("[wall]\nblocks = 'absent.json'")
+    assert "absent.json: no such file" in refused(capsys, "run", tmp_path / "case.toml", "--output", output)
+
+
+def test_not_json(tmp_path, output, capsys):
+    (tmp_path / "wall.json").write_text("{blocks")
+    assert "is not JSON" in refused(capsys, "run", tmp_path / "wall.json", "--output", output)
+
+
+def test_arch_too_thin_to_stand_is_refused_before_any_finite_element(output, capsys):
+    thin = PROJECT / "tests" / "data" / "arch27_t0106.json"
+    line = refused(capsys, "run", thin, "--output", output)
+    assert "cannot stand under its own weight" in line
+
+
+def test_the_wall_itself_is_accepted(tmp_path, capsys):
+    """Otherwise every refusal above would prove nothing."""
+    (tmp_path / "wall.json").write_text(json.dumps(WALL))
+    assert main(["check", str(tmp_path / "wall.json")]) == 0
+    assert "2 blocks, 3 joints" in capsys.readouterr().out
