@@ -24,8 +24,8 @@ from orchestrator.pushover.linear_system import LinearSystem, coefficients
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.settings import NewtonSettings
 
-LINE_SEARCH_STIFFNESS = 1e6
-"""c_m of the merit function, N/m"""
+LINE_SEARCH_SHARE = 0.03
+"""c_m of the merit function over the contact stiffness"""
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -154,17 +154,19 @@ def _advanced(model: ContactModel, problem: Problem, current: Iterate, step: Flo
 
     if problem.mean_displacement is None:
         return at(1.0)
-    target = 0.9 * _merit(current)
+    target = 0.9 * _merit(model, current)
     tried = []
     for share in (1.0, 0.5, 0.25):
-        tried.append(at(share))
-        if _merit(tried[-1]) <= target:
-            return tried[-1]
-    return min(tried, key=_merit)
+        iterate = at(share)
+        tried.append((_merit(model, iterate), iterate))
+        if tried[-1][0] <= target:
+            return iterate
+    return min(tried, key=lambda pair: pair[0])[1]
 
 
-def _merit(iterate: Iterate) -> float:
-    contact = iterate.normal_force - np.maximum(iterate.normal_force - LINE_SEARCH_STIFFNESS * iterate.gap, 0.0)
+def _merit(model: ContactModel, iterate: Iterate) -> float:
+    stiffness = LINE_SEARCH_SHARE * model.contact_stiffness
+    contact = iterate.normal_force - np.maximum(iterate.normal_force - stiffness * iterate.gap, 0.0)
     return float(np.sqrt(iterate.force_residual @ iterate.force_residual + contact @ contact))
 
 
