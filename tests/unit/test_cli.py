@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from orchestrator import cli, driver
+from orchestrator.errors import ConvergenceError, ResultError
+
+TOWER = str(Path(__file__).parents[1] / "data" / "tower_5_blocks.json")
+
+
+def test_limit_prints_the_multipliers(capsys):
+    assert cli.main(["limit", TOWER]) == 0
+    printed = capsys.readouterr().out
+    assert "weight 16.000 kN" in printed
+    for rule in ("associative", "sequence", "dilation shift"):
+        assert any(line.split()[:3].count("0.20000") for line in printed.splitlines() if rule in line), rule
+
+
+def test_limit_json_is_the_summary_s_part_and_nothing_else(capsys):
+    assert cli.main(["limit", TOWER, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["associative"] == pytest.approx(0.2, abs=1e-6)
+    assert found["base_shear"] == pytest.approx(0.2 * 16e3, rel=1e-5)
+    assert set(found) == {
+        "associative", "non_associative", "non_associative_range", "iterations", "converged", "equilibrium_residual",
+        "base_shear", "seconds",
+    }  # fmt: skip
+
+
+def test_segment_lists_the_bodies(capsys):
+    assert cli.main(["segment", TOWER]) == 0
+    printed = capsys.readouterr().out
+    assert "1 macroblock" in printed
+    assert "one macroblock" in printed, "the trivial partition is said to be trivial"
+
+
+def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
+    folder = tmp_path / "run"
+    settings = ["--set", "stepping.final_displacement=0.5mm", "--set", "run.models=['macro']"]
+    assert cli.main(["run", TOWER, "--output", str(folder), "-q", *settings]) == 0
+    assert capsys.readouterr() == ("", "")
+    expected = {
+        "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "summary.json", "run.log",
+        "figures", "macro",
+    }  # fmt: skip
+    assert {path.name for path in folder.iterdir()} == expected
+    inside = {"mesh.msh", "mesh.vtu", "curve.csv", "states.h5", "wall.xdmf", "wall.h5", "contacts.xdmf"}
+    assert {path.name for path in (folder / "macro").iterdir()} == inside
+    assert cli.main(["run", str(folder / "case.toml"), "--output", str(tmp_path / "again"), "-q"]) == 0
+    first, second = ((run / "macro" / "curve.csv").read_text() for run in (folder, tmp_path / "again"))
+    assert first == second, "case.toml of a run folder repeats the run"
+
+
+@pytest.mark.parametrize(
+    ("complaint", "code"), [(ResultError("energy", "lost"), 3), (ConvergenceError("macro FE", "stopped"), 1)]
+)
+def test_exit_code_of_a_run_with_a_complaint(monkeypatch, tmp_path, capsys, complaint, code):
+    record = {
+        "case": "x",
+        "wall": {"blocks": 1, "joints": 1, "weight": 1.0},
+        "limit_analysis": {"associative": 0.1, "non_associative": None, "seconds": 0.1},
+        "pushover": [],
+    }
+    monkeypatch.setattr(driver, "run", lambda *arguments: driver.Outcome(record, (complaint,)))
+    assert cli.main(["run", TOWER, "--output", str(tmp_path / "run"), "-q"]) == code
+    assert capsys.readouterr().err == f"{complaint}\n"
+
+
+def test_help_shows_an_example_that_works(capsys):
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["check", "--help"])
+    assert ended.value.code == 0
+    example = " ".join(capsys.readouterr().out.split("example:")[1].split())
+    assert cli.main(example.removeprefix("python -m orchestrator ").split()) == 0

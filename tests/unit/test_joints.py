@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orchestrator.errors import CaseError
+from orchestrator.joints import JointSettings, check_assemblage, find_joints
+from orchestrator.masonry.readers import read_blocks
+from orchestrator.masonry.wall import Block, Wall
+
+PROJECT = Path(__file__).parents[2]
+FILES = [*sorted((PROJECT / "tests" / "data").glob("*.json")), PROJECT / "meshes" / "ferris_tinloi_wall6.json"]
+
+
+def wall(*blocks):
+    """Blocks as (polygon, fixed)."""
+    made = tuple(Block(10 + n, np.array(p, dtype=float), fixed, 1e4) for n, (p, fixed) in enumerate(blocks))
+    return Wall("test", made, 0.1, 0.5)
+
+
+GROUND = ([[-1, -1], [3, -1], [3, 0], [-1, 0]], True)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_number_of_joints_is_the_one_the_file_carries(path):
+    assemblage = find_joints(read_blocks(path), JointSettings())
+    assert len(assemblage.block_i) == json.loads(path.read_text())["interfaces"]
+    check_assemblage(assemblage)
+
+
+def test_segment_normal_and_order():
+    stone = ([[0, 0], [2, 0], [2, 1], [0, 1]], False)
+    above = ([[1, 1], [3, 1], [3, 2], [1, 2]], False)
+    joints = find_joints(wall(GROUND, stone, above), JointSettings())
+    assert joints.block_i.tolist() == [0, 1]
+    assert joints.block_j.tolist() == [1, 2]
+    assert joints.start.tolist() == [[2, 0], [2, 1]]  # counter-clockwise round the lower block: leftwards on its top
+    assert joints.end.tolist() == [[0, 0], [1, 1]]
+    assert joints.normal == pytest.approx(np.array([[0, 1], [0, 1]]))
+    assert joints.length == pytest.approx([2.0, 1.0])
+    assert joints.friction.tolist() == [0.5, 0.5]
+
+
+def test_inclined_and_repeated_contacts():
+    """A notched stone on a wedge pair: one inclined joint, and two joints with the same neighbour."""
+    left = ([[0, 0], [1, 0], [0, 1]], False)
+    right = ([[1, 0], [1, 1], [0, 1]], False)
+    bridge_like = ([[0, 1], [1, 1], [1, 2], [0, 2]], False)
+    joints = find_joints(wall(GROUND, left, right, bridge_like), JointSettings())
+    pairs = list(zip(joints.block_i.tolist(), joints.block_j.tolist(), strict=True))
+    assert pairs == [(0, 1), (1, 2), (2, 3)]
+    assert joints.normal[1] == pytest.approx(np.array([1, 1]) / np.sqrt(2))
+
+
+def test_supports_have_no_joint_and_gaps_beyond_the_tolerance_none():
+    ground = ([[3, -1], [5, -1], [5, 0], [3, 0]], True)
+    floating = ([[0, 2e-5], [1, 2e-5], [1, 1], [0, 1]], False)
+    assert len(find_joints(wall(GROUND, ground, floating), JointSettings()).block_i) == 0
+    near = find_joints(wall(GROUND, ground, floating), JointSettings(tolerance=3e-5))
+    assert near.block_j.tolist() == [2]
+
+
+def test_groups_without_support_are_named():
+    stone, above = ([[0, 0], [1, 0], [1, 1], [0, 1]], False), ([[0, 5], [1, 5], [1, 6], [0, 6]], False)
+    top = ([[0, 6], [1, 6], [1, 7], [0, 7]], False)
+    with pytest.raises(CaseError, match="block 12: touches no other block"):
+        check_assemblage(find_joints(wall(GROUND, stone, above), JointSettings()))
+    with pytest.raises(CaseError, match="block 12: is not connected to any support"):
+        check_assemblage(find_joints(wall(GROUND, stone, above, top), JointSettings()))

@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from orchestrator.errors import CaseError
+from orchestrator.masonry.patterns import running_bond
+from orchestrator.masonry.readers import _wall, read_blocks
+from orchestrator.masonry.wall import check_wall
+
+
+def record(**changes):
+    ground = {"id": 7, "polygon": [[-1000, -200], [-1000, 0], [2000, 0], [2000, -200]], "fixed": True}
+    stone = {"id": 9, "polygon": [[0, 0], [500, 0], [500, 300], [0, 300], [0, 0]], "unit_weight": 30}
+    units = {"length": "mm", "unit_weight": "kN/m3"}
+    wall = {"units": units, "thickness": 250, "unit_weight": 20, "friction": 0.7, "blocks": [ground, stone]}
+    return wall | changes
+
+
+def test_units_orientation_closing_corner_and_own_weight():
+    wall = _wall(record(), "stem")
+    check_wall(wall)
+    ground, stone = wall.blocks
+    assert wall.name == "stem"
+    assert wall.thickness == pytest.approx(0.25)
+    assert (ground.id, ground.fixed, ground.unit_weight) == (7, True, 20e3)
+    assert (stone.id, stone.fixed, stone.unit_weight) == (9, False, 30e3)
+    assert stone.polygon == pytest.approx(np.array([[0, 0], [0.5, 0], [0.5, 0.3], [0, 0.3]]))
+    x, y = ground.polygon.T
+    assert 0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) == pytest.approx(3.0 * 0.2), "counter-clockwise"
+
+
+def test_running_bond_staggers_its_courses_on_one_wider_support():
+    wall = running_bond(2, 2, block_length=0.4, block_height=0.2)
+    check_wall(wall)
+    boxes = {(b.id, *np.round([*b.polygon.min(axis=0), *b.polygon.max(axis=0)], 9)) for b in wall.blocks}
+    assert boxes == {
+        (0, -0.2, -0.2, 1.0, 0.0),
+        (1, 0.0, 0.0, 0.4, 0.2),
+        (2, 0.4, 0.0, 0.8, 0.2),
+        (3, 0.0, 0.2, 0.2, 0.4),
+        (4, 0.2, 0.2, 0.6, 0.4),
+        (5, 0.6, 0.2, 0.8, 0.4),
+    }
+    assert [block.fixed for block in wall.blocks] == [True] + [False] * 5
+
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda children: st.lists(children, max_size=4) | st.dictionaries(st.text(max_size=6), children, max_size=3),
+    max_leaves=8,
+)
+BLOCK = st.dictionaries(st.sampled_from(["id", "polygon", "fixed", "unit_weight", "x"]), VALUES, max_size=5)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.fixed_dictionaries(
+        {},
+        optional={
+            "units": VALUES | st.just({"length": "m", "unit_weight": "kN/m3"}),
+            "thickness": VALUES,
+            "unit_weight": VALUES | st.floats(0.1, 100),
+            "friction": VALUES,
+            "blocks": VALUES | st.lists(BLOCK | VALUES, max_size=3),
+        },
+    )
+)
+def test_no_block_file_gets_further_than_a_case_error(changes):
+    said = ""
+    try:
+        check_wall(_wall(record(**changes), "stem"))
+    except CaseError as error:
+        said = str(error)
+    assert "\n" not in said
+
+
+def test_a_file_that_is_a_list_or_too_deep_is_refused(tmp_path):
+    for text in ("[]", "[" * 100_000, '{"blocks": 1e999}', "\ufeff{}"):
+        (tmp_path / "wall.json").write_text(text)
+        with pytest.raises(CaseError, match=r"wall\.json"):
+            read_blocks(tmp_path / "wall.json")
+
+
+def test_unknown_keys_are_refused_and_information_is_not(tmp_path):
+    (tmp_path / "wall.json").write_text(json.dumps(record(source="a survey", licence="CC0")))
+    assert read_blocks(tmp_path / "wall.json").friction == pytest.approx(0.7)
+    (tmp_path / "wall.json").write_text(json.dumps(record(thicknes=3)))
+    with pytest.raises(CaseError, match=r"thicknes.*did you mean thickness"):
+        read_blocks(tmp_path / "wall.json")

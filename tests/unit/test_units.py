@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+import pytest
+
+from orchestrator.units import Unit
+
+
+@pytest.mark.parametrize(
+    ("unit", "text", "value"),
+    [
+        ("m", "450 mm", 0.45),
+        ("m", "1.5e2cm", 1.5),
+        ("m", 3, 3.0),
+        ("N/m3", "25 kN/m3", 25e3),
+        ("Pa", "3.5 GPa", 3.5e9),
+        ("Pa", "2 N/mm2", 2e6),
+        ("s", "50 ms", 0.05),
+    ],
+)
+def test_quantities_become_si(unit, text, value):
+    assert Unit(unit).parse(text) == pytest.approx(value)
+
+
+@pytest.mark.parametrize(
+    "text", ["3 kN", "3", "3 furlong", "mm", "", "three mm", True, None, [1], float("nan"), "nan m"]
+)
+def test_anything_else_is_refused_with_a_remedy(text):
+    with pytest.raises(ValueError, match=r"; (use one of m, mm|write)"):
+        Unit("m").parse(text)
