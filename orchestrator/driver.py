@@ -21,10 +21,11 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from orchestrator import plots, results
+from orchestrator import report as reporting
+from orchestrator import results
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
-from orchestrator.case import Case, ModelName, as_toml, read_wall
+from orchestrator.case import Case, ModelName, read_wall
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, analyse
@@ -37,7 +38,6 @@ from orchestrator.pushover.state import Increment, PushoverCurve
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from orchestrator.pushover.contact_search import Contacts
     from orchestrator.pushover.model import ContactModel
 
 logger = logging.getLogger(__name__)
@@ -133,14 +133,31 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     began = perf_counter()
     segmented = on_root(comm, segment, case)
     with results.logging_to(output / "run.log") if is_root(comm) else nullcontext():
-        on_root(comm, _write_before_pushover, case, segmented, output)
+        on_root(
+            comm,
+            reporting.write_segmentation,
+            output, case, segmented.assemblage, segmented.analysis, segmented.partition, segmented.bodies,
+        )  # fmt: skip
         report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
         pushed: dict[ModelName, Pushed] = {}
         for model in dict.fromkeys(case.run.models):
             began = perf_counter()
             pushed[model] = _push(model, case, segmented, output, resume, comm, report)
             report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
-        return on_root(comm, _write_after_pushover, case, segmented, pushed, output)
+        return on_root(comm, _finished, case, segmented, pushed, output)
+
+
+def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path) -> Outcome:
+    summary = reporting.write_summary(
+        output,
+        case.name,
+        segmented.assemblage,
+        segmented.analysis,
+        segmented.partition,
+        {model: (done.curve, done.capacity) for model, done in pushed.items()},
+        [done.summary for done in pushed.values()],
+    )
+    return Outcome(summary, tuple(done.complaint for done in pushed.values() if done.complaint is not None))
 
 
 def _words(segmented: Segmented) -> str:
@@ -148,24 +165,6 @@ def _words(segmented: Segmented) -> str:
     bodies = "1 macroblock" if partition.count == 1 else f"{partition.count} macroblocks"
     found = f"multiplier {analysis.headline.load_multiplier:.4f}, {bodies}"
     return "; ".join([found, *analysis.remarks, *partition.remarks])
-
-
-def _write_before_pushover(case: Case, segmented: Segmented, output: Path) -> None:
-    wall = segmented.assemblage.wall
-    output.mkdir(parents=True, exist_ok=True)
-    hashes = {str(path.name): results.hash_file(path) for path in (case.file, case.block_file)}
-    made = [f"# {name} {version}" for name, version in results.versions().items()]
-    made += [f"# sha256 of {name}: {digest}" for name, digest in hashes.items()]
-    results.write_case(output, "\n".join([as_toml(case, "blocks.json"), "# As run, with:", *made, ""]))
-    results.write_blocks(output, wall)
-    results.write_joints(output, segmented.assemblage)
-    results.write_limit_analysis(output, wall, segmented.analysis)
-    results.write_macroblocks(output, wall, segmented.partition, segmented.bodies)
-    figures = output / "figures"
-    sign = segmented.analysis.load_direction
-    plots.save(plots.blocks(wall, numbered=True), figures, "blocks")
-    plots.save(plots.mechanism(segmented.assemblage, segmented.analysis.headline, sign), figures, "mechanism")
-    plots.save(plots.macroblocks(segmented.assemblage, segmented.partition), figures, "macroblocks")
 
 
 def _push(
@@ -258,7 +257,7 @@ def _progress(model: str, increment: Increment, case: Case, weight: float, secon
 
 def _opened(store: results.StateStore, resume: bool) -> Increment | None:
     """Return the increment to go on from; without `resume` earlier results of this model are cleared."""
-    store.folder.mkdir(parents=True, exist_ok=True)
+    (store.folder / "curve.csv").unlink(missing_ok=True)
     if resume:
         return store.last()
     store.clear()
@@ -295,9 +294,7 @@ def _folded(
     curve = PushoverCurve.from_increments(store.increments(), stopped)
     effort = results.effort_of(store.increments())
     capacity = find_capacity(curve, contact_model.weight)
-    results.write_curve(store.folder, curve)
-    results.write_paraview(store, contact_model.meshes, contact_model.contacts.point)
-    _draw(model, bodies, contact_model.meshes, contact_model.contacts, store, curve)
+    reporting.write_pushover(store, model, bodies, contact_model, curve)
     return Pushed(
         curve=curve,
         capacity=capacity,
@@ -339,32 +336,3 @@ def _check(model: str, curve: PushoverCurve, max_penetration: float, weight: flo
     except ResultError as error:
         return ResultError(f"{model} {error.check}", error.detail)
     return None
-
-
-def _draw(
-    model: str, bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, store: results.StateStore, curve: PushoverCurve
-) -> None:
-    """Draw the deformed wall at the end of the curve and at its peak."""
-    ends = {"end": curve.step[-1], "peak": curve.step[curve.base_shear_N.argmax()]}
-    for name, number in ends.items():
-        figure = plots.deformed(
-            bodies,
-            meshes,
-            store.read(int(number)),
-            contacts.point,
-            contacts.slave_body,
-            contacts.master_body,
-            f"{model} FE at its {name}",
-        )
-        plots.save(figure, store.folder.parent / "figures", f"{model}_{name}")
-
-
-def _write_after_pushover(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path) -> Outcome:
-    labels = {"macro": f"macroblock FE ({segmented.partition.count} bodies)", "micro": "micro-FE (every stone)"}
-    curves = {labels[model]: (done.curve, done.capacity) for model, done in pushed.items()}
-    plots.save(plots.curves(curves, segmented.analysis, case.name), output / "figures", "curves")
-    summary = results.summary(
-        case.name, segmented.assemblage, segmented.analysis, segmented.partition, [p.summary for p in pushed.values()]
-    )
-    results.write_summary(output, summary)
-    return Outcome(summary, tuple(p.complaint for p in pushed.values() if p.complaint is not None))

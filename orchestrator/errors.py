@@ -16,7 +16,7 @@ class CaseError(Exception):
 
     def __str__(self) -> str:
         place = ": ".join(part for part in (self.file, self.key) if part)
-        return f"{place}: {self.problem}; {self.remedy}"
+        return " ".join(f"{place}: {self.problem}; {self.remedy}".split("\n"))
 
     def in_file(self, file: str) -> CaseError:
         """Return the same error naming `file`, unless it names one already."""
