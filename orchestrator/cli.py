@@ -191,7 +191,7 @@ class _Reporter:
 
     def __init__(self, console: Console) -> None:
         columns = (
-            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[state]}"),
+            TextColumn("{task.description}"), BarColumn(bar_width=10), TextColumn("{task.fields[state]}"),
             TimeElapsedColumn(), TimeRemainingColumn(),
         )  # fmt: skip
         self._console = console
@@ -216,8 +216,8 @@ class _Reporter:
     def _show(self, event: driver.IncrementDone) -> None:
         increment = event.increment
         state = (
-            f"step {increment.number} {increment.phase}, multiplier {increment.load_multiplier:.4f}, "
-            f"{1e3 * increment.control_displacement:.3f} mm, {increment.iterations} iterations"
+            f"{increment.number} {increment.phase}: λ {increment.load_multiplier:.4f}, "
+            f"{1e3 * increment.control_displacement:.2f} mm, {increment.iterations} it."
         )
         if event.model not in self._tasks:
             self._tasks[event.model] = self._progress.add_task(f"{event.model} FE", total=1.0, state="")
