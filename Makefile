@@ -6,7 +6,7 @@ RANKS = 1
 MPIRUN = $(if $(filter-out 1,$(RANKS)),OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n $(RANKS))
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: setup benchmark1 test lint reference clean
+.PHONY: setup benchmark1 test lint verify reference clean
 
 setup: .venv/.ready
 
@@ -27,6 +27,10 @@ test: lint
 lint: setup
 	.venv/bin/ruff check . && .venv/bin/ruff format --check .
 	.venv/bin/mypy && .venv/bin/lint-imports
+
+# Heavier studies, some ten minutes: the tables in docs/studies.
+verify: setup
+	$(PYTHON) docs/studies/sensitivity.py
 
 # The stored curves of tests/regression; look at the difference (git diff, build/regression/*.png) before you commit it.
 reference: benchmark1

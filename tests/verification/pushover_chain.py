@@ -63,7 +63,7 @@ def model_of(
     partition: Partition | None = None,
     mesh_size: float = 0.2,
     direction: int = 1,
-    slip_tolerance: float = 1e-5,
+    slip_tolerance: float = 1e-6,
     comm: MPI.Comm = MPI.COMM_SELF,
 ) -> ContactModel:
     assemblage = assemblage_of(wall)

@@ -22,7 +22,7 @@ def residual(model, problem, x):
 
 @pytest.mark.parametrize("mean_displacement", [None, 1e-4])
 def test_matrix_is_the_derivative_of_the_residual(mean_displacement):
-    model = model_of(stack((0.4, 0.3), (0.2, 0.3), friction=0.6))
+    model = model_of(stack((0.4, 0.3), (0.2, 0.3), friction=0.6), slip_tolerance=1e-5)
     n, c = len(model.gravity), len(model.contacts)
     random = np.random.default_rng(2)
     problem = Problem(
