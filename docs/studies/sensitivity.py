@@ -1,4 +1,4 @@
-"""How much the settings matter: mesh, slip tolerance, load rate, increments, on a 5 x 10 running-bond wall, every stone.
+"""How much the settings matter: mesh, slip tolerance, load rate, increments, on a 5 x 10 running-bond wall.
 
     make verify        (or: .venv/bin/python docs/studies/sensitivity.py)
 

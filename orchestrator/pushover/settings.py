@@ -22,7 +22,7 @@ class ElasticSettings:
 class ContactSettings:
     """Friction is a penalty that reaches Coulomb's limit at an elastic slip of `slip_tolerance`.
 
-    The peak does not feel it; the initial stiffness does: every joint is as soft as slip_tolerance / (friction x force).
+    The peak does not feel it, the initial stiffness does: every joint is as soft as tolerance over friction x force.
     On benchmark 1 micro-FE has 19.8, 34.4 and 38.8 kN/mm at 0.01, 0.001 and 0.0001 mm, in 459, 1,041 and 1,679
     iterations; macroblocks, with fewer joints, 31.9, 38.9 and 40.5.
     """
