@@ -39,6 +39,8 @@ class NewtonSettings:
     gap: Annotated[float, Unit("m"), Gt(0)] = 1e-12
     """largest gap of a closed contact"""
     iterations: Annotated[int, Ge(3), Le(200)] = 14
+    acceptable: Annotated[float, Ge(1), Le(1e4)] = 100.0
+    """an increment that has used up its iterations is accepted when it is within so many tolerances"""
     distribute_above: Annotated[int, Ge(0)] = 50_000
     """unknowns above which all ranks share one linear system; below, one rank is faster and the others wait"""
 
