@@ -11,8 +11,9 @@ SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 setup: .venv/.ready
 
 .venv/.ready: pyproject.toml constraints.txt apt-packages.txt
-	dpkg-query -W $$(cat apt-packages.txt) >/dev/null 2>&1 || { $(SUDO) apt-get update -q && \
-	    $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $$(cat apt-packages.txt); }
+	dpkg-query -W -f '$${db:Status-Status}\n' $$(cat apt-packages.txt) 2>&1 | { ! grep -qvx installed; } || \
+	    { $(SUDO) apt-get update -q && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
+	    apt-get install -y -q --no-install-recommends $$(cat apt-packages.txt); }
 	/usr/bin/python3 -m venv --system-site-packages .venv
 	$(PYTHON) -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[test]'
 	$(PYTHON) -c "import numpy, petsc4py.PETSc as p; assert numpy.__version__ == '1.24.2' and p.ScalarType is numpy.float64"

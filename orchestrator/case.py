@@ -28,19 +28,29 @@ from orchestrator.masonry.readers import read_blocks
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
-from orchestrator.units import Unit
+from orchestrator.units import Unit, as_number
 
 ModelName = Literal["macro", "micro"]
 MAY_BE_INFINITE = ("macroblocks",)
 LARGEST_FILE = 1_000_000
 """bytes"""
+REMEDIES = {
+    "model_type": "it is a section: write [{key}] and its keys below",
+    "tuple_type": "write a list, in square brackets",
+    "too_short": "write a list of at least one",
+    "string_too_short": "write a text that is not empty",
+    "string_type": 'write a text, in "quotes"',
+    "float_type": "write a number",
+    "float_parsing": "write a number",
+}
+"""what to do, by pydantic's kinds of complaint, where its own words are a programmer's"""
 
 
 @dataclass(frozen=True, slots=True)
 class WallSettings:
     """Where the blocks come from; the other values, where given, replace the block file's."""
 
-    blocks: str
+    blocks: Annotated[str, MinLen(1)]
     """path of the block file, relative to the case file"""
     thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
     unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
@@ -96,7 +106,7 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Case:
     overrides: "section.key=value" each. Raises CaseError.
     """
     try:
-        record = {"wall": {"blocks": path.name}} if path.suffix == ".json" else _toml(path)
+        record = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else _toml(path)
         for override in overrides:
             _override(record, override)
         case = _case(record)
@@ -141,7 +151,7 @@ def _toml(path: Path) -> dict[str, Any]:
         raise CaseError("", "no such file", "give the path of a case file (.toml) or a block file (.json)") from None
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError("", f"cannot be read ({error})", "give the path of a case file") from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # not only TOMLDecodeError: numbers of 5000 digits
         raise CaseError("", f"is not TOML ({error})", "see templates/benchmark1.toml for an example") from None
 
 
@@ -149,11 +159,11 @@ def _override(record: dict[str, Any], override: str) -> None:
     """Set section.key in the record; the value is TOML where it can be, else text."""
     key, equals, text = override.partition("=")
     *sections, name = key.strip().split(".")
-    if not equals or len(sections) > 1 or not name:
+    if not equals or len(sections) > 1 or not all((*sections, name)):
         raise CaseError("--set", f"{override!r} is not of the form section.key=value", "as in --set mesh.size=100mm")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except ValueError:
         value = text.strip()
     target = record
     for section in sections:
@@ -199,7 +209,7 @@ def _section_model(section: str, settings: type) -> type[BaseModel]:
 def _validated(hint: Any, may_be_infinite: bool) -> Any:
     """Return the type hint with the conversion of its unit and the refusal of nan (and inf) in front."""
     if _plain_type(hint) is not float:
-        return Annotated[hint, BeforeValidator(_refuse_bool)] if _plain_type(hint) is int else hint
+        return Annotated[hint, BeforeValidator(_whole_number)] if _plain_type(hint) is int else hint
     unit = _unit(hint)
 
     def number(value: Any) -> Any:
@@ -209,7 +219,7 @@ def _validated(hint: Any, may_be_infinite: bool) -> Any:
             return math.inf
         if unit is None and (isinstance(value, bool) or not isinstance(value, int | float)):
             raise ValueError(f"{value!r} is not a number; write a number without unit")
-        result = float(value) if unit is None else unit.parse(value)
+        result = as_number(value) if unit is None else unit.parse(value)
         if math.isnan(result) or (math.isinf(result) and not may_be_infinite):
             raise ValueError(f"{value!r} is not a finite number; write a finite one")
         return result
@@ -217,9 +227,10 @@ def _validated(hint: Any, may_be_infinite: bool) -> Any:
     return Annotated[hint, BeforeValidator(number)]
 
 
-def _refuse_bool(value: Any) -> Any:
-    if isinstance(value, bool) or (isinstance(value, str | float) and not float(value).is_integer()):
-        raise ValueError(f"{value!r} is not a whole number; write a whole number")
+def _whole_number(value: Any) -> Any:
+    whole = (isinstance(value, int) and not isinstance(value, bool)) or (isinstance(value, float) and value.is_integer())
+    if not whole or abs(value) >= 1e9:
+        raise ValueError(f"{str(value)[:40]} is not a whole number; write one, without unit, below 1e9")
     return value
 
 
@@ -250,6 +261,8 @@ def _first_complaint(error: ValidationError) -> CaseError:
         return CaseError(key, "is not a known key", f"did you mean {near[0]}?" if near else f"use {', '.join(known)}")
     if first["type"] == "missing":
         return CaseError(key, "is missing", "see templates/benchmark1.toml for an example")
+    if first["type"] in REMEDIES:
+        return CaseError(key, f"{first['input']!r} is not accepted", REMEDIES[first["type"]].format(key=key))
     message = first["msg"].removeprefix("Value error, ")
     if "; " in message:
         problem, _, remedy = message.partition("; ")

@@ -9,6 +9,7 @@ import argparse
 import json
 import logging
 import sys
+import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import version
@@ -24,7 +25,7 @@ from orchestrator import case as cases
 from orchestrator import driver, results
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
-from orchestrator.parallel import is_root
+from orchestrator.parallel import abort_others, all_ranks, is_root, on_root, started_as_rank
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -37,7 +38,9 @@ MODELS: dict[str, tuple[cases.ModelName, ...]] = {"macro": ("macro",), "micro": 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit code."""
     options = _parser().parse_args(arguments)
-    comm = _communicator() if options.command in (None, "run") else None
+    if options.action is not _run and started_as_rank() > 0:
+        return 0  # rank 0 does it alone
+    comm = all_ranks() if options.action is _run else None
     quiet = not is_root(comm) or getattr(options, "quiet", False)
     several = comm is not None and comm.size > 1  # mpirun hands rank 0 a terminal that is none
     console = Console(quiet=quiet, highlight=False, force_terminal=False if several else None)
@@ -50,9 +53,14 @@ def main(arguments: list[str] | None = None) -> int:
     except ConvergenceError as error:
         return _failed(comm, str(error), 1)
     except OSError as error:
-        return _failed(comm, f"{error.filename or 'file system'}: {error.strerror or error}", 1)
+        return _failed_alone(comm, f"{error.filename or 'file system'}: {error.strerror or error}", 1)
     except KeyboardInterrupt:
-        return _failed(comm, "interrupted; go on with --resume", 130)
+        remedy = "; go on with --resume" if options.action is _run else ""
+        return _failed_alone(comm, f"interrupted{remedy}", 130)
+    except Exception:  # an error of the program
+        if comm is not None and comm.size > 1:
+            _failed_alone(comm, traceback.format_exc(), 1)
+        raise
 
 
 def _failed(comm: MPI.Comm | None, message: str, code: int) -> int:
@@ -61,11 +69,19 @@ def _failed(comm: MPI.Comm | None, message: str, code: int) -> int:
     return code
 
 
+def _failed_alone(comm: MPI.Comm | None, message: str, code: int) -> int:
+    """End a run for a reason that the other ranks may not know of."""
+    print(message, file=sys.stderr, flush=True)
+    abort_others(comm, code)
+    return code
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m orchestrator",
         description="Pushover analysis of masonry, stone by stone. Without a command: run the shipped benchmark 1.",
-        epilog="exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid",
+        epilog="example: python -m orchestrator run templates/benchmark1.toml --output results/benchmark1; "
+        "exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid",
     )
     parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
     parser.set_defaults(action=_run, command=None, case=DEFAULT_CASE, output=None, resume=False, model=None, set=[])
@@ -93,15 +109,6 @@ def _command(commands: Any, name: str, action: Callable[..., int], summary: str)
     parser.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override one setting")
     parser.set_defaults(action=action)
     return parser
-
-
-def _communicator() -> MPI.Comm | None:
-    """Return all ranks, or None where mpi4py is not installed."""
-    try:
-        from mpi4py import MPI
-    except ImportError:
-        return None
-    return MPI.COMM_WORLD
 
 
 def _check(options: argparse.Namespace, _: None, console: Console) -> int:
@@ -171,7 +178,7 @@ def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
 
 
 def _run(options: argparse.Namespace, comm: MPI.Comm | None, console: Console) -> int:
-    case = cases.read(options.case, options.set)
+    case = on_root(comm, cases.read, options.case, options.set)
     if options.model:
         case = replace(case, run=cases.RunSettings(MODELS[options.model]))
     output = options.output or Path("results") / options.case.stem

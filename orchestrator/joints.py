@@ -12,7 +12,7 @@ from typing import Annotated
 
 import numpy as np
 import shapely
-from annotated_types import Gt
+from annotated_types import Gt, Le
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -25,7 +25,7 @@ from orchestrator.units import Unit
 class JointSettings:
     """How near two edges must lie to share a joint."""
 
-    tolerance: Annotated[float, Unit("m"), Gt(0)] = 1e-5
+    tolerance: Annotated[float, Unit("m"), Gt(0), Le(0.01)] = 1e-5
     """largest distance between two edges that touch; also the overlap of two blocks that passes as rounding"""
     minimum_length: Annotated[float, Unit("m"), Gt(0)] = 1e-3
     """shorter shared segments are no joint"""
@@ -100,13 +100,16 @@ def _shared(wall: Wall, i: int, j: int, settings: JointSettings) -> Iterator[tup
     for a, b in _edges(wall.blocks[i].polygon):
         length = float(np.linalg.norm(b - a))
         tangent = (b - a) / length
+        found = []
         for c, d in _edges(wall.blocks[j].polygon):
             distance = np.abs((np.array([c, d]) - a) @ np.array([tangent[1], -tangent[0]]))
             if distance.max() > settings.tolerance or (d - c) @ tangent >= 0:
                 continue
             first, last = max(0.0, float((d - a) @ tangent)), min(length, float((c - a) @ tangent))
             if last - first > settings.minimum_length:
-                yield i, j, a + first * tangent, a + last * tangent
+                found.append((first, last))
+        for first, last in sorted(found):
+            yield i, j, a + first * tangent, a + last * tangent
 
 
 def _edges(polygon: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:

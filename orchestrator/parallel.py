@@ -5,6 +5,7 @@ The only file besides pushover/ that names MPI; without mpi4py (no FE installed)
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
@@ -13,6 +14,27 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 T = TypeVar("T")
+
+
+def all_ranks() -> MPI.Comm | None:
+    """Return the communicator of all ranks, or None where mpi4py is not installed. Starts MPI."""
+    try:
+        from mpi4py import MPI
+    except ImportError:
+        return None
+    return MPI.COMM_WORLD
+
+
+def started_as_rank() -> int:
+    """Return the rank that mpirun or srun gave this process, 0 without either. Does not start MPI."""
+    variables = ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK")
+    return next((int(os.environ[name]) for name in variables if name in os.environ), 0)
+
+
+def abort_others(comm: MPI.Comm | None, code: int) -> None:
+    """End all ranks if there are several: a rank that fails alone would leave the others waiting for ever."""
+    if comm is not None and comm.size > 1:
+        comm.Abort(code)
 
 
 def on_root(comm: MPI.Comm | None, stage: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:

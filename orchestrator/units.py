@@ -30,11 +30,11 @@ class Unit:
         Raises ValueError, saying which units would be right.
         """
         if isinstance(value, int | float) and not isinstance(value, bool):
-            return _finite_or_inf(float(value))
+            return as_number(value)
         match = QUANTITY.fullmatch(value) if isinstance(value, str) else None
         if match is None:
             raise ValueError(f'{value!r} is not a quantity; write a number and its unit, as in "1 {self.symbol}"')
-        return _finite_or_inf(float(match[1])) * self.factor(match[2])
+        return as_number(float(match[1])) * self.factor(match[2])
 
     def factor(self, symbol: str) -> float:
         """Return the factor from `symbol` to the SI unit. Raises ValueError for a unit of another kind."""
@@ -45,7 +45,12 @@ class Unit:
         return known[symbol]
 
 
-def _finite_or_inf(value: float) -> float:
-    if math.isnan(value):
+def as_number(value: float) -> float:
+    """Return a number (or inf) as float. Raises ValueError for nan and for a whole number that no float holds."""
+    try:
+        number = float(value)
+    except OverflowError:
+        raise ValueError("a number of more than 300 digits; write a smaller one") from None
+    if math.isnan(number):
         raise ValueError("nan is not a quantity; write a number")
-    return value
+    return number

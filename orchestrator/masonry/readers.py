@@ -50,7 +50,7 @@ def _record(path: Path) -> dict[str, Any]:
         raise CaseError("", "no such file", "give the path of a block file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise CaseError("", f"cannot be read ({error})", "give the path of a JSON block file") from None
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # not only JSONDecodeError: numbers of 5000 digits, NUL in a path
         raise CaseError("", f"is not JSON ({error})", "see the block file format in the README") from None
     if not isinstance(record, dict):
         raise CaseError("", "is not a block file", 'it must be an object with "blocks"')
@@ -98,15 +98,17 @@ def _block(row: Any, number: int, unit_weight: float, length: float, weight: flo
 
 
 def _polygon(corners: Any, key: str) -> FloatArray:
-    """Return corners (n, 2), counter-clockwise, without a repeated last corner."""
+    """Return corners (n, 2), counter-clockwise, without those that repeat the one before."""
     try:
         polygon = np.array(corners, dtype=float)
     except (TypeError, ValueError, OverflowError):
         polygon = np.zeros(0)
     if polygon.ndim != 2 or polygon.shape[1] != 2 or len(polygon) < 3:
         raise CaseError(f"{key}.polygon", "is not a list of at least three corners", "write [[x, y], [x, y], [x, y]]")
-    if len(polygon) > 3 and (polygon[0] == polygon[-1]).all():
-        polygon = polygon[:-1]
+    repeated = (polygon == np.roll(polygon, 1, axis=0)).all(axis=1)
+    if np.count_nonzero(~repeated) < 3:
+        raise CaseError(f"{key}.polygon", "has fewer than three different corners", "list every corner once")
+    polygon = polygon[~repeated]
     x, y = polygon.T
     doubled_area = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
     return read_only(polygon if doubled_area > 0 else polygon[::-1])
@@ -114,7 +116,7 @@ def _polygon(corners: Any, key: str) -> FloatArray:
 
 def _number(record: dict[str, Any], key: str, place: str) -> float:
     value = record[key]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
         raise CaseError(place + key, f"{value!r} is not a number", "write a number in the file's units")
     return float(value)
 
