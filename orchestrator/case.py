@@ -228,7 +228,9 @@ def _validated(hint: Any, may_be_infinite: bool) -> Any:
 
 
 def _whole_number(value: Any) -> Any:
-    whole = (isinstance(value, int) and not isinstance(value, bool)) or (isinstance(value, float) and value.is_integer())
+    whole = (isinstance(value, int) and not isinstance(value, bool)) or (
+        isinstance(value, float) and value.is_integer()
+    )
     if not whole or abs(value) >= 1e9:
         raise ValueError(f"{str(value)[:40]} is not a whole number; write one, without unit, below 1e9")
     return value

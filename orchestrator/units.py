@@ -52,5 +52,5 @@ def as_number(value: float) -> float:
     except OverflowError:
         raise ValueError("a number of more than 300 digits; write a smaller one") from None
     if math.isnan(number):
-        raise ValueError("nan is not a quantity; write a number")
+        raise ValueError("nan is not a number; write a finite one")
     return number

@@ -98,14 +98,14 @@ def _block(row: Any, number: int, unit_weight: float, length: float, weight: flo
 
 
 def _polygon(corners: Any, key: str) -> FloatArray:
-    """Return corners (n, 2), counter-clockwise, without those that repeat the one before."""
+    """Return corners (n, 2), counter-clockwise, without those that the next one repeats."""
     try:
         polygon = np.array(corners, dtype=float)
     except (TypeError, ValueError, OverflowError):
         polygon = np.zeros(0)
     if polygon.ndim != 2 or polygon.shape[1] != 2 or len(polygon) < 3:
         raise CaseError(f"{key}.polygon", "is not a list of at least three corners", "write [[x, y], [x, y], [x, y]]")
-    repeated = (polygon == np.roll(polygon, 1, axis=0)).all(axis=1)
+    repeated = (polygon == np.roll(polygon, -1, axis=0)).all(axis=1)
     if np.count_nonzero(~repeated) < 3:
         raise CaseError(f"{key}.polygon", "has fewer than three different corners", "list every corner once")
     polygon = polygon[~repeated]

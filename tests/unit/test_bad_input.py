@@ -56,6 +56,12 @@ BLOCK_FILES = {
     "no support": (changed(["blocks", 0, "fixed"], False), "blocks", '"fixed": true'),
     "same id twice": (changed(["blocks", 2, "id"], 1), "block 1", "its own id"),
     "weightless": (changed(["blocks", 1, "unit_weight"], 0), "block 1", "above 0"),
+    "corners repeated": (
+        changed(["blocks", 1, "polygon"], [[0, 0], [1, 0], [1, 0], [0, 0]]),
+        "block 1.polygon",
+        "list every corner once",
+    ),
+    "a number no float holds": (changed(["thickness"], 10**400), "thickness", "write a number"),
     "no blocks": (changed(["blocks"], None), "blocks", "is missing"),
     "empty": (changed(["blocks"], []), "blocks", "support"),
     "cannot stand": (
@@ -74,6 +80,13 @@ CASES = {
     "no such direction": ('[load]\ndirection = "up"', "load.direction", "'+x' or '-x'"),
     "not a number": ("[macroblocks]\nnormal = nan", "macroblocks.normal", "write a finite one"),
     "below the noise": ("[macroblocks]\nnormal = 1e-15", "macroblocks.normal", "use at least"),
+    "a number no float holds": (f"[mesh]\nsize = {10**400}", "mesh.size", "write a smaller one"),
+    "a number too long to read": (f"[mesh]\nsize = 1{5000 * '0'}", "is not TOML", "example"),
+    "part of a layer": ("[mesh]\nlayers = 1.5", "mesh.layers", "whole number"),
+    "number for a section": ("mesh = 3", "mesh", "write [mesh]"),
+    "text for a list": ("[run]\nmodels = 'both'", "run.models", "write a list"),
+    "blocks nowhere": ("[wall]\nblocks = ''", "wall.blocks", "not empty"),
+    "joints of a metre": ("[joints]\ntolerance = 1", "joints.tolerance", "less than or equal to 0.01"),
     "not TOML": ("[mesh\nsize = 1", "is not TOML", "example"),
 }
 
@@ -115,7 +128,7 @@ def test_case_file(kind, tmp_path, output, capsys):
     text, place, remedy = CASES[kind]
     (tmp_path / "wall.json").write_text(json.dumps(WALL))
     file = tmp_path / "case.toml"
-    file.write_text(text if "[wall]" in text else f"[wall]\nblocks = 'wall.json'\n{text}\n")
+    file.write_text(text if "[wall]" in text else f"{text}\n[wall]\nblocks = 'wall.json'\n")
     line = refused(capsys, "run", file, "--output", output)
     assert str(file) in line
     assert place in line

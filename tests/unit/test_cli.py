@@ -69,6 +69,17 @@ def test_exit_code_of_a_run_with_a_complaint(monkeypatch, tmp_path, capsys, comp
     assert capsys.readouterr().err == f"{complaint}\n"
 
 
+@pytest.mark.parametrize(("command", "remedy"), [("run", "; go on with --resume"), ("limit", "")])
+def test_interruption_is_one_line(monkeypatch, capsys, command, remedy):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(driver, "run", interrupted)
+    monkeypatch.setattr(driver, "limit", interrupted)
+    assert cli.main([command, TOWER]) == 130
+    assert capsys.readouterr().err == f"interrupted{remedy}\n"
+
+
 def test_help_shows_an_example_that_works(capsys):
     with pytest.raises(SystemExit) as ended:
         cli.main(["check", "--help"])

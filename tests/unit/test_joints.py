@@ -44,8 +44,8 @@ def test_segment_normal_and_order():
     assert joints.friction.tolist() == [0.5, 0.5]
 
 
-def test_inclined_and_repeated_contacts():
-    """A notched stone on a wedge pair: one inclined joint, and two joints with the same neighbour."""
+def test_inclined_contact():
+    """A stone on a pair of wedges."""
     left = ([[0, 0], [1, 0], [0, 1]], False)
     right = ([[1, 0], [1, 1], [0, 1]], False)
     bridge_like = ([[0, 1], [1, 1], [1, 2], [0, 2]], False)
@@ -53,6 +53,15 @@ def test_inclined_and_repeated_contacts():
     pairs = list(zip(joints.block_i.tolist(), joints.block_j.tolist(), strict=True))
     assert pairs == [(0, 1), (1, 2), (2, 3)]
     assert joints.normal[1] == pytest.approx(np.array([1, 1]) / np.sqrt(2))
+
+
+@pytest.mark.parametrize("first", range(8))
+def test_two_joints_with_one_neighbour_are_in_order_along_the_first_block(first):
+    portal = [[0, 0], [0.5, 0], [0.5, 1], [1.5, 1], [1.5, 0], [2, 0], [2, 2], [0, 2]]
+    joints = find_joints(wall(GROUND, (np.roll(portal, first, axis=0), False)), JointSettings())
+    assert joints.block_j.tolist() == [1, 1]
+    assert joints.start.tolist() == [[2, 0], [0.5, 0]]  # leftwards on the ground, whatever corner the portal starts at
+    assert joints.end.tolist() == [[1.5, 0], [0, 0]]
 
 
 def test_supports_have_no_joint_and_gaps_beyond_the_tolerance_none():

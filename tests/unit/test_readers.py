@@ -34,6 +34,13 @@ def test_units_orientation_closing_corner_and_own_weight():
     assert 0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) == pytest.approx(3.0 * 0.2), "counter-clockwise"
 
 
+def test_a_corner_written_twice_counts_once():
+    corners = [[0, 0], [500, 0], [500, 0], [500, 300], [0, 300], [0, 300]]
+    stone = _wall(record(), "stem").blocks[1]
+    blocks = [record()["blocks"][0], {"id": 9, "polygon": corners, "unit_weight": 30}]
+    assert _wall(record(blocks=blocks), "stem").blocks[1].polygon == pytest.approx(stone.polygon)
+
+
 def test_running_bond_staggers_its_courses_on_one_wider_support():
     wall = running_bond(2, 2, block_length=0.4, block_height=0.2)
     check_wall(wall)
