@@ -32,7 +32,7 @@ from orchestrator.limit_analysis import LimitAnalysis, analyse
 from orchestrator.macroblocks import Partition, merged, one_body_per_block
 from orchestrator.masonry.wall import check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
-from orchestrator.parallel import is_root, on_root
+from orchestrator.parallel import is_root, on_root, this_rank
 from orchestrator.pushover.state import Increment, PushoverCurve
 
 if TYPE_CHECKING:
@@ -216,13 +216,11 @@ def _follow(
     report: Report,
 ) -> Pushed:
     """Follow the curve of one model on `comm` (None: this rank alone), storing every increment."""
-    from mpi4py import MPI
-
     from orchestrator.pushover.linear_system import LinearSystem
     from orchestrator.pushover.model import build_model
     from orchestrator.pushover.stepping import Pushover
 
-    working = comm or MPI.COMM_SELF
+    working = comm or this_rank()
     store = results.StateStore(folder, _fingerprint(case, bodies, meshes))
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()

@@ -16,7 +16,7 @@ class CaseError(Exception):
 
     def __str__(self) -> str:
         place = ": ".join(part for part in (self.file, self.key) if part)
-        return " ".join(f"{place}: {self.problem}; {self.remedy}".split("\n"))
+        return " ".join(f"{place}: {self.problem}; {self.remedy}".splitlines())
 
     def in_file(self, file: str) -> CaseError:
         """Return the same error naming `file`, unless it names one already."""

@@ -25,6 +25,13 @@ def all_ranks() -> MPI.Comm | None:
     return MPI.COMM_WORLD
 
 
+def this_rank() -> MPI.Comm:
+    """Return the communicator of this process alone."""
+    from mpi4py import MPI
+
+    return MPI.COMM_SELF
+
+
 def started_as_rank() -> int:
     """Return the rank that mpirun or srun gave this process, 0 without either. Does not start MPI."""
     variables = ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK")
