@@ -24,7 +24,7 @@ from orchestrator.errors import CaseError
 from orchestrator.joints import JointSettings
 from orchestrator.limit_analysis import LimitAnalysisSettings
 from orchestrator.macroblocks import MacroblockSettings
-from orchestrator.masonry.readers import read_blocks
+from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
@@ -106,6 +106,7 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Case:
     overrides: "section.key=value" each. Raises CaseError.
     """
     try:
+        refuse_what_is_not_utf8(str(path), "")
         record = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else _toml(path)
         for override in overrides:
             _override(record, override)
@@ -163,7 +164,7 @@ def _override(record: dict[str, Any], override: str) -> None:
         raise CaseError("--set", f"{override!r} is not of the form section.key=value", "as in --set mesh.size=100mm")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
-    except ValueError:
+    except (ValueError, RecursionError):
         value = text.strip()
     target = record
     for section in sections:

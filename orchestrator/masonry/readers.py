@@ -29,6 +29,9 @@ BLOCK_KEYS = ("id", "polygon", "fixed", "unit_weight")
 LARGEST_FILE = 200_000_000
 """bytes; a wall of 100,000 blocks has about 10 MB"""
 
+LARGEST_COORDINATE = 1e100
+"""areas of larger blocks overflow"""
+
 
 def read_blocks(path: Path) -> Wall:
     """Return the wall in the block file `path`, in SI units. Raises CaseError naming file, key and remedy.
@@ -66,8 +69,10 @@ def _wall(record: dict[str, Any], name: str) -> Wall:
     unit_weight = _number(record, "unit_weight", "") * weight
     if not isinstance(record["blocks"], list):
         raise CaseError("blocks", "is not a list", "list the blocks, each with id and polygon")
+    name = str(record.get("name", name))
+    refuse_what_is_not_utf8(name, "name")
     return Wall(
-        name=str(record.get("name", name)),
+        name=name,
         blocks=tuple(_block(row, number, unit_weight, length, weight) for number, row in enumerate(record["blocks"])),
         thickness=_number(record, "thickness", "") * length,
         friction=_number(record, "friction", ""),
@@ -98,14 +103,18 @@ def _block(row: Any, number: int, unit_weight: float, length: float, weight: flo
 
 
 def _polygon(corners: Any, key: str) -> FloatArray:
-    """Return corners (n, 2), counter-clockwise, without those that the next one repeats."""
+    """Return corners (n, 2), counter-clockwise, without those that the next one repeats but for rounding."""
     try:
-        polygon = np.array(corners, dtype=float)
-    except (TypeError, ValueError, OverflowError):
+        polygon = np.array(corners)
+    except ValueError:
         polygon = np.zeros(0)
-    if polygon.ndim != 2 or polygon.shape[1] != 2 or len(polygon) < 3:
+    if polygon.dtype.kind not in "if" or polygon.ndim != 2 or polygon.shape[1] != 2 or len(polygon) < 3:
         raise CaseError(f"{key}.polygon", "is not a list of at least three corners", "write [[x, y], [x, y], [x, y]]")
-    repeated = (polygon == np.roll(polygon, -1, axis=0)).all(axis=1)
+    if not (np.abs(polygon) < LARGEST_COORDINATE).all():
+        raise CaseError(f"{key}.polygon", "a coordinate is not a finite number", "give finite coordinates")
+    polygon = polygon.astype(float)
+    side = np.abs(polygon - np.roll(polygon, -1, axis=0)).max(axis=1)
+    repeated = side <= 1e-12 * side.max()
     if np.count_nonzero(~repeated) < 3:
         raise CaseError(f"{key}.polygon", "has fewer than three different corners", "list every corner once")
     polygon = polygon[~repeated]
@@ -119,6 +128,14 @@ def _number(record: dict[str, Any], key: str, place: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
         raise CaseError(place + key, f"{value!r} is not a number", "write a number in the file's units")
     return float(value)
+
+
+def refuse_what_is_not_utf8(text: str, key: str) -> None:
+    """Raise CaseError for a text that no output file can hold, as a file name from another system may be."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise CaseError(key, f"{text!r} is not UTF-8", "rename it") from None
 
 
 def _refuse_unknown(record: dict[str, Any], known: tuple[str, ...], place: str) -> None:

@@ -55,7 +55,7 @@ def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:
             raise CaseError(key, f"{value:g} is not a positive number", "give a value above 0")
     _refuse_doubled_ids(wall)
     for block in wall.blocks:
-        _check_block(block)
+        _check_block(block, tolerance)
     if not any(block.fixed for block in wall.blocks):
         raise CaseError("blocks", "no block is a support", 'mark the ground as a block with "fixed": true')
     if all(block.fixed for block in wall.blocks):
@@ -71,15 +71,18 @@ def _refuse_doubled_ids(wall: Wall) -> None:
         seen.add(block.id)
 
 
-def _check_block(block: Block) -> None:
+def _check_block(block: Block, tolerance: float) -> None:
     key = f"block {block.id}"
     if not np.isfinite(block.polygon).all():
         raise CaseError(key, "a coordinate is not a finite number", "give finite coordinates")
     outline = shapely.Polygon(block.polygon)
     if not outline.is_valid:
         raise CaseError(key, "its polygon crosses or touches itself", "list the corners once, in order round the block")
-    if outline.area <= 1e-12 * max(1.0, outline.length**2):
+    if outline.area <= 1e-12 * outline.length**2:
         raise CaseError(key, "its polygon has no area", "give at least three corners that are not on one line")
+    if outline.area <= tolerance * outline.length:
+        problem = f"its polygon is thinner than {2 * tolerance:g} m, twice the tolerance of the joints"
+        raise CaseError(key, problem, "correct it, or lower joints.tolerance")
     if not 0 < block.unit_weight < np.inf:
         raise CaseError(key, f"unit_weight {block.unit_weight:g} is not a positive number", "give a value above 0")
 

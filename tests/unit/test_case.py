@@ -58,6 +58,57 @@ def test_written_case_reads_back_equal(tmp_path):
     assert 'size = "0.123 m"' in written.read_text()
 
 
+@pytest.mark.parametrize("path", ["mesh", "mesh.size", "=3", ".size=1", "mesh.=1", "..=1", "mesh.size.x=1"])
+def test_an_override_must_name_a_section_and_a_key(path):
+    with pytest.raises(
+        CaseError, match=r"--set: .* is not of the form section\.key=value; as in --set mesh\.size=100mm"
+    ):
+        cases.read(WALL, [path])
+
+
+@pytest.mark.parametrize(
+    ("override", "complaint"),
+    [
+        ("mesh.size=" + "[" * 5000, "mesh.size: .* is not a quantity; write a number and its unit"),
+        ("mesh.siz=1", "mesh.siz: is not a known key; did you mean size"),
+        ("mesh.size=3 kN", "mesh.size: unit 'kN' does not fit; use one of m, mm, cm, km"),
+        ("wall=3", "wall: 3 is not accepted; it is a section"),
+        ("mesh.size=inf", "mesh.size: inf is not a finite number"),
+        ("mesh.size=none", "mesh.size: 'none' is not a quantity"),
+        ("wall.friction=0.6 m", "wall.friction: '0.6 m' is not a number; write a number without unit"),
+        ("wall.friction=true", "wall.friction: True is not a number"),
+        ("wall.blocks.x=1", "--set: "),
+    ],
+)
+def test_a_wrong_override_is_refused_like_a_wrong_key(override, complaint):
+    with pytest.raises(CaseError, match=r"tower_5_blocks\.json: " + complaint):
+        cases.read(WALL, [override])
+
+
+def test_tolerances_of_the_macroblocks_may_be_switched_off():
+    case = cases.read(WALL, ["macroblocks.tangential=inf", "macroblocks.rotation=none", "macroblocks.normal=0.002"])
+    assert (case.macroblocks.tangential, case.macroblocks.rotation) == (math.inf, math.inf)
+    assert case.macroblocks.normal == 0.002
+
+
+def test_blocks_are_found_beside_the_case_file(tmp_path, monkeypatch):
+    (tmp_path / "walls").mkdir()
+    (tmp_path / "walls" / "Tower.JSON").write_text(WALL.read_text())
+    (tmp_path / "walls" / "case.toml").write_text("name = 'tower'\n[wall]\nblocks = 'Tower.JSON'")
+    monkeypatch.chdir(tmp_path)
+    case = cases.read(Path("walls/case.toml"))
+    assert case.name == "tower"
+    expected = cases.read_wall(cases.read(WALL))
+    for wall in (cases.read_wall(case), cases.read_wall(cases.read(Path("walls/Tower.JSON")))):
+        assert len(wall.blocks) == 6
+        assert [b.polygon.tolist() for b in wall.blocks] == [b.polygon.tolist() for b in expected.blocks]
+
+
+def test_a_path_that_no_output_file_can_hold_is_refused():
+    with pytest.raises(CaseError, match=r"caf.udce9\.json' is not UTF-8; rename it"):
+        cases.read(Path("caf\udce9.json"))
+
+
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
     lambda children: st.lists(children, max_size=3) | st.dictionaries(st.text(max_size=6), children, max_size=3),

@@ -1,15 +1,18 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from orchestrator.errors import CaseError
 from orchestrator.joints import JointSettings, check_assemblage, find_joints
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.masonry.wall import Block, Wall
+from orchestrator.masonry.readers import _wall, read_blocks
+from orchestrator.masonry.wall import Block, Wall, check_wall
 
 PROJECT = Path(__file__).parents[2]
 FILES = [*sorted((PROJECT / "tests" / "data").glob("*.json")), PROJECT / "meshes" / "ferris_tinloi_wall6.json"]
@@ -79,3 +82,52 @@ def test_groups_without_support_are_named():
         check_assemblage(find_joints(wall(GROUND, stone, above), JointSettings()))
     with pytest.raises(CaseError, match="block 12: is not connected to any support"):
         check_assemblage(find_joints(wall(GROUND, stone, above, top), JointSettings()))
+
+
+def test_shared_segment_is_cut_to_both_edges():
+    """The stone's base runs over both ends of a short support; its left side continues that of the stone below."""
+    support = ([[0.3, -1], [0.8, -1], [0.8, 0], [0.3, 0]], True)
+    joints = find_joints(wall(support, ([[0, 0], [1, 0], [1, 1], [0, 1]], False)), JointSettings())
+    assert joints.start.tolist() == [[0.8, 0]]
+    assert joints.end.tolist() == [[0.3, 0]]
+    assert joints.midpoint.tolist() == [[0.55, 0]]
+
+
+def test_a_contact_below_the_minimum_length_is_no_joint():
+    beside = ([[0.95, 1], [2, 1], [2, 2], [0.95, 2]], False)
+    assemblage = wall(GROUND, ([[0, 0], [1, 0], [1, 1], [0, 1]], False), beside)
+    assert len(find_joints(assemblage, JointSettings(minimum_length=0.049)).length) == 2
+    assert len(find_joints(assemblage, JointSettings(minimum_length=0.051)).length) == 1
+
+
+def test_edges_that_run_the_same_way_share_nothing():
+    """Two stones on one line of the ground, one above and one below a common level, touch at a corner only."""
+    left, right = ([[0, 0], [1, 0], [1, 1], [0, 1]], False), ([[1, 1], [2, 1], [2, 2], [1, 2]], False)
+    joints = find_joints(wall(GROUND, left, right), JointSettings())
+    assert joints.block_j.tolist() == [1]
+
+
+SIDE = st.sampled_from([0.0, 1.0, 0.5, 2.0, 1e-12, 1e-5, 1e-3, 1e5, 1e90, 5e-324]) | st.floats(-3, 3)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.tuples(SIDE, SIDE), min_size=3, max_size=5), st.sampled_from(["mm", "m", "km"]))
+def test_no_drawing_gets_further_than_a_case_error_or_joints_of_finite_length(corners, unit):
+    ground = {"id": 1, "polygon": [[-3, -1], [3, -1], [3, 0], [-3, 0]], "fixed": True}
+    stone = {"id": 2, "polygon": [[0, 0], [1, 0], [1, 1], [0, 1]]}
+    drawing = {"units": {"length": unit, "unit_weight": "kN/m3"}, "thickness": 1, "unit_weight": 20, "friction": 0.6}
+    drawing["blocks"] = [ground, stone, {"id": 3, "polygon": [list(corner) for corner in corners]}]
+    said = ""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            made = _wall(drawing, "drawing")
+            check_wall(made)
+            joints = find_joints(made, JointSettings())
+            check_assemblage(joints)
+            assert len(joints.length) >= 2
+            assert (joints.length > 1e-3).all()
+            assert np.isfinite(joints.normal).all()
+        except CaseError as error:
+            said = str(error)
+    assert "\n" not in said

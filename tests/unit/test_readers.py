@@ -99,3 +99,61 @@ def test_unknown_keys_are_refused_and_information_is_not(tmp_path):
     (tmp_path / "wall.json").write_text(json.dumps(record(thicknes=3)))
     with pytest.raises(CaseError, match=r"thicknes.*did you mean thickness"):
         read_blocks(tmp_path / "wall.json")
+
+
+def refusal(blocks):
+    with pytest.raises(CaseError) as refused:
+        _wall(record(blocks=blocks), "stem")
+    return str(refused.value)
+
+
+@pytest.mark.parametrize("corner", [["0", "0"], [False, False], [None, 0], [0, 0, 0], [0], "00", {}, [10**400, 0]])
+def test_a_coordinate_must_be_a_number(corner):
+    ground, stone = record()["blocks"]
+    assert "block 9.polygon: " in refusal([ground, stone | {"polygon": [corner] * 4}])
+
+
+@pytest.mark.parametrize("far", [1e200, -1e307, float("inf"), float("nan")])
+def test_a_coordinate_whose_square_overflows_is_refused_without_a_warning(far, recwarn):
+    ground, stone = record()["blocks"]
+    line = refusal([ground, stone | {"polygon": [[0, 0], [far, 0], [far, far], [0, far]]}])
+    assert line == "block 9.polygon: a coordinate is not a finite number; give finite coordinates"
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize("noise", [1e-300, 1e-11])
+def test_corners_that_differ_by_rounding_count_once(noise):
+    ground, stone = record()["blocks"]
+    corners = [[0, 0], [500, 0], [500, noise], [500, 300], [0, 300]]
+    read = _wall(record(blocks=[ground, stone | {"polygon": corners}]), "stem").blocks[1].polygon
+    assert read == pytest.approx(np.array([[0, 0], [0.5, 0], [0.5, 0.3], [0, 0.3]]), abs=1e-12)
+    pointed = [*corners[:2], [500, 1e-3], *corners[3:]]
+    assert len(_wall(record(blocks=[ground, stone | {"polygon": pointed}]), "stem").blocks[1].polygon) == 5
+
+
+def test_name_is_the_file_s_own_or_its_stem_and_can_be_written(tmp_path):
+    assert _wall(record(name="north wall"), "stem").name == "north wall"
+    (tmp_path / "wall.json").write_text(json.dumps(record(name="\ud800")))
+    with pytest.raises(CaseError, match=r"wall\.json: name: '.ud800' is not UTF-8; rename it"):
+        read_blocks(tmp_path / "wall.json")
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"id": 9.0}, r"blocks\[1\]\.id: is missing or not a whole number"),
+        ({"id": True}, r"blocks\[1\]\.id: is missing or not a whole number"),
+        ({"fixed": 1}, r"block 9\.fixed: 1 is neither true nor false"),
+        ({"unit_weight": True}, r"block 9\.unit_weight: True is not a number"),
+        ({"unit_weight": "20 kN/m3"}, r"block 9\.unit_weight: '20 kN/m3' is not a number"),
+    ],
+)
+def test_values_of_another_type_are_refused(change, complaint):
+    ground, stone = record()["blocks"]
+    with pytest.raises(CaseError, match=complaint):
+        _wall(record(blocks=[ground, stone | change]), "stem")
+
+
+def test_a_third_unit_is_refused():
+    with pytest.raises(CaseError, match=r"units\.force: is not a known key; known keys are length, unit_weight"):
+        _wall(record(units={"length": "mm", "unit_weight": "kN/m3", "force": "kN"}), "stem")

@@ -15,6 +15,16 @@ from orchestrator.units import Unit
         ("Pa", "3.5 GPa", 3.5e9),
         ("Pa", "2 N/mm2", 2e6),
         ("s", "50 ms", 0.05),
+        ("s", "2 min", 120),
+        ("1/s", "0.3 1/s", 0.3),
+        ("m", "-.5km", -500),
+        ("m", " 2. m ", 2),
+        ("Pa", "20 kPa", 2e4),
+        ("Pa", "20 kN/m2", 2e4),
+        ("Pa", "3500 MPa", 3.5e9),
+        ("Pa", "7 N/m2", 7),
+        ("N/m3", "0.025 MN/m3", 25e3),
+        ("N/m3", "7 N/m3", 7),
     ],
 )
 def test_quantities_become_si(unit, text, value):
@@ -27,3 +37,8 @@ def test_quantities_become_si(unit, text, value):
 def test_anything_else_is_refused_with_a_remedy(text):
     with pytest.raises(ValueError, match=r"; (use one of m, mm|write)"):
         Unit("m").parse(text)
+
+
+def test_a_unit_of_another_kind_is_named_with_those_that_fit():
+    with pytest.raises(ValueError, match=r"^unit 'kPa' does not fit; use one of N/m3, kN/m3, MN/m3$"):
+        Unit("N/m3").parse("25 kPa")

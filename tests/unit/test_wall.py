@@ -55,6 +55,9 @@ def test_rounding_of_a_turned_moved_wall_is_no_overlap_but_a_millimetre_is(angle
         (with_second(box(2, 0.2, 0.4, 0.2, 0.4)), r"block 1: overlaps block 2 by 0\.04 m2"),
         (with_second(STONE), "block 1: two blocks have this id"),
         (with_second(box(2, 1, 1, 0, 1)), "block 2: its polygon"),
+        (with_second(box(2, 1, 2, 0, 1.9e-5)), "block 2: its polygon is thinner than 2e-05 m"),
+        (with_second(replace(box(2, 1, 2, 0, 1), unit_weight=np.inf)), "block 2: unit_weight inf"),
+        (with_second(box(2, 1, 1e7, 0, 1e-6)), "block 2: its polygon has no area"),
         (with_second(box(2, 1, np.nan, 0, 1)), "block 2: a coordinate is not a finite number"),
         (with_second(replace(box(2, 1, 2, 0, 1), unit_weight=-1.0)), "block 2: unit_weight -1"),
         (with_second(replace(STONE, id=2, polygon=read_only([[1, 0], [2, 1], [2, 0], [1, 1]]))), "block 2: .*crosses"),
@@ -76,6 +79,17 @@ def test_tolerance_decides_what_is_rounding():
     check_wall(touching, tolerance=1e-5)
     with pytest.raises(CaseError, match="overlaps"):
         check_wall(touching, tolerance=1e-6)
+
+
+def test_a_stone_of_30_micrometres_is_one():
+    check_wall(with_second(box(2, 1, 2, 0, 3e-5)))
+
+
+def test_a_few_square_centimetres_of_a_small_stone_in_a_long_one_are_an_overlap():
+    """Rounding is measured along the shorter outline: 1e-3 m2 is less than a strip of 1e-5 m along the long one."""
+    long, small = box(1, 0, 1000, 0, 1), box(2, 500, 500.04, 0.5, 0.54)
+    with pytest.raises(CaseError, match=r"block 1: overlaps block 2 by 0\.0016 m2"):
+        check_wall(Wall("long", (box(0, 0, 1000, -1, 0, fixed=True), long, small), 0.3, 0.6))
 
 
 def test_arrays_are_private_copies():
