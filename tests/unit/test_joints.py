@@ -89,7 +89,7 @@ def test_shared_segment_is_cut_to_both_edges():
     support = ([[0.3, -1], [0.8, -1], [0.8, 0], [0.3, 0]], True)
     joints = find_joints(wall(support, ([[0, 0], [1, 0], [1, 1], [0, 1]], False)), JointSettings())
     assert joints.start.tolist() == [[0.8, 0]]
-    assert joints.end.tolist() == [[0.3, 0]]
+    assert joints.end == pytest.approx(np.array([[0.3, 0]]))
     assert joints.midpoint.tolist() == [[0.55, 0]]
 
 
