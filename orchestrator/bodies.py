@@ -27,6 +27,7 @@ class Body:
     """
 
     number: int
+    name: str
     exterior: FloatArray
     holes: tuple[FloatArray, ...]
     fixed: bool
@@ -94,12 +95,21 @@ def _body(number: int, wall: Wall, blocks: IntArray, joint_ends: FloatArray) -> 
     assert abs(area - sum(areas)) < 1e-6 * area + TOLERANCE * outline.length, f"body {number} lost area"
     return Body(
         number=number,
+        name=_name(wall, blocks),
         exterior=read_only(_oriented(rings[0], counter_clockwise=True)),
         holes=tuple(read_only(_oriented(ring, counter_clockwise=False)) for ring in rings[1:]),
         fixed=stones[0].fixed,
         unit_weight=float(np.dot(areas, [stone.unit_weight for stone in stones]) / sum(areas)),
         blocks=read_only(blocks, np.int64),
     )
+
+
+def _name(wall: Wall, blocks: IntArray) -> str:
+    """Return what messages call the body."""
+    first = wall.blocks[blocks[0]]
+    if first.fixed:
+        return "the support"
+    return f"block {first.id}" if len(blocks) == 1 else f"the macroblock of block {first.id}"
 
 
 def _union(polygons: list[FloatArray]) -> shapely.Polygon:

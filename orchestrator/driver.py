@@ -26,7 +26,7 @@ from orchestrator import results
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, ModelName, read_wall
-from orchestrator.errors import CaseError, ConvergenceError, ResultError
+from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, analyse
 from orchestrator.macroblocks import Partition, merged, one_body_per_block
@@ -224,16 +224,17 @@ def _follow(
     store = results.StateStore(folder, _fingerprint(case, bodies, meshes))
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()
-    contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working)
+    large = case.stepping.large_displacement
+    contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working, large)
     assembled = perf_counter()
-    complaint = None
+    complaint: ConvergenceError | CollapseError | None = None
     with LinearSystem(contact_model, working) as system:
         pushover = Pushover(contact_model, system, case.newton, case.stepping)
         try:
             for increment in pushover.increments(last):
                 on_root(comm, store.append, increment)
                 report(_progress(model, increment, case, contact_model.weight, perf_counter() - assembled))
-        except ConvergenceError as error:
+        except (ConvergenceError, CollapseError) as error:
             complaint = error
         seconds = {"assembly": assembled - began, "factorise": system.seconds}
     seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - system.seconds}
@@ -264,7 +265,7 @@ def _opened(store: results.StateStore, resume: bool) -> Increment | None:
 
 def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:
     """Return a hash of everything that an increment depends on, except how far the curve is followed."""
-    stepping = replace(case.stepping, final_displacement=1.0, largest_increments=1)
+    stepping = replace(case.stepping, final_displacement=1.0, final_drop=1.0, largest_increments=1)
     settings = (case.elastic, case.contact, case.newton, stepping, case.load, bodies.thickness)
     total = hashlib.sha256(repr(settings).encode())
     for array in (meshes.nodes, meshes.tetrahedra, meshes.unit_weight, bodies.start, bodies.end, bodies.friction):
@@ -278,17 +279,20 @@ def _folded(
     bodies: Bodies,
     contact_model: ContactModel,
     store: results.StateStore,
-    complaint: ConvergenceError | None,
+    complaint: ConvergenceError | CollapseError | None,
     ranks: int,
     seconds: dict[str, float],
 ) -> Pushed:
     """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
+    from orchestrator.pushover.stepping import end_of_curve
+
     last = store.last()
-    if complaint is not None:
+    if isinstance(complaint, ConvergenceError):
         complaint = _located(model, complaint, last)
-        if last is None or last.phase == "gravity":
-            raise complaint
-    stopped = str(complaint) if complaint else _reason(last, case)
+    if last is None or last.phase == "gravity":
+        raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
+    failure = complaint if isinstance(complaint, ConvergenceError) else None
+    stopped = str(complaint or end_of_curve(last, case.stepping))
     curve = PushoverCurve.from_increments(store.increments(), stopped)
     effort = results.effort_of(store.increments())
     capacity = find_capacity(curve, contact_model.weight)
@@ -307,7 +311,7 @@ def _folded(
             seconds=seconds,
             peak_memory=1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
         ),
-        complaint=complaint or _check(model, curve, effort.max_penetration, contact_model.weight),
+        complaint=failure or _check(model, curve, effort.max_penetration, contact_model.weight),
     )
 
 
@@ -318,12 +322,6 @@ def _located(model: str, error: ConvergenceError, last: Increment | None) -> Con
         moved = f"{1e3 * last.control_displacement:.4g} mm, multiplier {last.load_multiplier:.4f}"
         place = f"after increment {last.number} ({last.phase}, {moved})"
     return ConvergenceError(f"{model} FE", f"stopped {place}: {error}", error.iterations)
-
-
-def _reason(last: Increment | None, case: Case) -> str:
-    if last is not None and last.control_displacement >= case.stepping.final_displacement:
-        return f"final displacement of {1e3 * case.stepping.final_displacement:g} mm reached"
-    return f"{case.stepping.largest_increments} increments done"
 
 
 def _check(model: str, curve: PushoverCurve, max_penetration: float, weight: float) -> ResultError | None:

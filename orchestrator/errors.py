@@ -1,4 +1,4 @@
-"""The three ways a run can end badly, each carrying what a person needs to act on it."""
+"""The ways a run can end badly, each carrying what a person needs to act on it."""
 
 from __future__ import annotations
 
@@ -32,6 +32,20 @@ class ConvergenceError(Exception):
 
     def __str__(self) -> str:
         return f"{self.stage}: {self.where}"
+
+
+class CollapseError(Exception):
+    """The wall has no equilibrium any more: `bodies` have lost every contact after `displacement` (mm) of the top.
+
+    The natural end of a curve, not a failure of the solver.
+    """
+
+    def __init__(self, bodies: str, displacement: float) -> None:
+        super().__init__(bodies, displacement)
+        self.bodies, self.displacement = bodies, displacement
+
+    def __str__(self) -> str:
+        return f"{self.bodies} fell after {self.displacement:.4g} mm, with no contact left"
 
 
 class ResultError(Exception):

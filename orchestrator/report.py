@@ -47,13 +47,20 @@ def write_pushover(
 ) -> None:
     """Write the curve, the ParaView files, and the deformed wall at the end of the curve and at its peak."""
     results.write_curve(store.folder, curve)
-    contacts = model.contacts
+    contacts = model.possible
+    touching = model.tracking.touching if model.tracking else len(contacts)
     results.write_paraview(store, model.meshes, contacts.point)
     moments = {"end": curve.step[-1], "peak": curve.step[curve.base_shear_N.argmax()]}
     for moment, number in moments.items():
         increment, title = store.read(int(number)), f"{name} FE at its {moment}"
         figure = plots.deformed(
-            bodies, model.meshes, increment, contacts.point, contacts.slave_body, contacts.master_body, title
+            bodies,
+            model.meshes,
+            increment,
+            contacts.point[:touching],
+            contacts.slave_body[:touching],
+            contacts.master_body[:touching],
+            title,
         )
         plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}")
 

@@ -18,7 +18,7 @@ Mechanics, 2nd ed., Springer 2006, return mapping for friction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +38,14 @@ class FrictionResponse:
     sliding: npt.NDArray[np.bool_]
     slip_stiffness: FloatArray
     pressure_slope: FloatArray
+
+    def damped(self, slip: FloatArray, viscosity: float) -> FrictionResponse:
+        """Return the response with the viscous traction viscosity (N/m) x slip (c, 2) in m added."""
+        return replace(
+            self,
+            traction=self.traction + viscosity * slip,
+            slip_stiffness=self.slip_stiffness + viscosity * np.eye(2),
+        )
 
 
 def friction_response(

@@ -32,7 +32,8 @@ class Contacts:
     """c contacts, in the order of the interfaces.
 
     slave_node (c,), slave_body, master_body (c,), interface (c,): numbers. master_nodes (c, 3), weights (c, 3): zero
-    weights where the master is a support. normal, tangent (c, 2). friction (c,). point (c, 3) in m.
+    weights where the master is a support, and slave node -1 where the slave is the corner of a support. normal, tangent
+    (c, 2). friction (c,). point (c, 3) in m. moving: normals and weights follow the bodies (contact_tracking.py).
     """
 
     slave_node: IntArray
@@ -45,29 +46,37 @@ class Contacts:
     tangent: FloatArray
     friction: FloatArray
     point: FloatArray
+    moving: bool = False
 
     def __len__(self) -> int:
         return len(self.slave_node)
 
     def rows(self, direction: FloatArray, nodes: int) -> sparse.csr_matrix:
-        """Return (c, 3 nodes): the slave's displacement relative to the master along `direction` (c, 3)."""
-        count = len(self)
-        node = np.column_stack([self.slave_node, self.master_nodes])
-        weight = np.column_stack([np.ones(count), -self.weights])
+        """Return (c, 3 nodes): the slave's displacement relative to the master along `direction` (c, 2) or (c, 1).
+
+        Two components are x and y, one is z. Zeros are stored where contacts move, so that the pattern
+        stays; entries of a support never.
+        """
+        count, components = len(self), direction.shape[1]
+        node = np.column_stack([np.maximum(self.slave_node, 0), self.master_nodes])
+        weight = np.column_stack([self.slave_node >= 0, -self.weights])
         value = weight[:, :, None] * direction[:, None, :]
-        column = 3 * node[:, :, None] + np.arange(3)
+        column = 3 * node[:, :, None] + (np.arange(2) if components == 2 else np.array([2]))
         row = np.broadcast_to(np.arange(count)[:, None, None], value.shape)
         keep = value != 0.0
+        if self.moving:
+            real = np.column_stack([self.slave_node >= 0, *[self.weights.any(axis=1)] * 3])
+            keep = np.broadcast_to(real[:, :, None], value.shape)
         return sparse.csr_matrix((value[keep], (row[keep], column[keep])), shape=(count, 3 * nodes))
 
     def normal_rows(self, nodes: int) -> sparse.csr_matrix:
         """Return B_n (c, 3 nodes): gap = B_n u."""
-        return self.rows(np.column_stack([self.normal, np.zeros(len(self))]), nodes)
+        return self.rows(self.normal, nodes)
 
     def tangential_rows(self, nodes: int) -> sparse.csr_matrix:
         """Return B_t (2 c, 3 nodes), rows interleaved: in-plane and out-of-plane slip of each contact."""
-        in_plane = self.rows(np.column_stack([self.tangent, np.zeros(len(self))]), nodes)
-        out_of_plane = self.rows(np.tile([0.0, 0.0, 1.0], (len(self), 1)), nodes)
+        in_plane = self.rows(self.tangent, nodes)
+        out_of_plane = self.rows(np.ones((len(self), 1)), nodes)
         order = np.arange(2 * len(self)).reshape(2, -1).T.ravel()
         return sparse.vstack([in_plane, out_of_plane], format="csr")[order]
 
@@ -79,7 +88,7 @@ def find_contacts(bodies: Bodies, meshes: BodyMeshes) -> Contacts:
     parts = [_of_interface(k, bodies, meshes.nodes, surface_nodes, surfaces) for k in range(len(bodies.body_i))]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     first = _first_of_each(columns)
-    return Contacts(**{name: read_only(values[first], values.dtype) for name, values in columns.items()})
+    return Contacts(**{name: read_only(values[first], values.dtype) for name, values in columns.items()}, moving=False)
 
 
 def _of_interface(
@@ -89,11 +98,11 @@ def _of_interface(
     body_i, body_j = int(bodies.body_i[number]), int(bodies.body_j[number])
     tangent = (end - start) / np.linalg.norm(end - start)
     outward_of_i = np.array([tangent[1], -tangent[0]])
-    on_joint = {b: _nodes_on(start, end, surface_nodes[b], nodes) for b in (body_i, body_j) if b < bodies.moving}
-    slave, master = _slave_and_master(body_i, body_j, on_joint)
+    on_joint = {b: nodes_on(start, end, surface_nodes[b], nodes) for b in (body_i, body_j) if b < bodies.moving}
+    slave, master = slave_and_master(body_i, body_j, on_joint)
     slave_nodes = on_joint[slave]
     if master < bodies.moving:
-        triangles = _triangles_on(start, end, surfaces[master], nodes)
+        triangles = triangles_on(start, end, surfaces[master], nodes)
         master_nodes, weights = _project(nodes[slave_nodes], nodes, triangles, tangent)
     else:
         master_nodes, weights = np.zeros((len(slave_nodes), 3), np.int64), np.zeros((len(slave_nodes), 3))
@@ -112,7 +121,8 @@ def _of_interface(
     }
 
 
-def _slave_and_master(body_i: int, body_j: int, on_joint: dict[int, IntArray]) -> tuple[int, int]:
+def slave_and_master(body_i: int, body_j: int, on_joint: dict[int, IntArray]) -> tuple[int, int]:
+    """Return the two bodies, first the one with more nodes on the joint; a support is never a slave."""
     if body_j not in on_joint:
         return body_i, body_j
     if body_i not in on_joint or len(on_joint[body_j]) > len(on_joint[body_i]):
@@ -120,7 +130,7 @@ def _slave_and_master(body_i: int, body_j: int, on_joint: dict[int, IntArray]) -
     return body_i, body_j
 
 
-def _distance_and_position(start: FloatArray, end: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def distance_and_position(start: FloatArray, end: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return distance from the line and position along it, both in m, of points (..., >= 2)."""
     length = np.linalg.norm(end - start)
     tangent = (end - start) / length
@@ -128,15 +138,17 @@ def _distance_and_position(start: FloatArray, end: FloatArray, points: FloatArra
     return np.abs(offset @ np.array([tangent[1], -tangent[0]])), offset @ tangent
 
 
-def _nodes_on(start: FloatArray, end: FloatArray, candidates: IntArray, nodes: FloatArray) -> IntArray:
-    distance, position = _distance_and_position(start, end, nodes[candidates])
+def nodes_on(start: FloatArray, end: FloatArray, candidates: IntArray, nodes: FloatArray) -> IntArray:
+    """Return those of the `candidates` (node numbers) that lie on the segment start -> end, ends included."""
+    distance, position = distance_and_position(start, end, nodes[candidates])
     length = np.linalg.norm(end - start)
     on = (distance < TOLERANCE) & (position > -TOLERANCE) & (position < length + TOLERANCE)
     return candidates[on]
 
 
-def _triangles_on(start: FloatArray, end: FloatArray, triangles: IntArray, nodes: FloatArray) -> IntArray:
-    distance, position = _distance_and_position(start, end, nodes[triangles])
+def triangles_on(start: FloatArray, end: FloatArray, triangles: IntArray, nodes: FloatArray) -> IntArray:
+    """Return those of the `triangles` (t, 3) that lie on the segment start -> end."""
+    distance, position = distance_and_position(start, end, nodes[triangles])
     centre = position.mean(axis=1)
     length = np.linalg.norm(end - start)
     return triangles[(distance < TOLERANCE).all(axis=1) & (centre > 0) & (centre < length)]
@@ -149,16 +161,19 @@ def _project(
     assert len(triangles), "an interface has no master triangle: joint ends are not imprinted"
     flat = np.stack([nodes[..., :2] @ tangent, nodes[..., 2]], axis=-1)
     target = np.stack([points[:, :2] @ tangent, points[:, 2]], axis=-1)
-    a, b, c = (flat[triangles[:, k]] for k in range(3))
-    doubled = _cross(b - a, c - a)
-    weights = np.stack(
-        [_cross(q - target[:, None], r - target[:, None]) / doubled for q, r in ((b, c), (c, a), (a, b))], axis=-1
-    )
+    weights = barycentric(flat[triangles], target[:, None])
     best = weights.min(axis=2).argmax(axis=1)
     chosen = weights[np.arange(len(points)), best]
     assert chosen.min() > -1e-3, "a slave node lies outside the master's surface: joint ends are not imprinted"
     chosen = np.where(chosen < 1e-9, 0.0, chosen)
     return triangles[best], chosen / chosen.sum(axis=1, keepdims=True)
+
+
+def barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:
+    """Return weights (..., 3) of points (..., 2) in triangles with corners (..., 3, 2)."""
+    a, b, c = (corners[..., k, :] for k in range(3))
+    doubled = _cross(b - a, c - a)
+    return np.stack([_cross(q - points, r - points) / doubled for q, r in ((b, c), (c, a), (a, b))], axis=-1)
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -10,12 +10,13 @@ T (2, 2) = d tau / d slip and S (2,) = d tau / d lambda of each contact. Every v
 
     data = K + M/dt^2 + scatter @ coefficients
 
-with one constant sparse matrix `scatter`; MUMPS analyses the pattern once (explicit zeros are kept).
+with one sparse matrix `scatter`; MUMPS analyses the pattern once (explicit zeros are kept). A wall that moves keeps
+its pattern, with new values of K and `scatter`, until a contact comes, goes, or meets another triangle.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -34,7 +35,8 @@ from orchestrator.pushover.model import ContactModel
 class Pattern:
     """CSR pattern (indptr, indices) with the constant values of K and M in it, and `scatter` (nonzeros, coefficients).
 
-    Coefficients in order: T (4 c), S (2 c), active (c), displacement control (1), one (1).
+    Coefficients in order: T (4 c), S (2 c), active (c), displacement control (1), one (1). slot: place in the pattern
+    of each entry that `_entries` lists, then of each entry of K.
     """
 
     indptr: IntArray
@@ -42,6 +44,7 @@ class Pattern:
     stiffness: FloatArray
     mass: FloatArray
     scatter: sparse.csr_matrix
+    slot: IntArray
 
 
 def coefficients(response: FrictionResponse, active: npt.NDArray[np.bool_], displacement_control: bool) -> FloatArray:
@@ -57,7 +60,38 @@ def coefficients(response: FrictionResponse, active: npt.NDArray[np.bool_], disp
 
 
 def make_pattern(model: ContactModel) -> Pattern:
-    """Build the constant pattern of the model's Newton system."""
+    """Build the pattern of the model's Newton system."""
+    width = model.unknowns
+    row, column, value, coefficient = _entries(model)
+    elastic = model.stiffness.tocoo()
+    key = np.concatenate([row, elastic.row]) * np.int64(width) + np.concatenate([column, elastic.col])
+    slots, slot = np.unique(key, return_inverse=True)
+    return Pattern(
+        indptr=np.searchsorted(slots // width, np.arange(width + 1)).astype(np.int32),
+        indices=(slots % width).astype(np.int32),
+        stiffness=np.bincount(slot[len(row) :], elastic.data, len(slots)).astype(float),
+        mass=_in_slots(model.mass, slots, width),
+        scatter=_scatter(value, slot, coefficient, len(slots), len(model.contacts)),
+        slot=slot,
+    )
+
+
+def with_values_of(pattern: Pattern, model: ContactModel) -> Pattern:
+    """Return the pattern with the values of a model whose contacts connect the same nodes."""
+    _, _, value, coefficient = _entries(model)
+    return replace(
+        pattern,
+        stiffness=np.bincount(pattern.slot[len(value) :], model.stiffness.data, len(pattern.indices)).astype(float),
+        scatter=_scatter(value, pattern.slot, coefficient, len(pattern.indices), len(model.contacts)),
+    )
+
+
+def _scatter(value: FloatArray, slot: IntArray, coefficient: IntArray, slots: int, contacts: int) -> sparse.csr_matrix:
+    return sparse.csr_matrix((value, (slot[: len(value)], coefficient)), shape=(slots, 7 * contacts + 2))
+
+
+def _entries(model: ContactModel) -> tuple[npt.NDArray, ...]:
+    """Return rows, columns, values and coefficient numbers of everything but K and M."""
     n, c = len(model.gravity), len(model.contacts)
     kappa, alpha = model.contact_stiffness, n + c
     control, one = 7 * c, 7 * c + 1
@@ -73,19 +107,7 @@ def make_pattern(model: ContactModel) -> Pattern:
         (n + contact, n + contact, np.full(c, -kappa), 6 * c + contact),
         *_border_entries(model, alpha, control, one),
     ]
-    row, column, value, coefficient = (np.concatenate([entry[k] for entry in entries]) for k in range(4))
-    elastic = model.stiffness.tocoo()
-    key = np.concatenate([row, elastic.row]) * np.int64(alpha + 1) + np.concatenate([column, elastic.col])
-    slots, slot = np.unique(key, return_inverse=True)
-    scatter = sparse.csr_matrix((value, (slot[: len(row)], coefficient)), shape=(len(slots), 7 * c + 2))
-    stiffness = np.bincount(slot[len(row) :], elastic.data, len(slots)).astype(float)
-    return Pattern(
-        indptr=np.searchsorted(slots // (alpha + 1), np.arange(alpha + 2)).astype(np.int32),
-        indices=(slots % (alpha + 1)).astype(np.int32),
-        stiffness=stiffness,
-        mass=_in_slots(model.mass, slots, alpha + 1),
-        scatter=scatter,
-    )
+    return tuple(np.concatenate([entry[k] for entry in entries]) for k in range(4))
 
 
 def _slip_stiffness_entries(model: ContactModel) -> tuple[npt.NDArray, ...]:
@@ -119,6 +141,11 @@ def _border_entries(model: ContactModel, alpha: int, control: int, one: int) -> 
     ]
 
 
+def _connect_alike(first: ContactModel, second: ContactModel) -> bool:
+    same_nodes = np.array_equal(first.contacts.master_nodes, second.contacts.master_nodes)
+    return np.array_equal(first.rows, second.rows) and same_nodes
+
+
 def _in_slots(matrix: sparse.csr_matrix, slots: IntArray, width: int) -> FloatArray:
     entries = matrix.tocoo()
     slot = np.searchsorted(slots, entries.row * np.int64(width) + entries.col)
@@ -129,12 +156,28 @@ class LinearSystem:
     """MUMPS on the constant pattern; use as a context manager. The same solution is returned on every rank."""
 
     def __init__(self, model: ContactModel, comm: MPI.Comm) -> None:
-        self._pattern = make_pattern(model)
         self._comm = comm
         self.seconds = 0.0
         """time spent in `solve` so far"""
+        self._model = model
+        self._pattern = make_pattern(model)
+        self._open()
+
+    def follow(self, model: ContactModel) -> None:
+        """Take the values of another state of the model; a new pattern only where its contacts connect other nodes."""
+        if model is self._model:
+            return
+        if _connect_alike(model, self._model):
+            self._pattern = with_values_of(self._pattern, model)
+        else:
+            self._close()
+            self._pattern = make_pattern(model)
+            self._open()
+        self._model = model
+
+    def _open(self) -> None:
         size = len(self._pattern.indptr) - 1
-        rows = PETSc.Mat().createAIJ(((None, size), (None, size)), comm=comm)
+        rows = PETSc.Mat().createAIJ(((None, size), (None, size)), comm=self._comm)
         rows.setUp()
         first, last = rows.getOwnershipRange()
         rows.destroy()
@@ -144,10 +187,10 @@ class LinearSystem:
         self._indices = self._pattern.indices[self._slots]
         local = (last - first, size)
         self._matrix = PETSc.Mat().createAIJ(
-            (local, local), csr=(self._indptr, self._indices, np.ones(len(self._indices))), comm=comm
+            (local, local), csr=(self._indptr, self._indices, np.ones(len(self._indices))), comm=self._comm
         )
         self._right, self._solution = self._matrix.createVecs()
-        self._solver = PETSc.KSP().create(comm)
+        self._solver = PETSc.KSP().create(self._comm)
         self._solver.setOperators(self._matrix)
         self._solver.setType("preonly")
         preconditioner = self._solver.getPC()
@@ -156,12 +199,15 @@ class LinearSystem:
         preconditioner.setFactorSetUpSolverType()
         preconditioner.getFactorMatrix().setMumpsIcntl(14, 100)  # room for delayed pivots, per cent
 
+    def _close(self) -> None:
+        for item in (self._solver, self._matrix, self._right, self._solution):
+            item.destroy()
+
     def __enter__(self) -> LinearSystem:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for item in (self._solver, self._matrix, self._right, self._solution):
-            item.destroy()
+        self._close()
 
     def solve(self, contact_coefficients: FloatArray, time_step: float, right: FloatArray) -> FloatArray:
         """Return the solution (unknowns,) for `right` (unknowns,). Raises ConvergenceError if MUMPS fails."""
@@ -171,7 +217,10 @@ class LinearSystem:
         self._matrix.setValuesCSR(self._indptr, self._indices, values[self._slots])
         self._matrix.assemble()
         self._right.setArray(right[self._rows])
-        self._solver.solve(self._right, self._solution)
+        try:
+            self._solver.solve(self._right, self._solution)
+        except PETSc.Error as error:
+            raise ConvergenceError("linear solver", f"MUMPS failed ({error})") from error
         reason = self._solver.getConvergedReason()
         solution = np.concatenate(self._comm.allgather(self._solution.getArray()))
         self.seconds += perf_counter() - began

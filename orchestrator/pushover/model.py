@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sparse
 from mpi4py import MPI
 
 from orchestrator.bodies import Bodies
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.contact_search import Contacts, find_contacts
+from orchestrator.pushover.contact_tracking import Frames, Tracking, find_possible_contacts, fit_frames, track
 from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
 
@@ -24,8 +24,11 @@ class ContactModel:
     stiffness, mass (n, n) in N/m, kg; stiffness_magnitude: |K| entry by entry. gravity, lateral (n,) in N (lateral for
     load multiplier 1). weight in N.
     normal_rows B_n (c, n), tangential_rows B_t (2 c, n). direction: load along +x (1) or -x (-1).
+    rigid (n,) in m: displacement that causes no stress; gap_offset (c,) in m: gap = B_n u + gap_offset; both zero while
+    the wall is undeformed. rows (c,): numbers of these contacts among all `possible` ones. support_side (c,): 1 where
+    the master is a support, -1 where the slave is one, else 0. tracking: None for small displacements.
     mean_row, top_row (n,): mass-weighted mean displacement and mean displacement of the top edge, along the load.
-    on_support (c,): True where the master is a support. contact_stiffness in N/m scales multipliers to displacements
+    contact_stiffness in N/m scales multipliers to displacements
     (active set and conditioning only; converged results do not depend on it).
     """
 
@@ -42,9 +45,30 @@ class ContactModel:
     direction: int
     mean_row: FloatArray
     top_row: FloatArray
-    on_support: npt.NDArray[np.bool_]
+    support_side: IntArray
     contact_stiffness: float
     slip_tolerance: float
+    rigid: FloatArray
+    gap_offset: FloatArray
+    rows: IntArray
+    bodies: int
+    body_names: tuple[str, ...]
+    tracking: Tracking | None
+
+    @property
+    def possible(self) -> Contacts:
+        """All contacts that have a place in an Increment's arrays."""
+        return self.tracking.possible if self.tracking else self.contacts
+
+    def on_its_contacts(self, values: FloatArray) -> FloatArray:
+        """Return the part (c, ...) of `values` (possible, ...); what a contact that has gone carried is handed over."""
+        return (self.tracking.handed_over(self.rows, values) if self.tracking else values)[self.rows]
+
+    def names_without_contact(self, normal_force: FloatArray) -> list[str]:
+        """Return the bodies that no contact force (of the possible contacts, N) holds."""
+        closed = normal_force > 0.0
+        held = np.concatenate([self.possible.slave_body[closed], self.possible.master_body[closed]])
+        return [self.body_names[body] for body in range(self.bodies) if body not in set(held.tolist())]
 
     @property
     def unknowns(self) -> int:
@@ -59,13 +83,16 @@ def build_model(
     contact: ContactSettings,
     direction: int,
     comm: MPI.Comm,
+    large_displacement: bool = False,
 ) -> ContactModel:
-    """Assemble matrices and loads with dolfinx on `comm` and search the contacts."""
+    """Assemble matrices and loads with dolfinx on `comm` and search the contacts, those that sliding may bring too."""
     stiffness, mass = assemble(meshes, elastic, comm)
+    if large_displacement:
+        stiffness = stiffness.tobsr((3, 3)).tocsr()  # the pattern of the turned one
     gravity, lateral = gravity_and_lateral_loads(mass, direction)
     contacts = find_contacts(bodies, meshes)
     weight = float(np.abs(lateral.sum()))
-    return ContactModel(
+    model = ContactModel(
         meshes=meshes,
         contacts=contacts,
         stiffness=stiffness,
@@ -79,10 +106,71 @@ def build_model(
         direction=direction,
         mean_row=lateral / weight,
         top_row=direction * top_weights(meshes),
-        on_support=contacts.master_body >= bodies.moving,
+        support_side=support_side(contacts, bodies.moving),
         contact_stiffness=elastic.elastic_modulus * bodies.thickness / 10,
         slip_tolerance=contact.slip_tolerance,
+        rigid=np.zeros_like(gravity),
+        gap_offset=np.zeros(len(contacts)),
+        rows=np.arange(len(contacts)),
+        bodies=bodies.moving,
+        body_names=tuple(body.name for body in bodies.bodies),
+        tracking=find_possible_contacts(bodies, meshes, contacts) if large_displacement else None,
     )
+    return displaced(model, np.zeros_like(gravity))
+
+
+def support_side(contacts: Contacts, moving: int) -> IntArray:
+    """Return (c,): 1 where the master is a support, -1 where the slave is one, else 0."""
+    return (contacts.master_body >= moving).astype(int) - (contacts.slave_body >= moving).astype(int)
+
+
+def displaced(model: ContactModel, displacement: FloatArray) -> ContactModel:
+    """Return the model of the wall displaced by `displacement` (n,) in m: corotational bodies, contacts found anew.
+
+    With R the rotation that fits a body's nodes best, its internal forces are R K R^T (u - (R X + t - X)). Mass and
+    loads do not change. `model` is the undeformed one; without tracking it is returned as it is.
+    """
+    if model.tracking is None:
+        return model
+    nodal = displacement.reshape(-1, 3)
+    frames = fit_frames(model.meshes, nodal, model.tracking.possible.master_body.max() + 1)
+    tracked = track(model.tracking, model.meshes, frames, nodal)
+    normal_rows = tracked.contacts.normal_rows(len(nodal))
+    return replace(
+        model,
+        contacts=tracked.contacts,
+        stiffness=_turned(model.stiffness, frames.rotation[model.meshes.body_of_node]),
+        normal_rows=normal_rows,
+        tangential_rows=tracked.contacts.tangential_rows(len(nodal)),
+        support_side=support_side(tracked.contacts, model.bodies),
+        rigid=_rigid_displacement(model.meshes, frames),
+        gap_offset=tracked.gap - normal_rows @ displacement,
+        rows=tracked.rows,
+    )
+
+
+def largest_turn(model: ContactModel, first: FloatArray, second: FloatArray) -> float:
+    """Return the largest angle (rad) by which a body turns between two displacements (n,); 0 without tracking."""
+    if model.tracking is None:
+        return 0.0
+    angles = [fit_frames(model.meshes, u.reshape(-1, 3), model.bodies).angle for u in (first, second)]
+    return float(np.abs(angles[1] - angles[0]).max())
+
+
+def _rigid_displacement(meshes: BodyMeshes, frames: Frames) -> FloatArray:
+    body, place = meshes.body_of_node, meshes.nodes[:, :2]
+    moved = np.einsum("mij,mj->mi", frames.rotation[body], place) + frames.translation[body]
+    return np.column_stack([moved - place, np.zeros(len(place))]).ravel()
+
+
+def _turned(stiffness: sparse.csr_matrix, rotation: FloatArray) -> sparse.csr_matrix:
+    """Return R K R^T; rotation (nodes, 2, 2), the same for all nodes of a body. The pattern stays that of K."""
+    blocks = stiffness.tobsr((3, 3))
+    node = np.repeat(np.arange(len(rotation)), np.diff(blocks.indptr))
+    turn = np.zeros((len(node), 3, 3))
+    turn[:, :2, :2], turn[:, 2, 2] = rotation[node], 1.0
+    turned = turn @ blocks.data @ turn.transpose(0, 2, 1)
+    return sparse.bsr_matrix((turned, blocks.indices, blocks.indptr), shape=stiffness.shape).tocsr()
 
 
 def top_weights(meshes: BodyMeshes) -> FloatArray:

@@ -2,7 +2,7 @@
 
 Residuals, with the active (closed) set A = {lambda - c g >= 0}:
 
-    R_u = K u + M (u - u_ref)/dt^2 - f_g - alpha f_h - B_n^T lambda + B_t^T tau(lambda, q_n + B_t (u - u_n))
+    R_u = K (u - u_rigid) + M (u - u_ref)/dt^2 - f_g - alpha f_h - B_n^T lambda + B_t^T tau(lambda, q_n + B_t (u - u_n))
     g_A = 0,   lambda_I = 0,   and either alpha or the mean displacement is prescribed.
 
 S. Hueeber, B. Wohlmuth, CMAME 194 (2005) 3147-3166; P. Alart, A. Curnier, CMAME 92 (1991) 353-375.
@@ -26,6 +26,8 @@ from orchestrator.pushover.settings import NewtonSettings
 
 LINE_SEARCH_SHARE = 0.03
 """c_m of the merit function over the contact stiffness"""
+REPETITION = 0.95
+"""an iterate with the contact states of an earlier one and more than this share of its error: Newton goes in circles"""
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -36,7 +38,8 @@ class Problem:
     gravity_share: part of the own weight that acts. displacement (n,) and elastic_slip (c, 2) at the start, m.
     inertia_reference (n,) = u_ref, time_step dt in s: inertia M (u - u_ref)/dt^2. Either `mean_displacement` (m) is
     prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
-    that friction sees in the very first iterate of a wall without any contact force yet, else 0.
+    that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
+    closed contacts resist slip by viscosity x (slip since the start of the increment) besides friction.
     """
 
     gravity_share: float
@@ -46,6 +49,7 @@ class Problem:
     time_step: float
     mean_displacement: float | None
     reference_force: float = 0.0
+    viscosity: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,12 +77,15 @@ def evaluate(
     model: ContactModel, problem: Problem, displacement: FloatArray, normal_force: FloatArray, multiplier: float
 ) -> Iterate:
     """Return residuals and contact response of a trial state."""
-    gap = model.normal_rows @ displacement
+    gap = model.normal_rows @ displacement + model.gap_offset
     active = normal_force - model.contact_stiffness * gap >= 0.0
-    trial = problem.elastic_slip + (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
-    response = friction_response(trial, normal_force, model.contacts.friction, model.slip_tolerance)
+    slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
+    response = friction_response(
+        problem.elastic_slip + slip, normal_force, model.contacts.friction, model.slip_tolerance
+    ).damped(slip * active[:, None], problem.viscosity)
+    strained = displacement - model.rigid
     residual = (
-        model.stiffness @ displacement
+        model.stiffness @ strained
         + model.mass @ (displacement - problem.inertia_reference) / problem.time_step**2
         - problem.gravity_share * model.gravity
         - multiplier * model.lateral
@@ -100,7 +107,7 @@ def evaluate(
             float(np.max(np.abs(normal_force[~active]), initial=0.0) / model.weight),
             abs(_control_error(model, problem, displacement)),
         ),
-        rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(displacement))) / weight,
+        rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(strained))) / weight,
     )
 
 
@@ -180,18 +187,38 @@ def solve_increment(
     ConvergenceError when the iterations are used up and none is that good.
     """
     best, least = first, np.inf
-    for iterate in iterates(model, system, problem, first):
+    seen: dict[bytes, float] = {}
+    earlier = iterate = first
+    for following in iterates(model, system, problem, first):
+        earlier, iterate = iterate, following
         error = _error(iterate, settings)
         if iterate.number and error < least:
             best, least = iterate, error
         if least < 1.0:
             return best
-        if iterate.number >= settings.iterations or not np.isfinite(error):
+        state = np.packbits([iterate.active, iterate.response.sliding]).tobytes()
+        if iterate.number >= settings.iterations or not error < REPETITION * seen.get(state, np.inf):
             break
+        if iterate.number:
+            seen[state] = error
     if least < settings.acceptable:
-        return replace(best, number=settings.iterations)
+        return replace(best, number=iterate.number)
     where = f"out-of-balance force {best.norms[0]:.1e} of the weight after {iterate.number} iterations"
-    raise ConvergenceError("Newton", where, iterate.number)
+    raise ConvergenceError("Newton", where + _restless_joints(model, earlier, iterate), iterate.number)
+
+
+def _restless_joints(model: ContactModel, earlier: Iterate, iterate: Iterate) -> str:
+    """Return the joints whose contacts changed their state between two iterates, in words."""
+    changed = (earlier.active != iterate.active) | (earlier.response.sliding != iterate.response.sliding)
+    contacts = model.contacts
+    joints = dict.fromkeys(
+        zip(contacts.slave_body[changed].tolist(), contacts.master_body[changed].tolist(), strict=True)
+    )
+    if not joints:
+        return ""
+    named = [" and ".join(model.body_names[body] for body in sorted(joint)) for joint in list(joints)[:3]]
+    more = f" and {len(joints) - 3} more" if len(joints) > 3 else ""
+    return f", contacts change between {'; '.join(named)}{more}"
 
 
 def _error(iterate: Iterate, settings: NewtonSettings) -> float:

@@ -62,5 +62,9 @@ class SteppingSettings:
     """largest increment of the mass-weighted mean displacement"""
     final_displacement: Annotated[float, Unit("m"), Gt(0)] = 0.02
     """the curve ends at this displacement of the top"""
+    final_drop: Annotated[float, Gt(0), Le(1)] = 0.2
+    """the curve ends when the base shear has fallen by this share of its peak"""
+    large_displacement: bool = True
+    """bodies turn, contacts are found anew and loads move with the wall (P-delta); else small displacements"""
     largest_increments: Annotated[int, Ge(1)] = 2000
     """the curve ends after so many increments"""

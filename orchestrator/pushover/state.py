@@ -38,9 +38,11 @@ class Increment:
 
     displacement, velocity (m, 3): nodal, m and m/s. normal_force (c,): contact multipliers, N, >= 0.
     elastic_slip (c, 2): in-plane and out-of-plane part, m. slip (c,): accumulated plastic slip, m.
-    gap (c,): m. status (c,): ContactStatus. base_shear: horizontal reaction of the supports against the load, N.
+    gap (c,): m, NaN where a possible contact does not exist. status (c,): ContactStatus.
+    base_shear: horizontal reaction of the supports against the load, N.
     control_displacement: mean displacement of the top along the load, m. mean_displacement: mass-weighted mean
-    displacement along the load, m. Energies in J.
+    displacement along the load, m. Energies in J, work and dissipation accumulated (record.py). largest_base_shear: up
+    to here, N.
     time: s; under gravity the share of the weight that acts. step: size and time of the next increment and of this one
     (stepping.Step), what the stepping needs to go on. attempts: the journal of failed tries before this increment.
     """
@@ -63,6 +65,8 @@ class Increment:
     internal_energy: float
     dissipated_energy: float
     external_work: float
+    algorithmic_dissipation: float
+    largest_base_shear: float
     equilibrium_residual: float
     iterations: int
     step: tuple[float, ...]

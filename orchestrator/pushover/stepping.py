@@ -9,9 +9,9 @@ The ramp's base shear falls behind multiplier x weight as soon as a mechanism mo
 dropped, and from the one before on the mean displacement is prescribed and the load multiplier is an unknown, so that
 the reported peak is a static one.
 
-A failed increment is tried again smaller: the ramp cuts its time step; displacement control cuts the increment by 4 and
-the proximal time by 2 together, which keeps the inertia's share du/dt^2 (where no static state is near, cutting the
-increment alone cannot help).
+A failed increment is tried again smaller. Where a contact begins to slide and sheds more load than the rest takes up,
+the path snaps back: no static state is near, however small the increment. A small increment that fails is therefore
+followed with viscous contacts (overdamped dynamics) until the wall rests in the next static state.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.errors import ConvergenceError
-from orchestrator.masonry.wall import FloatArray, IntArray, read_only
+from orchestrator.errors import CollapseError, ConvergenceError
+from orchestrator.masonry.wall import FloatArray, read_only
 from orchestrator.pushover.linear_system import LinearSystem
-from orchestrator.pushover.model import ContactModel
-from orchestrator.pushover.newton import Iterate, Problem, evaluate, solve_increment
+from orchestrator.pushover.model import ContactModel, displaced, largest_turn
+from orchestrator.pushover.newton import Problem, evaluate, solve_increment
+from orchestrator.pushover.record import increment_of, scattered
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.state import Attempt, ContactStatus, Increment, Phase
 
@@ -38,42 +38,40 @@ EASY = 8
 """iterations up to which the next increment may grow"""
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
-    """Size of an increment (share of gravity, time in s, or mean displacement in m) and time dt of its inertia term."""
-
-    size: float
-    time: float
+TURN = 5e-4
+"""an increment whose bodies turn by more than this (rad) from the predicted geometry is solved again on its own"""
+GEOMETRY_PASSES = 4
+SNAP = 4e-3
+"""an increment below this share of the largest one that still fails is a snap"""
 
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """How steps shrink after a failure and grow after success; smaller than `smallest` is giving up."""
+    """How increments shrink after a failure and grow after success; smaller than `smallest` is giving up.
 
-    largest: Step
+    In the unit of the increment: share of gravity, time in s, or mean displacement in m.
+    """
+
+    largest: float
     smallest: float
-    shrink: Step
-    grow: Step
+    shrink: float
+    grow: float
 
-    def reduced(self, step: Step, error: ConvergenceError) -> Step:
-        """Return the next smaller step. Raises ConvergenceError from `error` below the smallest."""
-        smaller = Step(step.size * self.shrink.size, step.time * self.shrink.time)
-        if smaller.size < self.smallest:
+    def reduced(self, size: float, error: ConvergenceError) -> float:
+        """Return the next smaller size. Raises ConvergenceError from `error` below the smallest."""
+        smaller = size * self.shrink
+        if smaller < self.smallest:
             raise ConvergenceError("stepping", f"no increment above {self.smallest:g} converges ({error})") from error
         return smaller
 
-    def after(self, iterations: int, step: Step) -> Step:
-        """Return the step after one that took so many iterations."""
-        if iterations > EASY:
-            return step
-        return Step(
-            min(step.size * self.grow.size, self.largest.size), min(step.time * self.grow.time, self.largest.time)
-        )
+    def after(self, iterations: int, size: float) -> float:
+        """Return the size after an increment that took so many iterations."""
+        return min(size * self.grow, self.largest) if iterations <= EASY else size
 
 
 def at_rest(model: ContactModel) -> Increment:
     """Return the stress-free wall without weight, the start of gravity (number 0)."""
-    count, nodes = len(model.contacts), len(model.meshes.nodes)
+    count, nodes = len(model.possible), len(model.meshes.nodes)
     zero = read_only(np.zeros(count))
     return Increment(
         number=0,
@@ -94,29 +92,45 @@ def at_rest(model: ContactModel) -> Increment:
         internal_energy=0.0,
         dissipated_energy=0.0,
         external_work=0.0,
+        algorithmic_dissipation=0.0,
+        largest_base_shear=0.0,
         equilibrium_residual=0.0,
         iterations=0,
-        step=(0.0, 0.0, 0.0, 0.0),
+        step=(0.0, 0.0),
     )
 
 
-SolveStep = Callable[[Increment, Step], Increment]
+def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
+    """Return why the curve ends with this increment: displacement, drop of the base shear, or number; else None."""
+    if state.control_displacement >= stepping.final_displacement * (1 - 1e-9):
+        return f"final displacement of {1e3 * stepping.final_displacement:g} mm reached"
+    if state.phase == "displacement" and state.base_shear < (1 - stepping.final_drop) * state.largest_base_shear:
+        return f"base shear {100 * stepping.final_drop:g} % below its peak"
+    if state.number >= stepping.largest_increments:
+        return f"{stepping.largest_increments} increments done"
+    return None
 
 
-def follow(state: Increment, step: Step, solve_step: SolveStep, policy: Policy) -> Iterator[Increment]:
+ProblemFrom = Callable[..., Problem]
+"""the problem of an increment from a state, and with a viscosity (N/m) other than 0"""
+FOLLOWED = "followed a snap"
+SolveStep = Callable[[Increment, float], Increment]
+
+
+def follow(state: Increment, size: float, solve_step: SolveStep, policy: Policy) -> Iterator[Increment]:
     """Yield converged increments for ever; after a failure try again smaller. Raises ConvergenceError at the end."""
     attempts: tuple[Attempt, ...] = ()
     while True:
         try:
-            solved = solve_step(state, step)
+            solved = solve_step(state, size)
         except ConvergenceError as error:
-            smaller = policy.reduced(step, error)
-            attempts += (Attempt(str(error), step.size, f"retried with {smaller.size:g}", error.iterations),)
-            step = smaller
+            smaller = policy.reduced(size, error)
+            attempts += (Attempt(str(error), size, f"retried with {smaller:g}", error.iterations),)
+            size = smaller
             continue
-        following = policy.after(solved.iterations, step)
-        state = replace(solved, attempts=attempts, step=(following.size, following.time, step.size, step.time))
-        step, attempts = following, ()
+        following = policy.after(solved.iterations, size)
+        state = replace(solved, attempts=attempts + solved.attempts, step=(following, size))
+        size, attempts = following, ()
         yield state
 
 
@@ -141,16 +155,15 @@ class Pushover:
                 yield state
 
     def finished(self, state: Increment) -> bool:
-        """Return whether the curve has reached its end: the final displacement or the largest number of increments."""
-        reached = state.control_displacement >= self.stepping.final_displacement
-        return state.phase != "gravity" and (reached or state.number >= self.stepping.largest_increments)
+        """Return whether the curve has reached its end."""
+        return state.phase != "gravity" and end_of_curve(state, self.stepping) is not None
 
     def _gravity(self, state: Increment) -> Iterator[Increment]:
         if state.phase != "gravity":
             return
         share = 1.0 / self.stepping.gravity_increments
-        policy = Policy(Step(share, self.stepping.proximal_time), 1e-3 * share, Step(0.5, 1.0), Step(2.0, 1.0))
-        step = Step(*state.step[:2]) if state.number else policy.largest
+        policy = Policy(largest=share, smallest=1e-3 * share, shrink=0.5, grow=2.0)
+        step = state.step[0] if state.number else policy.largest
         if self._rests(state):
             return
         for solved in islice(follow(state, step, self._solve_gravity, policy), self.stepping.largest_increments):
@@ -165,29 +178,35 @@ class Pushover:
         quiet = np.linalg.norm(inertia) < self.newton.residual * np.linalg.norm(self.model.gravity)
         return state.time >= 1.0 and bool(quiet)
 
-    def _solve_gravity(self, state: Increment, step: Step) -> Increment:
-        share = min(state.time + step.size, 1.0)
-        problem = Problem(
-            gravity_share=share,
-            displacement=state.displacement.ravel(),
-            elastic_slip=state.elastic_slip,
-            inertia_reference=state.displacement.ravel(),
-            time_step=step.time,
-            mean_displacement=None,
-            reference_force=0.0 if state.number else self.model.weight / len(self.model.contacts),
-        )
-        return replace(self._solved(state, problem, state.displacement.ravel(), 0.0, "gravity"), time=share)
+    def _solve_gravity(self, state: Increment, step: float) -> Increment:
+        share = min(state.time + step, 1.0)
+
+        def problem(state: Increment, viscosity: float = 0.0) -> Problem:
+            return Problem(
+                gravity_share=share,
+                displacement=state.displacement.ravel(),
+                elastic_slip=state.elastic_slip,
+                inertia_reference=state.displacement.ravel(),
+                time_step=self.stepping.proximal_time,
+                mean_displacement=None,
+                reference_force=0.0 if state.number else self.model.weight / len(self.model.contacts),
+                viscosity=viscosity,
+            )
+
+        start = state.displacement.ravel()
+        small = step <= SNAP / self.stepping.gravity_increments
+        return self._solved_or_snapped(state, problem, start, "gravity", share, small)
 
     def _ramp(self, state: Increment) -> Iterator[Increment]:
         if state.phase == "displacement" or self.finished(state):
             return
         largest = self.stepping.time_step
-        policy = Policy(Step(largest, 1.0), 1e-3 * largest, Step(1 / 3, 1.0), Step(1.5, 1.0))
+        policy = Policy(largest, smallest=0.5 * largest, shrink=1 / 3, grow=1.5)
         if state.phase == "gravity":
             state = replace(state, velocity=read_only(np.zeros_like(state.velocity)), time=0.0)
             step = policy.largest
         else:
-            step = Step(*state.step[:2])
+            step = state.step[0]
         try:
             for solved in follow(state, step, self._solve_ramp, policy):
                 if self._inertia_shows(solved):
@@ -198,19 +217,19 @@ class Pushover:
         except ConvergenceError as error:
             logger.info("the ramp ends, displacement control goes on: %s", error)
 
-    def _solve_ramp(self, state: Increment, step: Step) -> Increment:
+    def _solve_ramp(self, state: Increment, step: float) -> Increment:
         displacement = state.displacement.ravel()
-        predicted = displacement + step.size * state.velocity.ravel()
+        predicted = displacement + step * state.velocity.ravel()
         problem = Problem(
             gravity_share=1.0,
             displacement=displacement,
             elastic_slip=state.elastic_slip,
             inertia_reference=predicted,
-            time_step=step.size,
+            time_step=step,
             mean_displacement=None,
         )
-        multiplier = state.load_multiplier + self.stepping.load_rate * step.size
-        return replace(self._solved(state, problem, predicted, multiplier, "ramp"), time=state.time + step.size)
+        multiplier = state.load_multiplier + self.stepping.load_rate * step
+        return self._solved(state, problem, predicted, multiplier, "ramp", state.time + step)
 
     def _inertia_shows(self, state: Increment) -> bool:
         shortfall = state.load_multiplier - state.base_shear / self.model.weight
@@ -219,98 +238,119 @@ class Pushover:
     def _displacement_control(self, state: Increment) -> Iterator[Increment]:
         if self.finished(state):
             return
-        largest = Step(self.stepping.displacement_increment, self.stepping.proximal_time)
-        policy = Policy(largest, 1e-12, Step(0.25, 0.5), Step(1.4, 1.4))
+        largest = self.stepping.displacement_increment
+        policy = Policy(largest, smallest=1e-12, shrink=0.25, grow=1.4)
         if state.phase == "displacement":
-            step = Step(*state.step[:2])
+            step = state.step[0]
         else:
-            last = float(self.model.mean_row @ state.velocity.ravel()) * state.step[2]
-            step = Step(min(max(last, 1e-3 * largest.size), largest.size), largest.time)
+            last = float(self.model.mean_row @ state.velocity.ravel()) * state.step[1]
+            step = min(max(last, 1e-3 * largest), largest)
         for solved in follow(state, step, self._solve_displacement, policy):
             yield solved
             if self.finished(solved):
                 break
 
-    def _solve_displacement(self, state: Increment, step: Step) -> Increment:
-        displacement = state.displacement.ravel()
-        last_change = state.velocity.ravel() * state.step[3 if state.phase == "displacement" else 2]
-        mean_change = float(self.model.mean_row @ last_change)
-        share = step.size / mean_change if mean_change > 0 else 0.0
-        problem = Problem(
-            gravity_share=1.0,
-            displacement=displacement,
-            elastic_slip=state.elastic_slip,
-            inertia_reference=displacement,
-            time_step=step.time,
-            mean_displacement=state.mean_displacement + step.size,
+    def _solve_displacement(self, state: Increment, size: float) -> Increment:
+        last_change = state.velocity.ravel() * (
+            self.stepping.proximal_time if state.phase == "displacement" else state.step[1]
         )
-        predicted = displacement + min(share, 2.0) * last_change
-        solved = self._solved(state, problem, predicted, state.load_multiplier, "displacement")
-        return replace(solved, time=state.time + step.time)
+        mean_change = float(self.model.mean_row @ last_change)
+        control_change = float(self.model.top_row @ last_change)
+        if control_change > 0 < mean_change:
+            left = self.stepping.final_displacement - state.control_displacement
+            size = min(size, max(left * mean_change / control_change, 1e-3 * size))
+        target = state.mean_displacement + size
+
+        def problem(state: Increment, viscosity: float = 0.0) -> Problem:
+            return Problem(
+                gravity_share=1.0,
+                displacement=state.displacement.ravel(),
+                elastic_slip=state.elastic_slip,
+                inertia_reference=state.displacement.ravel(),
+                time_step=self.stepping.proximal_time,
+                mean_displacement=target,
+                viscosity=viscosity,
+            )
+
+        share = size / mean_change if mean_change > 0 else 0.0
+        predicted = state.displacement.ravel() + min(share, 2.0) * last_change
+        small = size <= SNAP * self.stepping.displacement_increment
+        time = state.time + self.stepping.proximal_time
+        solved = self._solved_or_snapped(state, problem, predicted, "displacement", time, small)
+        fallen = self.model.names_without_contact(solved.normal_force)
+        if fallen and small:
+            raise CollapseError(", ".join(fallen), 1e3 * state.control_displacement)
+        if fallen:
+            raise ConvergenceError("Newton", f"{fallen[0]} lost every contact", solved.iterations)
+        return solved
+
+    def _solved_or_snapped(
+        self, state: Increment, problem: ProblemFrom, predicted: FloatArray, phase: Phase, time: float, small: bool
+    ) -> Increment:
+        """Return the increment, a small one that fails by way of viscous contacts."""
+        try:
+            return self._solved(state, problem(state), predicted, state.load_multiplier, phase, time)
+        except ConvergenceError as error:
+            if not small:
+                raise
+            return self._snapped(state, problem, phase, time, error)
+
+    def _snapped(
+        self, state: Increment, problem: ProblemFrom, phase: Phase, time: float, failure: ConvergenceError
+    ) -> Increment:
+        """Return the static state in which the wall comes to rest with viscous contacts.
+
+        Each solution is a step of overdamped motion, the longer the lower the viscosity. As soon as the motion slows
+        down and a state without viscosity is found, that is the answer. Raises ConvergenceError after 100 solutions.
+        """
+        start, spent = state, failure.iterations
+        viscosity = 3 * self.model.contact_stiffness
+        slower = np.inf
+        for _ in range(100):
+            here = state.displacement.ravel()
+            try:
+                moved = self._solved(state, problem(state, viscosity), here, state.load_multiplier, phase, time)
+            except ConvergenceError as error:
+                spent, viscosity = spent + error.iterations, 3 * viscosity
+                if viscosity > (30 if state is start else 1e4) * self.model.contact_stiffness:
+                    break
+                continue
+            spent += moved.iterations
+            force = float(np.abs(moved.displacement - state.displacement).max()) * viscosity
+            state, viscosity, slows = moved, viscosity / 5, force <= slower
+            slower = force
+            if not slows:
+                continue
+            here = state.displacement.ravel()
+            try:
+                state = self._solved(state, problem(state), here, state.load_multiplier, phase, time)
+            except ConvergenceError as error:
+                spent += error.iterations
+                continue
+            attempt = Attempt(str(failure), state.mean_displacement - start.mean_displacement, FOLLOWED, spent)
+            return replace(state, number=start.number + 1, attempts=(attempt,))
+        raise ConvergenceError("Newton", f"no state of rest after a snap ({failure})", spent)
 
     def _solved(
-        self, state: Increment, problem: Problem, predicted: FloatArray, multiplier: float, phase: Phase
+        self,
+        state: Increment,
+        problem: Problem,
+        predicted: FloatArray,
+        multiplier: float,
+        phase: Phase,
+        time: float,
     ) -> Increment:
-        first = evaluate(self.model, problem, predicted, state.normal_force, multiplier)
-        iterate = solve_increment(self.model, self.system, problem, first, self.newton)
-        return _increment(self.model, state, problem, iterate, phase)
-
-
-def _increment(model: ContactModel, state: Increment, problem: Problem, iterate: Iterate, phase: Phase) -> Increment:
-    """Return the converged iterate as the increment after `state`; `time` and `step` are the caller's to set."""
-    force = np.where(iterate.active, np.maximum(iterate.normal_force, 0.0), 0.0)
-    closed = iterate.active & (force > 0.0)
-    elastic_slip = np.where(closed[:, None], iterate.response.elastic_slip, 0.0)
-    change = iterate.displacement - problem.displacement
-    slip_change = (model.tangential_rows @ change).reshape(-1, 2)
-    plastic = np.where(closed[:, None], slip_change - (elastic_slip - problem.elastic_slip), 0.0)
-    velocity = change / problem.time_step
-    load = problem.gravity_share * model.gravity + iterate.load_multiplier * model.lateral
-    earlier = _gravity_share(state) * model.gravity + state.load_multiplier * model.lateral
-    return Increment(
-        number=state.number + 1,
-        phase=phase,
-        time=state.time,
-        load_multiplier=iterate.load_multiplier,
-        displacement=read_only(iterate.displacement.reshape(-1, 3)),
-        velocity=read_only(velocity.reshape(-1, 3)),
-        normal_force=read_only(force),
-        elastic_slip=read_only(elastic_slip),
-        slip=read_only(state.slip + np.linalg.norm(plastic, axis=1)),
-        gap=read_only(iterate.gap),
-        status=read_only(_status(closed, iterate.response.sliding), np.int64),
-        base_shear=_base_shear(model, iterate),
-        control_displacement=float(model.top_row @ iterate.displacement),
-        mean_displacement=float(model.mean_row @ iterate.displacement),
-        kinetic_energy=0.5 * float(velocity @ (model.mass @ velocity)),
-        internal_energy=_internal_energy(model, iterate, force, elastic_slip),
-        dissipated_energy=state.dissipated_energy + float(np.sum(iterate.response.traction * plastic)),
-        external_work=state.external_work + 0.5 * float((load + earlier) @ change),
-        equilibrium_residual=iterate.norms[0],
-        iterations=iterate.number,
-        step=state.step,
-    )
-
-
-def _status(closed: npt.NDArray[np.bool_], sliding: npt.NDArray[np.bool_]) -> IntArray:
-    return np.where(closed, np.where(sliding, ContactStatus.SLIP, ContactStatus.STICK), ContactStatus.OPEN)
-
-
-def _gravity_share(state: Increment) -> float:
-    return state.time if state.phase == "gravity" else 1.0
-
-
-def _base_shear(model: ContactModel, iterate: Iterate) -> float:
-    """Return the horizontal force of the supports on the wall against the load, N."""
-    x_on_wall = iterate.normal_force * model.contacts.normal[:, 0]
-    x_on_wall = x_on_wall - iterate.response.traction[:, 0] * model.contacts.tangent[:, 0]
-    return -model.direction * float(x_on_wall[model.on_support].sum())
-
-
-def _internal_energy(
-    model: ContactModel, iterate: Iterate, normal_force: FloatArray, elastic_slip: FloatArray
-) -> float:
-    """Return elastic energy of the bodies and of the elastic slip, J."""
-    strain = 0.5 * float(iterate.displacement @ (model.stiffness @ iterate.displacement))
-    stiffness = model.contacts.friction * normal_force / model.slip_tolerance
-    return strain + 0.5 * float(stiffness @ np.sum(elastic_slip**2, axis=1))
+        """Solve on the geometry of the predicted displacement, again where bodies have turned away from it."""
+        force, spent = state.normal_force, 0
+        for _ in range(GEOMETRY_PASSES):
+            model = displaced(self.model, predicted)
+            self.system.follow(model)
+            here = replace(problem, elastic_slip=model.on_its_contacts(problem.elastic_slip))
+            first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
+            iterate = solve_increment(model, self.system, here, first, self.newton)
+            spent += iterate.number
+            if largest_turn(self.model, predicted, iterate.displacement) < TURN:
+                break
+            predicted, multiplier = iterate.displacement, iterate.load_multiplier
+            force = scattered(state.normal_force, model.rows, iterate.normal_force)
+        return increment_of(model, state, here, replace(iterate, number=spent), phase, time)

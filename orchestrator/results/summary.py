@@ -40,7 +40,7 @@ def effort_of(increments: Iterable[Increment]) -> Effort:
         steps += 1
         iterations += increment.iterations + sum(attempt.iterations for attempt in increment.attempts)
         failed += len(increment.attempts)
-        penetration = max(penetration, float(np.max(-increment.gap, initial=0.0)))
+        penetration = max(penetration, float(np.nanmax(-increment.gap, initial=0.0)))
     return Effort(steps, iterations, failed, penetration)
 
 

@@ -65,11 +65,14 @@ def model_of(
     direction: int = 1,
     slip_tolerance: float = 1e-6,
     comm: MPI.Comm = MPI.COMM_SELF,
+    large_displacement: bool = False,
 ) -> ContactModel:
     assemblage = assemblage_of(wall)
     bodies = make_bodies(assemblage, partition or one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(size=mesh_size), None)
-    return build_model(bodies, meshes, ElasticSettings(), ContactSettings(slip_tolerance), direction, comm)
+    return build_model(
+        bodies, meshes, ElasticSettings(), ContactSettings(slip_tolerance), direction, comm, large_displacement
+    )
 
 
 def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float) -> Run:

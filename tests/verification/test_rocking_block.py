@@ -1,0 +1,45 @@
+"""A rigid block that rocks about its toe: the multiplier is tan(alpha0 - theta) until it stands on its corner.
+
+G. W. Housner, Bull. Seism. Soc. Am. 53 (1963) 403-417: geometry of the rocking block, alpha0 = atan(width / height).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.verification.pushover_chain import Run, model_of, run, stack
+
+
+def rocked(width: float, height: float, direction: int = 1) -> Run:
+    """Push a block on a rough base until its base shear has fallen to zero."""
+    model = model_of(stack((width, height), friction=5.0), large_displacement=True, direction=direction)
+    return run(model, 2 * height, final_drop=1.0, displacement_increment=2e-3)
+
+
+def rotation(displacement: np.ndarray, width: float, height: float) -> np.ndarray:
+    """Return theta of a rigid block whose top moves by width/2 (1 - cos theta) + height sin theta on average."""
+    theta = np.linspace(0.0, np.pi / 4, 100_001)
+    return np.interp(displacement, width / 2 * (1 - np.cos(theta)) + height * np.sin(theta), theta)
+
+
+@pytest.mark.parametrize(("width", "height"), [(0.4, 0.6), (0.3, 0.9)])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_multiplier_of_a_rocking_block_falls_to_zero(width, height, direction):
+    result = rocked(width, height, direction)
+    slenderness = np.arctan2(width, height)
+    theta = rotation(result.curve.control_displacement_m, width, height)
+    multiplier = result.curve.base_shear_N / result.model.weight
+    assert multiplier[-2] > 0 > multiplier[-1]
+    assert theta[-2] < slenderness < theta[-1]
+    rocking = theta > 0.002
+    error = np.abs(multiplier - np.tan(slenderness - theta))[rocking] / np.tan(slenderness)
+    assert np.count_nonzero(rocking) > 50
+    assert error.max() < 0.005
+
+
+def test_small_displacements_keep_the_multiplier():
+    """The detector: without the turn of the block the multiplier stays at width / height."""
+    model = model_of(stack((0.4, 0.6), friction=5.0))
+    result = run(model, 0.1, displacement_increment=2e-3)
+    assert result.curve.base_shear_N[-1] / result.model.weight == pytest.approx(0.4 / 0.6, rel=2e-3)
