@@ -27,7 +27,7 @@ from orchestrator.pushover.settings import NewtonSettings
 LINE_SEARCH_SHARE = 0.03
 """c_m of the merit function over the contact stiffness"""
 REPETITION = 0.95
-"""an iterate with the contact states of an earlier one and more than this share of its error: Newton goes in circles"""
+"""an iterate that returns to earlier contact states with more than this share of their error: Newton goes in circles"""
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -188,6 +188,7 @@ def solve_increment(
     """
     best, least = first, np.inf
     seen: dict[bytes, float] = {}
+    state = b""
     earlier = iterate = first
     for following in iterates(model, system, problem, first):
         earlier, iterate = iterate, following
@@ -196,11 +197,11 @@ def solve_increment(
             best, least = iterate, error
         if least < 1.0:
             return best
-        state = np.packbits([iterate.active, iterate.response.sliding]).tobytes()
-        if iterate.number >= settings.iterations or not error < REPETITION * seen.get(state, np.inf):
+        before, state = state, np.packbits([iterate.active, iterate.response.sliding]).tobytes()
+        circles = state != before and error > REPETITION * seen.get(state, np.inf)
+        if iterate.number >= settings.iterations or circles or not np.isfinite(error):
             break
-        if iterate.number:
-            seen[state] = error
+        seen[state] = error
     if least < settings.acceptable:
         return replace(best, number=iterate.number)
     where = f"out-of-balance force {best.norms[0]:.1e} of the weight after {iterate.number} iterations"

@@ -5,7 +5,9 @@ Multiplying the residual R_u = 0 of newton.py by the change of displacement give
     external work = change of stored + change of kinetic energy + friction + algorithmic dissipation,
 
 external work by the trapezoidal rule. The last term is what implicit Euler takes out: half the work of the changes of
-elastic force and load, the impact of gaps that close, inertia beyond the kinetic energy, and viscous contacts.
+elastic force and load, the impact of gaps that close, inertia beyond the kinetic energy, and viscous contacts. It also
+holds what pressure does to a contact that sticks (its stiffness grows with the normal force, at no work), which may
+make it negative in an increment.
 """
 
 from __future__ import annotations

@@ -41,6 +41,8 @@ EASY = 8
 TURN = 5e-4
 """an increment whose bodies turn by more than this (rad) from the predicted geometry is solved again on its own"""
 GEOMETRY_PASSES = 4
+FALLING = 0.05
+"""a part that moves by this share of the wall's height under its own weight falls"""
 SNAP = 4e-3
 """an increment below this share of the largest one that still fails is a snap"""
 
@@ -102,7 +104,7 @@ def at_rest(model: ContactModel) -> Increment:
 
 def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
     """Return why the curve ends with this increment: displacement, drop of the base shear, or number; else None."""
-    if state.control_displacement >= stepping.final_displacement * (1 - 1e-9):
+    if state.control_displacement >= stepping.final_displacement * (1 - 1e-3):
         return f"final displacement of {1e3 * stepping.final_displacement:g} mm reached"
     if state.phase == "displacement" and state.base_shear < (1 - stepping.final_drop) * state.largest_base_shear:
         return f"base shear {100 * stepping.final_drop:g} % below its peak"
@@ -167,10 +169,19 @@ class Pushover:
         if self._rests(state):
             return
         for solved in islice(follow(state, step, self._solve_gravity, policy), self.stepping.largest_increments):
+            self._refuse_what_falls(solved)
             yield solved
             if self._rests(solved):
                 return
         raise ConvergenceError("gravity", "the wall keeps moving under its own weight")
+
+    def _refuse_what_falls(self, state: Increment) -> None:
+        """Raise ConvergenceError for a wall of which a part moves far under its own weight: it cannot stand."""
+        nodes = self.model.meshes.nodes
+        moved = np.linalg.norm(state.displacement[: len(nodes)], axis=1)
+        if moved.max() > FALLING * np.ptp(nodes[:, 1]):
+            name = self.model.body_names[self.model.meshes.body_of_node[moved.argmax()]]
+            raise ConvergenceError("gravity", f"the wall does not stand under its own weight: {name} falls")
 
     def _rests(self, state: Increment) -> bool:
         """Return whether all weight acts and the proximal term has faded below Newton's tolerance."""
@@ -203,7 +214,7 @@ class Pushover:
         largest = self.stepping.time_step
         policy = Policy(largest, smallest=0.5 * largest, shrink=1 / 3, grow=1.5)
         if state.phase == "gravity":
-            state = replace(state, velocity=read_only(np.zeros_like(state.velocity)), time=0.0)
+            state = replace(state, velocity=read_only(np.zeros_like(state.velocity)))
             step = policy.largest
         else:
             step = state.step[0]
@@ -229,7 +240,8 @@ class Pushover:
             mean_displacement=None,
         )
         multiplier = state.load_multiplier + self.stepping.load_rate * step
-        return self._solved(state, problem, predicted, multiplier, "ramp", state.time + step)
+        time = step + (state.time if state.phase == "ramp" else 0.0)
+        return self._solved(state, problem, predicted, multiplier, "ramp", time)
 
     def _inertia_shows(self, state: Increment) -> bool:
         shortfall = state.load_multiplier - state.base_shear / self.model.weight

@@ -236,7 +236,9 @@ def model():
     hole = rectangle(0.5, 0.5, 1.5, 1.0)[::-1]
     frame = np.vstack([rectangle(0, 0, 2, 1.5)[:3], [[1, 1.5]], [[0, 1.5]]])  # imprinted: end of the joint above
     outlines = [frame, rectangle(0, 1.5, 1, 2), rectangle(-0.5, -0.2, 2.5, 0)]
-    made = [Body(n, outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array([n])) for n in range(3)]
+    made = [
+        Body(n, f"block {n}", outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array([n])) for n in range(3)
+    ]
     start, end = np.array([[2.0, 0.0], [1.0, 1.5]]), np.array([[0.0, 0.0], [0.0, 1.5]])
     bodies = Bodies(tuple(made), 2, 0.1, np.array([2, 0]), np.array([0, 1]), start, end, np.full(2, 0.65), np.arange(2))
     nodes, triangles, body_of_node, body_of_side = [], [], [], []
@@ -267,7 +269,7 @@ def increment(model):
     none, status = np.zeros(6), np.array([1, 2, 0, 0, 0, 0])
     return Increment(
         7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), none, none, status,
-        100.0, 0.0123, 0.01, 0.0, 1.0, 0.0, 0.0, 0.0, 3, (0.1,),
+        100.0, 0.0123, 0.01, 0.0, 1.0, 0.0, 0.0, 0.0, 100.0, 0.0, 3, (0.1,),
     )  # fmt: skip
 
 

@@ -214,7 +214,10 @@ def test_macroblocks_file_holds_partition_and_polygons(tmp_path, assemblage, par
     hole = rectangle(0.2, 0.1, 0.4, 0.2)[::-1]
     outlines = [rectangle(0, 0, 2, 0.5), rectangle(0.5, 0.5, 1.5, 1), rectangle(0, -0.2, 2, 0)]
     blocks = [[1, 2], [3], [0]]
-    made = [Body(n, outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array(blocks[n])) for n in range(3)]
+    made = [
+        Body(n, f"block {n}", outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array(blocks[n]))
+        for n in range(3)
+    ]
     interfaces = {"body_i": np.array([2]), "body_j": np.array([0]), "start": np.array([[2.0, 0]])}
     bodies = Bodies(tuple(made), 2, 0.1, **interfaces, end=np.zeros((1, 2)), friction=np.ones(1), joint=np.array([0]))
     results.write_macroblocks(tmp_path, assemblage.wall, partition, bodies)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mpi4py import MPI
@@ -14,9 +14,11 @@ from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, build_model
+from orchestrator.pushover.newton import Problem, evaluate, solve_increment
+from orchestrator.pushover.record import increment_of
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.state import Increment, PushoverCurve
-from orchestrator.pushover.stepping import Pushover
+from orchestrator.pushover.stepping import Pushover, at_rest
 
 
 @dataclass(frozen=True)
@@ -79,3 +81,20 @@ def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COM
     settings = SteppingSettings(final_displacement=final_displacement, **stepping)
     with LinearSystem(model, comm) as system:
         return Run(model, list(Pushover(model, system, NewtonSettings(), settings).increments()))
+
+
+def moved_to(model: ContactModel, displacements: list[float], state: Increment | None = None) -> list[Increment]:
+    """Prescribe the mean displacement (m) step by step, forth or back, under the full weight (small displacements)."""
+    state = state or at_rest(model)
+    path = [state]
+    with LinearSystem(model, MPI.COMM_SELF) as system:
+        for displacement in displacements:
+            start = state.displacement.ravel()
+            problem = Problem(1.0, start, state.elastic_slip, start, 1.0, displacement)
+            if state.number == 0:
+                problem = replace(problem, reference_force=model.weight / len(model.contacts))
+            first = evaluate(model, problem, start, state.normal_force, state.load_multiplier)
+            iterate = solve_increment(model, system, problem, first, NewtonSettings(iterations=50))
+            state = increment_of(model, state, problem, iterate, "displacement", 1.0)
+            path.append(state)
+    return path

@@ -4,15 +4,15 @@ A block on a plane with slope tan a = 0.1 is pushed horizontally by F; with weig
 
     F / G = (tan a + mu) / (1 - mu tan a),     0.412371 for mu = 0.3.
 
-Also pushed downhill, where the sign of tan a changes. NAFEMS asks for mu = 0 too: such a block cannot stand on the
-slope before it is pushed, and the chain refuses it.
+Also pushed downhill, where the sign of tan a changes. With mu <= tan a the block cannot stand on the slope before it is
+pushed, and the chain refuses it; here its weight acts while its displacement is held.
 """
 
 import numpy as np
 import pytest
 
 from orchestrator.masonry.wall import Block, Wall
-from tests.verification.pushover_chain import model_of, run
+from tests.verification.pushover_chain import model_of, moved_to, run
 
 SLOPE = 0.1
 
@@ -36,6 +36,13 @@ def test_sliding_starts_at_the_closed_form(friction, direction):
     tangent = direction * SLOPE
     result = run(model_of(wall_on_slope(friction), direction=direction), final_displacement=1e-3)
     assert result.peak == pytest.approx((tangent + friction) / (1 - friction * tangent), rel=1e-4)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1, 0.2, 0.3])
+def test_a_block_held_while_its_weight_acts_slides_at_the_closed_form(friction):
+    path = moved_to(model_of(wall_on_slope(friction)), [0.0, 5e-5, 1e-4, 2e-4])
+    for increment in path[2:]:
+        assert increment.load_multiplier == pytest.approx((SLOPE + friction) / (1 - friction * SLOPE), rel=1e-3)
 
 
 def test_the_figure_nafems_prints():

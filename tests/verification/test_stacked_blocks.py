@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from orchestrator.pushover.state import ContactStatus
-from tests.verification.pushover_chain import model_of, run, stack
+from tests.verification.pushover_chain import model_of, moved_to, run, stack
 
 
 @pytest.mark.parametrize("friction", [0.3, 0.5])
@@ -46,7 +46,7 @@ def test_reaction_after_gravity_is_the_weight():
     model = model_of(stack((0.4, 0.3), (0.2, 0.3), friction=0.6))
     result = run(model, final_displacement=1e-6)
     weight = 25e3 * 0.1 * (0.4 * 0.3 + 0.2 * 0.3)
-    reaction = result.under_gravity.normal_force[model.on_support].sum()
+    reaction = result.under_gravity.normal_force[model.support_side == 1].sum()
     assert model.weight == pytest.approx(weight, rel=1e-12)
     assert reaction == pytest.approx(weight, rel=1e-8)
 
@@ -70,3 +70,20 @@ def test_sliding_dissipates_friction_force_times_slip():
     slid = last.mean_displacement - first.mean_displacement
     assert slid > 1e-3
     assert last.dissipated_energy - first.dissipated_energy == pytest.approx(0.4 * model.weight * slid, rel=1e-3)
+
+
+def test_cycles_of_reversed_load_dissipate_friction_force_times_slip():
+    """Two cycles of +-0.1 mm: the block slides at +-mu, and each reversal first takes back the elastic slip."""
+    friction, amplitude = 0.4, 1e-4
+    model = model_of(stack((0.4, 0.3), friction=friction))
+    quarter = np.linspace(0.0, amplitude, 11)[1:]
+    cycle = [*quarter, *quarter[-2::-1], 0.0, *-quarter, *-quarter[-2::-1], 0.0]
+    path = moved_to(model, [0.0, *cycle, *cycle])
+    first, last = path[1], path[-1]
+    assert max(i.load_multiplier for i in path) == pytest.approx(friction, rel=1e-3)
+    assert min(i.load_multiplier for i in path) == pytest.approx(-friction, rel=1e-3)
+    travelled = 8 * amplitude
+    reversals = 4
+    slipped = travelled - (1 + 2 * reversals) * model.slip_tolerance
+    dissipated = last.dissipated_energy - first.dissipated_energy
+    assert dissipated == pytest.approx(friction * model.weight * slipped, rel=0.01)

@@ -22,15 +22,18 @@ class FakeIterate:
     response: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(sliding=np.zeros(2, bool)))
 
 
-def solved(monkeypatch, *forces, rounding=0.0, **settings):
+def solved(monkeypatch, *forces, rounding=0.0, states=1, **settings):
     """Run the stopping rule on iterates with these out-of-balance forces, the last repeated for ever."""
 
     def iterates(*_):
         for number in range(1000):
-            yield FakeIterate(number, (forces[min(number, len(forces) - 1)], 0.0, 0.0, 0.0), rounding)
+            active = np.array([number % states == 0, True])
+            yield FakeIterate(number, (forces[min(number, len(forces) - 1)], 0.0, 0.0, 0.0), rounding, active)
 
     monkeypatch.setattr(newton, "iterates", iterates)
-    model = SimpleNamespace(contacts=SimpleNamespace(slave_body=np.zeros(2, int), master_body=np.ones(2, int)))
+    model = SimpleNamespace(
+        contacts=SimpleNamespace(slave_body=np.zeros(2, int), master_body=np.ones(2, int)), body_names=("a", "b")
+    )
     return newton.solve_increment(
         model, None, None, FakeIterate(0, (forces[0], 0.0, 0.0, 0.0)), NewtonSettings(**settings)
     )
@@ -45,14 +48,20 @@ def test_the_start_is_never_the_answer(monkeypatch):
 
 
 def test_cycling_just_above_the_tolerance_is_accepted_at_its_best_as_soon_as_it_is_seen(monkeypatch):
-    found = solved(monkeypatch, 1.0, *[4e-6, 5e-8] * 10, iterations=14)
+    found = solved(monkeypatch, 1.0, *[4e-6, 5e-8] * 10, states=2, iterations=14)
     assert found.norms[0] == pytest.approx(5e-8)
     assert found.number == 3
 
 
 def test_far_from_equilibrium_is_a_failure_that_says_how_far(monkeypatch):
-    with pytest.raises(ConvergenceError, match=r"2\.0e-06 of the weight after 3 iterations"):
-        solved(monkeypatch, 1.0, 3e-6, 2e-6, 5e-6, iterations=14)
+    with pytest.raises(
+        ConvergenceError, match=r"2\.0e-06 of the weight after 3 iterations, contacts change between a and b"
+    ):
+        solved(monkeypatch, 1.0, 3e-6, 2e-6, 5e-6, states=2, iterations=14)
+
+
+def test_the_same_states_with_little_progress_are_no_circle(monkeypatch):
+    assert solved(monkeypatch, 1.0, 0.5, 0.49, 0.48, 1e-9).number == 4
 
 
 def test_slow_convergence_uses_all_iterations(monkeypatch):

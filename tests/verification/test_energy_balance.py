@@ -1,0 +1,112 @@
+"""Energy along a curve: external work = stored + kinetic + friction + algorithmic dissipation.
+
+Every term but the last is recomputed here from what an increment stores: work from the volumes of the tetrahedra,
+stored energy from Green's strain (which knows nothing of corotation), friction from normal forces and slips.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orchestrator.masonry.readers import read_blocks
+from orchestrator.meshing import volumes
+from orchestrator.pushover.settings import ElasticSettings
+from orchestrator.pushover.state import Increment
+from orchestrator.pushover.stepping import at_rest
+from tests.verification.pushover_chain import Run, model_of, run, stack
+
+WALLS = {
+    "rocking": (read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall3.json"), 0.02),
+    "sliding": (stack((0.4, 0.3), (0.5, 0.3), friction=0.3), 0.002),
+}
+CASES = [(name, large) for name in WALLS for large in (False, True)]
+
+
+@cache
+def pushed(name: str, large_displacement: bool) -> Run:
+    wall, displacement = WALLS[name]
+    model = model_of(wall, large_displacement=large_displacement)
+    result = run(model, displacement)
+    assert not any("snap" in attempt.action for i in result.increments for attempt in i.attempts)
+    return Run(model, [at_rest(model), *result.increments])
+
+
+def nodal_weight(result: Run) -> np.ndarray:
+    """Weight of each node (m,) in N: a quarter of each of its tetrahedra."""
+    meshes = result.model.meshes
+    share = volumes(meshes.nodes, meshes.tetrahedra) * meshes.unit_weight[meshes.body_of_tetrahedron] / 4
+    return np.bincount(meshes.tetrahedra.ravel(), np.repeat(share, 4), len(meshes.nodes))
+
+
+def external_work(result: Run) -> np.ndarray:
+    """Work of weight and lateral load up to each increment, by the trapezoidal rule."""
+    weight, work = nodal_weight(result), [0.0]
+    for before, after in zip(result.increments, result.increments[1:], strict=False):
+        moved = weight @ (after.displacement - before.displacement)
+        share = [i.time if i.phase == "gravity" else 1.0 for i in (before, after)]
+        work.append(-np.mean(share) * moved[1] + 0.5 * (before.load_multiplier + after.load_multiplier) * moved[0])
+    return np.cumsum(work)
+
+
+def strain_energy(result: Run, increment: Increment) -> float:
+    """Energy of all tetrahedra, J: Green's strain, or its linear part where displacements are small."""
+    meshes, elastic = result.model.meshes, ElasticSettings()
+    corners, moved = (x[meshes.tetrahedra] for x in (meshes.nodes, meshes.nodes + increment.displacement))
+    edges, moved_edges = ((x[:, 1:] - x[:, :1]).transpose(0, 2, 1) for x in (corners, moved))
+    gradient = moved_edges @ np.linalg.inv(edges)
+    turned = gradient.transpose(0, 2, 1)
+    large = result.model.tracking is not None
+    strain = 0.5 * (turned @ gradient - np.eye(3) if large else turned + gradient - 2 * np.eye(3))
+    modulus, ratio = elastic.elastic_modulus, elastic.poisson_ratio
+    first, second = modulus * ratio / ((1 + ratio) * (1 - 2 * ratio)), modulus / (2 * (1 + ratio))
+    density = first / 2 * np.trace(strain, axis1=1, axis2=2) ** 2 + second * np.sum(strain**2, axis=(1, 2))
+    return float(density @ volumes(meshes.nodes, meshes.tetrahedra))
+
+
+def slip_energy(result: Run, increment: Increment) -> float:
+    stiffness = result.model.possible.friction * increment.normal_force / result.model.slip_tolerance
+    return 0.5 * float(stiffness @ np.sum(increment.elastic_slip**2, axis=1))
+
+
+def friction_work(result: Run) -> np.ndarray:
+    """Coulomb's limit times plastic slip, added up."""
+    friction, work = result.model.possible.friction, [0.0]
+    for before, after in zip(result.increments, result.increments[1:], strict=False):
+        work.append(float((friction * after.normal_force) @ (after.slip - before.slip)))
+    return np.cumsum(work)
+
+
+def balance(result: Run, friction_factor: float = 1.0) -> float:
+    """Return what is missing at the end, as a share of stored energy and friction."""
+    last = result.increments[-1]
+    stored = strain_energy(result, last) + slip_energy(result, last)
+    friction = friction_factor * friction_work(result)[-1]
+    rest = external_work(result)[-1] - stored - last.kinetic_energy - friction - last.algorithmic_dissipation
+    return rest / (stored + friction)
+
+
+@pytest.mark.parametrize(("name", "large_displacement"), CASES)
+def test_balance_closes(name, large_displacement):
+    assert abs(balance(pushed(name, large_displacement))) < 0.002
+
+
+@pytest.mark.parametrize("large_displacement", [False, True])
+def test_a_tenth_of_the_friction_is_noticed(large_displacement):
+    with pytest.raises(AssertionError):
+        assert abs(balance(pushed("sliding", large_displacement), 0.9)) < 0.01
+
+
+@pytest.mark.parametrize(("name", "large_displacement"), CASES)
+def test_energies_of_the_increments(name, large_displacement):
+    result = pushed(name, large_displacement)
+    work, friction = external_work(result), friction_work(result)
+    assert len(result.increments) > 20
+    for number, increment in enumerate(result.increments[1:], start=1):
+        stored = strain_energy(result, increment) + slip_energy(result, increment)
+        assert increment.internal_energy == pytest.approx(stored, rel=2e-3)
+        assert increment.external_work == pytest.approx(work[number], rel=1e-6)
+        assert increment.dissipated_energy == pytest.approx(friction[number], rel=1e-6, abs=1e-9)
