@@ -6,7 +6,7 @@ RANKS = 1
 MPIRUN = $(if $(filter-out 1,$(RANKS)),OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n $(RANKS))
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: setup benchmark1 test lint verify reference clean
+.PHONY: setup benchmark1 test lint verify bench reference clean
 
 setup: .venv/.ready
 
@@ -29,9 +29,14 @@ lint: setup
 	.venv/bin/ruff check . && .venv/bin/ruff format --check .
 	.venv/bin/mypy && .venv/bin/lint-imports
 
-# Heavier studies, some ten minutes: the tables in docs/studies.
+# Heavier studies, some half an hour: the tables in docs/studies.
 verify: setup
 	$(PYTHON) docs/studies/sensitivity.py
+	$(PYTHON) docs/studies/robustness.py
+
+# Cost against blocks and ranks, and of benchmark 1: tables and a plot in benchmarks/.
+bench: setup
+	$(PYTHON) benchmarks/measure.py
 
 # The stored curves of tests/regression; look at the difference (git diff, build/regression/*.png) before you commit it.
 reference: benchmark1

@@ -236,9 +236,9 @@ class _Reporter:
 
 def _table(summary: dict[str, Any]) -> Table:
     """Return the short table at the end of a run."""
-    table = Table(
-        box=SIMPLE_HEAD, padding=0, title=f"{summary['case']}: weight {summary['wall']['weight'] / 1e3:.3f} kN"
-    )
+    title = [f"{summary['case']}: weight {summary['wall']['weight'] / 1e3:.3f} kN"]
+    kinematics = dict.fromkeys(pushover["displacements"] for pushover in summary["pushover"])
+    table = Table(box=SIMPLE_HEAD, padding=0, title=", ".join([*title, *(f"{k} displacements" for k in kinematics)]))
     columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)

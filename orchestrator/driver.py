@@ -307,11 +307,12 @@ def _folded(
             effort,
             capacity,
             stopped,
+            large_displacement=case.stepping.large_displacement,
             ranks=ranks,
             seconds=seconds,
             peak_memory=1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
         ),
-        complaint=failure or _check(model, curve, effort.max_penetration, contact_model.weight),
+        complaint=failure or _check(model, curve, effort, contact_model.weight),
     )
 
 
@@ -324,11 +325,11 @@ def _located(model: str, error: ConvergenceError, last: Increment | None) -> Con
     return ConvergenceError(f"{model} FE", f"stopped {place}: {error}", error.iterations)
 
 
-def _check(model: str, curve: PushoverCurve, max_penetration: float, weight: float) -> ResultError | None:
+def _check(model: str, curve: PushoverCurve, effort: results.Effort, weight: float) -> ResultError | None:
     from orchestrator.pushover.checks import check as check_curve
 
     try:
-        check_curve(curve, max_penetration, weight)
+        check_curve(curve, effort.max_penetration, effort.energy_error, weight)
     except ResultError as error:
         return ResultError(f"{model} {error.check}", error.detail)
     return None

@@ -1,12 +1,17 @@
-"""Regular masonry without a drawing."""
+"""Masonry without a drawing: running bond, and irregular courses drawn from ranges."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from orchestrator.errors import CaseError
 from orchestrator.masonry.wall import Block, Wall, read_only
+
+Rectangle = tuple[float, float, float, float]
+"""left, right, bottom, top in m"""
 
 
 def running_bond(
@@ -32,11 +37,102 @@ def running_bond(
         ends = halved if course % 2 else whole
         level = course * block_height
         rectangles += [(left, right, level, level + block_height) for left, right in pairwise(ends)]
+    return _wall(f"running bond {blocks_per_course} x {courses}", rectangles, thickness, unit_weight, friction)
+
+
+@dataclass(frozen=True, slots=True)
+class IrregularCourses:
+    """Coursed rectangular masonry of irregular stones with an exact outline; lengths in m, unit weight in N/m3.
+
+    Widths and heights are drawn from their ranges (least, largest); heights are then stretched so that courses end at
+    the outline and at the openings. Head joints keep `overlap` from those of the course below. openings: (left, right,
+    bottom, top) each, with a lintel of one course that bears on `bearing` at both sides. Where a jamb or a lintel
+    leaves less than a stone, a stone may be down to half the least or up to one and a half of the largest width.
+    """
+
+    length: float
+    height: float
+    thickness: float = 0.3
+    widths: tuple[float, float] = (0.12, 0.26)
+    heights: tuple[float, float] = (0.09, 0.13)
+    overlap: float = 0.03
+    openings: tuple[Rectangle, ...] = ()
+    bearing: float = 0.15
+    unit_weight: float = 19.4e3
+    friction: float = 0.75
+    seed: int = 0
+
+
+def irregular_courses(pattern: IrregularCourses) -> Wall:
+    """Return the wall of `pattern` on one wider support; the same seed gives the same wall.
+
+    Raises CaseError where no stones fit (an opening too near another, a range too narrow for the overlap).
+    """
+    random = np.random.default_rng(pattern.seed)
+    rectangles = [(-0.2, pattern.length + 0.2, -pattern.heights[1], 0.0)]
+    below: list[float] = []
+    for bottom, top in pairwise(_levels(pattern, random)):
+        stones = [
+            (left - pattern.bearing, right + pattern.bearing)
+            for left, right, _, head in pattern.openings
+            if abs(head - bottom) < 1e-9
+        ]
+        taken = stones + [(left, right) for left, right, sill, head in pattern.openings if sill < bottom + 1e-9 < head]
+        for start, end in _free(sorted(taken), pattern.length):
+            stones += _course(start, end, below, pattern, random)
+        rectangles += [(left, right, bottom, top) for left, right in sorted(stones)]
+        ends = {round(x, 9) for stone in stones for x in stone}
+        below = sorted(x for x in ends if 1e-9 < x < pattern.length - 1e-9)
+    return _wall(
+        f"irregular courses {pattern.seed}", rectangles, pattern.thickness, pattern.unit_weight, pattern.friction
+    )
+
+
+def _levels(pattern: IrregularCourses, random: np.random.Generator) -> list[float]:
+    """Return the heights of the bed joints, from 0 to the top: openings begin and end at one."""
+    fixed = sorted({0.0, pattern.height, *(y for _, _, *ends in pattern.openings for y in ends)})
+    levels = [0.0]
+    for bottom, top in pairwise(fixed):
+        courses = max(1, round((top - bottom) / (0.5 * sum(pattern.heights))))
+        drawn = random.uniform(*pattern.heights, courses)
+        levels += list(bottom + np.cumsum(drawn) * (top - bottom) / drawn.sum())
+        levels[-1] = top
+    return levels
+
+
+def _free(taken: list[tuple[float, float]], length: float) -> list[tuple[float, float]]:
+    """Return what lintels and openings leave of a course, left to right."""
+    edges = [0.0, *(x for stone in taken for x in stone), length]
+    pieces = list(zip(edges[::2], edges[1::2], strict=True))
+    if any(end < start - 1e-9 for start, end in pieces):
+        raise CaseError("openings", "an opening or its lintel leaves the wall or meets another", "move them apart")
+    return [(start, end) for start, end in pieces if end - start > 1e-9]
+
+
+def _course(
+    start: float, end: float, below: list[float], pattern: IrregularCourses, random: np.random.Generator
+) -> list[tuple[float, float]]:
+    """Return stones (left, right) from `start` to `end`, head joints away from those `below`."""
+    least, largest = pattern.widths
+    for _ in range(2000):
+        joints = [start]
+        while end - joints[-1] > largest:
+            rest = end - joints[-1]
+            joints.append(joints[-1] + min(random.uniform(least, largest), max(rest - 0.5 * least, 0.5 * rest)))
+        joints.append(end)
+        narrow = len(joints) > 2 and np.diff(joints).min() < 0.5 * least - 1e-9
+        away = min((abs(x - y) for x in joints[1:-1] for y in below), default=np.inf)
+        if away >= pattern.overlap and not narrow:
+            return list(pairwise(joints))
+    raise CaseError("overlap", f"no stones of these widths fit from {start:g} to {end:g} m", "lower it or widen widths")
+
+
+def _wall(name: str, rectangles: list[Rectangle], thickness: float, unit_weight: float, friction: float) -> Wall:
     blocks = tuple(
         Block(number, _rectangle(*sides), fixed=number == 0, unit_weight=unit_weight)
         for number, sides in enumerate(rectangles)
     )
-    return Wall(f"running bond {blocks_per_course} x {courses}", blocks, thickness, friction)
+    return Wall(name, blocks, thickness, friction)
 
 
 def _rectangle(left: float, right: float, bottom: float, top: float) -> np.ndarray:

@@ -11,6 +11,8 @@ EQUILIBRIUM = 1e-3
 """largest |multiplier x weight - base shear| / weight along the curve"""
 KINETIC = 0.05
 """largest kinetic / internal energy before the peak"""
+ENERGY = 0.01
+"""largest imbalance of work and energies / (stored energy + friction)"""
 PENETRATION = 1e-9
 """largest penetration, m"""
 
@@ -28,15 +30,16 @@ def kinetic_share(curve: PushoverCurve) -> float:
         return float(np.max(kinetic / internal, where=kinetic > 0.0, initial=0.0))
 
 
-def check(curve: PushoverCurve, max_penetration: float, weight: float) -> None:
-    """Raise ResultError if the curve is not quasi-static, not in equilibrium, or its bodies penetrate each other.
+def check(curve: PushoverCurve, max_penetration: float, energy_error: float, weight: float) -> None:
+    """Raise ResultError if the curve is not quasi-static, not in balance, or its bodies penetrate each other.
 
-    max_penetration in m over all increments; weight in N.
+    max_penetration in m over all increments; energy_error: share of the energies; weight in N.
     """
     found = {
         "equilibrium": (equilibrium_error(curve, weight), EQUILIBRIUM, "of the weight is carried by inertia"),
         "kinetic energy": (kinetic_share(curve), KINETIC, "of the internal energy before the peak"),
         "penetration": (max_penetration, PENETRATION, "m"),
+        "energy balance": (energy_error, ENERGY, "of stored energy and friction is missing"),
     }
     for name, (value, bound, meaning) in found.items():
         if not value <= bound:

@@ -50,6 +50,7 @@ class ContactModel:
     slip_tolerance: float
     rigid: FloatArray
     gap_offset: FloatArray
+    overlap: FloatArray
     rows: IntArray
     bodies: int
     body_names: tuple[str, ...]
@@ -111,6 +112,7 @@ def build_model(
         slip_tolerance=contact.slip_tolerance,
         rigid=np.zeros_like(gravity),
         gap_offset=np.zeros(len(contacts)),
+        overlap=np.zeros(len(contacts)),
         rows=np.arange(len(contacts)),
         bodies=bodies.moving,
         body_names=tuple(body.name for body in bodies.bodies),
@@ -145,6 +147,7 @@ def displaced(model: ContactModel, displacement: FloatArray) -> ContactModel:
         support_side=support_side(tracked.contacts, model.bodies),
         rigid=_rigid_displacement(model.meshes, frames),
         gap_offset=tracked.gap - normal_rows @ displacement,
+        overlap=np.zeros(len(tracked.rows)),
         rows=tracked.rows,
     )
 

@@ -38,7 +38,8 @@ class Increment:
 
     displacement, velocity (m, 3): nodal, m and m/s. normal_force (c,): contact multipliers, N, >= 0.
     elastic_slip (c, 2): in-plane and out-of-plane part, m. slip (c,): accumulated plastic slip, m.
-    gap (c,): m, NaN where a possible contact does not exist. status (c,): ContactStatus.
+    gap (c,): m, NaN where a possible contact does not exist. overlap (c,): m, what its gap was short of (or beyond)
+    closure when sliding made the contact, taken as closed. status (c,): ContactStatus.
     base_shear: horizontal reaction of the supports against the load, N.
     control_displacement: mean displacement of the top along the load, m. mean_displacement: mass-weighted mean
     displacement along the load, m. Energies in J, work and dissipation accumulated (record.py). largest_base_shear: up
@@ -57,6 +58,7 @@ class Increment:
     elastic_slip: FloatArray
     slip: FloatArray
     gap: FloatArray
+    overlap: FloatArray
     status: IntArray
     base_shear: float
     control_displacement: float

@@ -28,7 +28,7 @@ from orchestrator.masonry.wall import FloatArray, read_only
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, displaced, largest_turn
 from orchestrator.pushover.newton import Problem, evaluate, solve_increment
-from orchestrator.pushover.record import increment_of, scattered
+from orchestrator.pushover.record import increment_of, scattered, without_jumps
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.state import Attempt, ContactStatus, Increment, Phase
 
@@ -43,6 +43,8 @@ TURN = 5e-4
 GEOMETRY_PASSES = 4
 FALLING = 0.05
 """a part that moves by this share of the wall's height under its own weight falls"""
+VISCOUS_FORCE = 0.01
+"""a contact that slides by the whole increment resists with this share of the weight when a snap begins"""
 SNAP = 4e-3
 """an increment below this share of the largest one that still fails is a snap"""
 
@@ -86,6 +88,7 @@ def at_rest(model: ContactModel) -> Increment:
         elastic_slip=read_only(np.zeros((count, 2))),
         slip=zero,
         gap=zero,
+        overlap=zero,
         status=read_only(np.full(count, ContactStatus.STICK), np.int64),
         base_shear=0.0,
         control_displacement=0.0,
@@ -316,7 +319,10 @@ class Pushover:
         down and a state without viscosity is found, that is the answer. Raises ConvergenceError after 100 solutions.
         """
         start, spent = state, failure.iterations
+        target = problem(state).mean_displacement
         viscosity = 3 * self.model.contact_stiffness
+        if target is not None:
+            viscosity = min(viscosity, VISCOUS_FORCE * self.model.weight / (target - state.mean_displacement))
         slower = np.inf
         for _ in range(100):
             here = state.displacement.ravel()
@@ -355,7 +361,7 @@ class Pushover:
         """Solve on the geometry of the predicted displacement, again where bodies have turned away from it."""
         force, spent = state.normal_force, 0
         for _ in range(GEOMETRY_PASSES):
-            model = displaced(self.model, predicted)
+            model = without_jumps(displaced(self.model, predicted), state)
             self.system.follow(model)
             here = replace(problem, elastic_slip=model.on_its_contacts(problem.elastic_slip))
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)

@@ -23,25 +23,30 @@ TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
 class Effort:
     """What a pushover cost and how far its contacts overlap (m): folded from all its increments, gravity included.
 
-    newton_iterations counts those of failed attempts too.
+    newton_iterations counts those of failed attempts too. energy_error: the largest imbalance of work and energies
+    (record.py), over stored energy plus friction at the end.
     """
 
     steps: int
     newton_iterations: int
     failed_attempts: int
     max_penetration: float
+    energy_error: float
 
 
 def effort_of(increments: Iterable[Increment]) -> Effort:
     """Fold increments, one at a time, into their effort."""
     steps = iterations = failed = 0
-    penetration = 0.0
+    penetration = imbalance = turned_over = 0.0
     for increment in increments:
         steps += 1
         iterations += increment.iterations + sum(attempt.iterations for attempt in increment.attempts)
         failed += len(increment.attempts)
         penetration = max(penetration, float(np.nanmax(-increment.gap, initial=0.0)))
-    return Effort(steps, iterations, failed, penetration)
+        turned_over = increment.internal_energy + increment.dissipated_energy
+        spent = turned_over + increment.kinetic_energy + increment.algorithmic_dissipation
+        imbalance = max(imbalance, abs(increment.external_work - spent))
+    return Effort(steps, iterations, failed, penetration, imbalance / turned_over if turned_over else 0.0)
 
 
 def pushover_summary(
@@ -52,6 +57,7 @@ def pushover_summary(
     capacity: Capacity,
     stopped_because: str,
     *,
+    large_displacement: bool,
     ranks: int,
     seconds: Mapping[str, float],
     peak_memory: int,
@@ -66,6 +72,7 @@ def pushover_summary(
         "nodes": len(meshes.nodes),
         "tetrahedra": len(meshes.tetrahedra),
         "contacts": contacts,
+        "displacements": "large" if large_displacement else "small",
         "ranks": ranks,
         **counted,
         **asdict(capacity),

@@ -91,7 +91,8 @@ def increment(number, **changed):
     made = Increment(
         number=number, phase="ramp", time=0.1 * number, load_multiplier=0.1, displacement=np.zeros((4, 3)),
         velocity=np.zeros((4, 3)), normal_force=np.ones(2), elastic_slip=np.zeros((2, 2)), slip=np.zeros(2),
-        gap=np.zeros(2), status=np.array([1, 2]), base_shear=1.0, control_displacement=0.0, mean_displacement=0.0,
+        gap=np.zeros(2), overlap=np.zeros(2), status=np.array([1, 2]), base_shear=1.0, control_displacement=0.0,
+        mean_displacement=0.0,
         kinetic_energy=0.0, internal_energy=1.0, dissipated_energy=0.0, external_work=0.0,
         algorithmic_dissipation=0.0, largest_base_shear=0.0, equilibrium_residual=0.0,
         iterations=3, step=(0.1, 0.2),
@@ -250,7 +251,9 @@ def test_effort_counts_failed_attempts_and_finds_the_deepest_penetration():
     failed = (Attempt("cycle", 0.1, "halved", 10), Attempt("cycle", 0.05, "halved", 7))
     second = increment(2, attempts=failed, gap=np.array([1e-3, -2e-12]))
     effort = results.effort_of([increment(1), second, increment(3, gap=np.array([1, 0.5]))])
-    assert effort == results.Effort(steps=3, newton_iterations=26, failed_attempts=2, max_penetration=2e-12)
+    assert effort == results.Effort(
+        steps=3, newton_iterations=26, failed_attempts=2, max_penetration=2e-12, energy_error=1.0
+    )
 
 
 def keys(record):
@@ -268,7 +271,16 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
     capacity = Capacity(900.0, 0.288, 0.01, 0.02, 5e6, 0.001, 1e-5)
     seconds = {"mesh": 1, "assembly": 2, "factorise": 3, "contact": 4, "total": 11}
     entry = results.pushover_summary(
-        "macro", meshes, 6, results.Effort(5, 20, 1, 1e-12), capacity, "done", ranks=2, seconds=seconds, peak_memory=99
+        "macro",
+        meshes,
+        6,
+        results.Effort(5, 20, 1, 1e-12, 1e-8),
+        capacity,
+        "done",
+        large_displacement=True,
+        ranks=2,
+        seconds=seconds,
+        peak_memory=99,
     )
     record = results.summary("case", assemblage, analysis, partition, [entry])
     assert keys(record) == {
@@ -281,9 +293,9 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         "macroblocks": dict.fromkeys(["count", "joints", "tol_n", "tol_d", "trivial"]),
         "pushover": [{
             **dict.fromkeys([
-                "model", "bodies", "nodes", "tetrahedra", "contacts", "ranks", "steps", "newton_iterations",
+                "model", "bodies", "nodes", "tetrahedra", "contacts", "displacements", "ranks", "steps", "newton_iterations",
                 "peak_base_shear", "peak_multiplier", "displacement_at_peak", "final_displacement",
-                "initial_stiffness", "equilibrium_residual", "max_penetration", "max_kinetic_over_internal",
+                "initial_stiffness", "equilibrium_residual", "max_penetration", "energy_error", "max_kinetic_over_internal",
                 "peak_memory", "stopped_because",
             ]),
             "seconds": dict.fromkeys(["mesh", "assembly", "factorise", "contact", "total"]),

@@ -37,6 +37,7 @@ def increment(number, nodes=5, contacts=3):
         elastic_slip=random.random((contacts, 2)),
         slip=random.random(contacts),
         gap=random.random(contacts),
+        overlap=random.random(contacts),
         status=random.integers(0, 3, contacts),
         iterations=number + 1,
         step=(0.1, 1 / 3),

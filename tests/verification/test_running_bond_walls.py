@@ -41,7 +41,8 @@ def test_peak_against_limit_analysis_and_an_independent_prototype(courses, block
 
 
 def test_curve_is_quasi_static_and_in_equilibrium(wide):
-    check(wide.curve, effort_of(wide.increments).max_penetration, wide.model.weight)
+    effort = effort_of(wide.increments)
+    check(wide.curve, effort.max_penetration, effort.energy_error, wide.model.weight)
     assert equilibrium_error(wide.curve, wide.model.weight) < 1e-3
     assert all(np.all(i.normal_force >= 0) for i in wide.increments)
 

@@ -1,0 +1,210 @@
+"""What a pushover costs: against the number of blocks, on two ranks, and on benchmark 1 (`make bench`).
+
+Every measurement is a process of its own, so that peak memory is its own too. The scaling runs take gravity and a fixed
+number of further increments of running bond walls of the same stones; `--quick` measures the two smallest only.
+Writes scaling.csv, walls.csv and scaling.png beside this file. Timings of one run may be compared, as ratios, with one
+another; not with those of another day.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+
+FOLDER = Path(__file__).parent
+SIZES = {33: (5, 6), 105: (10, 10), 492: (20, 24), 997: (28, 35), 1984: (40, 49)}
+"""blocks: (blocks per course, courses) of a running bond wall"""
+INCREMENTS = 25
+"""increments of the scaling runs, gravity included"""
+ELSEWHERE = {"CalculiX, wall 6, penalty node-to-surface": 157.0, "rigid-block non-smooth dynamics, wall 6": 56.0}
+"""CPU seconds on one core, measured once on a similar machine with the same mesh size; the first misses the peak"""
+
+
+def scaling(blocks: int) -> dict[str, float]:
+    """Push one wall for INCREMENTS increments on all ranks of this process group."""
+    from mpi4py import MPI
+
+    from orchestrator.bodies import make_bodies
+    from orchestrator.joints import JointSettings, find_joints
+    from orchestrator.macroblocks import one_body_per_block
+    from orchestrator.masonry.patterns import running_bond
+    from orchestrator.meshing import MeshSettings, mesh_bodies
+    from orchestrator.pushover.linear_system import LinearSystem
+    from orchestrator.pushover.model import build_model
+    from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+    from orchestrator.pushover.stepping import Pushover
+
+    began = perf_counter()
+    assemblage = find_joints(running_bond(*SIZES[blocks]), JointSettings())
+    bodies = make_bodies(assemblage, one_body_per_block(assemblage))
+    meshes = mesh_bodies(bodies, MeshSettings(), None)
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), 1, MPI.COMM_WORLD, True)
+    built = perf_counter()
+    iterations = 0
+    with LinearSystem(model, MPI.COMM_WORLD) as system:
+        pushover = Pushover(model, system, NewtonSettings(), SteppingSettings(largest_increments=INCREMENTS))
+        for increment in pushover.increments():
+            iterations += increment.iterations + sum(attempt.iterations for attempt in increment.attempts)
+        solving = system.seconds
+    total = perf_counter() - began
+    return {
+        "blocks": blocks,
+        "unknowns": model.unknowns,
+        "contacts": len(model.contacts),
+        "iterations": iterations,
+        "set_up_s": built - began,
+        "linear_systems_s": solving,
+        "total_s": total,
+        "per_iteration_ms": 1e3 * (total - (built - began)) / iterations,
+        "peak_memory_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+    }
+
+
+def benchmark1(large: bool) -> dict[str, dict[str, float]]:
+    """Push benchmark 1 in macroblocks and stone by stone to its end, as `make benchmark1` does, without pictures."""
+    from mpi4py import MPI
+
+    from orchestrator import case as cases
+    from orchestrator import driver
+    from orchestrator.bodies import make_bodies
+    from orchestrator.macroblocks import one_body_per_block
+    from orchestrator.meshing import mesh_bodies
+    from orchestrator.pushover.linear_system import LinearSystem
+    from orchestrator.pushover.model import build_model
+    from orchestrator.pushover.stepping import Pushover
+
+    case = cases.read(FOLDER.parent / "templates" / "benchmark1.toml")
+    segmented = driver.segment(case)
+    stones = make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))
+    rows = {}
+    for name, bodies in (("macroblocks", segmented.bodies), ("micro-FE", stones)):
+        began = perf_counter()
+        meshes = mesh_bodies(bodies, case.mesh, None)
+        model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, MPI.COMM_SELF, large)
+        iterations = failed = 0
+        with LinearSystem(model, MPI.COMM_SELF) as system:
+            for last in Pushover(model, system, case.newton, case.stepping).increments():
+                iterations += last.iterations + sum(attempt.iterations for attempt in last.attempts)
+                failed += len(last.attempts)
+        rows[name] = {
+            "bodies": model.bodies,
+            "iterations": iterations,
+            "failed_attempts": failed,
+            "peak_multiplier": last.largest_base_shear / model.weight,
+            "displacement_mm": 1e3 * last.control_displacement,
+            "total_s": perf_counter() - began,
+        }
+    return rows
+
+
+def in_own_process(*arguments: str, ranks: int = 1) -> dict:
+    """Run this file with `arguments` and return what it prints."""
+    command = [sys.executable, __file__, *arguments]
+    if ranks > 1:
+        command = ["mpirun", "--oversubscribe", "-n", str(ranks), *command]
+    environment = os.environ | {
+        "OMP_NUM_THREADS": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    }
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def exponent(rows: list[dict[str, float]], name: str) -> float:
+    """Return the slope of log(name) over log(blocks), least squares over the walls above 100 blocks."""
+    used = [row for row in rows if row["blocks"] > 100] if len(rows) > 2 else rows
+    return float(np.polyfit(np.log([r["blocks"] for r in used]), np.log([r[name] for r in used]), 1)[0])
+
+
+def write(name: str, rows: list[dict]) -> None:
+    """Write rows as CSV beside this file and print them as a table."""
+    with (FOLDER / name).open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(
+            {key: f"{value:.4g}" if isinstance(value, float) else value for key, value in row.items()} for row in rows
+        )
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(*rows[0], title=name)
+    for row in rows:
+        table.add_row(*(f"{value:.4g}" if isinstance(value, float) else str(value) for value in row.values()))
+    Console(width=160).print(table)
+
+
+def draw(rows: list[dict[str, float]]) -> None:
+    """Draw cost against blocks, logarithmic."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    axes = figure.subplots()
+    blocks = [row["blocks"] for row in rows]
+    names = {"total_s": "total, s", "per_iteration_ms": "per iteration, ms", "peak_memory_MB": "peak memory, MB"}
+    for name, label in names.items():
+        slope = exponent(rows, name)
+        axes.loglog(blocks, [row[name] for row in rows], "o-", label=f"{label} (exponent {slope:.2f})")
+    axes.set_xlabel("blocks")
+    axes.set_ylabel("cost")
+    axes.set_title(f"Micro-FE of running bond walls, {INCREMENTS} increments")
+    axes.grid(visible=True, which="both", alpha=0.3)
+    axes.legend()
+    figure.savefig(FOLDER / "scaling.png", dpi=150)
+
+
+def main() -> None:
+    """Measure everything, or one thing as a process of its own."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="the two smallest walls only")
+    parser.add_argument("--repeat", type=int, default=3, help="runs of benchmark 1, medians are shown (default 3)")
+    parser.add_argument("--scaling", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--benchmark1", choices=("small", "large"), help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.scaling:
+        print(json.dumps(scaling(arguments.scaling)))
+    elif arguments.benchmark1:
+        print(json.dumps(benchmark1(arguments.benchmark1 == "large")))
+    else:
+        measure(arguments.quick, arguments.repeat)
+
+
+def measure(quick: bool, repeat: int) -> None:
+    """Run all measurements and write their tables."""
+    sizes = list(SIZES)[:2] if quick else list(SIZES)
+    rows = [in_own_process("--scaling", str(blocks)) for blocks in sizes]
+    write("scaling.csv", rows)
+    draw(rows)
+    for name in ("total_s", "per_iteration_ms", "peak_memory_MB"):
+        print(f"exponent of {name} over blocks: {exponent(rows, name):.2f}")
+    largest = rows[-1] if quick else next(row for row in rows if row["blocks"] == 997)
+    shared = in_own_process("--scaling", str(largest["blocks"]), ranks=2)
+    ratio = largest["total_s"] / shared["total_s"]
+    print(f"two ranks share the system of {largest['blocks']} blocks: {ratio:.2f} times the speed of one")
+    if quick:
+        return
+    walls = []
+    for kinematics in ("small", "large"):
+        runs = [in_own_process("--benchmark1", kinematics) for _ in range(repeat)]
+        for model in runs[0]:
+            figures = {name: median(run[model][name] for run in runs) for name in runs[0][model]}
+            walls.append({"benchmark 1": model, "displacements": kinematics, **figures})
+    write("walls.csv", walls)
+    for other, seconds in ELSEWHERE.items():
+        for row in walls:
+            if row["benchmark 1"] == "micro-FE":
+                print(f"{other}: {seconds:g} s, {seconds / row['total_s']:.1f} times ours ({row['displacements']})")
+
+
+if __name__ == "__main__":
+    main()
