@@ -293,9 +293,11 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         "macroblocks": dict.fromkeys(["count", "joints", "tol_n", "tol_d", "trivial"]),
         "pushover": [{
             **dict.fromkeys([
-                "model", "bodies", "nodes", "tetrahedra", "contacts", "displacements", "ranks", "steps", "newton_iterations",
+                "model", "bodies", "nodes", "tetrahedra", "contacts", "displacements",
+                "ranks", "steps", "newton_iterations",
                 "peak_base_shear", "peak_multiplier", "displacement_at_peak", "final_displacement",
-                "initial_stiffness", "equilibrium_residual", "max_penetration", "energy_error", "max_kinetic_over_internal",
+                "initial_stiffness", "equilibrium_residual", "max_penetration", "energy_error",
+                "max_kinetic_over_internal",
                 "peak_memory", "stopped_because",
             ]),
             "seconds": dict.fromkeys(["mesh", "assembly", "factorise", "contact", "total"]),
