@@ -3,7 +3,7 @@
     python docs/studies/robustness.py [number of walls]
 
 writes robustness.csv and robustness.md beside this file. The end of a curve is a base shear 20 % below the peak, a
-fallen stone, or a top displacement of a thirtieth of the height; nothing is set by hand.
+fallen stone, or a top displacement of a thirtieth of the height; nothing is set by hand. A run is left after LIMIT s.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings, New
 from orchestrator.pushover.stepping import Pushover, end_of_curve
 
 FOLDER = Path(__file__).parent
+LIMIT = 90.0
 OPENING = ((0.475, 0.925, 1.0, 1.7),)
 TWO = ((0.5, 1.0, 0.0, 1.2), (1.6, 2.1, 0.6, 1.3))
 WALLS = [
@@ -61,7 +62,9 @@ def pushed(pattern: IrregularCourses, direction: int) -> dict[str, object]:
                 iterations += last.iterations + sum(attempt.iterations for attempt in last.attempts)
                 failed += len(last.attempts)
                 snaps += sum("snap" in attempt.action for attempt in last.attempts)
-            end = end_of_curve(last, stepping)
+                if perf_counter() - began > LIMIT:
+                    break
+            end = end_of_curve(last, stepping) or f"left after {LIMIT:g} s"
         except (CollapseError, ConvergenceError) as error:
             end = str(error)[:120]
     return {

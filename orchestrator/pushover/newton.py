@@ -39,7 +39,7 @@ class Problem:
     inertia_reference (n,) = u_ref, time_step dt in s: inertia M (u - u_ref)/dt^2. Either `mean_displacement` (m) is
     prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
     that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
-    closed contacts resist slip by viscosity x (slip since the start of the increment) besides friction.
+    contacts resist slip by viscosity x (slip since the start of the increment) besides friction.
     """
 
     gravity_share: float
@@ -146,7 +146,7 @@ def _right_side(model: ContactModel, problem: Problem, current: Iterate) -> Floa
 
 
 def _advanced(model: ContactModel, problem: Problem, current: Iterate, step: FloatArray) -> Iterate:
-    """Return the next iterate: of 1, 1/2 and 1/4 of the step the first that lowers the merit by a tenth, or the best."""
+    """Return the next iterate: of 1, 1/2 and 1/4 of the step the first that lowers the merit, or the best."""
     n = len(current.displacement)
     change_u, change_lambda, change_alpha = step[:n], step[n:-1] * model.contact_stiffness, float(step[-1])
 

@@ -254,7 +254,7 @@ class Pushover:
         if self.finished(state):
             return
         largest = self.stepping.displacement_increment
-        policy = Policy(largest, smallest=1e-12, shrink=0.25, grow=1.4)
+        policy = Policy(largest, smallest=1e-9, shrink=0.25, grow=1.4)
         if state.phase == "displacement":
             step = state.step[0]
         else:
@@ -316,7 +316,7 @@ class Pushover:
         """Return the static state in which the wall comes to rest with viscous contacts.
 
         Each solution is a step of overdamped motion, the longer the lower the viscosity. As soon as the motion slows
-        down and a state without viscosity is found, that is the answer. Raises ConvergenceError after 100 solutions.
+        down and a state without viscosity is found, that is the answer. Raises ConvergenceError after 50 solutions.
         """
         start, spent = state, failure.iterations
         target = problem(state).mean_displacement
@@ -324,7 +324,7 @@ class Pushover:
         if target is not None:
             viscosity = min(viscosity, VISCOUS_FORCE * self.model.weight / (target - state.mean_displacement))
         slower = np.inf
-        for _ in range(100):
+        for _ in range(50):
             here = state.displacement.ravel()
             try:
                 moved = self._solved(state, problem(state, viscosity), here, state.load_multiplier, phase, time)
@@ -346,7 +346,8 @@ class Pushover:
                 spent += error.iterations
                 continue
             attempt = Attempt(str(failure), state.mean_displacement - start.mean_displacement, FOLLOWED, spent)
-            return replace(state, number=start.number + 1, attempts=(attempt,))
+            peak = max(start.largest_base_shear, state.base_shear)  # not what moved in between
+            return replace(state, number=start.number + 1, largest_base_shear=peak, attempts=(attempt,))
         raise ConvergenceError("Newton", f"no state of rest after a snap ({failure})", spent)
 
     def _solved(
