@@ -134,19 +134,41 @@ def _mesh_shape(gmsh: Any, shape: Shape, thickness: float, settings: MeshSetting
     gmsh.model.add("body")
     geometry = gmsh.model.geo
     loops = [geometry.addCurveLoop(_add_ring(geometry, np.array(ring), settings.size)) for ring in shape]
-    surface = geometry.addPlaneSurface(loops)
-    geometry.extrude([(2, surface)], 0.0, 0.0, thickness, [settings.layers])
+    geometry.addPlaneSurface(loops)
     geometry.synchronize()
-    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.generate(2)
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    _, _, elements = gmsh.model.mesh.getElements(3)
+    _, _, elements = gmsh.model.mesh.getElements(2)
     gmsh.model.remove()
     tags, order = np.unique(np.asarray(tags, np.int64), return_index=True)
-    nodes = np.asarray(coordinates).reshape(-1, 3)[order]
-    tetrahedra = np.searchsorted(tags, np.asarray(elements[0], np.int64)).reshape(-1, 4)
-    assert len(elements) == 1, "the extruded outline must be tetrahedra only"
-    tetrahedra = _positive(nodes, tetrahedra)
+    plane = np.asarray(coordinates).reshape(-1, 3)[order, :2]
+    triangles = np.searchsorted(tags, np.asarray(elements[0], np.int64)).reshape(-1, 3)
+    levels = np.linspace(0.0, thickness, settings.layers + 1)
+    nodes = np.column_stack([np.tile(plane, (len(levels), 1)), np.repeat(levels, len(plane))])
+    tetrahedra = _positive(nodes, _extruded(plane, triangles, settings.layers))
     return ShapeMesh(nodes, tetrahedra, _sides(nodes, tetrahedra))
+
+
+def _extruded(plane: FloatArray, triangles: IntArray, layers: int) -> IntArray:
+    """Return three tetrahedra of each prism over the triangles (t, 3), (3 t layers, 4); level k begins at node k m.
+
+    The diagonal of every side runs from its left (or lower) edge at the bottom of the layer to the other edge at the
+    top, whichever body it belongs to: two bodies that share a joint have the same triangles there, and node-to-surface
+    contact passes the patch test. J. Dompierre et al., 8th Int. Meshing Roundtable (1999) 195-204; order: x, then y.
+    """
+    rank = np.empty(len(plane), np.int64)
+    rank[np.lexsort(np.round(plane, 6).T[::-1])] = np.arange(len(plane))
+    ordered = np.take_along_axis(triangles, np.argsort(rank[triangles], axis=1), axis=1)
+    a, b, c = ordered.T
+    above = len(plane)
+    layer = np.concatenate(
+        [
+            np.column_stack([a, b, c, c + above]),
+            np.column_stack([a, b, b + above, c + above]),
+            np.column_stack([a, a + above, b + above, c + above]),
+        ]
+    )
+    return np.concatenate([layer + number * above for number in range(layers)])
 
 
 def _add_ring(geometry: Any, ring: FloatArray, size: float) -> list[int]:
@@ -182,7 +204,7 @@ def _sides(nodes: FloatArray, tetrahedra: IntArray) -> IntArray:
 def _content_hash(shape: Shape, thickness: float, settings: MeshSettings) -> str:
     from importlib.metadata import version
 
-    content = [shape, thickness, settings.size, settings.layers, version("gmsh")]
+    content = ["ordered prisms", shape, thickness, settings.size, settings.layers, version("gmsh")]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
