@@ -43,6 +43,7 @@ TURN = 5e-4
 GEOMETRY_PASSES = 4
 FALLING = 0.05
 """a part that moves by this share of the wall's height under its own weight falls"""
+FOLLOWED = "followed a snap"
 VISCOUS_FORCE = 0.01
 """a contact that slides by the whole increment resists with this share of the weight when a snap begins"""
 SNAP = 4e-3
@@ -116,9 +117,13 @@ def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
     return None
 
 
+def snapped(state: Increment) -> bool:
+    """Return whether the increment followed a snap; where joints stick and slip in turn, one snap follows another."""
+    return bool(state.attempts) and state.attempts[-1].action == FOLLOWED
+
+
 ProblemFrom = Callable[..., Problem]
 """the problem of an increment from a state, and with a viscosity (N/m) other than 0"""
-FOLLOWED = "followed a snap"
 SolveStep = Callable[[Increment, float], Increment]
 
 
@@ -133,7 +138,7 @@ def follow(state: Increment, size: float, solve_step: SolveStep, policy: Policy)
             attempts += (Attempt(str(error), size, f"retried with {smaller:g}", error.iterations),)
             size = smaller
             continue
-        following = policy.after(solved.iterations, size)
+        following = policy.after(0 if snapped(solved) else solved.iterations, size)
         state = replace(solved, attempts=attempts + solved.attempts, step=(following, size))
         size, attempts = following, ()
         yield state
@@ -289,7 +294,7 @@ class Pushover:
 
         share = size / mean_change if mean_change > 0 else 0.0
         predicted = state.displacement.ravel() + min(share, 2.0) * last_change
-        small = size <= SNAP * self.stepping.displacement_increment
+        small = size <= SNAP * self.stepping.displacement_increment or (snapped(state) and size <= 2 * state.step[1])
         time = state.time + self.stepping.proximal_time
         solved = self._solved_or_snapped(state, problem, predicted, "displacement", time, small)
         fallen = self.model.names_without_contact(solved.normal_force)

@@ -63,7 +63,9 @@ def test_macroblocks_are_about_18_and_not_trivial(summary):
 @pytest.mark.parametrize("model", ["macro", "micro"])
 def test_pushover_is_static_and_goes_to_20_mm(summary, model):
     entry = of_model(summary, model)
-    assert entry["final_displacement"] >= 0.02
+    assert entry["final_displacement"] == pytest.approx(0.02, rel=2e-3)
+    assert entry["displacements"] == "large"
+    assert entry["energy_error"] < 1e-6
     assert "final displacement" in entry["stopped_because"]
     assert entry["equilibrium_residual"] < 1e-3
     assert 0 < entry["max_kinetic_over_internal"] < 0.05
@@ -72,9 +74,10 @@ def test_pushover_is_static_and_goes_to_20_mm(summary, model):
 
 
 def test_peaks_agree_with_each_other_and_with_limit_analysis(summary):
-    """Micro-FE: 0.2958 at 10 mm and 0.2969 at 20 mm in an independent prototype; macroblocks within 2 % of it."""
+    """Micro-FE: 0.2969 at 20 mm of small displacements in an independent prototype; P-delta takes 2 % off."""
     macro, micro = (of_model(summary, model)["peak_base_shear"] / WEIGHT for model in ("macro", "micro"))
     assert micro == pytest.approx(0.2969, rel=0.02)
+    assert micro < 0.2969
     assert micro < summary["limit_analysis"]["associative"]
     assert macro == pytest.approx(micro, rel=0.02)
     assert of_model(summary, "macro")["initial_stiffness"] > of_model(summary, "micro")["initial_stiffness"]
