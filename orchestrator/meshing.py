@@ -30,7 +30,7 @@ class MeshSettings:
     size: Annotated[float, Unit("m"), Gt(0)] = 0.2
     layers: Annotated[int, Ge(1)] = 1
     matching_faces: bool = False
-    """both sides of a joint get the same triangles: the contact patch test is exact instead of 2 % off, but diagonals all
+    """both sides of a joint get the same triangles: the contact patch test is exact, not 2 % off, but all diagonals
     lean one way, and walls whose courses slide take many more increments"""
 
 
