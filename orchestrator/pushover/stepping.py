@@ -271,15 +271,15 @@ class Pushover:
                 break
 
     def _solve_displacement(self, state: Increment, size: float) -> Increment:
-        last_change = state.velocity.ravel() * (
-            self.stepping.proximal_time if state.phase == "displacement" else state.step[1]
-        )
+        lasted = self._proximal_time(state.step[1]) if state.phase == "displacement" else state.step[1]
+        last_change = state.velocity.ravel() * lasted
         mean_change = float(self.model.mean_row @ last_change)
         control_change = float(self.model.top_row @ last_change)
         if control_change > 0 < mean_change:
             left = self.stepping.final_displacement - state.control_displacement
             size = min(size, max(left * mean_change / control_change, 1e-3 * size))
         target = state.mean_displacement + size
+        proximal_time = self._proximal_time(size)
 
         def problem(state: Increment, viscosity: float = 0.0) -> Problem:
             return Problem(
@@ -287,7 +287,7 @@ class Pushover:
                 displacement=state.displacement.ravel(),
                 elastic_slip=state.elastic_slip,
                 inertia_reference=state.displacement.ravel(),
-                time_step=self.stepping.proximal_time,
+                time_step=proximal_time,
                 mean_displacement=target,
                 viscosity=viscosity,
             )
@@ -295,7 +295,7 @@ class Pushover:
         share = size / mean_change if mean_change > 0 else 0.0
         predicted = state.displacement.ravel() + min(share, 2.0) * last_change
         small = size <= SNAP * self.stepping.displacement_increment or (snapped(state) and size <= 2 * state.step[1])
-        time = state.time + self.stepping.proximal_time
+        time = state.time + proximal_time
         solved = self._solved_or_snapped(state, problem, predicted, "displacement", time, small)
         fallen = self.model.names_without_contact(solved.normal_force)
         if fallen and small:
@@ -303,6 +303,10 @@ class Pushover:
         if fallen:
             raise ConvergenceError("Newton", f"{fallen[0]} lost every contact", solved.iterations)
         return solved
+
+    def _proximal_time(self, size: float) -> float:
+        """Return the time of a displacement increment: inertia carries the same share of every size, du / dt^2."""
+        return self.stepping.proximal_time * float(np.sqrt(min(size / self.stepping.displacement_increment, 1.0)))
 
     def _solved_or_snapped(
         self, state: Increment, problem: ProblemFrom, predicted: FloatArray, phase: Phase, time: float, small: bool
