@@ -42,8 +42,6 @@ DEEPEST = -2e-3
 """a point that lies deeper in a body than this belongs to another of its faces, m"""
 OUTSIDE = 1e-2
 """a point may lie outside its triangle by this barycentric weight: the connection stays while a node slides a little"""
-ROUNDING = 32 * float(np.finfo(float).eps)
-"""gaps below this share of the largest coordinate are rounding"""
 SUPPORT_POINT = -1
 """slave node of a corner contact whose corner belongs to a support"""
 
@@ -362,7 +360,6 @@ def track(tracking: Tracking, meshes: BodyMeshes, frames: Frames, displacement: 
     on_master = np.einsum("cj,cji->ci", weights, moved[master_nodes])
     fixed = ~weights.any(axis=1)
     gap = np.where(fixed, height[rows], np.einsum("ci,ci->c", normal, (point[rows] - on_master)[:, :2]))
-    gap[np.abs(gap) < ROUNDING * np.abs(meshes.nodes).max()] = 0.0  # a contact that touches must not count as open
     contacts = Contacts(
         slave_node=possible.slave_node[rows],
         slave_body=possible.slave_body[rows],

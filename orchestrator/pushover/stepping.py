@@ -89,7 +89,7 @@ def at_rest(model: ContactModel) -> Increment:
         elastic_slip=read_only(np.zeros((count, 2))),
         slip=zero,
         gap=zero,
-        overlap=zero,
+        overlap=read_only(scattered(np.zeros(count), model.rows, model.gap_offset)),  # joints touch by definition
         status=read_only(np.full(count, ContactStatus.STICK), np.int64),
         base_shear=0.0,
         control_displacement=0.0,
