@@ -63,7 +63,7 @@ def deformed(
     Increment.status. Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
     ten, never below 1).
     """
-    plane = increment.displacement[:, :2]
+    plane = increment.displacement[: len(meshes.nodes), :2]
     supports = [body.exterior for body in bodies.bodies[bodies.moving :]]
     height = float(np.ptp(meshes.nodes[:, 1]))
     factor = amplification or readable_factor(DRAWN_DISPLACEMENT * height, float(np.abs(plane).max()))

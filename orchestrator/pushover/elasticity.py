@@ -4,6 +4,10 @@
     m(u, v) = int rho u . v dx                                                mass M, kg
 
 on 4-node tetrahedra; all bodies are one mesh of disconnected components, each body owned by one rank.
+
+With 10-node tetrahedra the displacement of a middle node is the mean of its edge's ends plus a departure of its own,
+and the departures are the additional unknowns (hierarchical basis). Edges on the outline stay straight (no unknown), so
+that contact sees plane triangles between corner nodes, whatever the order. Node rows come first, edge rows after them.
 """
 
 from __future__ import annotations
@@ -11,9 +15,11 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import dolfinx
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sparse
 import ufl
 from dolfinx import cpp, fem
@@ -23,6 +29,9 @@ from petsc4py import PETSc
 from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.settings import ElasticSettings
+
+TETRAHEDRON_EDGES = np.array([(2, 3), (1, 3), (1, 2), (0, 3), (0, 2), (0, 1)])
+"""vertices of the edges of a tetrahedron, in the order of the form compiler's middle nodes"""
 
 assert PETSc.ScalarType is np.float64, "this program needs PETSc built for real numbers (python3-dolfinx-real)"
 
@@ -38,22 +47,61 @@ def _quiet_compiler() -> Iterator[None]:
         logging.disable(before)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Elasticity:
+    """K (N/m) and M (kg), both (n, n), n = 3 x (nodes + curved edges); body (n / 3,): of each node and edge."""
+
+    stiffness: sparse.csr_matrix
+    mass: sparse.csr_matrix
+    body: IntArray
+
+
 @_quiet_compiler()
-def assemble(
-    meshes: BodyMeshes, elastic: ElasticSettings, comm: MPI.Comm
-) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-    """Return K (N/m) and M (kg), both (3 nodes, 3 nodes) in the node order of `meshes`, the same on every rank."""
+def assemble(meshes: BodyMeshes, elastic: ElasticSettings, comm: MPI.Comm) -> Elasticity:
+    """Return stiffness and mass in the node order of `meshes`, the same on every rank."""
     mesh = _distributed_mesh(meshes, comm)
-    space = fem.VectorFunctionSpace(mesh, ("Lagrange", 1))
+    space = fem.VectorFunctionSpace(mesh, ("Lagrange", elastic.element_order))
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
     first, second = _lame(elastic)
     strain_u, strain_v = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))
     stiffness = 2 * second * ufl.inner(strain_u, strain_v) + first * ufl.tr(strain_u) * ufl.tr(strain_v)
     inertia = _density(mesh, meshes) * ufl.inner(u, v)
-    numbering = _input_numbering(space)
-    return _gathered(fem.form(stiffness * ufl.dx), numbering, comm), _gathered(
-        fem.form(inertia * ufl.dx), numbering, comm
-    )
+    edges = _edges(meshes.tetrahedra) if elastic.element_order == 2 else np.zeros((0, 2), np.int64)
+    numbering = _input_numbering(space, edges, len(meshes.nodes))
+    curved = ~_on_outline(edges, meshes)
+    basis = _hierarchical_basis(edges, curved, len(meshes.nodes))
+
+    def matrix(form: ufl.Form) -> sparse.csr_matrix:
+        nodal = _gathered(fem.form(form * ufl.dx), numbering, comm)
+        return (basis.T @ nodal @ basis).tocsr() if len(edges) else nodal
+
+    body = np.concatenate([meshes.body_of_node, meshes.body_of_node[edges[curved, 0]]])
+    return Elasticity(matrix(stiffness), matrix(inertia), body)
+
+
+def _edges(tetrahedra: IntArray) -> IntArray:
+    """Return the edges (e, 2) of the tetrahedra (t, 4), smaller node number first, in ascending order."""
+    pairs = tetrahedra[:, TETRAHEDRON_EDGES].reshape(-1, 2)
+    return np.unique(np.sort(pairs, axis=1), axis=0)
+
+
+def _on_outline(edges: IntArray, meshes: BodyMeshes) -> npt.NDArray[np.bool_]:
+    """Return which edges (e, 2) belong to a triangle on the outline."""
+    triangles = np.sort(meshes.side_triangles, axis=1)
+    sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [0, 2]], triangles[:, [1, 2]]])
+    width = len(meshes.nodes)
+    return np.isin(edges @ [width, 1], sides @ [width, 1])
+
+
+def _hierarchical_basis(edges: IntArray, curved: npt.NDArray[np.bool_], nodes: int) -> sparse.csr_matrix:
+    """Return T: displacements of nodes and middle nodes = T (displacements of nodes, departures of curved edges)."""
+    middle = nodes + np.arange(len(edges))
+    departs = np.flatnonzero(curved)
+    row = np.concatenate([np.arange(nodes), np.repeat(middle, 2), middle[departs]])
+    column = np.concatenate([np.arange(nodes), edges.ravel(), nodes + np.arange(len(departs))])
+    value = np.concatenate([np.ones(nodes), np.full(2 * len(edges), 0.5), np.ones(len(departs))])
+    shape = (nodes + len(edges), nodes + len(departs))
+    return sparse.kron(sparse.csr_matrix((value, (row, column)), shape), sparse.identity(3), format="csr")
 
 
 def _lame(elastic: ElasticSettings) -> tuple[float, float]:
@@ -89,14 +137,19 @@ def _density(mesh: dolfinx.mesh.Mesh, meshes: BodyMeshes) -> fem.Function:
     return density
 
 
-def _input_numbering(space: fem.FunctionSpace) -> IntArray:
-    """Return the input node of each node owned or ghosted here (P1 dofs are not numbered like geometry nodes)."""
+def _input_numbering(space: fem.FunctionSpace, edges: IntArray, nodes: int) -> IntArray:
+    """Return the input node, or `nodes` + the edge, of each dof owned here (dofs are not numbered like the input)."""
     mesh = space.mesh
-    dof_of_cell = space.dofmap.list.array.reshape(-1, 4)
-    geometry_of_cell = mesh.geometry.dofmap.array.reshape(-1, 4)
-    node_of_dof = np.zeros(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, np.int64)
-    node_of_dof[dof_of_cell] = np.array(mesh.geometry.input_global_indices)[geometry_of_cell]
-    return node_of_dof[: space.dofmap.index_map.size_local]
+    corners = np.array(mesh.geometry.input_global_indices)[mesh.geometry.dofmap.array.reshape(-1, 4)]
+    numbers = corners
+    if len(edges):
+        pairs = np.sort(corners[:, TETRAHEDRON_EDGES], axis=2)
+        found = np.searchsorted(edges @ [nodes, 1], pairs @ [nodes, 1])
+        numbers = np.column_stack([corners, nodes + found])
+    dof_of_cell = space.dofmap.list.array.reshape(numbers.shape)
+    number_of_dof = np.zeros(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, np.int64)
+    number_of_dof[dof_of_cell] = numbers
+    return number_of_dof[: space.dofmap.index_map.size_local]
 
 
 def _gathered(form: fem.FormMetaClass, numbering: IntArray, comm: MPI.Comm) -> sparse.csr_matrix:
@@ -116,9 +169,9 @@ def _gathered(form: fem.FormMetaClass, numbering: IntArray, comm: MPI.Comm) -> s
     return assembled
 
 
-def gravity_and_lateral_loads(mass: sparse.csr_matrix, direction: int) -> tuple[FloatArray, FloatArray]:
-    """Return nodal forces (3 nodes,) in N: own weight, and the weight turned to +x or -x (load multiplier 1)."""
-    unit = np.ones(mass.shape[0] // 3)
+def gravity_and_lateral_loads(mass: sparse.csr_matrix, nodes: int, direction: int) -> tuple[FloatArray, FloatArray]:
+    """Return forces (n,) in N: own weight, and the weight turned to +x or -x (load multiplier 1)."""
+    unit = (np.arange(mass.shape[0] // 3) < nodes).astype(float)  # edges do not depart in a translation
     vertical = np.kron(unit, [0.0, -GRAVITY, 0.0])
     horizontal = np.kron(unit, [direction * GRAVITY, 0.0, 0.0])
     return mass @ vertical, mass @ horizontal

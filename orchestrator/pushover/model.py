@@ -19,10 +19,10 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ContactModel:
-    """All that an increment needs; the same on every rank. n = 3 x nodes, c contacts.
+    """All that an increment needs; the same on every rank. n = 3 x (nodes + curved edges), c contacts.
 
-    stiffness, mass (n, n) in N/m, kg; stiffness_magnitude: |K| entry by entry. gravity, lateral (n,) in N (lateral for
-    load multiplier 1). weight in N.
+    stiffness, mass (n, n) in N/m, kg; stiffness_magnitude: |K| entry by entry. body (n / 3,) of each node and edge.
+    gravity, lateral (n,) in N (lateral for load multiplier 1). weight in N.
     normal_rows B_n (c, n), tangential_rows B_t (2 c, n). direction: load along +x (1) or -x (-1).
     rigid (n,) in m: displacement that causes no stress; gap_offset (c,) in m: gap = B_n u + gap_offset; both zero while
     the wall is undeformed. rows (c,): numbers of these contacts among all `possible` ones. support_side (c,): 1 where
@@ -37,6 +37,7 @@ class ContactModel:
     stiffness: sparse.csr_matrix
     stiffness_magnitude: sparse.csr_matrix
     mass: sparse.csr_matrix
+    body: IntArray
     gravity: FloatArray
     lateral: FloatArray
     weight: float
@@ -87,26 +88,28 @@ def build_model(
     large_displacement: bool = False,
 ) -> ContactModel:
     """Assemble matrices and loads with dolfinx on `comm` and search the contacts, those that sliding may bring too."""
-    stiffness, mass = assemble(meshes, elastic, comm)
+    elasticity = assemble(meshes, elastic, comm)
+    stiffness = elasticity.stiffness
     if large_displacement:
         stiffness = stiffness.tobsr((3, 3)).tocsr()  # the pattern of the turned one
-    gravity, lateral = gravity_and_lateral_loads(mass, direction)
+    gravity, lateral = gravity_and_lateral_loads(elasticity.mass, len(meshes.nodes), direction)
     contacts = find_contacts(bodies, meshes)
-    weight = float(np.abs(lateral.sum()))
+    weight = float(np.abs(lateral[: meshes.nodes.size].sum()))
     model = ContactModel(
         meshes=meshes,
         contacts=contacts,
         stiffness=stiffness,
         stiffness_magnitude=abs(stiffness),
-        mass=mass,
+        mass=elasticity.mass,
+        body=elasticity.body,
         gravity=gravity,
         lateral=lateral,
         weight=weight,
-        normal_rows=contacts.normal_rows(len(meshes.nodes)),
-        tangential_rows=contacts.tangential_rows(len(meshes.nodes)),
+        normal_rows=contacts.normal_rows(len(elasticity.body)),
+        tangential_rows=contacts.tangential_rows(len(elasticity.body)),
         direction=direction,
         mean_row=lateral / weight,
-        top_row=direction * top_weights(meshes),
+        top_row=direction * _padded(top_weights(meshes), len(gravity)),
         support_side=support_side(contacts, bodies.moving),
         contact_stiffness=elastic.elastic_modulus * bodies.thickness / 10,
         slip_tolerance=contact.slip_tolerance,
@@ -141,11 +144,11 @@ def displaced(model: ContactModel, displacement: FloatArray) -> ContactModel:
     return replace(
         model,
         contacts=tracked.contacts,
-        stiffness=_turned(model.stiffness, frames.rotation[model.meshes.body_of_node]),
+        stiffness=_turned(model.stiffness, frames.rotation[model.body]),
         normal_rows=normal_rows,
         tangential_rows=tracked.contacts.tangential_rows(len(nodal)),
         support_side=support_side(tracked.contacts, model.bodies),
-        rigid=_rigid_displacement(model.meshes, frames),
+        rigid=_padded(_rigid_displacement(model.meshes, frames), len(displacement)),
         gap_offset=tracked.gap - normal_rows @ displacement,
         overlap=np.zeros(len(tracked.rows)),
         rows=tracked.rows,
@@ -166,8 +169,13 @@ def _rigid_displacement(meshes: BodyMeshes, frames: Frames) -> FloatArray:
     return np.column_stack([moved - place, np.zeros(len(place))]).ravel()
 
 
+def _padded(values: FloatArray, length: int) -> FloatArray:
+    """Return values of nodes (3 nodes,) with zeros for the departures of edges."""
+    return np.concatenate([values, np.zeros(length - len(values))])
+
+
 def _turned(stiffness: sparse.csr_matrix, rotation: FloatArray) -> sparse.csr_matrix:
-    """Return R K R^T; rotation (nodes, 2, 2), the same for all nodes of a body. The pattern stays that of K."""
+    """Return R K R^T; rotation (n / 3, 2, 2), the same for all rows of a body. The pattern stays that of K."""
     blocks = stiffness.tobsr((3, 3))
     node = np.repeat(np.arange(len(rotation)), np.diff(blocks.indptr))
     turn = np.zeros((len(node), 3, 3))

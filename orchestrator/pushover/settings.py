@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
 
@@ -16,6 +16,8 @@ class ElasticSettings:
 
     elastic_modulus: Annotated[float, Unit("Pa"), Gt(0)] = 3.5e9
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
+    element_order: Literal[1, 2] = 1
+    """1: 4-node tetrahedra, a few per cent too stiff on coarse meshes; 2: 10-node ones with straight outline edges"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,8 @@ class Attempt:
 class Increment:
     """One converged increment of the pushover: everything needed to go on from it.
 
-    displacement, velocity (m, 3): nodal, m and m/s. normal_force (c,): contact multipliers, N, >= 0.
+    displacement, velocity (m, 3): nodal, m and m/s, then those of curved edges (elasticity.py).
+    normal_force (c,): contact multipliers, N, >= 0.
     elastic_slip (c, 2): in-plane and out-of-plane part, m. slip (c,): accumulated plastic slip, m.
     gap (c,): m, NaN where a possible contact does not exist. overlap (c,): m, what its gap was short of (or beyond)
     closure when sliding made the contact, taken as closed. status (c,): ContactStatus.

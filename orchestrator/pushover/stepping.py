@@ -76,7 +76,7 @@ class Policy:
 
 def at_rest(model: ContactModel) -> Increment:
     """Return the stress-free wall without weight, the start of gravity (number 0)."""
-    count, nodes = len(model.possible), len(model.meshes.nodes)
+    count, nodes = len(model.possible), len(model.body)
     zero = read_only(np.zeros(count))
     return Increment(
         number=0,

@@ -75,7 +75,8 @@ def _series(
         ElementTree.SubElement(grid, "Time", Value=str(int(name)))
         grid.extend(_mesh(mesh, cell_type))
         grid.extend(constant)
-        grid.extend(_item(steps[name][stored], "Node", shown) for shown, stored in names)
+        points = mesh["points"].shape[0]
+        grid.extend(_item(steps[name][stored], "Node", shown, points) for shown, stored in names)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
 
@@ -89,11 +90,22 @@ def _mesh(mesh: h5py.Group, cell_type: str) -> list[ElementTree.Element]:
     return [topology, geometry]
 
 
-def _item(dataset: h5py.Dataset, center: str, name: str) -> ElementTree.Element:
+def _item(dataset: h5py.Dataset, center: str, name: str, rows: int | None = None) -> ElementTree.Element:
+    """Return an attribute of the dataset, or of its first `rows` only (edges of 10-node tetrahedra follow)."""
     kind = "Vector" if dataset.ndim == 2 else "Scalar"
     attribute = ElementTree.Element("Attribute", Name=name, AttributeType=kind, Center=center)
-    attribute.append(_data(dataset))
+    attribute.append(_data(dataset) if rows in (None, len(dataset)) else _first_rows(dataset, rows))
     return attribute
+
+
+def _first_rows(dataset: h5py.Dataset, rows: int) -> ElementTree.Element:
+    shape = (rows, *dataset.shape[1:])
+    item = ElementTree.Element("DataItem", ItemType="HyperSlab", Dimensions=" ".join(map(str, shape)))
+    rank = len(shape)
+    begin = ElementTree.SubElement(item, "DataItem", Dimensions=f"3 {rank}", NumberType="Int", Format="XML")
+    begin.text = " ".join(map(str, [0] * rank + [1] * rank + list(shape)))
+    item.append(_data(dataset))
+    return item
 
 
 def _data(dataset: h5py.Dataset) -> ElementTree.Element:
