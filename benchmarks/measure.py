@@ -107,6 +107,14 @@ def benchmark1(large: bool) -> dict[str, dict[str, float]]:
     return rows
 
 
+def on_first_rank(row: dict) -> None:
+    """Print what a process measured, once."""
+    from mpi4py import MPI
+
+    if MPI.COMM_WORLD.rank == 0:
+        print(json.dumps(row))
+
+
 def in_own_process(*arguments: str, ranks: int = 1) -> dict:
     """Run this file with `arguments` and return what it prints."""
     command = [sys.executable, __file__, *arguments]
@@ -172,9 +180,9 @@ def main() -> None:
     parser.add_argument("--benchmark1", choices=("small", "large"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.scaling:
-        print(json.dumps(scaling(arguments.scaling)))
+        on_first_rank(scaling(arguments.scaling))
     elif arguments.benchmark1:
-        print(json.dumps(benchmark1(arguments.benchmark1 == "large")))
+        on_first_rank(benchmark1(arguments.benchmark1 == "large"))
     else:
         measure(arguments.quick, arguments.repeat)
 

@@ -46,6 +46,8 @@ FALLING = 0.05
 FOLLOWED = "followed a snap"
 VISCOUS_FORCE = 0.01
 """a contact that slides by the whole increment resists with this share of the weight when a snap begins"""
+NEAR_REST = 5e-5
+"""a state of rest is looked for when the viscous force of a contact has fallen to this share of the weight"""
 SNAP = 4e-3
 """an increment below this share of the largest one that still fails is a snap"""
 
@@ -346,7 +348,7 @@ class Pushover:
             force = float(np.abs(moved.displacement - state.displacement).max()) * viscosity
             state, viscosity, slows = moved, viscosity / 5, force <= slower
             slower = force
-            if not slows:
+            if not slows or force > NEAR_REST * self.model.weight:
                 continue
             here = state.displacement.ravel()
             try:
