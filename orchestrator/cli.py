@@ -147,14 +147,14 @@ def _limit_table(analysis: LimitAnalysis) -> Table:
         "dilation shift": analysis.dilation_shift,
     }
     for name, state in names.items():
-        table.add_row(name, *(_limit_row(state, analysis.weight) if state else ["none"]))
+        table.add_row(name, *(_limit_row(state, analysis.horizontal_load) if state else ["none"]))
     return table
 
 
-def _limit_row(state: LimitState, weight: float) -> list[str]:
+def _limit_row(state: LimitState, horizontal_load: float) -> list[str]:
     seconds = sum(record.seconds for record in state.records)
     residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
-    shear = state.load_multiplier * weight / 1e3
+    shear = state.load_multiplier * horizontal_load / 1e3
     found = [f"{state.load_multiplier:.5f}", f"{shear:.4f}", str(len(state.records)), f"{seconds:.2f}"]
     return found + [f"{residual:.0e}" for residual in residuals]
 

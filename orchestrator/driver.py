@@ -28,7 +28,7 @@ from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, ModelName, read_wall
 from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
-from orchestrator.limit_analysis import LimitAnalysis, analyse
+from orchestrator.limit_analysis import LimitAnalysis, analyse, loads_on
 from orchestrator.macroblocks import Partition, merged, one_body_per_block
 from orchestrator.masonry.wall import check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
@@ -110,7 +110,11 @@ def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
     """Run micro limit analysis on a checked wall. Raises CaseError for a wall that cannot stand."""
     assemblage = check(case)
     try:
-        return assemblage, analyse(assemblage, case.limit_analysis, case.load.sign)
+        loads = loads_on(assemblage.wall, case.load)
+    except CaseError as error:
+        raise error.in_file(str(case.file)) from None
+    try:
+        return assemblage, analyse(assemblage, case.limit_analysis, case.load.sign, loads)
     except CaseError as error:
         raise error.in_file(str(case.block_file)) from None
 
@@ -125,12 +129,20 @@ def segment(case: Case) -> Segmented:
     return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
 
 
+def refuse_what_only_limit_analysis_takes(case: Case) -> None:
+    """Raise CaseError for loads that the FE pushover would silently leave out."""
+    if key := case.load.beyond_default:
+        problem = "the FE pushover takes weight and a horizontal load proportional to mass only"
+        raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
+
+
 def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:
     """Run the whole chain into the folder `output`; the same outcome on every rank.
 
     With `resume` a pushover goes on after its last stored increment. Raises CaseError before anything is written.
     """
     began = perf_counter()
+    on_root(comm, refuse_what_only_limit_analysis_takes, case)
     segmented = on_root(comm, segment, case)
     with results.logging_to(output / "run.log") if is_root(comm) else nullcontext():
         on_root(

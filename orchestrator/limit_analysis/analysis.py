@@ -21,6 +21,7 @@ from orchestrator.limit_analysis.linear_program import (
     solve_gravity_lp,
     solve_limit_lp,
 )
+from orchestrator.limit_analysis.loads import Loads
 from orchestrator.limit_analysis.mechanism import dilation, mechanism_from, power_residual
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.state import FlowRule, LimitAnalysis, LimitState, LinearProgramRecord
@@ -71,18 +72,22 @@ class Problem:
 
 
 def analyse(
-    assemblage: Assemblage, settings: LimitAnalysisSettings | None = None, load_direction: int = 1
+    assemblage: Assemblage,
+    settings: LimitAnalysisSettings | None = None,
+    load_direction: int = 1,
+    loads: Loads | None = None,
 ) -> LimitAnalysis:
-    """Analyse an assemblage under its weight and a horizontal load of lambda times the weight of every block.
+    """Analyse an assemblage under its dead load and lambda times its live load.
 
-    load_direction is +1 or -1 (along x). Raises CaseError when the wall cannot stand under its own weight or no
-    horizontal load brings it down, ConvergenceError when the associative program cannot be solved. A non-associative
-    answer that cannot be found is None, and `remarks` says why. Source: formulation.md, section 1.
+    load_direction is +1 or -1 (along x); without `loads` both are the weight of every block. Raises CaseError when the
+    wall cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative program
+    cannot be solved. A non-associative answer that cannot be found is None, and `remarks` says why. Source:
+    formulation.md, section 1.
     """
     assert load_direction in (1, -1)
     started = perf_counter()
     settings = settings or LimitAnalysisSettings()
-    problem = Problem(assemblage, assemble_equilibrium(assemblage, load_direction), coulomb(assemblage))
+    problem = Problem(assemblage, assemble_equilibrium(assemblage, load_direction, loads), coulomb(assemblage))
     refuse_what_falls(problem)
     optimum = associative_optimum(problem)
     sequence, sequence_remarks = sequence_state(problem, optimum, settings)
@@ -90,6 +95,7 @@ def analyse(
     return LimitAnalysis(
         load_direction=load_direction,
         weight=problem.equilibrium.total_weight,
+        horizontal_load=load_direction * problem.equilibrium.base_shear,
         associative=problem.state("associative", problem.friction.slope, optimum, optimum, (_record(optimum, 0.0),)),
         sequence=sequence,
         dilation_shift=shift,
@@ -120,7 +126,7 @@ def associative_optimum(problem: Problem) -> LimitSolution:
     try:
         return solve_limit_lp(problem.equilibrium, problem.friction)
     except UnboundedError as error:
-        text = "no horizontal load in this direction brings it down: blocks are wedged between supports"
+        text = "no live load in this direction brings it down: blocks are wedged between supports"
         raise CaseError("wall", text, "check which blocks are fixed, or reverse the load") from error
     except InfeasibleError as error:
         text = "cannot stand under its own weight: it lacks less than a millionth of a block's weight"

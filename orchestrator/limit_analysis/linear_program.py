@@ -4,7 +4,7 @@
 
 Duals of the equality rows are the block velocities u (f_L . u = 1); -B^T u are then the openings and slips of joints.
 
-Inside, forces are divided by the mean block weight, moments by a block length, and the unknown is base shear over mean
+Inside, forces are divided by the mean block weight, moments by a block length, and the unknown is live load over mean
 block weight instead of lambda: unscaled, lambda is off by 2e-4 at 1,100 blocks although the status says solved
 (formulation.md). Only c and d change between the programs of a sequence, so the solver is set up once (presolve off).
 """
@@ -67,7 +67,7 @@ class LimitProgram:
         self._equilibrium = equilibrium
         scale = equilibrium.row_scale
         B = sp.diags(scale) @ equilibrium.matrix
-        f_L = sp.csc_matrix((scale * equilibrium.live_load / equilibrium.total_weight)[:, None])
+        f_L = sp.csc_matrix((scale * equilibrium.live_load / equilibrium.live_total)[:, None])
         C_T = yield_matrix(slope)
         A = sp.bmat([[B, -f_L], [-C_T, None]], format="csc")
         self._objective = np.zeros(A.shape[1])
@@ -84,7 +84,7 @@ class LimitProgram:
         equilibrium = self._equilibrium
         rows, w = len(equilibrium.dead_load), equilibrium.mean_weight
         self._right_side[rows:] = yield_offset(cohesion) / w
-        d = np.zeros(len(cohesion)) if shift is None else shift * equilibrium.total_weight
+        d = np.zeros(len(cohesion)) if shift is None else shift * equilibrium.live_total
         self._objective[:-1] = np.column_stack([d, d, np.zeros_like(d)]).ravel()
         self._objective[-1] = -live_weight
         self._solver.update(q=self._objective, b=self._right_side)
@@ -92,7 +92,7 @@ class LimitProgram:
         q, velocities = np.array(solution.x[:-1]), -np.array(solution.z[:rows]) * equilibrium.row_scale
         velocities /= equilibrium.live_load @ velocities
         return LimitSolution(
-            load_multiplier=solution.x[-1] * w / equilibrium.total_weight,
+            load_multiplier=solution.x[-1] * w / equilibrium.live_total,
             joint_forces=w * q.reshape(-1, 3),
             velocities=velocities,
             rates=equilibrium.joint_rates(velocities),

@@ -17,9 +17,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from orchestrator.limit_analysis.equilibrium import Equilibrium, block_centroids
+from orchestrator.limit_analysis.equilibrium import Equilibrium
 from orchestrator.limit_analysis.state import Mechanism
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
+from orchestrator.masonry.geometry import block_centroids
 from orchestrator.masonry.wall import FloatArray, Wall, read_only
 
 CLOSED = 1e-4

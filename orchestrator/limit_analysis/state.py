@@ -87,11 +87,14 @@ class LimitState:
 class LimitAnalysis:
     """All answers for one load direction: associative always; the two non-associative ones or why there is none.
 
-    `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N.
+    `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N; `horizontal_load` the
+    horizontal resultant of the live load at a multiplier of 1, in N (by default the weight): base shear = multiplier x
+    this.
     """
 
     load_direction: int
     weight: float
+    horizontal_load: float
     associative: LimitState
     sequence: LimitState | None
     dilation_shift: LimitState | None

@@ -85,12 +85,13 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
     return {
         "load_direction": analysis.load_direction,
         "weight_N": analysis.weight,
+        "horizontal_load_N": analysis.horizontal_load,
         "headline": analysis.headline.flow_rule,
         "non_associative_range": analysis.non_associative_range,
         "remarks": analysis.remarks,
         "seconds": analysis.seconds,
         "blocks": _ids(wall),
-        **{name: state and _state_record(state, analysis.weight) for name, state in states.items()},
+        **{name: state and _state_record(state, analysis.horizontal_load) for name, state in states.items()},
     }
 
 
@@ -116,12 +117,12 @@ def macroblocks_record(wall: Wall, partition: Partition, bodies: Bodies) -> dict
     }
 
 
-def _state_record(state: LimitState, weight: float) -> dict[str, Any]:
+def _state_record(state: LimitState, horizontal_load: float) -> dict[str, Any]:
     return {
         "flow_rule": state.flow_rule,
         "load_multiplier": state.load_multiplier,
         "multiplier_range": state.multiplier_range,
-        "base_shear_N": state.load_multiplier * weight,
+        "base_shear_N": state.load_multiplier * horizontal_load,
         "converged": state.converged,
         "equilibrium_residual": state.equilibrium_residual,
         "yield_residual": state.yield_residual,

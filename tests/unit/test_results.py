@@ -66,6 +66,7 @@ def analysis():
     return LimitAnalysis(
         load_direction=1,
         weight=3125.0,
+        horizontal_load=3125.0,
         associative=limit_state("associative", 0.35, 1),
         sequence=limit_state("sequence", 0.29, 7),
         dilation_shift=limit_state("dilation_shift", 0.31, 4),

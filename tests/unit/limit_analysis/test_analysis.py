@@ -66,7 +66,7 @@ def test_wedged_block_is_refused_in_plain_words():
         friction=read_only([0.7] * 3),
         cohesion=read_only([0.0] * 3),
     )
-    with pytest.raises(CaseError, match="no horizontal load in this direction brings it down"):
+    with pytest.raises(CaseError, match="no live load in this direction brings it down"):
         analyse(wedged)
 
 
