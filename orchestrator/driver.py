@@ -102,7 +102,7 @@ def check(case: Case) -> Assemblage:
         assemblage = find_joints(wall, case.joints)
         check_assemblage(assemblage)
     except CaseError as error:
-        raise error.in_file(str(case.block_file)) from None
+        raise error.in_file(str(case.file if error.key.startswith("joints.") else case.block_file)) from None
     return assemblage
 
 
@@ -130,10 +130,14 @@ def segment(case: Case) -> Segmented:
 
 
 def refuse_what_only_limit_analysis_takes(case: Case) -> None:
-    """Raise CaseError for loads that the FE pushover would silently leave out."""
+    """Raise CaseError for loads and strengths that the FE pushover would silently leave out."""
     if key := case.load.beyond_default:
         problem = "the FE pushover takes weight and a horizontal load proportional to mass only"
         raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
+    for number, given in enumerate(case.joints.classes):
+        if name := given.beyond_friction:
+            key, problem = f"joints.classes.{number}.{name}", "the FE pushover knows Coulomb friction only"
+            raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
 
 
 def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:

@@ -66,7 +66,7 @@ class Problem:
             equilibrium_residual=equilibrium.residual(forces, load_multiplier),
             yield_residual=friction.excess(forces) / equilibrium.mean_weight,
             power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),
-            dilation=dilation(equilibrium, forces, mechanism),
+            dilation=dilation(equilibrium, friction, forces, mechanism),
             multiplier_range=multiplier_range or (load_multiplier, load_multiplier),
         )
 

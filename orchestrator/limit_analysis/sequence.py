@@ -14,7 +14,7 @@ them); its power balance with the last mechanism is the proof, and lambda moves 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Annotated, TypeVar
 
@@ -154,7 +154,8 @@ def run_seed(
     settings: LimitAnalysisSettings,
 ) -> tuple[list[SequenceIterate], bool]:
     """Iterate Eq. (2) with one seed, going on from `start`; return the iterates and whether they settled."""
-    program = LimitProgram(equilibrium, -settings.slope_fraction * coulomb.slope, lp_tolerance)
+    falling = replace(coulomb, slope=-settings.slope_fraction * coulomb.slope)
+    program = LimitProgram(equilibrium, falling, lp_tolerance)
     try:
         return taken_until(
             lambda taken: sequence_has_settled(taken, settings.tolerance),
@@ -188,4 +189,4 @@ def confirmed(
 ) -> LimitSolution:
     """Solve for the forces in Coulomb's cone that go with the last mechanism: d = (1 + alpha) mu |slip|."""
     shift = (1.0 + slope_fraction) * coulomb.slope * np.abs(last.rates[:, 2])
-    return LimitProgram(equilibrium, coulomb.slope, FINAL_TOLERANCE).solve(coulomb.cohesion, shift)
+    return LimitProgram(equilibrium, coulomb, FINAL_TOLERANCE).solve(coulomb.cohesion, shift)

@@ -18,7 +18,7 @@ from orchestrator.results.files import write_csv, write_json, write_text
 
 JOINT_COLUMNS = (
     "joint", "block_i", "block_j", "start_x_m", "start_y_m", "end_x_m", "end_y_m", "length_m",
-    "friction", "cohesion_N_per_m2",
+    "friction", "cohesion_N_per_m2", "tensile_strength_N_per_m2", "compressive_strength_N_per_m2",
 )  # fmt: skip
 CURVE_COLUMNS = tuple(field.name for field in fields(PushoverCurve) if field.name != "stopped_because")
 
@@ -39,7 +39,8 @@ def write_joints(folder: Path, assemblage: Assemblage) -> None:
     columns = zip(
         range(len(assemblage.block_i)), ids[assemblage.block_i], ids[assemblage.block_j],
         assemblage.start[:, 0], assemblage.start[:, 1], assemblage.end[:, 0], assemblage.end[:, 1],
-        assemblage.length, assemblage.friction, assemblage.cohesion, strict=True,
+        assemblage.length, assemblage.friction, assemblage.cohesion,
+        assemblage.tensile_strength, assemblage.compressive_strength, strict=True,
     )  # fmt: skip
     write_csv(folder / "joints.csv", JOINT_COLUMNS, columns)
 
@@ -74,7 +75,9 @@ def blocks_record(wall: Wall) -> dict[str, Any]:
         "unit_weight": wall.blocks[0].unit_weight,
         "friction": wall.friction,
         "blocks": [
-            {"id": b.id, "polygon": b.polygon, "fixed": b.fixed, "unit_weight": b.unit_weight} for b in wall.blocks
+            {"id": b.id, "polygon": b.polygon, "fixed": b.fixed, "unit_weight": b.unit_weight}
+            | ({"material": b.material} if b.material else {})
+            for b in wall.blocks
         ],
     }
 

@@ -90,11 +90,21 @@ CASES = {
     "dead load without a unit": ('[[load.dead]]\nblocks = [1]\nforce = "5"', "load.dead.0.force", "use one of N, kN"),
     "dead load on nothing": ("[[load.dead]]\nblocks = []\nforce = 5", "load.dead.0.blocks", "at least one"),
     "unknown key of a load": ("[[load.dead]]\nblocks = [1]\nforc = 5", "load.dead.0.forc", "did you mean force"),
+    "tension in the pushover": (
+        '[[joints.classes]]\ntensile_strength = "1 kPa"',
+        "joints.classes.0.tensile_strength",
+        "limit or segment",
+    ),
     "turned too far": ('[load]\ninclination = "91 deg"', "load.inclination", "less than or equal"),
     "not TOML": ("[mesh\nsize = 1", "is not TOML", "example"),
 }
 
 LIMIT_CASES = {
+    "joint class of unknown stone": (
+        "[[joints.classes]]\nbetween = ['a', 'b']",
+        "joints.classes.0.between",
+        "material",
+    ),
     "dead load of two kinds": ("[[load.dead]]\nblocks = [1]", "load.dead.0", "give one of the two"),
     "dead load on air": ("[[load.dead]]\nblocks = [99]\nforce = 5", "load.dead.0.blocks", "blocks of the wall"),
     "no live load": ('[load]\ndistribution = "per_block"', "load.live", "distribution"),
