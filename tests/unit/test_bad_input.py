@@ -100,7 +100,7 @@ CASES = {
 }
 
 LIMIT_CASES = {
-    "joint class of unknown stone": (
+    "class of unknown stone": (
         "[[joints.classes]]\nbetween = ['a', 'b']",
         "joints.classes.0.between",
         "material",

@@ -195,7 +195,7 @@ def test_joints_file_names_blocks_by_id(tmp_path, assemblage):
     with (tmp_path / "joints.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 5
-    assert list(rows[3].values()) == ["3", "11", "13", "1.0", "0.5", "0.5", "0.5", "0.5", "0.65", "0.0", "0.0", "inf"]
+    assert list(rows[3].values()) == ["3", "11", "13", "1.0", "0.5", "0.5", "0.5", "0.5", "0.65", "0.0", "0.0", ""]
     assert list(rows[3])[3:8] == ["start_x_m", "start_y_m", "end_x_m", "end_y_m", "length_m"]
 
 
