@@ -93,6 +93,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
     _command(commands, "check", _check, "read and validate only")
     limit = _command(commands, "limit", _limit, "stop after micro limit analysis")
+    limit.add_argument("--output", type=Path, help="folder of the picture (default: results/NAME OF THE CASE FILE)")
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
     _command(commands, "segment", _segment, "stop after the macroblocks")
     return parser
@@ -121,7 +122,8 @@ def _check(options: argparse.Namespace, _: None, console: Console) -> int:
 
 
 def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
-    assemblage, analysis = driver.limit(cases.read(options.case, options.set))
+    case = cases.read(options.case, options.set)
+    assemblage, analysis = driver.limit(case)
     if options.json:
         summary = results.summary("", assemblage, analysis, None, [])
         print(json.dumps(summary["limit_analysis"], indent=1))
@@ -129,6 +131,8 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
     console.print(_limit_table(analysis))
     for remark in analysis.remarks:
         console.print(remark, soft_wrap=True)
+    output = options.output or Path("results") / options.case.stem
+    console.print(f"mechanism: {driver.draw_mechanism(case, assemblage, analysis, output)}", soft_wrap=True)
     return 0
 
 

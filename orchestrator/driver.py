@@ -119,6 +119,11 @@ def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
         raise error.in_file(str(case.block_file)) from None
 
 
+def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:
+    """Draw the mechanism into the run folder `output`; return its PNG."""
+    return reporting.write_mechanism(output / "figures", case, assemblage, analysis)[0]
+
+
 def segment(case: Case) -> Segmented:
     """Run everything before the finite elements."""
     assemblage, analysis = limit(case)

@@ -32,8 +32,16 @@ def write_segmentation(
     results.write_macroblocks(output, assemblage.wall, partition, bodies)
     figures = output / "figures"
     plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
-    plots.save(plots.mechanism(assemblage, analysis.headline, analysis.load_direction), figures, "mechanism")
+    write_mechanism(figures, case, assemblage, analysis)
     plots.save(plots.macroblocks(assemblage, partition), figures, "macroblocks")
+
+
+def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:
+    """Draw the mechanism of the headline state; return the files."""
+    figure = plots.mechanism(
+        assemblage, analysis.headline, analysis.load_direction, case.load.inclination, case.load.name
+    )
+    return plots.save(figure, figures, "mechanism")
 
 
 def _provenance(case: Case) -> list[str]:

@@ -70,6 +70,11 @@ class LoadSettings:
         return 1 if self.direction == "+x" else -1
 
     @property
+    def name(self) -> str:
+        """What lambda multiplies, in a few words."""
+        return {"mass": "weight", "mass_height": "weight × height", "per_block": "live load"}[self.distribution]
+
+    @property
     def beyond_default(self) -> str:
         """Return the first key that makes the loads more than a horizontal one proportional to mass, or ""."""
         default = LoadSettings()

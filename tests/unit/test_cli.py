@@ -11,8 +11,9 @@ from orchestrator.errors import ConvergenceError, ResultError
 TOWER = str(Path(__file__).parents[1] / "data" / "tower_5_blocks.json")
 
 
-def test_limit_prints_the_multipliers(capsys):
-    assert cli.main(["limit", TOWER]) == 0
+def test_limit_prints_the_multipliers_and_draws_the_mechanism(capsys, tmp_path):
+    assert cli.main(["limit", TOWER, "--output", str(tmp_path)]) == 0
+    assert sorted(path.name for path in (tmp_path / "figures").iterdir()) == ["mechanism.png", "mechanism.svg"]
     printed = capsys.readouterr().out
     assert "weight 16.000 kN" in printed
     for rule in ("associative", "sequence", "dilation shift"):
