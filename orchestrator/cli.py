@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import logging
+import math
 import sys
 import traceback
 from collections.abc import Callable
@@ -142,7 +143,17 @@ def _limit_table(analysis: LimitAnalysis) -> Table:
         padding=0,
         title=f"Micro limit analysis, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.2f} s",
     )
-    columns = ("", "multiplier", "base shear\nkN", "LPs", "time\ns", "residuals:\nequilibrium", "\nyield", "\npower")
+    columns = (
+        "",
+        "multiplier",
+        "base shear\nkN",
+        "tilt\ndeg",
+        "LPs",
+        "time\ns",
+        "residuals:\nequilibrium",
+        "\nyield",
+        "\npower",
+    )
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
     names = {
@@ -151,15 +162,17 @@ def _limit_table(analysis: LimitAnalysis) -> Table:
         "dilation shift": analysis.dilation_shift,
     }
     for name, state in names.items():
-        table.add_row(name, *(_limit_row(state, analysis.horizontal_load) if state else ["none"]))
+        table.add_row(name, *(_limit_row(state, analysis) if state else ["none"]))
     return table
 
 
-def _limit_row(state: LimitState, horizontal_load: float) -> list[str]:
+def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
     seconds = sum(record.seconds for record in state.records)
     residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
-    shear = state.load_multiplier * horizontal_load / 1e3
-    found = [f"{state.load_multiplier:.5f}", f"{shear:.4f}", str(len(state.records)), f"{seconds:.2f}"]
+    shear = state.load_multiplier * analysis.horizontal_load / 1e3
+    angle = analysis.tilt_angle(state)
+    tilt = "" if angle is None else f"{math.degrees(angle):.3f}"
+    found = [f"{state.load_multiplier:.5f}", f"{shear:.4f}", tilt, str(len(state.records)), f"{seconds:.2f}"]
     return found + [f"{residual:.0e}" for residual in residuals]
 
 

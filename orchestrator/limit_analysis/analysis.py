@@ -96,6 +96,7 @@ def analyse(
         load_direction=load_direction,
         weight=problem.equilibrium.total_weight,
         horizontal_load=load_direction * problem.equilibrium.base_shear,
+        tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
         associative=problem.state("associative", problem.friction.slope, optimum, optimum, (_record(optimum, 0.0),)),
         sequence=sequence,
         dilation_shift=shift,

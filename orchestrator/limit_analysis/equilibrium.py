@@ -55,6 +55,13 @@ class Equilibrium:
         return float(self.live_load.reshape(-1, 3)[:, 0].sum())
 
     @property
+    def live_load_is_turned_dead_load(self) -> bool:
+        """Whether every block's live force is its dead force turned by a right angle, as on a tilting table."""
+        dead, live = (load.reshape(-1, 3)[:, :2] for load in (self.dead_load, self.live_load))
+        turned = np.sign(self.base_shear) * np.column_stack([-dead[:, 1], np.zeros(len(dead))])
+        return bool(np.allclose(live, turned, rtol=1e-12, atol=1e-12 * self.mean_weight))
+
+    @property
     def row_scale(self) -> FloatArray:
         """Factors (3m,) that turn rows in N and N m into rows in N: moments are divided by a block length."""
         return np.tile([1.0, 1.0, 1.0 / self.block_length], len(self.free_blocks))

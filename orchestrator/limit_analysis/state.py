@@ -89,17 +89,22 @@ class LimitAnalysis:
 
     `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N; `horizontal_load` the
     horizontal resultant of the live load at a multiplier of 1, in N (by default the weight): base shear = multiplier x
-    this.
+    this. tilting_table: whether tan(angle) of a table that tilts the wall is just another way to state the multiplier.
     """
 
     load_direction: int
     weight: float
     horizontal_load: float
+    tilting_table: bool
     associative: LimitState
     sequence: LimitState | None
     dilation_shift: LimitState | None
     remarks: tuple[str, ...]
     seconds: float
+
+    def tilt_angle(self, state: LimitState) -> float | None:
+        """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""
+        return float(np.arctan(state.load_multiplier)) if self.tilting_table else None
 
     @property
     def headline(self) -> LimitState:

@@ -62,6 +62,11 @@ class YieldConditions:
         """Which joints (k,) have a finite compressive strength."""
         return np.isfinite(self.crushing)
 
+    @property
+    def scales_with_load(self) -> bool:
+        """Whether joints carry twice as much when they are pressed twice as hard: nothing but friction."""
+        return not (self.cohesion.any() or self.tension.any() or self.crushes.any())
+
     def excess(self, joint_forces: FloatArray) -> float:
         """Largest violation in N by joint forces (k, 3): tension, crushing or shear beyond the line; 0 when none."""
         normal, shear = joint_forces[:, :2] + 0.5 * self.tension[:, None], joint_forces[:, 2]

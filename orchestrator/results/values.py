@@ -89,6 +89,7 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
         "load_direction": analysis.load_direction,
         "weight_N": analysis.weight,
         "horizontal_load_N": analysis.horizontal_load,
+        "tilting_table": analysis.tilting_table,
         "headline": analysis.headline.flow_rule,
         "non_associative_range": analysis.non_associative_range,
         "remarks": analysis.remarks,

@@ -400,6 +400,7 @@ def curves_figure(state):
         load_direction=1,
         weight=22225.0,
         horizontal_load=22225.0,
+        tilting_table=True,
         associative=replace(state, flow_rule="associative", load_multiplier=0.3478),
         sequence=state,
         dilation_shift=replace(state, load_multiplier=0.3011, multiplier_range=(0.3011, 0.3015)),

@@ -67,6 +67,7 @@ def analysis():
         load_direction=1,
         weight=3125.0,
         horizontal_load=3125.0,
+        tilting_table=True,
         associative=limit_state("associative", 0.35, 1),
         sequence=limit_state("sequence", 0.29, 7),
         dilation_shift=limit_state("dilation_shift", 0.31, 4),
