@@ -45,6 +45,11 @@ class Equilibrium:
         return self.mean_weight * len(self.free_blocks)
 
     @property
+    def dead_total(self) -> float:
+        """All dead load on the free blocks, N."""
+        return -float(self.dead_load.reshape(-1, 3)[:, 1].sum())
+
+    @property
     def live_total(self) -> float:
         """Sum of the magnitudes of the live forces at a load multiplier of 1, N."""
         return float(np.hypot(*self.live_load.reshape(-1, 3)[:, :2].T).sum())

@@ -59,7 +59,8 @@ def settle(assemblage: Assemblage, support: int, angle: float, loads: Loads | No
 
     Raises CaseError for a support that is none, ConvergenceError when the wall cannot stand whatever the support does.
     """
-    problem = Problem(assemblage, settlement_equilibrium(assemblage, support, angle, loads), coulomb(assemblage))
+    equilibrium = settlement_equilibrium(assemblage, support, angle, loads)
+    problem = Problem(assemblage, equilibrium, coulomb(assemblage, equilibrium.dead_total))
     found = solve_limit_lp(problem.equilibrium, problem.friction)
     d = problem.equilibrium.live_load
     u = np.where(np.repeat(d.reshape(-1, 3).any(axis=1), 3), d, found.velocities)  # rows without forces tell no motion
