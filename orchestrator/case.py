@@ -113,6 +113,17 @@ def read_wall(case: Case) -> Wall:
     return replace(wall, **replaced)
 
 
+def refuse_what_only_limit_analysis_takes(case: Case) -> None:
+    """Raise CaseError for loads and strengths that the FE pushover would silently leave out."""
+    if key := case.load.beyond_default:
+        problem = "the FE pushover takes weight and a horizontal load proportional to mass only"
+        raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
+    for number, given in enumerate(case.joints.classes):
+        if name := given.beyond_friction:
+            key, problem = f"joints.classes.{number}.{name}", "the FE pushover knows Coulomb friction only"
+            raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
+
+
 def as_toml(case: Case, block_file: str) -> str:
     """Return a case file that reads back as `case` with its blocks in `block_file`; all defaults filled in."""
     record: dict[str, Any] = {"name": case.name}

@@ -95,6 +95,8 @@ def _parser() -> argparse.ArgumentParser:
     _command(commands, "check", _check, "read and validate only")
     limit = _command(commands, "limit", _limit, "stop after micro limit analysis")
     limit.add_argument("--output", type=Path, help="folder of the picture (default: results/NAME OF THE CASE FILE)")
+    limit.add_argument("--settle", type=int, metavar="ID", help="instead of the live load, let this support give way")
+    limit.add_argument("--settle-angle", type=float, default=-90.0, help="degrees from +x (default: -90, downwards)")
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
     _command(commands, "segment", _segment, "stop after the macroblocks")
     return parser
@@ -124,6 +126,9 @@ def _check(options: argparse.Namespace, _: None, console: Console) -> int:
 
 def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
     case = cases.read(options.case, options.set)
+    output = options.output or Path("results") / options.case.stem
+    if options.settle is not None:
+        return _settle(options, case, output, console)
     assemblage, analysis = driver.limit(case)
     if options.json:
         summary = results.summary("", assemblage, analysis, None, [])
@@ -132,8 +137,17 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
     console.print(_limit_table(analysis))
     for remark in analysis.remarks:
         console.print(remark, soft_wrap=True)
-    output = options.output or Path("results") / options.case.stem
     console.print(f"mechanism: {driver.draw_mechanism(case, assemblage, analysis, output)}", soft_wrap=True)
+    return 0
+
+
+def _settle(options: argparse.Namespace, case: cases.Case, output: Path, console: Console) -> int:
+    state, picture = driver.settlement(case, options.settle, math.radians(options.settle_angle), output)
+    console.print(
+        f"support {options.settle} gives way at {options.settle_angle:g} degrees: "
+        f"least reaction {-state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
+        soft_wrap=True,
+    )
     return 0
 
 

@@ -25,10 +25,10 @@ from orchestrator import report as reporting
 from orchestrator import results
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
-from orchestrator.case import Case, ModelName, read_wall
-from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError
+from orchestrator.case import Case, ModelName, read_wall, refuse_what_only_limit_analysis_takes
+from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
-from orchestrator.limit_analysis import LimitAnalysis, analyse, loads_on
+from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
 from orchestrator.macroblocks import Partition, merged, one_body_per_block
 from orchestrator.masonry.wall import check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
@@ -109,14 +109,10 @@ def check(case: Case) -> Assemblage:
 def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
     """Run micro limit analysis on a checked wall. Raises CaseError for a wall that cannot stand."""
     assemblage = check(case)
-    try:
+    with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
-    except CaseError as error:
-        raise error.in_file(str(case.file)) from None
-    try:
+    with naming(case.block_file):
         return assemblage, analyse(assemblage, case.limit_analysis, case.load.sign, loads)
-    except CaseError as error:
-        raise error.in_file(str(case.block_file)) from None
 
 
 def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:
@@ -124,25 +120,20 @@ def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, 
     return reporting.write_mechanism(output / "figures", case, assemblage, analysis)[0]
 
 
+def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[LimitState, Path]:
+    """Let a support give way at `angle` (rad from +x); draw and return the state. Raises CaseError."""
+    assemblage = check(case)
+    with naming(case.file):
+        state = settle(assemblage, support, angle, loads_on(assemblage.wall, case.load))
+    return state, reporting.write_settlement(output / "figures", assemblage, state, angle)[0]
+
+
 def segment(case: Case) -> Segmented:
     """Run everything before the finite elements."""
     assemblage, analysis = limit(case)
-    try:
+    with naming(case.file):
         partition = merged(assemblage, analysis.headline.mechanism, case.macroblocks)
-    except CaseError as error:
-        raise error.in_file(str(case.file)) from None
     return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
-
-
-def refuse_what_only_limit_analysis_takes(case: Case) -> None:
-    """Raise CaseError for loads and strengths that the FE pushover would silently leave out."""
-    if key := case.load.beyond_default:
-        problem = "the FE pushover takes weight and a horizontal load proportional to mass only"
-        raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
-    for number, given in enumerate(case.joints.classes):
-        if name := given.beyond_friction:
-            key, problem = f"joints.classes.{number}.{name}", "the FE pushover knows Coulomb friction only"
-            raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
 
 
 def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:

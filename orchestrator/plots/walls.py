@@ -64,11 +64,13 @@ def mechanism(
     state: LimitState,
     load_direction: int,
     load_inclination: float = 0.0,
-    live_load: str = "weight",
+    load_name: str = "λ × weight",
+    answer: str = "",
 ) -> Figure:
     """Draw the collapse mechanism: blocks displaced by their velocities times one factor, hinges and sliding joints.
 
-    The live load is an arrow at load_inclination (rad) above load_direction (+1 or -1 along x), with its name. A hinge
+    The live load is an arrow at load_inclination (rad) above load_direction (+1 or -1 along x), with its name. `answer`
+    (none: the load multiplier) goes into the title. A hinge
     is a joint that opens at one end only (marked at the other end), a sliding joint one that slips while it carries
     load; a joint that has come apart is left to be seen as a gap. Thrust: see thrust.py. Displacements are linear in
     the velocities, as in the analysis: large rotations enlarge the blocks.
@@ -81,8 +83,9 @@ def mechanism(
     before = [block.polygon for block in wall.blocks]
     loaded = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     arrow = load_arrow(loaded, load_direction, load_inclination)
+    answer = answer or f"load multiplier {state.load_multiplier:.4f}"
     title = (
-        f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): load multiplier {state.load_multiplier:.4f}\n"
+        f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}\n"
         f"largest displacement drawn as "
         f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
     )
@@ -93,7 +96,7 @@ def mechanism(
     draw_supports(axes, [p for p, f in zip(displaced, free, strict=True) if not f])
     _draw_thrust(axes, assemblage, state, velocities)
     _mark_joints(axes, assemblage, state, velocities)
-    _draw_load(axes, arrow, live_load)
+    _draw_load(axes, arrow, load_name)
     legend_below(axes, 3)
     return figure
 
@@ -173,13 +176,13 @@ def load_arrow(points: FloatArray, load_direction: int, inclination: float = 0.0
     return middle + np.array([[-0.5], [0.5]]) * ARROW * size * direction
 
 
-def _draw_load(axes: Axes, arrow: FloatArray, live_load: str) -> None:
+def _draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
     style = {"arrowstyle": "-|>,head_width=0.35,head_length=0.7", "color": VERMILLION, "linewidth": 2.5}
     tail, tip = arrow
     axes.annotate("", tip, tail, arrowprops=style, zorder=5)
     middle = (float(arrow[:, 0].mean()), float(arrow[:, 1].max()))
     axes.annotate(
-        f"λ × {live_load}",
+        load_name,
         middle,
         (0, 6),
         textcoords="offset points",

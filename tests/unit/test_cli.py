@@ -20,6 +20,15 @@ def test_limit_prints_the_multipliers_and_draws_the_mechanism(capsys, tmp_path):
         assert any(line.split()[:3].count("0.20000") for line in printed.splitlines() if rule in line), rule
 
 
+def test_limit_lets_a_support_settle(capsys, tmp_path):
+    """A tower on one support: it carries all its weight, also while it sinks."""
+    assert cli.main(["limit", TOWER, "--settle", "0", "--output", str(tmp_path)]) == 0
+    assert "least reaction 16.0000 kN" in capsys.readouterr().out
+    assert (tmp_path / "figures" / "settlement.png").exists()
+    assert cli.main(["limit", TOWER, "--settle", "1"]) == 2
+    assert "tower_5_blocks.json: settlement.support: block 1 is not a support" in capsys.readouterr().err
+
+
 def test_limit_json_is_the_summary_s_part_and_nothing_else(capsys):
     assert cli.main(["limit", TOWER, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
