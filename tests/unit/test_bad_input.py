@@ -45,6 +45,7 @@ BLOCK_FILES = {
     "negative thickness": (changed(["thickness"], -0.5), "thickness", "above 0"),
     "no friction": (changed(["friction"], 0.0), "friction", "above 0"),
     "text for a number": (changed(["friction"], "rough"), "friction", "write a number"),
+    "number for a material": (changed(["blocks", 1, "material"], 3), "block 1.material", "write a text"),
     "overlap": (changed(["blocks", 2, "polygon"], [[0.9, 0], [2, 0], [2, 1], [0.9, 1]]), "block 1", "overlaps block 2"),
     "self-crossing": (changed(["blocks", 1, "polygon"], [[0, 0], [1, 1], [1, 0], [0, 1]]), "block 1", "in order"),
     "two corners": (changed(["blocks", 1, "polygon"], [[0, 0], [1, 1]]), "block 1.polygon", "three corners"),

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from orchestrator import case as cases
 from orchestrator import driver
 from orchestrator.errors import CaseError
+from orchestrator.joints import JointClass
 from orchestrator.limit_analysis import DeadLoad
 
 PROJECT = Path(__file__).parents[2]
@@ -66,12 +67,15 @@ def test_lists_of_tables_are_read_with_units_and_written_back(tmp_path):
         "[load]\ninclination = '-30 deg'\n"
         "[[load.dead]]\nblocks = [1, 2]\nforce = '5 kN'\n"
         "[[load.dead]]\nblocks = [3]\nline_load = '2 kN/m'\ninertia = true\n"
+        "[[joints.classes]]\norientation = 'bed'\nbetween = ['a', 'b']\ncohesion = '0.1 MPa'\nfriction = 0.5\n"
     )
     case = cases.read(tmp_path / "case.toml")
     assert case.load.inclination == pytest.approx(-math.pi / 6)
     assert case.load.dead == (DeadLoad((1, 2), force=5e3), DeadLoad((3,), line_load=2e3, inertia=True))
+    assert case.joints.classes == (JointClass("bed", ("a", "b"), friction=0.5, cohesion=1e5),)
     (tmp_path / "written.toml").write_text(cases.as_toml(case, "tower.json"))
-    assert cases.read(tmp_path / "written.toml").load == case.load
+    again = cases.read(tmp_path / "written.toml")
+    assert (again.load, again.joints) == (case.load, case.joints)
 
 
 @pytest.mark.parametrize("override", ["load.distribution=mass_height", "load.inclination=10 deg"])

@@ -181,12 +181,13 @@ def test_case_is_written_as_given(tmp_path):
 
 def test_blocks_file_is_a_block_file_that_gives_the_same_wall(tmp_path, assemblage):
     *others, heavy = assemblage.wall.blocks
-    wall = replace(assemblage.wall, blocks=(*others, replace(heavy, unit_weight=27123.4)))
+    wall = replace(assemblage.wall, blocks=(*others, replace(heavy, unit_weight=27123.4, material="tuff")))
     results.write_blocks(tmp_path, wall)
     found = read_blocks(tmp_path / "blocks.json")
     assert (found.name, found.thickness, found.friction) == ('Wall "ä" <&>', 0.1, 0.65)
     assert [(b.id, b.fixed) for b in found.blocks] == [(10, True), (11, False), (12, False), (13, False)]
     assert [b.unit_weight for b in found.blocks] == [25e3, 25e3, 25e3, 27123.4]
+    assert [b.material for b in found.blocks] == ["", "", "", "tuff"]
     for one, other in zip(found.blocks, wall.blocks, strict=True):
         np.testing.assert_array_equal(one.polygon, other.polygon)
 
