@@ -10,7 +10,7 @@ import numpy as np
 from orchestrator.masonry.wall import FloatArray, read_only
 
 Scale = Literal["unit_power", "unit_displacement"]
-FlowRule = Literal["associative", "sequence", "dilation_shift"]
+FlowRule = Literal["associative", "sequence", "dilation_shift", "complementarity"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,9 +85,10 @@ class LimitState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LimitAnalysis:
-    """All answers for one load direction: associative always; the two non-associative ones or why there is none.
+    """All answers for one load direction: associative always; the non-associative ones or why there is none.
 
-    `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N.
+    `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N. `lowest` is the lowest state
+    that a local search from all others found: what is possible, never the headline.
     """
 
     load_direction: int
@@ -97,10 +98,14 @@ class LimitAnalysis:
     dilation_shift: LimitState | None
     remarks: tuple[str, ...]
     seconds: float
+    complementarity: LimitState | None = None
+    lowest: LimitState | None = None
 
     @property
     def headline(self) -> LimitState:
-        """The state that is reported and that the macroblocks come from: sequence, else shift, else associative.
+        """The state that is reported and that the macroblocks come from.
+
+        Sequence, else shift, else complementarity program, else associative.
 
         A state that has not converged is never the headline.
         """
@@ -108,11 +113,12 @@ class LimitAnalysis:
 
     @property
     def _settled(self) -> tuple[LimitState, ...]:
-        """The non-associative states that have converged."""
-        return tuple(s for s in (self.sequence, self.dilation_shift) if s is not None and s.converged)
+        """The non-associative states that have converged, without the lowest."""
+        found = (self.sequence, self.dilation_shift, self.complementarity)
+        return tuple(s for s in found if s is not None and s.converged)
 
     @property
     def non_associative_range(self) -> tuple[float, float] | None:
         """Smallest and largest multiplier of the converged non-associative states, or None where there is none."""
-        found = [s.multiplier_range for s in self._settled]
+        found = [s.multiplier_range for s in (*self._settled, *([self.lowest] if self.lowest else []))]
         return (float(np.min(found)), float(np.max(found))) if found else None
