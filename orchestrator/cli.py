@@ -174,6 +174,8 @@ def _limit_table(analysis: LimitAnalysis) -> Table:
         "associative": analysis.associative,
         "sequence": analysis.sequence,
         "dilation shift": analysis.dilation_shift,
+        "complementarity": analysis.complementarity,
+        "lowest found": analysis.lowest,
     }
     for name, state in names.items():
         table.add_row(name, *(_limit_row(state, analysis) if state else ["none"]))

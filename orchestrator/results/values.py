@@ -84,7 +84,8 @@ def blocks_record(wall: Wall) -> dict[str, Any]:
 
 def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]:
     """Return all limit states; velocities are in the order of `blocks`, joint values in that of joints.csv."""
-    states = {name: getattr(analysis, name) for name in ("associative", "sequence", "dilation_shift")}
+    names = ("associative", "sequence", "dilation_shift", "complementarity", "lowest")
+    states = {name: getattr(analysis, name) for name in names}
     return {
         "load_direction": analysis.load_direction,
         "weight_N": analysis.weight,
