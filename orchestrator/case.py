@@ -11,7 +11,7 @@ import math
 import tomllib
 import typing
 from collections.abc import Sequence
-from dataclasses import MISSING, asdict, dataclass, field, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -22,7 +22,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, cr
 
 from orchestrator.errors import CaseError
 from orchestrator.joints import JointSettings
-from orchestrator.limit_analysis import LimitAnalysisSettings
+from orchestrator.limit_analysis import LimitAnalysisSettings, LoadSettings
 from orchestrator.macroblocks import MacroblockSettings
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.wall import Wall
@@ -55,18 +55,6 @@ class WallSettings:
     thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
     unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
     friction: Annotated[float, Gt(0)] | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class LoadSettings:
-    """Horizontal load, proportional to mass."""
-
-    direction: Literal["+x", "-x"] = "+x"
-
-    @property
-    def sign(self) -> int:
-        """+1 or -1."""
-        return 1 if self.direction == "+x" else -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,22 +113,38 @@ def read_wall(case: Case) -> Wall:
     return replace(wall, **replaced)
 
 
+def refuse_what_only_limit_analysis_takes(case: Case) -> None:
+    """Raise CaseError for loads and strengths that the FE pushover would silently leave out."""
+    if key := case.load.beyond_default:
+        problem = "the FE pushover takes weight and a horizontal load proportional to mass only"
+        raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
+    for number, given in enumerate(case.joints.classes):
+        if name := given.beyond_friction:
+            key, problem = f"joints.classes.{number}.{name}", "the FE pushover knows Coulomb friction only"
+            raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
+
+
 def as_toml(case: Case, block_file: str) -> str:
     """Return a case file that reads back as `case` with its blocks in `block_file`; all defaults filled in."""
     record: dict[str, Any] = {"name": case.name}
     for section in _sections():
-        settings = getattr(case, section)
-        record[section] = {name: _written(settings, name, value) for name, value in asdict(settings).items()}
-    record["wall"] = {k: v for k, v in record["wall"].items() if v is not None} | {"blocks": block_file}
+        record[section] = _written_settings(getattr(case, section))
+    record["wall"]["blocks"] = block_file
     return tomli_w.dumps(record)
+
+
+def _written_settings(settings: Any) -> dict[str, Any]:
+    """Return settings as they stand in a case file; what is None is left out."""
+    values = {f.name: getattr(settings, f.name) for f in fields(settings)}
+    return {name: _written(settings, name, value) for name, value in values.items() if value is not None}
 
 
 def _written(settings: Any, name: str, value: Any) -> Any:
     """Return a value as it stands in a case file, with its unit."""
+    if isinstance(value, tuple):
+        return [_written_settings(member) if is_dataclass(member) else member for member in value]
     unit = _unit(typing.get_type_hints(type(settings), include_extras=True)[name])
-    if unit is None or value is None:
-        return list(value) if isinstance(value, tuple) else value
-    return value if math.isinf(value) else f"{value!r} {unit.symbol}"
+    return value if unit is None or math.isinf(value) else f"{value!r} {unit.symbol}"
 
 
 def _toml(path: Path) -> dict[str, Any]:
@@ -179,8 +183,25 @@ def _case(record: dict[str, Any]) -> Case:
         validated = _model().model_validate(record)
     except ValidationError as error:
         raise _first_complaint(error) from None
-    sections = {name: cls(**getattr(validated, name).model_dump()) for name, cls in _sections().items()}
+    sections = {name: _settings(cls, getattr(validated, name)) for name, cls in _sections().items()}
     return Case(name=validated.name, **sections)  # type: ignore[attr-defined]
+
+
+def _settings(cls: type, validated: BaseModel) -> Any:
+    """Return the settings dataclass of a validated section, the tables in its lists too."""
+    hints = typing.get_type_hints(cls)
+
+    def plain(name: str, value: Any) -> Any:
+        rows = isinstance(value, tuple) and _row(hints[name])
+        return tuple(_settings(rows, member) for member in value) if rows else value
+
+    return cls(**{f.name: plain(f.name, getattr(validated, f.name)) for f in fields(cls)})
+
+
+def _row(hint: Any) -> Any:
+    """Return the settings dataclass that a list of tables is made of (`tuple[DeadLoad, ...]`), else None."""
+    member = next(iter(typing.get_args(hint)), None)
+    return member if typing.get_origin(hint) is tuple and is_dataclass(member) else None
 
 
 def _sections() -> dict[str, type]:
@@ -209,6 +230,8 @@ def _section_model(section: str, settings: type) -> type[BaseModel]:
 
 def _validated(hint: Any, may_be_infinite: bool) -> Any:
     """Return the type hint with the conversion of its unit and the refusal of nan (and inf) in front."""
+    if row := _row(hint):
+        return tuple[_section_model("", row), ...]  # type: ignore[misc]
     if _plain_type(hint) is not float:
         return Annotated[hint, BeforeValidator(_whole_number)] if _plain_type(hint) is int else hint
     unit = _unit(hint)
@@ -276,4 +299,7 @@ def _first_complaint(error: ValidationError) -> CaseError:
 def _known_keys(place: list[str]) -> list[str]:
     if not place:
         return ["name", *_sections()]
-    return [f.name for f in fields(_sections()[place[0]])] if place[0] in _sections() else []
+    section: Any = _sections().get(place[0])
+    for key in place[1:]:
+        section = section if key.isdigit() else _row(typing.get_type_hints(section).get(key))
+    return [f.name for f in fields(section)] if section else []

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import logging
+import math
 import sys
 import traceback
 from collections.abc import Callable
@@ -93,6 +94,9 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
     _command(commands, "check", _check, "read and validate only")
     limit = _command(commands, "limit", _limit, "stop after micro limit analysis")
+    limit.add_argument("--output", type=Path, help="folder of the picture (default: results/NAME OF THE CASE FILE)")
+    limit.add_argument("--settle", type=int, metavar="ID", help="instead of the live load, let this support give way")
+    limit.add_argument("--settle-angle", type=float, default=-90.0, help="degrees from +x (default: -90, downwards)")
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
     _command(commands, "segment", _segment, "stop after the macroblocks")
     return parser
@@ -121,7 +125,11 @@ def _check(options: argparse.Namespace, _: None, console: Console) -> int:
 
 
 def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
-    assemblage, analysis = driver.limit(cases.read(options.case, options.set))
+    case = cases.read(options.case, options.set)
+    output = options.output or Path("results") / options.case.stem
+    if options.settle is not None:
+        return _settle(options, case, output, console)
+    assemblage, analysis = driver.limit(case)
     if options.json:
         summary = results.summary("", assemblage, analysis, None, [])
         print(json.dumps(summary["limit_analysis"], indent=1))
@@ -129,6 +137,17 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
     console.print(_limit_table(analysis))
     for remark in analysis.remarks:
         console.print(remark, soft_wrap=True)
+    console.print(f"mechanism: {driver.draw_mechanism(case, assemblage, analysis, output)}", soft_wrap=True)
+    return 0
+
+
+def _settle(options: argparse.Namespace, case: cases.Case, output: Path, console: Console) -> int:
+    state, picture = driver.settlement(case, options.settle, math.radians(options.settle_angle), output)
+    console.print(
+        f"support {options.settle} gives way at {options.settle_angle:g} degrees: "
+        f"least reaction {-state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
+        soft_wrap=True,
+    )
     return 0
 
 
@@ -138,24 +157,38 @@ def _limit_table(analysis: LimitAnalysis) -> Table:
         padding=0,
         title=f"Micro limit analysis, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.2f} s",
     )
-    columns = ("", "multiplier", "base shear\nkN", "LPs", "time\ns", "residuals:\nequilibrium", "\nyield", "\npower")
+    columns = (
+        "",
+        "multiplier",
+        "base shear\nkN",
+        "tilt\ndeg",
+        "LPs",
+        "time\ns",
+        "residuals:\nequilibrium",
+        "\nyield",
+        "\npower",
+    )
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
     names = {
         "associative": analysis.associative,
         "sequence": analysis.sequence,
         "dilation shift": analysis.dilation_shift,
+        "complementarity": analysis.complementarity,
+        "lowest found": analysis.lowest,
     }
     for name, state in names.items():
-        table.add_row(name, *(_limit_row(state, analysis.weight) if state else ["none"]))
+        table.add_row(name, *(_limit_row(state, analysis) if state else ["none"]))
     return table
 
 
-def _limit_row(state: LimitState, weight: float) -> list[str]:
+def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
     seconds = sum(record.seconds for record in state.records)
     residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
-    shear = state.load_multiplier * weight / 1e3
-    found = [f"{state.load_multiplier:.5f}", f"{shear:.4f}", str(len(state.records)), f"{seconds:.2f}"]
+    shear = state.load_multiplier * analysis.horizontal_load / 1e3
+    angle = analysis.tilt_angle(state)
+    tilt = "" if angle is None else f"{math.degrees(angle):.3f}"
+    found = [f"{state.load_multiplier:.5f}", f"{shear:.4f}", tilt, str(len(state.records)), f"{seconds:.2f}"]
     return found + [f"{residual:.0e}" for residual in residuals]
 
 

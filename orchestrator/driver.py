@@ -25,10 +25,10 @@ from orchestrator import report as reporting
 from orchestrator import results
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
-from orchestrator.case import Case, ModelName, read_wall
-from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError
+from orchestrator.case import Case, ModelName, read_wall, refuse_what_only_limit_analysis_takes
+from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
-from orchestrator.limit_analysis import LimitAnalysis, analyse
+from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
 from orchestrator.macroblocks import Partition, merged, one_body_per_block
 from orchestrator.masonry.wall import check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
@@ -102,26 +102,37 @@ def check(case: Case) -> Assemblage:
         assemblage = find_joints(wall, case.joints)
         check_assemblage(assemblage)
     except CaseError as error:
-        raise error.in_file(str(case.block_file)) from None
+        raise error.in_file(str(case.file if error.key.startswith("joints.") else case.block_file)) from None
     return assemblage
 
 
 def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
     """Run micro limit analysis on a checked wall. Raises CaseError for a wall that cannot stand."""
     assemblage = check(case)
-    try:
-        return assemblage, analyse(assemblage, case.limit_analysis, case.load.sign)
-    except CaseError as error:
-        raise error.in_file(str(case.block_file)) from None
+    with naming(case.file):
+        loads = loads_on(assemblage.wall, case.load)
+    with naming(case.block_file):
+        return assemblage, analyse(assemblage, case.limit_analysis, case.load.sign, loads)
+
+
+def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:
+    """Draw the mechanism into the run folder `output`; return its PNG."""
+    return reporting.write_mechanism(output / "figures", case, assemblage, analysis)[0]
+
+
+def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[LimitState, Path]:
+    """Let a support give way at `angle` (rad from +x); draw and return the state. Raises CaseError."""
+    assemblage = check(case)
+    with naming(case.file):
+        state = settle(assemblage, support, angle, loads_on(assemblage.wall, case.load))
+    return state, reporting.write_settlement(output / "figures", assemblage, state, angle)[0]
 
 
 def segment(case: Case) -> Segmented:
     """Run everything before the finite elements."""
     assemblage, analysis = limit(case)
-    try:
+    with naming(case.file):
         partition = merged(assemblage, analysis.headline.mechanism, case.macroblocks)
-    except CaseError as error:
-        raise error.in_file(str(case.file)) from None
     return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
 
 
@@ -131,6 +142,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     With `resume` a pushover goes on after its last stored increment. Raises CaseError before anything is written.
     """
     began = perf_counter()
+    on_root(comm, refuse_what_only_limit_analysis_takes, case)
     segmented = on_root(comm, segment, case)
     with results.logging_to(output / "run.log") if is_root(comm) else nullcontext():
         on_root(

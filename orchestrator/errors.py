@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 
 class CaseError(Exception):
     """What the user gave cannot be used (exit code 2).
@@ -21,6 +25,15 @@ class CaseError(Exception):
     def in_file(self, file: str) -> CaseError:
         """Return the same error naming `file`, unless it names one already."""
         return self if self.file else CaseError(self.key, self.problem, self.remedy, file)
+
+
+@contextmanager
+def naming(file: Path) -> Iterator[None]:
+    """Let every CaseError raised inside name `file`, unless it names one already."""
+    try:
+        yield
+    except CaseError as error:
+        raise error.in_file(str(file)) from None
 
 
 class ConvergenceError(Exception):

@@ -7,12 +7,12 @@ tangent t = (end - start)/length, and n = (t_y, -t_x) is the outward normal of b
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Annotated
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Literal
 
 import numpy as np
 import shapely
-from annotated_types import Gt, Le
+from annotated_types import Ge, Gt, Le
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -22,20 +22,45 @@ from orchestrator.units import Unit
 
 
 @dataclass(frozen=True, slots=True)
+class JointClass:
+    """Joints of one kind and what they can carry; a value that is left out stays as it was."""
+
+    orientation: Literal["any", "bed", "head"] = "any"
+    """bed joints are nearer to the horizontal, head joints to the vertical"""
+    between: tuple[str, ...] = ()
+    """the two materials that meet, in either order (materials are those of the block file); none: all"""
+    friction: Annotated[float, Gt(0)] | None = None
+    cohesion: Annotated[float, Unit("Pa"), Ge(0)] | None = None
+    tensile_strength: Annotated[float, Unit("Pa"), Ge(0)] | None = None
+    """plastic, over the whole joint; Coulomb's cone ends at cohesion / friction where that is less"""
+    compressive_strength: Annotated[float, Unit("Pa"), Gt(0)] | None = None
+    """of a rectangular stress block; none: no crushing"""
+
+    @property
+    def beyond_friction(self) -> str:
+        """Return the first strength besides friction that is given, or ""."""
+        names = ("cohesion", "tensile_strength", "compressive_strength")
+        return next((name for name in names if getattr(self, name) is not None), "")
+
+
+@dataclass(frozen=True, slots=True)
 class JointSettings:
-    """How near two edges must lie to share a joint."""
+    """How near two edges must lie to share a joint; what joints can carry besides the wall's friction."""
 
     tolerance: Annotated[float, Unit("m"), Gt(0), Le(0.01)] = 1e-5
     """largest distance between two edges that touch; also the overlap of two blocks that passes as rounding"""
     minimum_length: Annotated[float, Unit("m"), Gt(0)] = 1e-3
     """shorter shared segments are no joint"""
+    classes: tuple[JointClass, ...] = ()
+    """applied one after the other: of those that fit a joint, the last that gives a value counts"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Assemblage:
     """A wall and its k joints as arrays (block numbers are positions in `wall.blocks`, not ids).
 
-    block_i, block_j (k,): the blocks on both sides; start, end (k, 2) in m; friction (k,); cohesion (k,) in N/m2.
+    block_i, block_j (k,): the blocks on both sides; start, end (k, 2) in m; friction (k,); cohesion, tensile_strength,
+    compressive_strength (inf: no crushing) (k,) in N/m2, where one number stands for all joints.
     """
 
     wall: Wall
@@ -45,6 +70,13 @@ class Assemblage:
     end: FloatArray
     friction: FloatArray
     cohesion: FloatArray
+    tensile_strength: FloatArray = field(default_factory=lambda: read_only(0.0))
+    compressive_strength: FloatArray = field(default_factory=lambda: read_only(np.inf))
+
+    def __post_init__(self) -> None:
+        for name in ("tensile_strength", "compressive_strength"):
+            each = np.broadcast_to(getattr(self, name), self.friction.shape)
+            object.__setattr__(self, name, read_only(each))
 
     @property
     def length(self) -> FloatArray:
@@ -75,7 +107,7 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
     """
     segments = [segment for i, j in _neighbours(wall, settings.tolerance) for segment in _shared(wall, i, j, settings)]
     count = len(segments)
-    return Assemblage(
+    assemblage = Assemblage(
         wall=wall,
         block_i=read_only([s[0] for s in segments], np.int64),
         block_j=read_only([s[1] for s in segments], np.int64),
@@ -83,6 +115,35 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
         end=read_only(np.reshape([s[3] for s in segments], (count, 2))),
         friction=read_only(np.full(count, wall.friction)),
         cohesion=read_only(np.zeros(count)),
+    )
+    for number, given in enumerate(settings.classes):
+        assemblage = with_class(assemblage, given, f"joints.classes.{number}")
+    return assemblage
+
+
+def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblage:
+    """Return the assemblage with the values of a joint class in the joints that fit it. Raises CaseError for `key`."""
+    material = np.array([block.material for block in assemblage.wall.blocks])
+    known = sorted({*material.tolist()} - {""})
+    if given.between and (len(given.between) != 2 or not {*given.between} <= {*known}):
+        listed = ", ".join(known) or 'none yet: give blocks a "material" in the block file'
+        raise CaseError(f"{key}.between", f"{list(given.between)} are not two materials", f"materials are {listed}")
+    horizontal, vertical = np.abs(assemblage.end - assemblage.start).T
+    fits = {"any": horizontal >= 0, "bed": horizontal > vertical, "head": horizontal <= vertical}[given.orientation]
+    if given.between:
+        one, other = given.between
+        i, j = material[assemblage.block_i], material[assemblage.block_j]
+        fits = fits & (((i == one) & (j == other)) | ((i == other) & (j == one)))
+
+    def changed(value: float | None, before: FloatArray) -> FloatArray:
+        return before if value is None else read_only(np.where(fits, value, before))
+
+    return replace(
+        assemblage,
+        friction=changed(given.friction, assemblage.friction),
+        cohesion=changed(given.cohesion, assemblage.cohesion),
+        tensile_strength=changed(given.tensile_strength, assemblage.tensile_strength),
+        compressive_strength=changed(given.compressive_strength, assemblage.compressive_strength),
     )
 
 

@@ -30,8 +30,8 @@ from scipy.sparse.csgraph import connected_components
 from orchestrator.errors import CaseError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import Mechanism, centres_of_rotation
-from orchestrator.limit_analysis.equilibrium import block_centroids
 from orchestrator.limit_analysis.state import Scale
+from orchestrator.masonry.geometry import block_centroids
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.units import Unit
 

@@ -11,7 +11,7 @@ from orchestrator.bodies import Bodies
 from orchestrator.capacity import Capacity
 from orchestrator.case import Case, as_toml
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
 from orchestrator.pushover.state import PushoverCurve
 
@@ -32,8 +32,23 @@ def write_segmentation(
     results.write_macroblocks(output, assemblage.wall, partition, bodies)
     figures = output / "figures"
     plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
-    plots.save(plots.mechanism(assemblage, analysis.headline, analysis.load_direction), figures, "mechanism")
+    write_mechanism(figures, case, assemblage, analysis)
     plots.save(plots.macroblocks(assemblage, partition), figures, "macroblocks")
+
+
+def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:
+    """Draw the mechanism of the headline state; return the files."""
+    figure = plots.mechanism(
+        assemblage, analysis.headline, analysis.load_direction, case.load.inclination, f"λ × {case.load.name}"
+    )
+    return plots.save(figure, figures, "mechanism")
+
+
+def write_settlement(figures: Path, assemblage: Assemblage, state: LimitState, angle: float) -> list[Path]:
+    """Draw the mechanism of a support that gives way at `angle`; return the files."""
+    reaction = f"least reaction {-state.load_multiplier / 1e3:.4g} kN"
+    figure = plots.mechanism(assemblage, state, 1, angle, "settlement", reaction)
+    return plots.save(figure, figures, "settlement")
 
 
 def _provenance(case: Case) -> list[str]:

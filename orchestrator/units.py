@@ -11,6 +11,9 @@ FACTORS = {
     "s": {"s": 1.0, "ms": 1e-3, "min": 60.0},
     "1/s": {"1/s": 1.0},
     "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/m2": 1.0, "kN/m2": 1e3, "N/mm2": 1e6},
+    "N": {"N": 1.0, "kN": 1e3, "MN": 1e6},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3},
+    "rad": {"rad": 1.0, "deg": math.pi / 180},
     "N/m3": {"N/m3": 1.0, "kN/m3": 1e3, "MN/m3": 1e6},
 }
 """units that may be written, by the SI unit a quantity is stored in"""

@@ -1,16 +1,24 @@
 """Micro limit analysis: rigid blocks, Coulomb joints, linear programs."""
 
 from orchestrator.limit_analysis.analysis import analyse
+from orchestrator.limit_analysis.loads import DeadLoad, LiveLoad, Loads, LoadSettings, loads_on
 from orchestrator.limit_analysis.mechanism import centres_of_rotation
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings
+from orchestrator.limit_analysis.settlement import settle
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, Mechanism
 
 __all__ = [
+    "DeadLoad",
     "LimitAnalysis",
     "LimitAnalysisSettings",
     "LimitState",
     "LinearProgramRecord",
+    "LiveLoad",
+    "LoadSettings",
+    "Loads",
     "Mechanism",
     "analyse",
     "centres_of_rotation",
+    "loads_on",
+    "settle",
 ]

@@ -1,6 +1,7 @@
 """Micro limit analysis of an assemblage: all answers for one load direction, each with its checks.
 
-Does it stand (gravity check)? - associative optimum of Eq. (1) - the paper's sequence, Eq. (2) - the dilation shift.
+Does it stand (gravity check)? - associative optimum of Eq. (1) - the paper's sequence, Eq. (2) - the dilation shift -
+the complementarity program - a search for lower states from all of these.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import numpy as np
 
 from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.complementarity import ComplementarySolution
 from orchestrator.limit_analysis.dilation_shift import run_dilation_shift
 from orchestrator.limit_analysis.equilibrium import Equilibrium, assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import (
@@ -20,6 +22,15 @@ from orchestrator.limit_analysis.linear_program import (
     UnboundedError,
     solve_gravity_lp,
     solve_limit_lp,
+)
+from orchestrator.limit_analysis.loads import Loads
+from orchestrator.limit_analysis.lower_states import (
+    ClosedState,
+    TwoPrograms,
+    complementary_start,
+    descent,
+    lowest,
+    starts,
 )
 from orchestrator.limit_analysis.mechanism import dilation, mechanism_from, power_residual
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
@@ -40,6 +51,11 @@ class Problem:
     assemblage: Assemblage
     equilibrium: Equilibrium
     friction: YieldConditions
+
+    @property
+    def no_dilatancy(self) -> FloatArray:
+        """Dilatancy (k,) of a non-associative mechanism."""
+        return np.zeros_like(self.friction.slope)
 
     def state(
         self,
@@ -65,36 +81,47 @@ class Problem:
             equilibrium_residual=equilibrium.residual(forces, load_multiplier),
             yield_residual=friction.excess(forces) / equilibrium.mean_weight,
             power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),
-            dilation=dilation(equilibrium, forces, mechanism),
+            dilation=dilation(equilibrium, friction, forces, mechanism),
             multiplier_range=multiplier_range or (load_multiplier, load_multiplier),
         )
 
 
 def analyse(
-    assemblage: Assemblage, settings: LimitAnalysisSettings | None = None, load_direction: int = 1
+    assemblage: Assemblage,
+    settings: LimitAnalysisSettings | None = None,
+    load_direction: int = 1,
+    loads: Loads | None = None,
 ) -> LimitAnalysis:
-    """Analyse an assemblage under its weight and a horizontal load of lambda times the weight of every block.
+    """Analyse an assemblage under its dead load and lambda times its live load.
 
-    load_direction is +1 or -1 (along x). Raises CaseError when the wall cannot stand under its own weight or no
-    horizontal load brings it down, ConvergenceError when the associative program cannot be solved. A non-associative
-    answer that cannot be found is None, and `remarks` says why. Source: formulation.md, section 1.
+    load_direction is +1 or -1 (along x); without `loads` both are the weight of every block. Raises CaseError when the
+    wall cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative program
+    cannot be solved. A non-associative answer that cannot be found is None, and `remarks` says why. Source:
+    formulation.md, section 1.
     """
     assert load_direction in (1, -1)
     started = perf_counter()
     settings = settings or LimitAnalysisSettings()
-    problem = Problem(assemblage, assemble_equilibrium(assemblage, load_direction), coulomb(assemblage))
+    equilibrium = assemble_equilibrium(assemblage, load_direction, loads)
+    problem = Problem(assemblage, equilibrium, coulomb(assemblage, equilibrium.dead_total))
     refuse_what_falls(problem)
     optimum = associative_optimum(problem)
-    sequence, sequence_remarks = sequence_state(problem, optimum, settings)
+    programs = TwoPrograms(problem.equilibrium, problem.friction)
+    sequence, sequence_remarks = sequence_state(problem, programs, optimum, settings)
     shift, shift_remarks = dilation_shift_state(problem, settings)
+    complementarity, lowest_found = searched_states(problem, programs, load_direction, (sequence, shift), settings)
     return LimitAnalysis(
         load_direction=load_direction,
         weight=problem.equilibrium.total_weight,
+        horizontal_load=load_direction * problem.equilibrium.base_shear,
+        tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
         associative=problem.state("associative", problem.friction.slope, optimum, optimum, (_record(optimum, 0.0),)),
         sequence=sequence,
         dilation_shift=shift,
         remarks=sequence_remarks + shift_remarks,
         seconds=perf_counter() - started,
+        complementarity=complementarity,
+        lowest=lowest_found,
     )
 
 
@@ -120,7 +147,7 @@ def associative_optimum(problem: Problem) -> LimitSolution:
     try:
         return solve_limit_lp(problem.equilibrium, problem.friction)
     except UnboundedError as error:
-        text = "no horizontal load in this direction brings it down: blocks are wedged between supports"
+        text = "no live load in this direction brings it down: blocks are wedged between supports"
         raise CaseError("wall", text, "check which blocks are fixed, or reverse the load") from error
     except InfeasibleError as error:
         text = "cannot stand under its own weight: it lacks less than a millionth of a block's weight"
@@ -128,20 +155,21 @@ def associative_optimum(problem: Problem) -> LimitSolution:
 
 
 def sequence_state(
-    problem: Problem, optimum: LimitSolution, settings: LimitAnalysisSettings
+    problem: Problem, programs: TwoPrograms, optimum: LimitSolution, settings: LimitAnalysisSettings
 ) -> tuple[LimitState | None, tuple[str, ...]]:
     """Return the state the paper's sequence settles on, or None and a remark.
 
-    Its mechanism is that of the last program of Eq. (2), where sliding joints close by alpha mu |slip|: nearly, not
-    exactly, no dilation. Its forces are those in Coulomb's cone that go with that mechanism (`confirmed`).
+    In the mechanism of the last program of Eq. (2) sliding joints close by alpha mu |slip|. The state has the forces in
+    Coulomb's cone that go with it (`confirmed`), and the mechanism without any dilation that goes with these forces.
     """
     try:
         iterates, confirmation = run_sequence(problem.equilibrium, problem.friction, optimum, settings)
+        mechanism = programs.mechanism(confirmation.normal)
     except ConvergenceError as error:
         return None, (f"no non-associative solution found: {error}",)
-    records = (*(_record(iterate.solution, iterate.seed) for iterate in iterates), _record(confirmation, 0.0))
-    dilatancy = -settings.slope_fraction * problem.friction.slope
-    state = problem.state("sequence", dilatancy, confirmation, iterates[-1].solution, records)
+    records = [_record(iterate.solution, iterate.seed) for iterate in iterates]
+    records += [_record(confirmation, 0.0), _record(mechanism, 0.0)]
+    state = problem.state("sequence", problem.no_dilatancy, confirmation, mechanism, tuple(records))
     if state.power_residual > settings.power_tolerance:
         imbalance = f"the power of what it settled on is out of balance by {state.power_residual:.1e}"
         return None, (f"no non-associative solution found: sequence of Eq. (2): {imbalance}",)
@@ -163,11 +191,52 @@ def dilation_shift_state(
     solutions = [*(iterate.solution for iterate in run.iterates), run.final, run.lowest, run.highest]
     records = tuple(_record(solution, settings.shift_relaxation) for solution in solutions)
     found = (run.lowest.load_multiplier, run.highest.load_multiplier)
-    no_dilatancy = np.zeros_like(problem.friction.slope)
-    state = problem.state("dilation_shift", no_dilatancy, run.lowest, run.final, records, run.settled, found)
+    state = problem.state("dilation_shift", problem.no_dilatancy, run.lowest, run.final, records, run.settled, found)
     remark = f"dilation shift not settled after {len(run.iterates)} linear programs: "
     remark += f"the dilation left takes {run.iterates[-1].error:.1e} of the live load's power"
     return state, () if run.settled else (remark,)
+
+
+def searched_states(
+    problem: Problem,
+    programs: TwoPrograms,
+    load_direction: int,
+    others: tuple[LimitState | None, ...],
+    settings: LimitAnalysisSettings,
+) -> tuple[LimitState | None, LimitState | None]:
+    """Return the state of the complementarity program and the lowest found from all its starts and from `others`.
+
+    The first is where the first start leads, before any descent: a wall and its mirror image have the same. None where
+    nothing balances.
+    """
+    few = len(problem.equilibrium.free_blocks) > settings.search_blocks
+    if problem.friction.tension.any() or problem.friction.crushes.any():
+        return None, None  # the complementarity program knows friction and cohesion only
+    first, candidates = None, []
+    for start in starts(problem.assemblage, load_direction, settings.search_starts):
+        found, slip = complementary_start(programs, problem.equilibrium, problem.friction, start)
+        reached = list(descent(programs, slip))
+        if first is None:
+            first = next((_closed_state(problem, state, found) for state in reached if state.balances), None)
+        candidates += reached
+        if few and first is not None:
+            break
+    for other in () if few else others:
+        if other is not None:
+            candidates += descent(programs, other.mechanism.slip)
+    end = lowest(candidates)
+    return first, None if end is None else _closed_state(problem, end)
+
+
+def _closed_state(problem: Problem, closed: ClosedState, found: ComplementarySolution | None = None) -> LimitState:
+    """Return a state of the search; its records are the complementarity program and the two programs that closed it."""
+    records = (
+        ()
+        if found is None
+        else (LinearProgramRecord(found.load_multiplier, 0.0, found.iterations, found.seconds, "complementarity"),)
+    )
+    solved = (_record(closed.forces, 0.0), _record(closed.mechanism, 0.0))
+    return problem.state("complementarity", problem.no_dilatancy, closed.forces, closed.mechanism, (*records, *solved))
 
 
 def _record(solution: LimitSolution, parameter: float) -> LinearProgramRecord:

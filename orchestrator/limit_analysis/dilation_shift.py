@@ -73,11 +73,11 @@ def run_dilation_shift(equilibrium: Equilibrium, coulomb: YieldConditions, setti
     """
     taken, settled = taken_until(
         lambda taken: taken[-1].error <= settings.shift_tolerance,
-        shift_iterates(LimitProgram(equilibrium, coulomb.slope, ITERATE_TOLERANCE), coulomb, settings),
+        shift_iterates(LimitProgram(equilibrium, coulomb, ITERATE_TOLERANCE), coulomb, settings),
         1,
         settings.maximum_shift_iterations,
     )
-    program = LimitProgram(equilibrium, coulomb.slope, FINAL_TOLERANCE)
+    program = LimitProgram(equilibrium, coulomb, FINAL_TOLERANCE)
     weights = (1.0, 1.0 - FACE_WEIGHT, 1.0 + FACE_WEIGHT)
     final, lowest, highest = (program.solve(coulomb.cohesion, taken[-1].shift, weight) for weight in weights)
     return ShiftRun(taken, final, lowest, highest, settled)

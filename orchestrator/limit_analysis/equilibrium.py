@@ -2,7 +2,7 @@
 
     B q - lambda f_L = f_D          3 rows a free block: x, y (N), moment about its centroid (N m); supports have none
     q = (n_start, n_end, s) a joint: normal forces at both ends of the joint (compression positive), shear, in N
-    f_D = weight, f_L = weight turned into the horizontal; both at the centroid
+    f_D, f_L = dead and live load at the centroids (loads.py); by default weight, and weight turned into the horizontal
 
 B q are the forces that blocks exert on their joints, which is why loads stand on the right: block i of a joint pushes
 with n along the joint's normal (it points from i to j) and with s along its tangent; block j the other way round.
@@ -18,7 +18,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from orchestrator.joints import Assemblage
-from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
+from orchestrator.limit_analysis.loads import Loads, loads_on
+from orchestrator.masonry.geometry import block_areas, block_centroids, block_weights
+from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,6 +45,28 @@ class Equilibrium:
         return self.mean_weight * len(self.free_blocks)
 
     @property
+    def dead_total(self) -> float:
+        """All dead load on the free blocks, N."""
+        return -float(self.dead_load.reshape(-1, 3)[:, 1].sum())
+
+    @property
+    def live_total(self) -> float:
+        """Sum of the magnitudes of the live forces at a load multiplier of 1, N."""
+        return float(np.hypot(*self.live_load.reshape(-1, 3)[:, :2].T).sum())
+
+    @property
+    def base_shear(self) -> float:
+        """Horizontal resultant of the live load at a load multiplier of 1, N: positive along x."""
+        return float(self.live_load.reshape(-1, 3)[:, 0].sum())
+
+    @property
+    def live_load_is_turned_dead_load(self) -> bool:
+        """Whether every block's live force is its dead force turned by a right angle, as on a tilting table."""
+        dead, live = (load.reshape(-1, 3)[:, :2] for load in (self.dead_load, self.live_load))
+        turned = np.sign(self.base_shear) * np.column_stack([-dead[:, 1], np.zeros(len(dead))])
+        return bool(np.allclose(live, turned, rtol=1e-12, atol=1e-12 * self.mean_weight))
+
+    @property
     def row_scale(self) -> FloatArray:
         """Factors (3m,) that turn rows in N and N m into rows in N: moments are divided by a block length."""
         return np.tile([1.0, 1.0, 1.0 / self.block_length], len(self.free_blocks))
@@ -64,51 +88,19 @@ class Equilibrium:
         return float(np.max(np.abs(self.row_scale * unbalanced)) / self.total_weight)
 
 
-def polygon_area(polygon: FloatArray) -> float:
-    """Area in m2 of a simple polygon (n, 2), positive when counter-clockwise."""
-    x, y = polygon.T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-
-
-def polygon_centroid(polygon: FloatArray) -> FloatArray:
-    """Centroid (2,) in m of a simple polygon (n, 2); taken about its first corner so that far walls lose no digits."""
-    origin = polygon[0]
-    x, y = (polygon - origin).T
-    next_x, next_y = np.roll(x, -1), np.roll(y, -1)
-    twice_area = x * next_y - next_x * y
-    first_moments = np.array([np.sum((x + next_x) * twice_area), np.sum((y + next_y) * twice_area)])
-    return origin + first_moments / (3.0 * np.sum(twice_area))
-
-
-def block_areas(wall: Wall) -> FloatArray:
-    """Areas (n,) in m2."""
-    return np.array([polygon_area(block.polygon) for block in wall.blocks])
-
-
-def block_centroids(wall: Wall) -> FloatArray:
-    """Centroids (n, 2) in m."""
-    return np.array([polygon_centroid(block.polygon) for block in wall.blocks])
-
-
-def block_weights(wall: Wall) -> FloatArray:
-    """Weights (n,) in N, supports included."""
-    return block_areas(wall) * wall.thickness * np.array([block.unit_weight for block in wall.blocks])
-
-
-def assemble_equilibrium(assemblage: Assemblage, load_direction: int) -> Equilibrium:
-    """Assemble Eq. (1) for a live load of `load_direction` (+1 or -1, along x) times the weight of every block."""
+def assemble_equilibrium(assemblage: Assemblage, load_direction: int, loads: Loads | None = None) -> Equilibrium:
+    """Assemble Eq. (1) for a live load in `load_direction` (+1 or -1); without `loads`: the weight of every block."""
     wall = assemblage.wall
+    loads = loads or loads_on(wall)
     free = np.flatnonzero([not block.fixed for block in wall.blocks])
-    weights = block_weights(wall)[free]
-    nothing = np.zeros(len(free))
     return Equilibrium(
         matrix=equilibrium_matrix(assemblage, free),
-        dead_load=read_only(np.column_stack([nothing, -weights, nothing]).ravel()),
-        live_load=read_only(np.column_stack([load_direction * weights, nothing, nothing]).ravel()),
+        dead_load=read_only(loads.dead[free].ravel()),
+        live_load=read_only(loads.live(load_direction)[free].ravel()),
         free_blocks=read_only(free, np.int64),
         blocks=len(wall.blocks),
         block_length=float(np.sqrt(np.mean(block_areas(wall)[free]))),
-        mean_weight=float(np.mean(weights)),
+        mean_weight=float(np.mean(block_weights(wall)[free])),
     )
 
 

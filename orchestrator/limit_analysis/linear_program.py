@@ -4,14 +4,14 @@
 
 Duals of the equality rows are the block velocities u (f_L . u = 1); -B^T u are then the openings and slips of joints.
 
-Inside, forces are divided by the mean block weight, moments by a block length, and the unknown is base shear over mean
+Inside, forces are divided by the mean block weight, moments by a block length, and the unknown is live load over mean
 block weight instead of lambda: unscaled, lambda is off by 2e-4 at 1,100 blocks although the status says solved
 (formulation.md). Only c and d change between the programs of a sequence, so the solver is set up once (presolve off).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import clarabel
 import numpy as np
@@ -62,13 +62,16 @@ class LimitSolution:
 class LimitProgram:
     """Eq. (1) of one wall and one slope of the friction lines, set up once and solved for many c and d."""
 
-    def __init__(self, equilibrium: Equilibrium, slope: FloatArray, tolerance: float = FINAL_TOLERANCE) -> None:
-        """Set up for friction lines of the given slopes (k,), to be solved to `tolerance`."""
+    def __init__(
+        self, equilibrium: Equilibrium, conditions: YieldConditions, tolerance: float = FINAL_TOLERANCE
+    ) -> None:
+        """Set up for yield conditions whose cohesion may change, to be solved to `tolerance`."""
         self._equilibrium = equilibrium
+        self._conditions = conditions
         scale = equilibrium.row_scale
         B = sp.diags(scale) @ equilibrium.matrix
-        f_L = sp.csc_matrix((scale * equilibrium.live_load / equilibrium.total_weight)[:, None])
-        C_T = yield_matrix(slope)
+        f_L = sp.csc_matrix((scale * equilibrium.live_load / equilibrium.live_total)[:, None])
+        C_T = yield_matrix(conditions)
         A = sp.bmat([[B, -f_L], [-C_T, None]], format="csc")
         self._objective = np.zeros(A.shape[1])
         self._right_side = np.zeros(A.shape[0])
@@ -83,8 +86,8 @@ class LimitProgram:
         """
         equilibrium = self._equilibrium
         rows, w = len(equilibrium.dead_load), equilibrium.mean_weight
-        self._right_side[rows:] = yield_offset(cohesion) / w
-        d = np.zeros(len(cohesion)) if shift is None else shift * equilibrium.total_weight
+        self._right_side[rows:] = yield_offset(replace(self._conditions, cohesion=cohesion)) / w
+        d = np.zeros(len(cohesion)) if shift is None else shift * equilibrium.live_total
         self._objective[:-1] = np.column_stack([d, d, np.zeros_like(d)]).ravel()
         self._objective[-1] = -live_weight
         self._solver.update(q=self._objective, b=self._right_side)
@@ -92,7 +95,7 @@ class LimitProgram:
         q, velocities = np.array(solution.x[:-1]), -np.array(solution.z[:rows]) * equilibrium.row_scale
         velocities /= equilibrium.live_load @ velocities
         return LimitSolution(
-            load_multiplier=solution.x[-1] * w / equilibrium.total_weight,
+            load_multiplier=solution.x[-1] * w / equilibrium.live_total,
             joint_forces=w * q.reshape(-1, 3),
             velocities=velocities,
             rates=equilibrium.joint_rates(velocities),
@@ -104,7 +107,7 @@ class LimitProgram:
 
 def solve_limit_lp(equilibrium: Equilibrium, conditions: YieldConditions) -> LimitSolution:
     """Solve Eq. (1) once; raises as `LimitProgram.solve`."""
-    return LimitProgram(equilibrium, conditions.slope).solve(conditions.cohesion)
+    return LimitProgram(equilibrium, conditions).solve(conditions.cohesion)
 
 
 def solve_gravity_lp(equilibrium: Equilibrium, conditions: YieldConditions) -> tuple[float, FloatArray]:
@@ -116,11 +119,11 @@ def solve_gravity_lp(equilibrium: Equilibrium, conditions: YieldConditions) -> t
     (rotations times a block length): the dual, the mechanism in which gravity does that much work.
     """
     scale = equilibrium.row_scale
-    B, C_T = sp.diags(scale) @ equilibrium.matrix, yield_matrix(conditions.slope)
+    B, C_T = sp.diags(scale) @ equilibrium.matrix, yield_matrix(conditions)
     r = sp.identity(len(scale))
     A = sp.bmat([[B, r, -r], [-C_T, None, None], [None, -r, None], [None, None, -r]], format="csc")
     objective = np.concatenate([np.zeros(B.shape[1]), np.ones(2 * len(scale))])
-    dead, offset = scale * equilibrium.dead_load, yield_offset(conditions.cohesion)
+    dead, offset = scale * equilibrium.dead_load, yield_offset(conditions)
     right_side = np.concatenate([dead, offset, np.zeros(2 * len(scale))]) / equilibrium.mean_weight
     cones = [clarabel.ZeroConeT(len(scale)), clarabel.NonnegativeConeT(A.shape[0] - len(scale))]
     solution = _solved(_solver(objective, A, right_side, cones, ITERATE_TOLERANCE), "gravity check")

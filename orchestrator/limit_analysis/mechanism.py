@@ -3,6 +3,7 @@
     velocity of a point x of block i     v_i + omega_i k x (x - centroid_i)
     opening = n . (v_j - v_i), slip = t . (v_j - v_i)       relative to the joint's normal n (i to j) and tangent t
     lambda f_L . u + f_D . u = sum_k (c + (mu - psi) N) |slip|        power balance; a sliding joint opens by psi |slip|
+                             + sum_k max over N, M of -(n_start, n_end) . (opening - psi |slip|)    tension and crushing
 
 psi is mu for the associative flow rule, 0 for a non-associative state. The falling lines of Eq. (2) have
 psi = -alpha mu: the mechanism of the paper's sequence is that of its LAST linear program, so its sliding joints close
@@ -17,9 +18,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from orchestrator.limit_analysis.equilibrium import Equilibrium, block_centroids
+from orchestrator.limit_analysis.equilibrium import Equilibrium
 from orchestrator.limit_analysis.state import Mechanism
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
+from orchestrator.masonry.geometry import block_centroids
 from orchestrator.masonry.wall import FloatArray, Wall, read_only
 
 CLOSED = 1e-4
@@ -87,19 +89,24 @@ def power_residual(
     joint_forces: FloatArray,
     mechanism: Mechanism,
 ) -> float:
-    """|lambda f_L . u + f_D . u - sum (c + (mu - psi) N) |slip|| relative to the live load's power.
+    """|lambda f_L . u + f_D . u - dissipation in the joints| relative to the live load's power.
 
-    dilatancy (k,) is psi. 0 only if every force does the work its flow rule allows: joints that open carry nothing
-    where they open, joints that slide carry all they can, against the slip.
+    dilatancy (k,) is psi. 0 only if every force does the work its flow rule allows: joints that open carry nothing (or
+    their tensile strength) where they open, joints that slide or crush carry all they can, against the motion.
     """
     u = mechanism.velocities[equilibrium.free_blocks].ravel()
     live, dead = load_multiplier * (equilibrium.live_load @ u), equilibrium.dead_load @ u
-    N = joint_forces[:, :2].sum(axis=1)
-    dissipation = np.sum((coulomb.cohesion + (coulomb.slope - dilatancy) * N) * np.abs(mechanism.slip))
-    return float(abs(live + dead - dissipation) / max(abs(live), np.finfo(float).tiny))
+    rates = np.column_stack([mechanism.opening, mechanism.slip])
+    dissipation = coulomb.dissipation(joint_forces, rates, dilatancy)
+    return abs(float(live + dead) - dissipation) / max(abs(float(live)), float(np.finfo(float).tiny))
 
 
-def dilation(equilibrium: Equilibrium, joint_forces: FloatArray, mechanism: Mechanism) -> float:
-    """Largest |opening| at an end of a joint that carries load there, relative to the largest displacement."""
-    closed = joint_forces[:, :2] > CLOSED * equilibrium.mean_weight
+def dilation(
+    equilibrium: Equilibrium, coulomb: YieldConditions, joint_forces: FloatArray, mechanism: Mechanism
+) -> float:
+    """Largest |opening| at an end of a joint that carries load there, relative to the largest displacement.
+
+    Joints that can crush are left out: they turn about a point inside.
+    """
+    closed = (joint_forces[:, :2] > CLOSED * equilibrium.mean_weight) & ~coulomb.crushes[:, None]
     return float(np.max(np.abs(mechanism.opening[closed]), initial=0.0) / mechanism.largest_displacement)

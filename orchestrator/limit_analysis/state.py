@@ -10,7 +10,7 @@ import numpy as np
 from orchestrator.masonry.wall import FloatArray, read_only
 
 Scale = Literal["unit_power", "unit_displacement"]
-FlowRule = Literal["associative", "sequence", "dilation_shift"]
+FlowRule = Literal["associative", "sequence", "dilation_shift", "complementarity"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,22 +85,35 @@ class LimitState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LimitAnalysis:
-    """All answers for one load direction: associative always; the two non-associative ones or why there is none.
+    """All answers for one load direction: associative always; the non-associative ones or why there is none.
 
-    `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N.
+    `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N; `horizontal_load` the
+    horizontal resultant of the live load at a multiplier of 1, in N (by default the weight): base shear = multiplier x
+    this. tilting_table: whether tan(angle) of a table that tilts the wall is just another way to state the multiplier.
+    `lowest` is the lowest state that a local search from all others found: what is possible, never the headline.
     """
 
     load_direction: int
     weight: float
+    horizontal_load: float
+    tilting_table: bool
     associative: LimitState
     sequence: LimitState | None
     dilation_shift: LimitState | None
     remarks: tuple[str, ...]
     seconds: float
+    complementarity: LimitState | None = None
+    lowest: LimitState | None = None
+
+    def tilt_angle(self, state: LimitState) -> float | None:
+        """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""
+        return float(np.arctan(state.load_multiplier)) if self.tilting_table else None
 
     @property
     def headline(self) -> LimitState:
-        """The state that is reported and that the macroblocks come from: sequence, else shift, else associative.
+        """The state that is reported and that the macroblocks come from.
+
+        Sequence, else shift, else complementarity program, else associative.
 
         A state that has not converged is never the headline.
         """
@@ -108,11 +121,12 @@ class LimitAnalysis:
 
     @property
     def _settled(self) -> tuple[LimitState, ...]:
-        """The non-associative states that have converged."""
-        return tuple(s for s in (self.sequence, self.dilation_shift) if s is not None and s.converged)
+        """The non-associative states that have converged, without the lowest."""
+        found = (self.sequence, self.dilation_shift, self.complementarity)
+        return tuple(s for s in found if s is not None and s.converged)
 
     @property
     def non_associative_range(self) -> tuple[float, float] | None:
         """Smallest and largest multiplier of the converged non-associative states, or None where there is none."""
-        found = [s.multiplier_range for s in self._settled]
+        found = [s.multiplier_range for s in (*self._settled, *([self.lowest] if self.lowest else []))]
         return (float(np.min(found)), float(np.max(found))) if found else None

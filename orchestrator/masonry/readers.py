@@ -3,7 +3,8 @@
     {"name": "...", "units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.1, "unit_weight": 25.0,
      "friction": 0.65, "blocks": [{"id": 1, "polygon": [[x, y], ...], "fixed": false}, ...]}
 
-Numbers are in the file's own units; polygons are made counter-clockwise. A block may have its own unit_weight.
+Numbers are in the file's own units; polygons are made counter-clockwise. A block may have its own unit_weight,
+and a material: a name that the joint classes of a case refer to.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ INFORMATION = (
     "name", "source", "licence", "license", "remark", "load", "expected", "free_blocks", "interfaces", "weight_kN",
 )  # fmt: skip
 """keys that may stand in a block file without changing the wall"""
-BLOCK_KEYS = ("id", "polygon", "fixed", "unit_weight")
+BLOCK_KEYS = ("id", "polygon", "fixed", "unit_weight", "material")
 LARGEST_FILE = 200_000_000
 """bytes; a wall of 100,000 blocks has about 10 MB"""
 
@@ -98,8 +99,12 @@ def _block(row: Any, number: int, unit_weight: float, length: float, weight: flo
     fixed = row.get("fixed", False)
     if not isinstance(fixed, bool):
         raise CaseError(f"{key}.fixed", f"{fixed!r} is neither true nor false", "write true for supports")
+    material = row.get("material", "")
+    if not isinstance(material, str):
+        raise CaseError(f"{key}.material", f"{material!r} is not a name", 'write a text, in "quotes"')
+    refuse_what_is_not_utf8(material, f"{key}.material")
     own = _number(row, "unit_weight", f"{key}.") * weight if "unit_weight" in row else unit_weight
-    return Block(row["id"], _polygon(row.get("polygon"), key) * length, fixed, own)
+    return Block(row["id"], _polygon(row.get("polygon"), key) * length, fixed, own, material)
 
 
 def _polygon(corners: Any, key: str) -> FloatArray:

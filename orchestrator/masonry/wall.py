@@ -26,17 +26,20 @@ def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike = np.float64) -> np.nd
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Block:
-    """One stone: `polygon` (n, 2) in m, counter-clockwise, not closed; `unit_weight` in N/m3; `fixed` for supports."""
+    """One stone: `polygon` (n, 2) in m, counter-clockwise, not closed; `unit_weight` in N/m3; `fixed` for supports.
+
+    `material` is a name that joint classes refer to."""
 
     id: int
     polygon: FloatArray
     fixed: bool
     unit_weight: float
+    material: str = ""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Wall:
-    """Blocks of one thickness (m) with one coefficient of friction in every joint."""
+    """Blocks of one thickness (m); one coefficient of friction for all joints that no joint class gives another."""
 
     name: str
     blocks: tuple[Block, ...]

@@ -107,6 +107,8 @@ def legend_below(axes: Axes, columns: int = 4) -> None:
     figure = axes.get_figure(root=True)
     assert figure is not None
     handles, labels = axes.get_legend_handles_labels()
+    more_rows = (len(labels) - 1) // columns
+    figure.set_figheight(figure.get_figheight() + 0.2 * more_rows)
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8, frameon=False)
 
 

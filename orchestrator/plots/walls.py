@@ -14,8 +14,8 @@ from orchestrator.masonry.wall import Block, FloatArray, IntArray, Wall
 from orchestrator.plots.canvas import (
     BLUE,
     FAINT,
+    GREEN,
     INK,
-    PURPLE,
     STONE,
     VERMILLION,
     draw_polygons,
@@ -26,6 +26,7 @@ from orchestrator.plots.canvas import (
     wall_figure,
     write_number,
 )
+from orchestrator.plots.thrust import carrying, moved, thrust
 
 DRAWN_DISPLACEMENT = 0.08
 """largest displacement of a drawn mechanism, part of the wall's height"""
@@ -37,8 +38,8 @@ BODY_COLOURS = (
 """Paul Tol's light scheme: fills with dark text on them, distinguishable by colour-blind readers"""
 ARROW = 0.12
 """length of the load arrow, part of the wall's largest dimension"""
-CARRIES = 1e-6
-"""normal force of a joint that carries load, part of the largest one"""
+WIDEST, THINNEST = 5.0, 0.5
+"""points; width of the largest resultant and least width of any"""
 
 
 def blocks(wall: Wall, numbered: bool = False) -> Figure:
@@ -58,34 +59,45 @@ def blocks(wall: Wall, numbered: bool = False) -> Figure:
     return figure
 
 
-def mechanism(assemblage: Assemblage, state: LimitState, load_direction: int) -> Figure:
+def mechanism(
+    assemblage: Assemblage,
+    state: LimitState,
+    load_direction: int,
+    load_inclination: float = 0.0,
+    load_name: str = "λ × weight",
+    answer: str = "",
+) -> Figure:
     """Draw the collapse mechanism: blocks displaced by their velocities times one factor, hinges and sliding joints.
 
-    A hinge is a joint that opens at one end only (marked at the other end), a sliding joint one that slips while it
-    carries load; a joint that has come apart is left to be seen as a gap. Displacements are linear in the velocities,
-    as in the analysis: large rotations enlarge the blocks.
+    The live load is an arrow at load_inclination (rad) above load_direction (+1 or -1 along x), with its name. `answer`
+    (none: the load multiplier) goes into the title. A hinge
+    is a joint that opens at one end only (marked at the other end), a sliding joint one that slips while it carries
+    load; a joint that has come apart is left to be seen as a gap. Thrust: see thrust.py. Displacements are linear in
+    the velocities, as in the analysis: large rotations enlarge the blocks.
     """
     wall = assemblage.wall
     height = float(np.ptp([y for block in wall.blocks for y in block.polygon[:, 1]]))
     factor = DRAWN_DISPLACEMENT * height / state.mechanism.largest_displacement
     velocities = factor * state.mechanism.velocities
-    moved = [b.polygon + rigid_displacement(b, v, b.polygon) for b, v in zip(wall.blocks, velocities, strict=True)]
+    displaced = [b.polygon + rigid_displacement(b, v, b.polygon) for b, v in zip(wall.blocks, velocities, strict=True)]
     before = [block.polygon for block in wall.blocks]
     loaded = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
-    tail = arrow_tail(loaded, load_direction)
+    arrow = load_arrow(loaded, load_direction, load_inclination)
+    answer = answer or f"load multiplier {state.load_multiplier:.4f}"
     title = (
-        f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): load multiplier {state.load_multiplier:.4f}\n"
+        f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}\n"
         f"largest displacement drawn as "
         f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
     )
-    figure, axes = wall_figure(np.vstack([*before, *moved, tail]), title, wall.name)
+    figure, axes = wall_figure(np.vstack([*before, *displaced, arrow]), title, wall.name)
     draw_polygons(axes, before, "none", FAINT, 0.5).set_label("undeformed")
     free = [not block.fixed for block in wall.blocks]
-    draw_polygons(axes, [p for p, f in zip(moved, free, strict=True) if f], STONE + "c0").set_label("displaced")
-    draw_supports(axes, [p for p, f in zip(moved, free, strict=True) if not f])
+    draw_polygons(axes, [p for p, f in zip(displaced, free, strict=True) if f], STONE + "c0").set_label("displaced")
+    draw_supports(axes, [p for p, f in zip(displaced, free, strict=True) if not f])
+    _draw_thrust(axes, assemblage, state, velocities)
     _mark_joints(axes, assemblage, state, velocities)
-    _draw_load(axes, tail, load_direction, loaded)
-    legend_below(axes, 5)
+    _draw_load(axes, arrow, load_name)
+    legend_below(axes, 3)
     return figure
 
 
@@ -131,12 +143,6 @@ def hinge_ends(opening: FloatArray, threshold: float) -> IntArray:
     return np.where(one_opens, opening.argmin(axis=1), -1)
 
 
-def carrying(joint_forces: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return which joints (k,) carry load; `joint_forces` (k, 3) as in LimitState."""
-    normal = joint_forces[:, :2].sum(axis=1)
-    return normal > CARRIES * normal.max()
-
-
 def colours_of_bodies(pairs: IntArray, count: int) -> IntArray:
     """Return a colour number (count,) per body so that bodies in a pair (p, 2) differ, spread over all colours.
 
@@ -160,21 +166,24 @@ def label_position(members: list[Block]) -> FloatArray:
     return centres[np.argmin(np.linalg.norm(centres - centres.mean(axis=0), axis=1))]
 
 
-def arrow_tail(points: FloatArray, load_direction: int) -> FloatArray:
-    """Return the tail (1, 2) of the load arrow: beside the wall the load pushes from, at mid height."""
+def load_arrow(points: FloatArray, load_direction: int, inclination: float = 0.0) -> FloatArray:
+    """Return tail and tip (2, 2) of the load arrow: beside the wall the load pushes from, at mid height."""
     low, high = points.min(axis=0), points.max(axis=0)
-    x = low[0] if load_direction > 0 else high[0]
-    return np.array([[x - load_direction * (ARROW + 0.02) * float(np.max(high - low)), 0.5 * (low[1] + high[1])]])
+    size = float(np.max(high - low))
+    side = low[0] if load_direction > 0 else high[0]
+    direction = np.array([load_direction * np.cos(inclination), np.sin(inclination)])
+    middle = np.array([side - load_direction * (0.5 * ARROW + 0.02) * size, 0.5 * (low[1] + high[1])])
+    return middle + np.array([[-0.5], [0.5]]) * ARROW * size * direction
 
 
-def _draw_load(axes: Axes, tail: FloatArray, load_direction: int, points: FloatArray) -> None:
-    arrow = np.array([load_direction * ARROW * float(np.ptp(points, axis=0).max()), 0.0])
-    (start,) = tail
+def _draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
     style = {"arrowstyle": "-|>,head_width=0.35,head_length=0.7", "color": VERMILLION, "linewidth": 2.5}
-    axes.annotate("", start + arrow, start, arrowprops=style, zorder=5)
+    tail, tip = arrow
+    axes.annotate("", tip, tail, arrowprops=style, zorder=5)
+    middle = (float(arrow[:, 0].mean()), float(arrow[:, 1].max()))
     axes.annotate(
-        "λ × weight",
-        start + 0.5 * arrow,
+        load_name,
+        middle,
         (0, 6),
         textcoords="offset points",
         ha="center",
@@ -182,6 +191,16 @@ def _draw_load(axes: Axes, tail: FloatArray, load_direction: int, points: FloatA
         fontsize=8,
         zorder=5,
     )
+
+
+def _draw_thrust(axes: Axes, assemblage: Assemblage, state: LimitState, displacements: FloatArray) -> None:
+    """Draw the struts between joints as wide as the resultants are large, moved with the blocks."""
+    drawn = thrust(assemblage, state.joint_forces)
+    largest = float(drawn.resultant.max())
+    widest_first = np.argsort(-drawn.resultant)  # the legend shows the first
+    segments = moved(assemblage, drawn, displacements)[widest_first]
+    lines = draw_segments(axes, segments, GREEN, WIDEST, f"thrust (widest: {largest / 1e3:.3g} kN)")
+    lines.set_linewidth(np.maximum(THINNEST, WIDEST * drawn.resultant[widest_first] / largest).tolist())
 
 
 def _mark_joints(axes: Axes, assemblage: Assemblage, state: LimitState, velocities: FloatArray) -> None:
@@ -192,7 +211,7 @@ def _mark_joints(axes: Axes, assemblage: Assemblage, state: LimitState, velociti
     draw_segments(axes, ends[sliding], BLUE, 2.0, "sliding joint")
     end = hinge_ends(state.mechanism.opening, threshold)
     hinges = ends[end >= 0, end[end >= 0]]
-    axes.plot(*hinges.T, "o", color=PURPLE, markeredgecolor=INK, markersize=5, zorder=4, label="hinge", mew=0.5)
+    axes.plot(*hinges.T, "o", color="white", markeredgecolor=INK, markersize=5.5, zorder=4, label="hinge", mew=1.2)
 
 
 def _displaced(assemblage: Assemblage, points: FloatArray, velocities: FloatArray) -> npt.NDArray[np.float64]:

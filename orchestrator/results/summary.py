@@ -116,7 +116,7 @@ def _limit_analysis(analysis: LimitAnalysis) -> dict[str, Any]:
         "iterations": len(headline.records),
         "converged": found is not None,
         "equilibrium_residual": headline.equilibrium_residual,
-        "base_shear": headline.load_multiplier * analysis.weight,
+        "base_shear": headline.load_multiplier * analysis.horizontal_load,
         "seconds": analysis.seconds,
     }
 

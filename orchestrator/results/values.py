@@ -18,7 +18,7 @@ from orchestrator.results.files import write_csv, write_json, write_text
 
 JOINT_COLUMNS = (
     "joint", "block_i", "block_j", "start_x_m", "start_y_m", "end_x_m", "end_y_m", "length_m",
-    "friction", "cohesion_N_per_m2",
+    "friction", "cohesion_N_per_m2", "tensile_strength_N_per_m2", "compressive_strength_N_per_m2",
 )  # fmt: skip
 CURVE_COLUMNS = tuple(field.name for field in fields(PushoverCurve) if field.name != "stopped_because")
 
@@ -39,7 +39,8 @@ def write_joints(folder: Path, assemblage: Assemblage) -> None:
     columns = zip(
         range(len(assemblage.block_i)), ids[assemblage.block_i], ids[assemblage.block_j],
         assemblage.start[:, 0], assemblage.start[:, 1], assemblage.end[:, 0], assemblage.end[:, 1],
-        assemblage.length, assemblage.friction, assemblage.cohesion, strict=True,
+        assemblage.length, assemblage.friction, assemblage.cohesion,
+        assemblage.tensile_strength, assemblage.compressive_strength, strict=True,
     )  # fmt: skip
     write_csv(folder / "joints.csv", JOINT_COLUMNS, columns)
 
@@ -74,23 +75,28 @@ def blocks_record(wall: Wall) -> dict[str, Any]:
         "unit_weight": wall.blocks[0].unit_weight,
         "friction": wall.friction,
         "blocks": [
-            {"id": b.id, "polygon": b.polygon, "fixed": b.fixed, "unit_weight": b.unit_weight} for b in wall.blocks
+            {"id": b.id, "polygon": b.polygon, "fixed": b.fixed, "unit_weight": b.unit_weight}
+            | ({"material": b.material} if b.material else {})
+            for b in wall.blocks
         ],
     }
 
 
 def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]:
     """Return all limit states; velocities are in the order of `blocks`, joint values in that of joints.csv."""
-    states = {name: getattr(analysis, name) for name in ("associative", "sequence", "dilation_shift")}
+    names = ("associative", "sequence", "dilation_shift", "complementarity", "lowest")
+    states = {name: getattr(analysis, name) for name in names}
     return {
         "load_direction": analysis.load_direction,
         "weight_N": analysis.weight,
+        "horizontal_load_N": analysis.horizontal_load,
+        "tilting_table": analysis.tilting_table,
         "headline": analysis.headline.flow_rule,
         "non_associative_range": analysis.non_associative_range,
         "remarks": analysis.remarks,
         "seconds": analysis.seconds,
         "blocks": _ids(wall),
-        **{name: state and _state_record(state, analysis.weight) for name, state in states.items()},
+        **{name: state and _state_record(state, analysis.horizontal_load) for name, state in states.items()},
     }
 
 
@@ -116,12 +122,12 @@ def macroblocks_record(wall: Wall, partition: Partition, bodies: Bodies) -> dict
     }
 
 
-def _state_record(state: LimitState, weight: float) -> dict[str, Any]:
+def _state_record(state: LimitState, horizontal_load: float) -> dict[str, Any]:
     return {
         "flow_rule": state.flow_rule,
         "load_multiplier": state.load_multiplier,
         "multiplier_range": state.multiplier_range,
-        "base_shear_N": state.load_multiplier * weight,
+        "base_shear_N": state.load_multiplier * horizontal_load,
         "converged": state.converged,
         "equilibrium_residual": state.equilibrium_residual,
         "yield_residual": state.yield_residual,

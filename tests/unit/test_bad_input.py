@@ -45,6 +45,7 @@ BLOCK_FILES = {
     "negative thickness": (changed(["thickness"], -0.5), "thickness", "above 0"),
     "no friction": (changed(["friction"], 0.0), "friction", "above 0"),
     "text for a number": (changed(["friction"], "rough"), "friction", "write a number"),
+    "number for a material": (changed(["blocks", 1, "material"], 3), "block 1.material", "write a text"),
     "overlap": (changed(["blocks", 2, "polygon"], [[0.9, 0], [2, 0], [2, 1], [0.9, 1]]), "block 1", "overlaps block 2"),
     "self-crossing": (changed(["blocks", 1, "polygon"], [[0, 0], [1, 1], [1, 0], [0, 1]]), "block 1", "in order"),
     "two corners": (changed(["blocks", 1, "polygon"], [[0, 0], [1, 1]]), "block 1.polygon", "three corners"),
@@ -87,8 +88,29 @@ CASES = {
     "text for a list": ("[run]\nmodels = 'both'", "run.models", "write a list"),
     "blocks nowhere": ("[wall]\nblocks = ''", "wall.blocks", "not empty"),
     "joints of a metre": ("[joints]\ntolerance = 1", "joints.tolerance", "less than or equal to 0.01"),
+    "dead load without a unit": ('[[load.dead]]\nblocks = [1]\nforce = "5"', "load.dead.0.force", "use one of N, kN"),
+    "dead load on nothing": ("[[load.dead]]\nblocks = []\nforce = 5", "load.dead.0.blocks", "at least one"),
+    "unknown key of a load": ("[[load.dead]]\nblocks = [1]\nforc = 5", "load.dead.0.forc", "did you mean force"),
+    "tension in the pushover": (
+        '[[joints.classes]]\ntensile_strength = "1 kPa"',
+        "joints.classes.0.tensile_strength",
+        "limit or segment",
+    ),
+    "turned too far": ('[load]\ninclination = "91 deg"', "load.inclination", "less than or equal"),
     "not TOML": ("[mesh\nsize = 1", "is not TOML", "example"),
 }
+
+LIMIT_CASES = {
+    "class of unknown stone": (
+        "[[joints.classes]]\nbetween = ['a', 'b']",
+        "joints.classes.0.between",
+        "material",
+    ),
+    "dead load of two kinds": ("[[load.dead]]\nblocks = [1]", "load.dead.0", "give one of the two"),
+    "dead load on air": ("[[load.dead]]\nblocks = [99]\nforce = 5", "load.dead.0.blocks", "blocks of the wall"),
+    "no live load": ('[load]\ndistribution = "per_block"', "load.live", "distribution"),
+}
+"""refused by limit analysis; the FE pushover takes no such loads at all"""
 
 
 def refused(capsys, *arguments):
@@ -118,6 +140,18 @@ def test_block_file(kind, tmp_path, output, capsys):
     file = tmp_path / "wall.json"
     file.write_text(json.dumps(record))
     line = refused(capsys, "run", file, "--output", output)
+    assert str(file) in line
+    assert place in line
+    assert remedy in line
+
+
+@pytest.mark.parametrize("kind", LIMIT_CASES)
+def test_case_file_for_limit_analysis(kind, tmp_path, capsys):
+    text, place, remedy = LIMIT_CASES[kind]
+    (tmp_path / "wall.json").write_text(json.dumps(WALL))
+    file = tmp_path / "case.toml"
+    file.write_text(f"{text}\n[wall]\nblocks = 'wall.json'\n")
+    line = refused(capsys, "limit", file)
     assert str(file) in line
     assert place in line
     assert remedy in line

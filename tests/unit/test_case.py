@@ -9,7 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orchestrator import case as cases
+from orchestrator import driver
 from orchestrator.errors import CaseError
+from orchestrator.joints import JointClass
+from orchestrator.limit_analysis import DeadLoad
 
 PROJECT = Path(__file__).parents[2]
 BENCHMARK = PROJECT / "templates" / "benchmark1.toml"
@@ -56,6 +59,31 @@ def test_written_case_reads_back_equal(tmp_path):
     assert replace(read, wall=case.wall) == case
     assert read.wall.blocks == "blocks.json"
     assert 'size = "0.123 m"' in written.read_text()
+
+
+def test_lists_of_tables_are_read_with_units_and_written_back(tmp_path):
+    (tmp_path / "case.toml").write_text(
+        "[wall]\nblocks = 'tower.json'\n"
+        "[load]\ninclination = '-30 deg'\n"
+        "[[load.dead]]\nblocks = [1, 2]\nforce = '5 kN'\n"
+        "[[load.dead]]\nblocks = [3]\nline_load = '2 kN/m'\ninertia = true\n"
+        "[[joints.classes]]\norientation = 'bed'\nbetween = ['a', 'b']\ncohesion = '0.1 MPa'\nfriction = 0.5\n"
+    )
+    case = cases.read(tmp_path / "case.toml")
+    assert case.load.inclination == pytest.approx(-math.pi / 6)
+    assert case.load.dead == (DeadLoad((1, 2), force=5e3), DeadLoad((3,), line_load=2e3, inertia=True))
+    assert case.joints.classes == (JointClass("bed", ("a", "b"), friction=0.5, cohesion=1e5),)
+    (tmp_path / "written.toml").write_text(cases.as_toml(case, "tower.json"))
+    again = cases.read(tmp_path / "written.toml")
+    assert (again.load, again.joints) == (case.load, case.joints)
+
+
+@pytest.mark.parametrize("override", ["load.distribution=mass_height", "load.inclination=10 deg"])
+def test_the_pushover_refuses_loads_it_would_leave_out(override, tmp_path):
+    case = cases.read(BENCHMARK, [override])
+    with pytest.raises(CaseError, match=r"benchmark1\.toml: load\.\w+: the FE pushover takes weight and"):
+        driver.run(case, tmp_path / "out", False, None, lambda _: None)
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("path", ["mesh", "mesh.size", "=3", ".size=1", "mesh.=1", "..=1", "mesh.size.x=1"])

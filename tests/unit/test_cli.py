@@ -11,12 +11,22 @@ from orchestrator.errors import ConvergenceError, ResultError
 TOWER = str(Path(__file__).parents[1] / "data" / "tower_5_blocks.json")
 
 
-def test_limit_prints_the_multipliers(capsys):
-    assert cli.main(["limit", TOWER]) == 0
+def test_limit_prints_the_multipliers_and_draws_the_mechanism(capsys, tmp_path):
+    assert cli.main(["limit", TOWER, "--output", str(tmp_path)]) == 0
+    assert sorted(path.name for path in (tmp_path / "figures").iterdir()) == ["mechanism.png", "mechanism.svg"]
     printed = capsys.readouterr().out
     assert "weight 16.000 kN" in printed
     for rule in ("associative", "sequence", "dilation shift"):
         assert any(line.split()[:3].count("0.20000") for line in printed.splitlines() if rule in line), rule
+
+
+def test_limit_lets_a_support_settle(capsys, tmp_path):
+    """A tower on one support: it carries all its weight, also while it sinks."""
+    assert cli.main(["limit", TOWER, "--settle", "0", "--output", str(tmp_path)]) == 0
+    assert "least reaction 16.0000 kN" in capsys.readouterr().out
+    assert (tmp_path / "figures" / "settlement.png").exists()
+    assert cli.main(["limit", TOWER, "--settle", "1"]) == 2
+    assert "tower_5_blocks.json: settlement.support: block 1 is not a support" in capsys.readouterr().err
 
 
 def test_limit_json_is_the_summary_s_part_and_nothing_else(capsys):

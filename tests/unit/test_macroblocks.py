@@ -11,8 +11,8 @@ import pytest
 from orchestrator.errors import CaseError
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import Mechanism
-from orchestrator.limit_analysis.equilibrium import block_centroids
 from orchestrator.macroblocks import MacroblockSettings, merged, one_body, one_body_per_block
+from orchestrator.masonry.geometry import block_centroids
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Block, Wall
 

@@ -9,7 +9,7 @@ import pytest
 
 from orchestrator.errors import CaseError
 from orchestrator.joints import JointSettings, check_assemblage, find_joints
-from orchestrator.limit_analysis.equilibrium import block_weights
+from orchestrator.masonry.geometry import block_weights
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses, running_bond
 from orchestrator.masonry.readers import read_blocks
 from orchestrator.masonry.wall import check_wall, read_only

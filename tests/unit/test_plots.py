@@ -27,7 +27,8 @@ from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import BodyMeshes
 from orchestrator.plots.canvas import BLUE, INK, STONE, VERMILLION
 from orchestrator.plots.pushover import closed_loops, nodes_of_contacts, outline, readable_factor, shares_of_interface
-from orchestrator.plots.walls import carrying, centroid, colours_of_bodies, hinge_ends, rigid_displacement
+from orchestrator.plots.thrust import carrying, thrust
+from orchestrator.plots.walls import centroid, colours_of_bodies, hinge_ends, load_arrow, rigid_displacement
 from orchestrator.pushover.state import Increment, PushoverCurve
 
 
@@ -164,7 +165,14 @@ def test_mechanism_marks_hinges_and_joints_that_slide_under_load(assemblage, sta
     np.testing.assert_allclose(segments(figure, BLUE), [[[1, 0], [1, 0.5]]])  # joint 3 slips too, but came apart
     (hinges,) = figure.axes[0].lines
     np.testing.assert_allclose(hinges.get_xydata(), [[1.5, 0.5]], atol=1e-12)
-    assert shown(figure)[1] == ["undeformed", "displaced", "support", "sliding joint", "hinge"]
+    assert shown(figure)[1] == [
+        "undeformed",
+        "displaced",
+        "support",
+        "thrust (widest: 0.005 kN)",
+        "sliding joint",
+        "hinge",
+    ]
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -176,6 +184,40 @@ def test_mechanism_shows_the_load_beside_the_wall_it_pushes(assemblage, state, d
     assert tip < 0.0 if direction > 0 else tip > 2.0
     assert axes.get_xlim()[0] < min(tip, tail) < max(tip, tail) < axes.get_xlim()[1]
     assert height == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_load_arrow_turns_with_the_load_and_keeps_clear_of_the_wall(direction):
+    points = np.array([[0.0, 0.0], [2.0, 1.0]])
+    tail, tip = load_arrow(points, direction, np.pi / 6)
+    assert np.arctan2(tip[1] - tail[1], direction * (tip[0] - tail[0])) == pytest.approx(np.pi / 6)
+    assert all((x < 0.0 if direction > 0 else x > 2.0) for x, _ in (tail, tip))
+
+
+def test_thrust_crosses_joints_at_their_resultants_and_ends_in_the_support_along_them():
+    """Block 2 x 1 rocking about its toe under 0.6 of its weight W: all through the toe, at slope 1 : 0.6."""
+    blocks = (Block(0, rectangle(-1, -1, 3, 0), True, 1e3), Block(1, rectangle(0, 0, 2, 1), False, 1e3))
+    joint = {"start": np.array([[2.0, 0.0]]), "end": np.array([[0.0, 0.0]])}
+    block_i, block_j, mu = np.array([0]), np.array([1]), np.array([0.65])
+    stack = Assemblage(Wall("w", blocks, 1.0, 0.65), block_i, block_j, **joint, friction=mu, cohesion=np.zeros(1))
+    drawn = thrust(stack, np.array([[2000.0, 0.0, 1200.0]]))
+    np.testing.assert_allclose(drawn.segments[:, 0], [[2.0, 0.0]] * 2)
+    tangent, down = stack.tangent[0], -stack.normal[0]
+    np.testing.assert_allclose(np.cross(drawn.segments[0, 1] - [2.0, 0.0], down - 0.6 * tangent), 0.0, atol=1e-12)
+    assert drawn.segments[0, 1, 1] < 0.0
+    assert drawn.resultant == pytest.approx(2000.0 * np.hypot(1.0, 0.6))
+
+
+def test_thrust_of_a_block_with_two_joints_is_a_straight_line_between_them():
+    blocks = tuple(Block(n, rectangle(0, n, 2, n + 1), n == 0, 1e3) for n in range(3))
+    start, end = np.array([[2.0, 1.0], [2.0, 2.0]]), np.array([[0.0, 1.0], [0.0, 2.0]])
+    pairs = {"block_i": np.array([0, 1]), "block_j": np.array([1, 2]), "start": start, "end": end}
+    stack = Assemblage(Wall("w", blocks, 1.0, 0.65), **pairs, friction=np.full(2, 0.65), cohesion=np.zeros(2))
+    drawn = thrust(stack, np.array([[3.0, 1.0, 0.5], [1.0, 1.0, 0.5]]))
+    inside = drawn.segments[drawn.block == 1]
+    np.testing.assert_allclose(sorted(inside[:, 0].tolist()), [[1.0, 2.0], [1.5, 1.0]])
+    np.testing.assert_allclose(inside[0, 1], inside[1, 1])
+    np.testing.assert_allclose(np.cross(inside[0, 1] - [1.5, 1.0], np.array([1.0, 2.0]) - [1.5, 1.0]), 0.0, atol=1e-12)
 
 
 def test_rigid_displacement_is_about_the_centroid():
@@ -357,6 +399,8 @@ def curves_figure(state):
     analysis = LimitAnalysis(
         load_direction=1,
         weight=22225.0,
+        horizontal_load=22225.0,
+        tilting_table=True,
         associative=replace(state, flow_rule="associative", load_multiplier=0.3478),
         sequence=state,
         dilation_shift=replace(state, load_multiplier=0.3011, multiplier_range=(0.3011, 0.3015)),

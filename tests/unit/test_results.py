@@ -66,6 +66,8 @@ def analysis():
     return LimitAnalysis(
         load_direction=1,
         weight=3125.0,
+        horizontal_load=3125.0,
+        tilting_table=True,
         associative=limit_state("associative", 0.35, 1),
         sequence=limit_state("sequence", 0.29, 7),
         dilation_shift=limit_state("dilation_shift", 0.31, 4),
@@ -179,12 +181,13 @@ def test_case_is_written_as_given(tmp_path):
 
 def test_blocks_file_is_a_block_file_that_gives_the_same_wall(tmp_path, assemblage):
     *others, heavy = assemblage.wall.blocks
-    wall = replace(assemblage.wall, blocks=(*others, replace(heavy, unit_weight=27123.4)))
+    wall = replace(assemblage.wall, blocks=(*others, replace(heavy, unit_weight=27123.4, material="tuff")))
     results.write_blocks(tmp_path, wall)
     found = read_blocks(tmp_path / "blocks.json")
     assert (found.name, found.thickness, found.friction) == ('Wall "ä" <&>', 0.1, 0.65)
     assert [(b.id, b.fixed) for b in found.blocks] == [(10, True), (11, False), (12, False), (13, False)]
     assert [b.unit_weight for b in found.blocks] == [25e3, 25e3, 25e3, 27123.4]
+    assert [b.material for b in found.blocks] == ["", "", "", "tuff"]
     for one, other in zip(found.blocks, wall.blocks, strict=True):
         np.testing.assert_array_equal(one.polygon, other.polygon)
 
@@ -194,7 +197,7 @@ def test_joints_file_names_blocks_by_id(tmp_path, assemblage):
     with (tmp_path / "joints.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 5
-    assert list(rows[3].values()) == ["3", "11", "13", "1.0", "0.5", "0.5", "0.5", "0.5", "0.65", "0.0"]
+    assert list(rows[3].values()) == ["3", "11", "13", "1.0", "0.5", "0.5", "0.5", "0.5", "0.65", "0.0", "0.0", ""]
     assert list(rows[3])[3:8] == ["start_x_m", "start_y_m", "end_x_m", "end_y_m", "length_m"]
 
 

@@ -66,7 +66,7 @@ def test_wedged_block_is_refused_in_plain_words():
         friction=read_only([0.7] * 3),
         cohesion=read_only([0.0] * 3),
     )
-    with pytest.raises(CaseError, match="no horizontal load in this direction brings it down"):
+    with pytest.raises(CaseError, match="no live load in this direction brings it down"):
         analyse(wedged)
 
 
@@ -105,6 +105,9 @@ def test_headline_and_range_fall_back_when_an_answer_is_missing():
     without = replace(found, sequence=None)
     assert found.headline is found.sequence
     assert without.headline is found.dilation_shift
-    nothing = replace(without, dilation_shift=None)
+    third = replace(without, dilation_shift=None)
+    assert third.headline is found.complementarity
+    assert replace(third, complementarity=None).headline is found.associative, "the lowest is never the headline"
+    nothing = replace(third, complementarity=None, lowest=None)
     assert nothing.headline is found.associative
     assert nothing.non_associative_range is None

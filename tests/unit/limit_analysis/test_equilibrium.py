@@ -8,11 +8,8 @@ import pytest
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.equilibrium import (
     assemble_equilibrium,
-    block_centroids,
-    block_weights,
-    polygon_area,
-    polygon_centroid,
 )
+from orchestrator.masonry.geometry import block_centroids, block_weights, polygon_area, polygon_centroid
 from orchestrator.masonry.wall import Block, Wall, read_only
 
 

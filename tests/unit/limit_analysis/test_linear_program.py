@@ -63,7 +63,7 @@ def test_sliding_block_dilates_by_mu():
 
 def test_shift_takes_the_dilation_out():
     equilibrium, law = terms(block_on_floor(width=2.0, height=1.0))
-    solution = LimitProgram(equilibrium, law.slope).solve(law.cohesion, shift=np.array([0.65 / 2000.0]))
+    solution = LimitProgram(equilibrium, law).solve(law.cohesion, shift=np.array([0.65 / 2000.0]))
     assert solution.load_multiplier == pytest.approx(0.65, abs=1e-10)
     assert solution.rates == pytest.approx(np.array([[0.0, 0.0, -1.0 / 2000.0]]), abs=1e-12)
 
@@ -71,7 +71,7 @@ def test_shift_takes_the_dilation_out():
 def test_one_program_serves_many_right_sides():
     """The same set-up must forget the cohesion and the shift of the solve before."""
     equilibrium, law = terms(block_on_floor(width=2.0, height=1.0, friction=0.3))
-    program = LimitProgram(equilibrium, law.slope)
+    program = LimitProgram(equilibrium, law)
     first = program.solve(np.array([0.0])).load_multiplier
     glued = program.solve(np.array([200.0]), shift=np.array([1e-4])).load_multiplier
     again = program.solve(np.array([0.0])).load_multiplier

@@ -127,10 +127,10 @@ def test_power_of_a_sliding_block_balances_for_each_flow_rule(psi, lift, cohesio
 
 def test_dilation_counts_only_where_a_joint_carries_load():
     assemblage = block_on_floor()
-    equilibrium = assemble_equilibrium(assemblage, 1)
+    equilibrium, law = assemble_equilibrium(assemblage, 1), coulomb(assemblage)
     tilting = mechanism_from(assemblage.wall, equilibrium, np.array([0.5, 1.0, -1.0]))  # about the right toe
     at_toe, at_heel = np.array([[2000.0, 0.0, 0.0]]), np.array([[0.0, 2000.0, 0.0]])
-    assert dilation(equilibrium, at_toe, tilting) == pytest.approx(0.0, abs=1e-12)
-    assert dilation(equilibrium, at_heel, tilting) == pytest.approx(2.0 / np.sqrt(5.0))
+    assert dilation(equilibrium, law, at_toe, tilting) == pytest.approx(0.0, abs=1e-12)
+    assert dilation(equilibrium, law, at_heel, tilting) == pytest.approx(2.0 / np.sqrt(5.0))
     sliding = mechanism_from(assemblage.wall, equilibrium, np.array([1.0, 0.5, 0.0]))
-    assert dilation(equilibrium, at_toe, sliding) == pytest.approx(0.5 / np.hypot(1.0, 0.5))
+    assert dilation(equilibrium, law, at_toe, sliding) == pytest.approx(0.5 / np.hypot(1.0, 0.5))

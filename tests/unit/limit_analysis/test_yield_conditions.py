@@ -63,10 +63,30 @@ def test_shift_moves_towards_the_dilation_of_coulombs_cone():
 @given(forces=st.lists(st.floats(-10, 10), min_size=6, max_size=6))
 def test_rows_are_non_negative_exactly_inside_the_cone(forces):
     forces = np.array(forces)
-    rows = yield_matrix(LAW.slope) @ forces + yield_offset(LAW.cohesion)
+    rows = yield_matrix(LAW) @ forces + yield_offset(LAW)
     assert max(0.0, -rows.min()) == pytest.approx(LAW.excess(forces.reshape(2, 3)), abs=1e-9)
 
 
 def test_rows_at_slope_zero_keep_the_shear():
-    rows = yield_matrix(np.array([0.0])) @ np.array([1.0, 2.0, 4.0]) + yield_offset(np.array([5.0]))
+    law = YieldConditions(np.array([0.0]), np.array([5.0]))
+    rows = yield_matrix(law) @ np.array([1.0, 2.0, 4.0]) + yield_offset(law)
     assert rows.tolist() == [1.0, 2.0, 1.0, 9.0]
+
+
+CRUSHING = YieldConditions(np.array([100.0]), np.array([1e9]), np.array([30.0]), np.array([970.0]))
+
+
+@given(part=st.floats(1e-6, 1.0), eccentricity=st.floats(-0.4995, 0.4995))
+def test_chords_of_crushing_lose_less_than_a_thousandth_of_the_moment(part, eccentricity):
+    """At N + T = part x 1000 N, |M|/L = (N + T)/2 (1 - part) is the limit; 99.9 % of it and less must pass."""
+    shifted = part * 1000.0
+    moment = shifted * (1.0 - part) * eccentricity
+    forces = np.array([0.5 * (shifted - 30.0) - moment, 0.5 * (shifted - 30.0) + moment, 0.0])
+    assert (yield_matrix(CRUSHING) @ forces + yield_offset(CRUSHING)).min() > -1e-9
+
+
+@given(forces=st.lists(st.floats(-100, 1100), min_size=2, max_size=2))
+def test_chords_of_crushing_are_on_the_safe_side(forces):
+    forces = np.array([*forces, 0.0])
+    if (yield_matrix(CRUSHING) @ forces + yield_offset(CRUSHING)).min() >= 0.0:
+        assert CRUSHING.excess(forces[None]) < 1e-9

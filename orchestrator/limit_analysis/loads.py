@@ -1,0 +1,197 @@
+"""Loads on the blocks: what stands still (dead) and what lambda multiplies (live), as forces at their centroids.
+
+    dead    weight and extra dead loads, vertical
+    live    masses x direction, where a mass is a block's weight at its centroid, or an extra dead load with `inertia`
+            where it stands; "mass_height" multiplies by the height above the base, scaled to the same resultant;
+            "per_block" are given forces at the centroids of the blocks named
+
+The direction is +x or -x, turned upwards by `inclination`. Only the part along x changes sign with the direction: a
+wall's mirror image under the opposite load has the same answer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import Ge, Gt, Le, MinLen
+
+from orchestrator.errors import CaseError
+from orchestrator.masonry.geometry import block_centroids, block_weights
+from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
+from orchestrator.units import Unit
+
+STEEP = 1e-9
+"""Edges whose outward normal points up by less than this (as a part of 1) are not the top of a block."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeadLoad:
+    """Extra dead load on blocks, downwards: a force on each, or a line load on their tops (one of the two)."""
+
+    blocks: Annotated[tuple[int, ...], MinLen(1)]
+    """ids of the blocks"""
+    force: Annotated[float, Unit("N"), Gt(0)] | None = None
+    """on each block, at its centroid"""
+    line_load: Annotated[float, Unit("N/m"), Gt(0)] | None = None
+    """on all edges that face upwards, per metre of horizontal projection, over the wall's whole thickness"""
+    inertia: bool = False
+    """whether the live load acts on its mass too, where it stands"""
+
+
+@dataclass(frozen=True, slots=True)
+class LiveLoad:
+    """Live load given per block, for distribution = "per_block"."""
+
+    blocks: Annotated[tuple[int, ...], MinLen(1)]
+    """ids of the blocks"""
+    force: Annotated[float, Unit("N"), Gt(0)]
+    """on each block at its centroid, in the direction of the live load, at a load multiplier of 1"""
+
+
+@dataclass(frozen=True, slots=True)
+class LoadSettings:
+    """Direction and distribution of the live load; extra dead loads."""
+
+    direction: Literal["+x", "-x"] = "+x"
+    inclination: Annotated[float, Unit("rad"), Ge(-math.pi / 2), Le(math.pi / 2)] = 0.0
+    """angle of the live load above the horizontal: "-90 deg" points down"""
+    distribution: Literal["mass", "mass_height", "per_block"] = "mass"
+    """proportional to mass, to mass x height above the base, or as given in [[load.live]]"""
+    live: tuple[LiveLoad, ...] = ()
+    dead: tuple[DeadLoad, ...] = ()
+
+    @property
+    def sign(self) -> int:
+        """+1 or -1."""
+        return 1 if self.direction == "+x" else -1
+
+    @property
+    def name(self) -> str:
+        """What lambda multiplies, in a few words."""
+        return {"mass": "weight", "mass_height": "weight × height", "per_block": "live load"}[self.distribution]
+
+    @property
+    def beyond_default(self) -> str:
+        """Return the first key that makes the loads more than a horizontal one proportional to mass, or ""."""
+        default = LoadSettings()
+        keys = ("dead", "distribution", "inclination", "live")
+        return next((f"load.{key}" for key in keys if getattr(self, key) != getattr(default, key)), "")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Loads:
+    """Force (N) and moment about the centroid (N m, counter-clockwise) on each of n blocks, supports included.
+
+    dead (n, 3): all dead load. along_x, upright (n, 3): the parts of the live load for +x that come from its horizontal
+    and from its vertical component.
+    """
+
+    dead: FloatArray
+    along_x: FloatArray
+    upright: FloatArray
+
+    def live(self, direction: int) -> FloatArray:
+        """Live load (n, 3) at a load multiplier of 1, for direction +1 or -1."""
+        return direction * self.along_x + self.upright
+
+
+def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
+    """Return the loads on a wall: by default its weight, and the same forces along x. Raises CaseError."""
+    settings = settings or LoadSettings()
+    refuse_contradictions(wall, settings)
+    block, point, weight = _masses(wall, settings)
+    if settings.distribution == "mass_height":
+        free = np.vstack([b.polygon for b in wall.blocks if not b.fixed])
+        moment_of_height = weight * (point[:, 1] - free[:, 1].min())
+        live = moment_of_height * weight.sum() / moment_of_height.sum()
+    else:
+        live = weight
+    if settings.distribution == "per_block":
+        given = [(position, load.force) for load in settings.live for position in _positions(wall, load.blocks)]
+        block, live = np.array([position for position, _ in given]), np.array([force for _, force in given])
+        point = block_centroids(wall)[block]
+    horizontal, vertical = live * math.cos(settings.inclination), live * math.sin(settings.inclination)
+    nothing = np.zeros_like(live)
+    return Loads(
+        dead=read_only(_dead(wall, settings)),
+        along_x=read_only(_on_blocks(wall, block, point, np.column_stack([horizontal, nothing]))),
+        upright=read_only(_on_blocks(wall, block, point, np.column_stack([nothing, vertical]))),
+    )
+
+
+def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
+    """Raise CaseError for settings that contradict each other or name blocks that cannot be loaded."""
+    if (settings.distribution == "per_block") != bool(settings.live):
+        remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
+        raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
+    for number, load in enumerate(settings.dead):
+        if (load.force is None) == (load.line_load is None):
+            raise CaseError(f"load.dead.{number}", "needs one of force and line_load", "give one of the two")
+    free = {block.id: not block.fixed for block in wall.blocks}
+    named = {f"load.live.{number}": load.blocks for number, load in enumerate(settings.live)}
+    named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(settings.dead)}
+    for key, ids in named.items():
+        for wanted in ids:
+            if not free.get(wanted, False):
+                problem = f"block {wanted} is a support" if wanted in free else f"there is no block {wanted}"
+                raise CaseError(f"{key}.blocks", problem, "name blocks of the wall that can move")
+
+
+def top_of(polygon: FloatArray) -> tuple[float, FloatArray]:
+    """Return horizontal width (m) and middle (2,) of the edges of a counter-clockwise polygon that face upwards."""
+    start, end = polygon, np.roll(polygon, -1, axis=0)
+    width = start[:, 0] - end[:, 0]  # counter-clockwise: upward edges run towards -x
+    above = width > STEEP * np.linalg.norm(end - start, axis=1)
+    middle = np.average(0.5 * (start + end)[above], axis=0, weights=width[above])
+    return float(width[above].sum()), middle
+
+
+def _extra(wall: Wall, loads: tuple[DeadLoad, ...]) -> Iterator[tuple[int, FloatArray, float]]:
+    """Yield block position, point of attack (2,) in m and weight in N of every extra dead load."""
+    centroids = block_centroids(wall)
+    for load in loads:
+        for position in _positions(wall, load.blocks):
+            if load.line_load is not None:
+                width, middle = top_of(wall.blocks[position].polygon)
+                yield position, middle, load.line_load * width
+            else:
+                assert load.force is not None
+                yield position, centroids[position], load.force
+
+
+def _masses(wall: Wall, settings: LoadSettings) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return block (p,), place (p, 2) in m and weight (p,) in N of all masses that the live load acts on."""
+    free = np.flatnonzero([not block.fixed for block in wall.blocks])
+    extra = list(_extra(wall, tuple(load for load in settings.dead if load.inertia)))
+    return (
+        np.concatenate([free, np.array([block for block, _, _ in extra], dtype=np.int64)]),
+        np.vstack([block_centroids(wall)[free], *[point for _, point, _ in extra]]),
+        np.concatenate([block_weights(wall)[free], [weight for _, _, weight in extra]]),
+    )
+
+
+def _dead(wall: Wall, settings: LoadSettings) -> FloatArray:
+    """Return weight and extra dead loads (n, 3)."""
+    nothing = np.zeros(len(wall.blocks))
+    total = np.column_stack([nothing, -block_weights(wall), nothing])
+    for block, point, weight in _extra(wall, settings.dead):
+        total += _on_blocks(wall, np.array([block]), point[None], np.array([[0.0, -weight]]))
+    return total
+
+
+def _on_blocks(wall: Wall, block: IntArray, point: FloatArray, force: FloatArray) -> FloatArray:
+    """Sum forces (p, 2) at points (p, 2) into force and moment about the centroid of each block, (n, 3)."""
+    arm = point - block_centroids(wall)[block]
+    moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+    total = np.zeros((len(wall.blocks), 3))
+    np.add.at(total, block, np.column_stack([force, moment]))
+    return total
+
+
+def _positions(wall: Wall, ids: tuple[int, ...]) -> list[int]:
+    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    return [place[wanted] for wanted in ids]

@@ -1,0 +1,133 @@
+"""Zero-dilation states exactly, and ever lower ones: two linear programs in turn.
+
+    given slips:           min-lambda forces of   max (1 - w) lambda - sum mu |slip| N   in Coulomb's cone
+    given normal forces:   mechanism of           max lambda,   |s| <= c + mu N_given    (no slope, hence no dilation)
+
+Slips fix a face of admissible forces on which lambda still varies; a slightly smaller weight of lambda takes its lowest
+end. There more joints open or slide, so other mechanisms become possible; the second program returns one. Its optimum
+is lambda of the forces given exactly if these forces and its mechanism are a non-associative limit state: the
+difference of the two is the power that does not balance (virtual work), 1e-10 of the live load's power as a rule, after
+one or two turns, whatever they began with. Each turn with a balance is a state, and lambda does not grow from one to
+the next (the forces given stay admissible). That is a local search: where it ends depends on where it begins.
+Source: De Saxcé's bipotential is the sum that these two programs minimise in turn; own derivation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from orchestrator.errors import ConvergenceError
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.complementarity import ComplementarySolution, solve_complementarity
+from orchestrator.limit_analysis.dilation_shift import FACE_WEIGHT
+from orchestrator.limit_analysis.equilibrium import Equilibrium
+from orchestrator.limit_analysis.linear_program import FINAL_TOLERANCE, LimitProgram, LimitSolution
+from orchestrator.limit_analysis.yield_conditions import YieldConditions
+from orchestrator.masonry.wall import FloatArray
+
+BALANCE = 1e-5
+"""Power out of balance, relative to the live load's power, that makes forces and mechanism one state: the multiplier is
+not known better than that. Found: 1e-10 as a rule, 6e-6 on a wall of 291 irregular blocks."""
+SMALLEST = 1e-8
+"""A load multiplier that is zero: relative to less nothing is said."""
+PROGRESS = 1e-6
+"""Relative fall of lambda below which a descent has ended."""
+TURNS = 8
+"""Turns of a descent at most."""
+AMPLITUDE = 1.5
+"""Starts differ by factors exp(+-AMPLITUDE) of the first normal forces, along or up the wall."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ClosedState:
+    """Forces in Coulomb's cone and a mechanism without dilation; their power is out of balance by `imbalance`."""
+
+    forces: LimitSolution
+    mechanism: LimitSolution
+
+    @property
+    def imbalance(self) -> float:
+        """Power that does not balance, relative to the live load's power."""
+        reached = self.forces.load_multiplier
+        return abs(self.mechanism.load_multiplier - reached) / max(abs(reached), SMALLEST)
+
+    @property
+    def balances(self) -> bool:
+        """Whether this is a limit state."""
+        return self.imbalance <= BALANCE
+
+
+class TwoPrograms:
+    """The two programs of one wall, set up once."""
+
+    def __init__(self, equilibrium: Equilibrium, coulomb: YieldConditions) -> None:
+        """Set up."""
+        self._coulomb = coulomb
+        self._forces = LimitProgram(equilibrium, coulomb, FINAL_TOLERANCE)
+        self._mechanism = LimitProgram(
+            equilibrium, replace(coulomb, slope=np.zeros_like(coulomb.slope)), FINAL_TOLERANCE
+        )
+
+    def lowest_forces(self, slip: FloatArray) -> LimitSolution:
+        """Forces in Coulomb's cone with the lowest multiplier that go with slips (k,) in m/s."""
+        return self._forces.solve(self._coulomb.cohesion, self._coulomb.slope * np.abs(slip), 1.0 - FACE_WEIGHT)
+
+    def mechanism(self, normal: FloatArray) -> LimitSolution:
+        """Mechanism without dilation for given normal forces (k,) in N."""
+        return self._mechanism.solve(
+            self._coulomb.cohesion + self._coulomb.slope * np.maximum(normal, -self._coulomb.tension)
+        )
+
+    def closed(self, forces: LimitSolution) -> ClosedState:
+        """Return forces with the mechanism that fits them best."""
+        return ClosedState(forces, self.mechanism(forces.normal))
+
+
+def descent(programs: TwoPrograms, slip: FloatArray) -> Iterator[ClosedState]:
+    """Yield states (some may not balance) with ever lower multipliers, beginning with slips (k,) in m/s.
+
+    Ends when the multiplier falls no more, after TURNS, or when a program fails.
+    """
+    last = np.inf
+    for _ in range(TURNS):
+        try:
+            state = programs.closed(programs.lowest_forces(slip))
+        except ConvergenceError:
+            return
+        yield state
+        reached = state.forces.load_multiplier
+        if state.balances and last - reached <= PROGRESS * abs(reached):
+            return
+        last, slip = reached, state.mechanism.rates[:, 2]
+
+
+def lowest(states: Iterable[ClosedState]) -> ClosedState | None:
+    """Return the state with the lowest multiplier among those that balance, or None."""
+    return min((s for s in states if s.balances), key=lambda state: state.forces.load_multiplier, default=None)
+
+
+def starts(assemblage: Assemblage, load_direction: int, count: int) -> Iterator[FloatArray]:
+    """Yield normal forces (k,) to start from: equal ones, then waves along the load and up the wall.
+
+    Seen from behind, a mirrored wall has the same starts.
+    """
+    places = assemblage.midpoint * [load_direction, 1.0]
+    along, up = ((places - places.min(axis=0)) / np.maximum(np.ptp(places, axis=0), 1e-12)).T
+    yield np.ones_like(along)
+    waves = [sign * np.cos(np.pi * n * place) for n in (1, 2, 3, 4) for place in (along, up) for sign in (1, -1)]
+    for wave in waves[: count - 1]:
+        yield np.exp(AMPLITUDE * wave)
+
+
+def complementary_start(
+    programs: TwoPrograms, equilibrium: Equilibrium, coulomb: YieldConditions, start: FloatArray
+) -> tuple[ComplementarySolution, FloatArray]:
+    """Run the complementarity program from normal forces (k,); return its end and the slips (k,) to descend from."""
+    found = solve_complementarity(equilibrium, coulomb, start)
+    try:
+        return found, programs.mechanism(found.normal).rates[:, 2]
+    except ConvergenceError:
+        return found, found.slip

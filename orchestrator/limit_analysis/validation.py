@@ -1,0 +1,123 @@
+"""Is this a non-associative limit state? Checked from geometry, forces and velocities alone: no matrix, no solver.
+
+Every joint force is applied to its two blocks at its place, every rate is taken from the blocks' velocities at both
+ends of the joint; loads and strengths are the only things shared with the programs that found the state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.equilibrium import Equilibrium
+from orchestrator.limit_analysis.mechanism import CLOSED
+from orchestrator.limit_analysis.state import LimitState
+from orchestrator.limit_analysis.yield_conditions import YieldConditions
+from orchestrator.masonry.geometry import block_centroids
+from orchestrator.masonry.wall import FloatArray, IntArray
+
+LIMITS = {
+    "equilibrium": 1e-8,
+    "yield_excess": 1e-8,
+    "flow": 1e-4,
+    "dilation": 1e-3,
+    "backward": 1e-6,
+    "interpenetration": 1e-4,
+    "power": 1e-4,
+}
+"""Largest values that pass. Flow and power: `LimitAnalysisSettings.power_tolerance`, the relative error of lambda that
+a state may have; kinematics: what a dilation shift leaves that has settled to 1e-5 (found: 2e-8 backward, 5e-6
+interpenetration). All other states keep 1e-9 as a rule. Dilation: see CLOSED, where flow leaves it uncertain."""
+
+
+@dataclass(frozen=True, slots=True)
+class Validation:
+    """What a state does wrong; 0 is perfect.
+
+    equilibrium: largest unbalanced force (moments over a block length) over the total weight. yield_excess: tension or
+    shear beyond friction and cohesion, in mean block weights. dilation: largest opening or closing at a joint's end
+    that carries load, over the largest displacement. interpenetration: largest closing anywhere, over the same.
+    Relative to the live load's power: flow = sum of N |opening| and of (strength - |shear|) |slip|, what is done by
+    joints that open while loaded or slide before they must; backward: power that friction gives instead of takes;
+    power: live + dead power less dissipation.
+    """
+
+    equilibrium: float
+    yield_excess: float
+    flow: float
+    dilation: float
+    backward: float
+    interpenetration: float
+    power: float
+
+    @property
+    def complaints(self) -> tuple[str, ...]:
+        """What is wrong, in words; empty for a valid state."""
+        found = {name: getattr(self, name) for name in LIMITS}
+        return tuple(f"{name} {found[name]:.1e} > {limit:.0e}" for name, limit in LIMITS.items() if found[name] > limit)
+
+
+def validate(
+    assemblage: Assemblage, equilibrium: Equilibrium, strength: YieldConditions, state: LimitState
+) -> Validation:
+    """Check a non-associative state under the loads of `equilibrium` and Coulomb's law `strength` in the joints."""
+    forces, multiplier = state.joint_forces, state.load_multiplier
+    velocities = state.mechanism.velocities
+    opening, slip = rates_at_joints(assemblage, velocities)
+    largest = state.mechanism.largest_displacement
+    normal, shear = forces[:, :2], forces[:, 2]
+    limit = strength.slope * normal.sum(axis=1) + strength.cohesion
+    u = velocities[equilibrium.free_blocks].ravel()
+    live = max(abs(multiplier * (equilibrium.live_load @ u)), np.finfo(float).tiny)
+    loads = multiplier * equilibrium.live_load + equilibrium.dead_load
+    unbalanced = block_forces(assemblage, forces)[equilibrium.free_blocks].ravel() + loads
+    excess = max(float(-normal.min(initial=0.0)), float((np.abs(shear) - limit).max(initial=0.0)))
+    spare = np.maximum(limit - np.abs(shear), 0.0)
+    done = np.sum(np.maximum(normal, 0.0) * np.abs(opening)) + np.sum(spare * np.abs(slip))
+    closed = normal > CLOSED * equilibrium.mean_weight
+    return Validation(
+        equilibrium=float(np.abs(equilibrium.row_scale * unbalanced).max() / equilibrium.total_weight),
+        yield_excess=max(0.0, excess) / equilibrium.mean_weight,
+        flow=float(done / live),
+        dilation=float(np.abs(opening[closed]).max(initial=0.0) / largest),
+        backward=float((shear * slip).max(initial=0.0) / live),
+        interpenetration=float((-opening).max(initial=0.0) / largest),
+        power=float(abs(loads @ u - np.sum(limit * np.abs(slip))) / live),
+    )
+
+
+def block_forces(assemblage: Assemblage, forces: FloatArray) -> FloatArray:
+    """Resultants (n, 3) in N and N m about the centroids of what joint forces (k, 3) do to the blocks."""
+    wall_forces = np.zeros((len(assemblage.wall.blocks), 3))
+    centroids = block_centroids(assemblage.wall)
+    acting = (
+        (assemblage.start, forces[:, :1] * assemblage.normal),
+        (assemblage.end, forces[:, 1:2] * assemblage.normal),
+        (assemblage.midpoint, forces[:, 2:] * assemblage.tangent),
+    )
+    for block, sign in ((assemblage.block_j, 1.0), (assemblage.block_i, -1.0)):
+        for point, force in acting:
+            arm = point - centroids[block]
+            moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+            np.add.at(wall_forces, block, sign * np.column_stack([force, moment]))
+    return wall_forces
+
+
+def rates_at_joints(assemblage: Assemblage, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Openings (k, 2) at start and end and slips (k,) in m/s of blocks that move with velocities (n, 3)."""
+    apart = [
+        _velocity_at(assemblage, velocities, assemblage.block_j, point)
+        - _velocity_at(assemblage, velocities, assemblage.block_i, point)
+        for point in (assemblage.start, assemblage.end)
+    ]
+    opening = np.column_stack([np.sum(rate * assemblage.normal, axis=1) for rate in apart])
+    return opening, np.sum(apart[0] * assemblage.tangent, axis=1)
+
+
+def _velocity_at(assemblage: Assemblage, velocities: FloatArray, block: IntArray, point: FloatArray) -> FloatArray:
+    """Velocities (k, 2) of points (k, 2) of blocks (k,)."""
+    arm = point - block_centroids(assemblage.wall)[block]
+    u, v, omega = velocities[block].T
+    return np.column_stack([u - omega * arm[:, 1], v + omega * arm[:, 0]])

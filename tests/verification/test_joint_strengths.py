@@ -1,0 +1,149 @@
+"""Tension cut-off, cohesion, crushing and joint classes against one block written out by hand.
+
+W weight, N_t = f_t b t, N_c = f_c b t of a joint b wide in a wall of thickness t; plastic stress blocks of f_t and f_c.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from orchestrator.errors import CaseError
+from orchestrator.joints import JointClass, JointSettings, find_joints
+from orchestrator.limit_analysis import LoadSettings, analyse, loads_on
+from orchestrator.masonry.wall import read_only
+from tests.verification.limit_analysis_cases import answers, assemblage_of, box, case, mirrored
+
+FLOOR = box(-3.0, -0.5, 6.0, 0.5)
+ROUGH = 5.0
+CHORDS = 1e-3
+"""What chords may cost in bending, at most: the documented error of the linearisation, on the safe side."""
+
+
+def block(width, height, *strengths, friction=ROUGH, thickness=0.2):
+    """One block of 20 kN/m3 on a floor, with a joint of the strengths given."""
+    wall = assemblage_of([FLOOR, box(-width / 2, 0.0, width, height)], friction=friction, thickness=thickness)
+    return find_joints(wall.wall, JointSettings(classes=strengths))
+
+
+def multipliers(assemblage, loads=None, direction=1):
+    """Associative, sequence and dilation-shift multiplier of checked states."""
+    found = analyse(assemblage, load_direction=direction, loads=loads and loads_on(assemblage.wall, loads))
+    assert found.remarks == ()
+    for state, imbalance in ((found.associative, 1e-8), (found.sequence, 1e-8), (found.dilation_shift, 1e-5)):
+        assert state.equilibrium_residual < 1e-10
+        assert state.yield_residual < 1e-9
+        assert state.power_residual < imbalance
+    return np.array([state.load_multiplier for state in (found.associative, found.sequence, found.dilation_shift)])
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_tension_holds_a_rocking_block(direction):
+    """lambda W h/2 = (W + N_t) b/2."""
+    b, h, t, f_t = 0.5, 1.0, 0.2, 30e3
+    W, N_t = 20e3 * b * h * t, f_t * b * t
+    glued = block(b, h, JointClass(tensile_strength=f_t), thickness=t)
+    assert multipliers(glued, direction=direction) == pytest.approx(b / h * (1 + N_t / W), abs=1e-6)
+
+
+@pytest.mark.parametrize(("cohesion", "least"), [(1e6, 30e3), (3e3, 3e3 / 0.6)])
+def test_tension_holds_a_block_that_is_lifted(cohesion, least):
+    """(lambda - 1) W = N_t, or where Coulomb's cone ends before: c/mu."""
+    b, h, t = 0.5, 1.0, 0.2
+    glued = block(b, h, JointClass(tensile_strength=30e3, cohesion=cohesion), friction=0.6, thickness=t)
+    expected = 1 + least * b * t / (20e3 * b * h * t)
+    up = loads_on(glued.wall, LoadSettings(inclination=radians(90)))
+    assert analyse(glued, loads=up).associative.load_multiplier == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("ratio", [1e-4, 1e-3, 0.01, 0.05, 0.1, 0.3, 0.5, 0.8, 0.95])
+@pytest.mark.parametrize("tension", [0.0, 0.25])
+def test_crushing_of_a_rocking_block(ratio, tension):
+    """lambda W h/2 = (W + N_t)/2 (b - (W + N_t)/((f_c + f_t) t)), at most 0.1 % below, and above only where the joint
+    could bear a thousand times the block: it counts as one that does not crush."""
+    b, h, t = 0.5, 1.0, 0.2
+    W = 20e3 * b * h * t
+    f_c = W / (ratio * b * t)
+    f_t = tension * W / (b * t)
+    law = JointClass(compressive_strength=f_c, tensile_strength=f_t)
+    found = multipliers(block(b, h, law, thickness=t))
+    N_t = f_t * b * t
+    expected = (W + N_t) / (W * h) * (b - (W + N_t) / ((f_c + f_t) * t))
+    assert np.all(found <= expected * (1 + (1e-8 if ratio >= 1e-3 else CHORDS)))
+    assert np.all(found >= expected * (1 - CHORDS))
+
+
+def test_crushing_limits_a_vertical_load():
+    """(1 + lambda) W = N_c, exactly: the last chord ends there."""
+    b, h, t, f_c = 0.5, 1.0, 0.2, 1e6
+    W = 20e3 * b * h * t
+    crushed = block(b, h, JointClass(compressive_strength=f_c), thickness=t)
+    down = loads_on(crushed.wall, LoadSettings(inclination=radians(-90)))
+    assert analyse(crushed, loads=down).associative.load_multiplier == pytest.approx(f_c * b * t / W - 1, rel=1e-8)
+
+
+def test_a_block_too_heavy_for_its_joint_cannot_stand():
+    with pytest.raises(CaseError, match="cannot stand"):
+        analyse(block(0.5, 1.0, JointClass(compressive_strength=19e3)))
+
+
+@pytest.mark.parametrize(("strength", "within"), [(np.inf, 1e-12), (1e12, 1e-12), (1e9, 1e-3)])
+def test_strength_without_end_returns_the_wall_without(strength, within):
+    wall = case("ferris_tinloi_wall4")
+    strong = replace(wall, compressive_strength=read_only(np.full(len(wall.friction), strength)))
+    expected = answers("ferris_tinloi_wall4").associative.load_multiplier
+    assert analyse(strong).associative.load_multiplier == pytest.approx(expected, rel=within)
+
+
+def test_a_wall_with_all_strengths_and_its_mirror_image():
+    wall = case("ferris_tinloi_wall3")
+    classes = (
+        JointClass(compressive_strength=0.5e6),
+        JointClass(orientation="bed", cohesion=500.0, tensile_strength=200.0),
+        JointClass(orientation="head", friction=0.4),
+    )
+    strong, image = (find_joints(w.wall, JointSettings(classes=classes)) for w in (wall, mirrored(wall)))
+    found, other = analyse(strong).associative, analyse(image, load_direction=-1).associative
+    assert other.load_multiplier == pytest.approx(found.load_multiplier, abs=1e-8)
+    for state in (found, other):
+        assert state.equilibrium_residual < 1e-10
+        assert state.yield_residual < 1e-9
+        assert state.power_residual < 1e-8
+
+
+@pytest.mark.parametrize(("orientation", "expected"), [("bed", 0.3), ("head", 0.6), ("any", 0.3)])
+def test_classes_by_orientation(orientation, expected):
+    """A block that slides on its bed joint, free at its head joint."""
+    stones = [FLOOR, box(0.0, 0.0, 1.0, 0.4), box(-1.0, 0.0, 1.0, 0.4)]
+    wall = assemblage_of(stones, friction=0.6).wall
+    joints = find_joints(wall, JointSettings(classes=(JointClass(orientation=orientation, friction=0.3),)))
+    head = (joints.block_i > 0) & (joints.block_j > 0)
+    assert joints.friction[head] == (0.6 if orientation == "bed" else 0.3)
+    assert analyse(joints).associative.load_multiplier == pytest.approx(expected, abs=1e-8)
+
+
+def test_classes_by_pair_of_materials():
+    """Of three joints in a stack only that between stone and brick, named in either order, is smooth."""
+    stack = assemblage_of([FLOOR, *(box(-1.0, 0.4 * level, 2.0, 0.4) for level in range(3))], friction=0.6).wall
+    materials = ("stone", "stone", "stone", "brick")
+    named = replace(stack, blocks=tuple(replace(b, material=m) for b, m in zip(stack.blocks, materials, strict=True)))
+    for pair in (("brick", "stone"), ("stone", "brick")):
+        joints = find_joints(named, JointSettings(classes=(JointClass(between=pair, friction=0.2),)))
+        assert joints.friction.tolist() == [0.6, 0.6, 0.2]
+    same = find_joints(named, JointSettings(classes=(JointClass(between=("stone", "stone"), friction=0.2),)))
+    assert same.friction.tolist() == [0.2, 0.2, 0.6]
+
+
+def test_the_last_class_that_fits_counts_value_by_value():
+    classes = (JointClass(friction=0.5, cohesion=1e3), JointClass(orientation="bed", friction=0.4))
+    joint = block(1.0, 1.0, *classes)
+    assert (joint.friction.tolist(), joint.cohesion.tolist()) == ([0.4], [1e3])
+
+
+@pytest.mark.parametrize("between", [("stone",), ("stone", "marble"), ("stone",) * 3])
+def test_classes_name_two_materials_of_the_wall(between):
+    with pytest.raises(CaseError, match=r"joints\.classes\.0\.between"):
+        block(1.0, 1.0, JointClass(between=between, friction=0.3))

@@ -1,0 +1,128 @@
+"""Loads beyond weight and its horizontal image, against the statics of one and two blocks written out by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, radians, sin
+
+import numpy as np
+import pytest
+
+from orchestrator.errors import CaseError
+from orchestrator.limit_analysis import DeadLoad, LiveLoad, LoadSettings, analyse, loads_on
+from tests.verification.limit_analysis_cases import assemblage_of, box, case, mirrored
+
+FLOOR = box(-3.0, -0.5, 6.0, 0.5)
+
+
+def multipliers(assemblage, settings, direction=1):
+    """Associative, sequence and dilation-shift multiplier; the shift stops when dilation takes 1e-5 of the power."""
+    found = analyse(assemblage, load_direction=direction, loads=loads_on(assemblage.wall, settings))
+    for state, imbalance in ((found.associative, 1e-8), (found.sequence, 1e-8), (found.dilation_shift, 1e-5)):
+        assert state.equilibrium_residual < 1e-10
+        assert state.power_residual < imbalance
+    return [state.load_multiplier for state in (found.associative, found.sequence, found.dilation_shift)]
+
+
+def tower(width, height, blocks=1, friction=0.65):
+    """Equal blocks of 20 kN/m3 on a floor, 1 m thick."""
+    stones = [box(-width / 2, height * level, width, height) for level in range(blocks)]
+    return assemblage_of([FLOOR, *stones], friction=friction)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_dead_load_without_inertia_holds_a_block_down(direction):
+    """Sliding mu (W + F)/W, rocking (b/h) (W + F)/W; a line load on the whole top does what its resultant does."""
+    W, F = 20e3 * 0.5, 5e3
+    for load in (DeadLoad((1,), force=F), DeadLoad((1,), line_load=F / 0.5)):
+        slender = multipliers(tower(0.5, 1.0), LoadSettings(dead=(load,)), direction)
+        assert slender == pytest.approx([0.5 * (W + F) / W] * 3, abs=1e-6)
+        smooth = multipliers(tower(0.5, 1.0, friction=0.2), LoadSettings(dead=(load,)), direction)
+        assert smooth == pytest.approx([0.2 * (W + F) / W] * 3, abs=1e-6)
+
+
+def test_dead_load_with_inertia_pushes_where_it_stands():
+    """Rocking: (W + F) b/2 = lambda (W h/2 + F h) on the top, lambda (W + F) h/2 at the centroid."""
+    b, h, F = 0.5, 1.0, 5e3
+    W = 20e3 * b * h
+    top = multipliers(tower(b, h), LoadSettings(dead=(DeadLoad((1,), line_load=F / b, inertia=True),)))
+    assert top == pytest.approx([(W + F) * b / 2 / (W * h / 2 + F * h)] * 3, abs=1e-6)
+    centroid = multipliers(tower(b, h), LoadSettings(dead=(DeadLoad((1,), force=F, inertia=True),)))
+    assert centroid == pytest.approx([b / h] * 3, abs=1e-6)
+
+
+def test_line_load_acts_on_the_edges_that_face_upwards_only():
+    """A right-angled triangle's hypotenuse is its top: middle at half its width, a third away from the centroid's."""
+    triangle = assemblage_of([FLOOR, [(0, 0), (1.2, 0), (0, 0.6)]])
+    W, q = 20e3 * 0.36, 1e3
+    expected = (W * 0.8 + q * 1.2 * 0.6) / (W * 0.2)  # about the toe at x = 1.2; weight at x = 0.4, y = 0.2
+    rough = replace(triangle, friction=np.array([10.0]))
+    found = analyse(rough, loads=loads_on(rough.wall, LoadSettings(dead=(DeadLoad((1,), line_load=q),))))
+    assert found.associative.load_multiplier == pytest.approx(expected, rel=1e-8)
+
+
+def test_mass_times_height():
+    """Two blocks: forces 1 : 3 of the resultant at h/2 and 3h/2, at 5h/4: lambda 2 W 5h/4 = 2 W b/2."""
+    b, h = 0.5, 0.6
+    found = multipliers(tower(b, h, blocks=2), LoadSettings(distribution="mass_height"))
+    assert found == pytest.approx([0.4 * b / h] * 3, abs=1e-6)
+    loads = loads_on(tower(b, h, blocks=2).wall, LoadSettings(distribution="mass_height"))
+    assert loads.along_x[1:, 0] == pytest.approx(np.array([0.25, 0.75]) * 2 * 20e3 * b * h)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3, 1e7])
+def test_live_load_per_block(size):
+    """A force on the upper of two blocks only: rocking about the base, lambda F 3h/2 = 2 W b/2, whatever its size."""
+    b, h = 0.3, 0.6
+    W = 20e3 * b * h
+    settings = LoadSettings(distribution="per_block", live=(LiveLoad((2,), size),))
+    found = multipliers(tower(b, h, blocks=2), settings)
+    assert np.array(found) * size == pytest.approx([min(W * b / (1.5 * h), W * b / h)] * 3, rel=1e-6)
+    assert analyse(
+        tower(b, h, blocks=2), loads=loads_on(tower(b, h, blocks=2).wall, settings)
+    ).horizontal_load == pytest.approx(size)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("angle", [-30, 20, 60])
+def test_inclined_live_load_on_a_sliding_block(angle, direction):
+    """lambda cos a = mu (1 - lambda sin a)."""
+    a, mu = radians(angle), 0.3
+    found = multipliers(tower(2.0, 0.5, friction=mu), LoadSettings(inclination=a), direction)
+    assert found == pytest.approx([mu / (cos(a) + mu * sin(a))] * 3, abs=1e-6)
+
+
+def test_live_load_that_points_up_lifts_the_wall_at_one():
+    found = analyse(tower(1.0, 1.0), loads=loads_on(tower(1.0, 1.0).wall, LoadSettings(inclination=radians(90))))
+    assert found.associative.load_multiplier == pytest.approx(1.0, abs=1e-8)
+    assert found.horizontal_load == pytest.approx(0.0, abs=1e-8)
+
+
+def test_mirror_image_of_an_unsymmetrically_loaded_wall():
+    wall = case("ferris_tinloi_wall3")
+    settings = LoadSettings(
+        inclination=radians(10),
+        distribution="mass_height",
+        dead=(DeadLoad((wall.wall.blocks[-1].id,), line_load=2e3, inertia=True), DeadLoad((5, 6), force=300.0)),
+    )
+    plain = analyse(wall, loads=loads_on(wall.wall, settings)).associative.load_multiplier
+    other = mirrored(wall)
+    image = analyse(other, load_direction=-1, loads=loads_on(other.wall, settings)).associative.load_multiplier
+    assert image == pytest.approx(plain, abs=1e-8)
+    assert abs(plain - analyse(wall).associative.load_multiplier) > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("settings", "complaint"),
+    [
+        (LoadSettings(dead=(DeadLoad((7,), force=1.0),)), r"load\.dead\.0\.blocks: there is no block 7"),
+        (LoadSettings(dead=(DeadLoad((0,), force=1.0),)), r"load\.dead\.0\.blocks: block 0 is a support"),
+        (LoadSettings(dead=(DeadLoad((1,)),)), r"load\.dead\.0: needs one of force and line_load"),
+        (LoadSettings(dead=(DeadLoad((1,), 1.0, 1.0),)), r"load\.dead\.0: needs one of force and line_load"),
+        (LoadSettings(distribution="per_block"), r"load\.live: 0 given"),
+        (LoadSettings(live=(LiveLoad((1,), 1.0),)), r"load\.live: 1 given"),
+    ],
+)
+def test_loads_that_cannot_be(settings, complaint):
+    with pytest.raises(CaseError, match=complaint):
+        loads_on(tower(1.0, 1.0).wall, settings)
