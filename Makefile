@@ -33,6 +33,7 @@ lint: setup
 verify: setup
 	$(PYTHON) docs/studies/sensitivity.py
 	$(PYTHON) docs/studies/robustness.py
+	$(PYTHON) docs/studies/limit_analysis.py
 
 # Cost against blocks and ranks, and of benchmark 1: tables and a plot in benchmarks/.
 bench: setup
