@@ -38,6 +38,7 @@ verify: setup
 # Cost against blocks and ranks, and of benchmark 1: tables and a plot in benchmarks/.
 bench: setup
 	$(PYTHON) benchmarks/measure.py
+	$(PYTHON) benchmarks/limit_analysis.py
 
 # The stored curves of tests/regression; look at the difference (git diff, build/regression/*.png) before you commit it.
 reference: benchmark1
