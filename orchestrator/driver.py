@@ -21,7 +21,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from orchestrator import report as reporting
 from orchestrator import results
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
@@ -130,6 +129,8 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
 
     With `resume` a pushover goes on after its last stored increment. Raises CaseError before anything is written.
     """
+    from orchestrator import report as reporting  # pictures cost 0.2 s that check, limit and segment need not wait for
+
     began = perf_counter()
     segmented = on_root(comm, segment, case)
     with results.logging_to(output / "run.log") if is_root(comm) else nullcontext():
@@ -148,6 +149,8 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
 
 
 def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path) -> Outcome:
+    from orchestrator import report as reporting
+
     summary = reporting.write_summary(
         output,
         case.name,
@@ -284,6 +287,7 @@ def _folded(
     seconds: dict[str, float],
 ) -> Pushed:
     """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
+    from orchestrator import report as reporting
     from orchestrator.pushover.stepping import end_of_curve
 
     last = store.last()
