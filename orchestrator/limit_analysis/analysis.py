@@ -35,6 +35,7 @@ from orchestrator.limit_analysis.lower_states import (
 from orchestrator.limit_analysis.mechanism import dilation, mechanism_from, power_residual
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.state import FlowRule, LimitAnalysis, LimitState, LinearProgramRecord
+from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import YieldConditions, coulomb
 from orchestrator.masonry.wall import FloatArray, read_only
 
@@ -58,6 +59,10 @@ class Problem:
     def no_dilatancy(self) -> FloatArray:
         """Dilatancy (k,) of a non-associative mechanism."""
         return np.zeros_like(self.friction.slope)
+
+    def complaints(self, state: LimitState) -> tuple[str, ...]:
+        """What the check without the solver finds wrong with a non-associative state."""
+        return validate(self.assemblage, self.equilibrium, self.friction, state).complaints
 
     def state(
         self,
@@ -111,7 +116,7 @@ def analyse(
         settings = _shortened(settings)
     start = optimum if begin is None else begin.forces
     sequence, sequence_remarks = sequence_state(problem, programs, start, settings)
-    shift, shift_remarks = dilation_shift_state(problem, settings, begin)
+    shift, shift_remarks = dilation_shift_state(problem, programs, settings, begin)
     if not large:
         for other in (sequence, shift):
             candidates += descent(programs, other.mechanism.slip) if other is not None else ()
@@ -197,7 +202,7 @@ def sequence_state(
 
 
 def dilation_shift_state(
-    problem: Problem, settings: LimitAnalysisSettings, begin: ClosedState | None = None
+    problem: Problem, programs: TwoPrograms, settings: LimitAnalysisSettings, begin: ClosedState | None = None
 ) -> tuple[LimitState | None, tuple[str, ...]]:
     """Return the lowest state that goes with the mechanism of the dilation shift.
 
@@ -215,7 +220,20 @@ def dilation_shift_state(
     state = problem.state("dilation_shift", problem.no_dilatancy, run.lowest, run.final, records, run.settled, found)
     remark = f"dilation shift not settled after {len(run.iterates)} linear programs: "
     remark += f"the dilation left takes {run.iterates[-1].error:.1e} of the live load's power"
-    return state, () if run.settled else (remark,)
+    if not run.settled:
+        return state, (remark,)
+    if not (wrong := problem.complaints(state)):
+        return state, ()
+    # its lowest forces allow other mechanisms too: many joints slide, and power of opening and closing ones cancelled
+    try:
+        mechanism = programs.mechanism(run.lowest.normal)
+        state = problem.state("dilation_shift", problem.no_dilatancy, run.lowest, mechanism, records, True, found)
+        wrong = problem.complaints(state)
+    except ConvergenceError as error:
+        wrong = (str(error),)
+    if not wrong:
+        return state, ()
+    return replace(state, converged=False), (f"dilation shift settled on no limit state: {', '.join(wrong)}",)
 
 
 def complementary_states(
