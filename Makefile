@@ -33,10 +33,12 @@ lint: setup
 verify: setup
 	$(PYTHON) docs/studies/sensitivity.py
 	$(PYTHON) docs/studies/robustness.py
+	$(PYTHON) docs/studies/limit_analysis.py
 
 # Cost against blocks and ranks, and of benchmark 1: tables and a plot in benchmarks/.
 bench: setup
 	$(PYTHON) benchmarks/measure.py
+	$(PYTHON) benchmarks/limit_analysis.py
 
 # The stored curves of tests/regression; look at the difference (git diff, build/regression/*.png) before you commit it.
 reference: benchmark1

@@ -21,7 +21,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from orchestrator import report as reporting
 from orchestrator import results
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
@@ -117,11 +116,15 @@ def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
 
 def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:
     """Draw the mechanism into the run folder `output`; return its PNG."""
+    from orchestrator import report as reporting
+
     return reporting.write_mechanism(output / "figures", case, assemblage, analysis)[0]
 
 
 def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[LimitState, Path]:
     """Let a support give way at `angle` (rad from +x); draw and return the state. Raises CaseError."""
+    from orchestrator import report as reporting
+
     assemblage = check(case)
     with naming(case.file):
         state = settle(assemblage, support, angle, loads_on(assemblage.wall, case.load))
@@ -141,6 +144,8 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
 
     With `resume` a pushover goes on after its last stored increment. Raises CaseError before anything is written.
     """
+    from orchestrator import report as reporting  # pictures cost 0.2 s that check, limit and segment need not wait for
+
     began = perf_counter()
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
     segmented = on_root(comm, segment, case)
@@ -160,6 +165,8 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
 
 
 def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path) -> Outcome:
+    from orchestrator import report as reporting
+
     summary = reporting.write_summary(
         output,
         case.name,
@@ -296,6 +303,7 @@ def _folded(
     seconds: dict[str, float],
 ) -> Pushed:
     """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
+    from orchestrator import report as reporting
     from orchestrator.pushover.stepping import end_of_curve
 
     last = store.last()

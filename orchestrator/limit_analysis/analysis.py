@@ -6,7 +6,7 @@ the complementarity program - a search for lower states from all of these.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -29,17 +29,21 @@ from orchestrator.limit_analysis.lower_states import (
     TwoPrograms,
     complementary_start,
     descent,
+    first_tight,
     lowest,
     starts,
 )
 from orchestrator.limit_analysis.mechanism import dilation, mechanism_from, power_residual
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.state import FlowRule, LimitAnalysis, LimitState, LinearProgramRecord
+from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import YieldConditions, coulomb
 from orchestrator.masonry.wall import FloatArray, read_only
 
 GRAVITY_TOLERANCE = 1e-6
 """Missing force, in mean block weights, that passes as rounding in the gravity check (solved walls: below 1e-8)."""
+SHORT = 6
+"""Programs at most of a sequence or shift that begins at a state of the complementarity program."""
 NAMED_BLOCKS = 8
 """How many falling blocks an error message names."""
 
@@ -56,6 +60,10 @@ class Problem:
     def no_dilatancy(self) -> FloatArray:
         """Dilatancy (k,) of a non-associative mechanism."""
         return np.zeros_like(self.friction.slope)
+
+    def complaints(self, state: LimitState) -> tuple[str, ...]:
+        """What the check without the solver finds wrong with a non-associative state."""
+        return validate(self.assemblage, self.equilibrium, self.friction, state).complaints
 
     def state(
         self,
@@ -106,10 +114,20 @@ def analyse(
     problem = Problem(assemblage, equilibrium, coulomb(assemblage, equilibrium.dead_total))
     refuse_what_falls(problem)
     optimum = associative_optimum(problem)
+    large = len(problem.equilibrium.free_blocks) > settings.search_blocks
     programs = TwoPrograms(problem.equilibrium, problem.friction)
-    sequence, sequence_remarks = sequence_state(problem, programs, optimum, settings)
-    shift, shift_remarks = dilation_shift_state(problem, settings)
-    complementarity, lowest_found = searched_states(problem, programs, load_direction, (sequence, shift), settings)
+    found, candidates = complementary_states(problem, programs, load_direction, settings.search_starts, large)
+    begin = found[0] if large and found is not None else None
+    if begin is not None:
+        settings = _shortened(settings)
+    start = optimum if begin is None else begin.forces
+    sequence, sequence_remarks = sequence_state(problem, programs, start, settings)
+    shift, shift_remarks = dilation_shift_state(problem, programs, settings, begin)
+    if not large:
+        for other in (sequence, shift):
+            candidates += descent(programs, other.mechanism.slip) if other is not None else ()
+    end = lowest(candidates)
+    lowest_state = None if end is None else _closed_state(problem, end)
     return LimitAnalysis(
         load_direction=load_direction,
         weight=problem.equilibrium.total_weight,
@@ -120,8 +138,18 @@ def analyse(
         dilation_shift=shift,
         remarks=sequence_remarks + shift_remarks,
         seconds=perf_counter() - started,
-        complementarity=complementarity,
-        lowest=lowest_found,
+        complementarity=found and _closed_state(problem, *found),
+        lowest=lowest_state,
+    )
+
+
+def _shortened(settings: LimitAnalysisSettings) -> LimitAnalysisSettings:
+    """Return the settings for sequence and shift that begin at a state: there they stay, or soon leave."""
+    return replace(
+        settings,
+        seed_cohesions=settings.seed_cohesions[-1:],
+        maximum_iterations=max(settings.minimum_iterations, min(settings.maximum_iterations, SHORT)),
+        maximum_shift_iterations=min(settings.maximum_shift_iterations, SHORT),
     )
 
 
@@ -155,15 +183,20 @@ def associative_optimum(problem: Problem) -> LimitSolution:
 
 
 def sequence_state(
-    problem: Problem, programs: TwoPrograms, optimum: LimitSolution, settings: LimitAnalysisSettings
+    problem: Problem,
+    programs: TwoPrograms,
+    start: LimitSolution,
+    settings: LimitAnalysisSettings,
 ) -> tuple[LimitState | None, tuple[str, ...]]:
     """Return the state the paper's sequence settles on, or None and a remark.
+
+    It goes on from the normal forces of `start`.
 
     In the mechanism of the last program of Eq. (2) sliding joints close by alpha mu |slip|. The state has the forces in
     Coulomb's cone that go with it (`confirmed`), and the mechanism without any dilation that goes with these forces.
     """
     try:
-        iterates, confirmation = run_sequence(problem.equilibrium, problem.friction, optimum, settings)
+        iterates, confirmation = run_sequence(problem.equilibrium, problem.friction, start, settings)
         mechanism = programs.mechanism(confirmation.normal)
     except ConvergenceError as error:
         return None, (f"no non-associative solution found: {error}",)
@@ -177,15 +210,16 @@ def sequence_state(
 
 
 def dilation_shift_state(
-    problem: Problem, settings: LimitAnalysisSettings
+    problem: Problem, programs: TwoPrograms, settings: LimitAnalysisSettings, begin: ClosedState | None = None
 ) -> tuple[LimitState | None, tuple[str, ...]]:
     """Return the lowest state that goes with the mechanism of the dilation shift.
 
     A shift that has not settled is still returned: its forces balance and respect friction, only the flow rule is
     violated, by what `dilation` says; `converged` is then False and a remark tells.
     """
+    slip = None if begin is None else begin.mechanism.rates[:, 2]
     try:
-        run = run_dilation_shift(problem.equilibrium, problem.friction, settings)
+        run = run_dilation_shift(problem.equilibrium, problem.friction, settings, slip)
     except ConvergenceError as error:
         return None, (f"no solution by the dilation shift: {error}",)
     solutions = [*(iterate.solution for iterate in run.iterates), run.final, run.lowest, run.highest]
@@ -194,38 +228,46 @@ def dilation_shift_state(
     state = problem.state("dilation_shift", problem.no_dilatancy, run.lowest, run.final, records, run.settled, found)
     remark = f"dilation shift not settled after {len(run.iterates)} linear programs: "
     remark += f"the dilation left takes {run.iterates[-1].error:.1e} of the live load's power"
-    return state, () if run.settled else (remark,)
+    if not run.settled:
+        return state, (remark,)
+    if not (wrong := problem.complaints(state)):
+        return state, ()
+    # its lowest forces allow other mechanisms too: many joints slide, and power of opening and closing ones cancelled
+    try:
+        mechanism = programs.mechanism(run.lowest.normal)
+        state = problem.state("dilation_shift", problem.no_dilatancy, run.lowest, mechanism, records, True, found)
+        wrong = problem.complaints(state)
+    except ConvergenceError as error:
+        wrong = (str(error),)
+    if not wrong:
+        return state, ()
+    return replace(state, converged=False), (f"dilation shift settled on no limit state: {', '.join(wrong)}",)
 
 
-def searched_states(
-    problem: Problem,
-    programs: TwoPrograms,
-    load_direction: int,
-    others: tuple[LimitState | None, ...],
-    settings: LimitAnalysisSettings,
-) -> tuple[LimitState | None, LimitState | None]:
-    """Return the state of the complementarity program and the lowest found from all its starts and from `others`.
+def complementary_states(
+    problem: Problem, programs: TwoPrograms, load_direction: int, count: int, one_is_enough: bool
+) -> tuple[tuple[ClosedState, ComplementarySolution] | None, list[ClosedState]]:
+    """Return the state of the complementarity program and all that `count` starts and the descents from them passed.
 
-    The first is where the first start leads, before any descent: a wall and its mirror image have the same. None where
-    nothing balances.
+    The first is where the first start leads that leads to a state, before any descent: a wall and its mirror image have
+    the same. None where nothing balances.
     """
-    few = len(problem.equilibrium.free_blocks) > settings.search_blocks
     if problem.friction.tension.any() or problem.friction.crushes.any():
-        return None, None  # the complementarity program knows friction and cohesion only
-    first, candidates = None, []
-    for start in starts(problem.assemblage, load_direction, settings.search_starts):
+        return None, []  # the complementarity program knows friction and cohesion only
+    first, passed = None, []
+    for start in starts(problem.assemblage, load_direction, count):
         found, slip = complementary_start(programs, problem.equilibrium, problem.friction, start)
-        reached = list(descent(programs, slip))
-        if first is None:
-            first = next((_closed_state(problem, state, found) for state in reached if state.balances), None)
-        candidates += reached
-        if few and first is not None:
+        reached = []
+        for turn in descent(programs, slip):
+            reached.append(turn)
+            if turn.balances and one_is_enough:
+                break
+        passed += reached
+        if first is None and (state := first_tight(reached)) is not None:
+            first = state, found
+        if first is not None and one_is_enough:
             break
-    for other in () if few else others:
-        if other is not None:
-            candidates += descent(programs, other.mechanism.slip)
-    end = lowest(candidates)
-    return first, None if end is None else _closed_state(problem, end)
+    return first, passed
 
 
 def _closed_state(problem: Problem, closed: ClosedState, found: ComplementarySolution | None = None) -> LimitState:

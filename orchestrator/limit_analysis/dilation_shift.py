@@ -55,10 +55,10 @@ class ShiftRun:
 
 
 def shift_iterates(
-    program: LimitProgram, coulomb: YieldConditions, settings: LimitAnalysisSettings
+    program: LimitProgram, coulomb: YieldConditions, settings: LimitAnalysisSettings, slip: FloatArray | None = None
 ) -> Iterator[ShiftIterate]:
-    """Yield the iterates of the dilation shift, for ever, starting from the associative program (d = 0)."""
-    shift = np.zeros_like(coulomb.slope)
+    """Yield the iterates of the dilation shift, for ever, starting from slips (k,) in m/s or none (d = 0)."""
+    shift = np.zeros_like(coulomb.slope) if slip is None else coulomb.slope * np.abs(slip)
     while True:
         solution = program.solve(coulomb.cohesion, shift)
         left = np.sum(solution.normal * np.abs(coulomb.slope * np.abs(solution.rates[:, 2]) - shift))
@@ -66,14 +66,19 @@ def shift_iterates(
         shift = relaxed_shift(shift, coulomb.slope, solution.rates[:, 2], settings.shift_relaxation)
 
 
-def run_dilation_shift(equilibrium: Equilibrium, coulomb: YieldConditions, settings: LimitAnalysisSettings) -> ShiftRun:
-    """Run the dilation shift, then look for the ends of the last program's optimal face.
+def run_dilation_shift(
+    equilibrium: Equilibrium,
+    coulomb: YieldConditions,
+    settings: LimitAnalysisSettings,
+    slip: FloatArray | None = None,
+) -> ShiftRun:
+    """Run the dilation shift, then look for the ends of the last program's optimal face; begins with `slip` (k,).
 
     Raises ConvergenceError when a linear program fails.
     """
     taken, settled = taken_until(
         lambda taken: taken[-1].error <= settings.shift_tolerance,
-        shift_iterates(LimitProgram(equilibrium, coulomb, ITERATE_TOLERANCE), coulomb, settings),
+        shift_iterates(LimitProgram(equilibrium, coulomb, ITERATE_TOLERANCE), coulomb, settings, slip),
         1,
         settings.maximum_shift_iterations,
     )

@@ -36,8 +36,8 @@ interpenetration). All other states keep 1e-9 as a rule. Dilation: see CLOSED, w
 class Validation:
     """What a state does wrong; 0 is perfect.
 
-    equilibrium: largest unbalanced force (moments over a block length) over the total weight. yield_excess: tension or
-    shear beyond friction and cohesion, in mean block weights. dilation: largest opening or closing at a joint's end
+    equilibrium: largest unbalanced force (moments over a block length) over the total weight. yield_excess: tension,
+    crushing or shear beyond the strength, in mean block weights. dilation: largest opening or closing at a joint's end
     that carries load, over the largest displacement. interpenetration: largest closing anywhere, over the same.
     Relative to the live load's power: flow = sum of N |opening| and of (strength - |shear|) |slip|, what is done by
     joints that open while loaded or slide before they must; backward: power that friction gives instead of takes;
@@ -70,21 +70,23 @@ def validate(
     normal, shear = forces[:, :2], forces[:, 2]
     limit = strength.slope * normal.sum(axis=1) + strength.cohesion
     u = velocities[equilibrium.free_blocks].ravel()
-    live = max(abs(multiplier * (equilibrium.live_load @ u)), np.finfo(float).tiny)
+    live = max(abs(float(multiplier * (equilibrium.live_load @ u))), float(np.finfo(float).tiny))
     loads = multiplier * equilibrium.live_load + equilibrium.dead_load
     unbalanced = block_forces(assemblage, forces)[equilibrium.free_blocks].ravel() + loads
-    excess = max(float(-normal.min(initial=0.0)), float((np.abs(shear) - limit).max(initial=0.0)))
     spare = np.maximum(limit - np.abs(shear), 0.0)
-    done = np.sum(np.maximum(normal, 0.0) * np.abs(opening)) + np.sum(spare * np.abs(slip))
-    closed = normal > CLOSED * equilibrium.mean_weight
+    hard = ~strength.crushes  # a joint that crushes turns about a point inside: only its power can be checked
+    pressed = np.maximum(normal + 0.5 * strength.tension[:, None], 0.0)
+    done = np.sum((pressed * np.abs(opening))[hard]) + np.sum(spare * np.abs(slip))
+    closed = (pressed > CLOSED * equilibrium.mean_weight) & hard[:, None]
+    dissipated = strength.dissipation(forces, np.column_stack([opening, slip]), np.zeros_like(slip))
     return Validation(
         equilibrium=float(np.abs(equilibrium.row_scale * unbalanced).max() / equilibrium.total_weight),
-        yield_excess=max(0.0, excess) / equilibrium.mean_weight,
+        yield_excess=strength.excess(forces) / equilibrium.mean_weight,
         flow=float(done / live),
         dilation=float(np.abs(opening[closed]).max(initial=0.0) / largest),
         backward=float((shear * slip).max(initial=0.0) / live),
-        interpenetration=float((-opening).max(initial=0.0) / largest),
-        power=float(abs(loads @ u - np.sum(limit * np.abs(slip))) / live),
+        interpenetration=float((-opening[hard]).max(initial=0.0) / largest),
+        power=float(abs(loads @ u - dissipated) / live),
     )
 
 

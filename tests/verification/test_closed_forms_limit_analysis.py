@@ -14,6 +14,9 @@ import pytest
 
 from orchestrator.errors import CaseError
 from orchestrator.limit_analysis import analyse
+from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.linear_program import solve_gravity_lp
+from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.wall import read_only
 from tests.verification.limit_analysis_cases import assemblage_of, box, case, mirrored, transformed
 
@@ -125,6 +128,46 @@ def test_semicircular_arch_needs_its_least_thickness(voussoirs, least):
     with pytest.raises(CaseError, match="cannot stand under its own weight"):
         analyse(arch(voussoirs, least - 5e-5))
     assert 0.0 < analyse(arch(voussoirs, least + 5e-5)).associative.load_multiplier < 1e-3
+
+
+def hinges(assemblage, rates):
+    """Places in degrees from the crown of the joints that open, and +1 where the extrados opens, -1 the intrados."""
+    opening = rates[:, :2]
+    turns = np.flatnonzero(np.ptp(opening, axis=1) > 1e-3 * np.abs(opening).max())
+    found = []
+    for k in turns:
+        ends = np.array([assemblage.start[k], assemblage.end[k]])
+        x, y = assemblage.midpoint[k]
+        open_radius, closed_radius = np.linalg.norm(ends[np.argsort(opening[k])[::-1]], axis=1)
+        found.append((float(np.degrees(np.arctan2(x, y))), 1 if open_radius > closed_radius else -1))
+    return sorted(found)
+
+
+def test_semicircular_arch_of_least_thickness_has_its_hinges_where_the_thrust_line_touches():
+    """Milankovitch 1907: crown (intrados opens), 54.5 degrees from it (extrados opens), springings (intrados opens).
+
+    Without sliding; half a voussoir of 101 is 0.9 degrees, and the crown lies in the middle of one: two joints turn.
+    """
+    thin = arch(101, 0.1074)
+    equilibrium = assemble_equilibrium(thin, 1)
+    missing, velocities = solve_gravity_lp(equilibrium, coulomb(thin))
+    rates = equilibrium.joint_rates(velocities)
+    assert missing > 0
+    assert np.abs(rates[:, 2]).max() < 1e-3 * np.abs(rates[:, :2]).max()
+    found = hinges(thin, rates)
+    for place, opens in ((-90.0, -1), (-54.5, 1), (0.0, -1), (54.5, 1), (90.0, -1)):
+        near = [sign for where, sign in found if abs(where - place) < 2.0]
+        assert near, f"no hinge at {place} degrees: {found}"
+        assert set(near) == {opens}
+    assert all(min(abs(abs(where) - place) for place in (0.0, 54.5, 90.0)) < 2.0 for where, _ in found)
+
+
+def test_arch_under_horizontal_load_turns_about_four_hinges_on_alternating_sides():
+    wall = arch(27, 0.15)
+    mechanism = analyse(wall).associative.mechanism
+    found = hinges(wall, np.column_stack([mechanism.opening, mechanism.slip]))
+    assert len(found) == 4
+    assert [sign for _, sign in found] in ([1, -1, 1, -1], [-1, 1, -1, 1])
 
 
 @pytest.mark.parametrize("scaling", [1e-3, 7.0, 1e3])
