@@ -31,6 +31,7 @@ lint: setup
 
 # Heavier studies, some half an hour: the tables in docs/studies.
 verify: setup
+	HYPOTHESIS_CASES=2000 $(PYTHON) -m pytest -q tests/unit/test_bad_input_generated.py
 	$(PYTHON) docs/studies/sensitivity.py
 	$(PYTHON) docs/studies/robustness.py
 

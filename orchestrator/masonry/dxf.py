@@ -30,6 +30,8 @@ DRAWN = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
 LARGEST_FILE = 100_000_000
 """bytes"""
 LARGEST_CORNERS = 2_000_000
+LARGEST_ENTITIES = 2 * LARGEST_COUNT
+DEEPEST = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,11 +113,10 @@ def _paths(document: Any, chord: float) -> list[tuple[str, FloatArray]]:
     from ezdxf.disassemble import recursive_decompose
     from ezdxf.path import make_path
 
-    entities = list(islice(recursive_decompose(document.modelspace()), 10 * LARGEST_COUNT + 1))
-    if len(entities) > 10 * LARGEST_COUNT:
-        raise CaseError("", f"more than {10 * LARGEST_COUNT} entities", "keep only the layers of the wall")
+    if _expanded(document.modelspace(), document, {}) > LARGEST_ENTITIES:
+        raise CaseError("", f"more than {LARGEST_ENTITIES} entities", "keep only the layers of the wall")
     paths, corners = [], 0
-    for entity in entities:
+    for entity in recursive_decompose(document.modelspace()):
         if entity.dxftype() not in DRAWN:
             continue
         points = np.array(list(islice(make_path(entity).flattening(chord), LARGEST_CORNERS + 1)), dtype=float)
@@ -125,6 +126,24 @@ def _paths(document: Any, chord: float) -> list[tuple[str, FloatArray]]:
         if len(points) > 1:
             paths.append((str(entity.dxf.layer), points.reshape(-1, 3)))
     return paths
+
+
+def _expanded(entities: Any, document: Any, known: dict[str, int], depth: int = 0) -> int:
+    """Return how many entities there are with block references written out; `known`: that number by block name.
+
+    Raises CaseError for references nested too deep (a block that refers to itself never ends).
+    """
+    if depth > DEEPEST:
+        raise CaseError("", f"block references are nested more than {DEEPEST} deep", "explode them")
+    total = 0
+    for entity in entities:
+        if entity.dxftype() != "INSERT" or (block := document.blocks.get(entity.dxf.name)) is None:
+            total += 1
+            continue
+        if entity.dxf.name not in known:
+            known[entity.dxf.name] = _expanded(block, document, known, depth + 1)
+        total += max(1, entity.mcount) * (1 + known[entity.dxf.name])
+    return total
 
 
 def _refuse_depth(on: dict[str, list[FloatArray]], tolerance: float) -> None:

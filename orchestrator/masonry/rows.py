@@ -89,11 +89,11 @@ def _stacked(name: str, courses: list[tuple[float, list[float]]], given: dict[st
 
 
 def _course(words: str, unit: str, place: str) -> tuple[float, list[float]]:
-    height, *widths = (_number(word, place) for word in words.replace(":", " ", 1).split())
-    if not widths or height <= 0 or 0.0 in widths:
+    numbers = [_number(word, place) for word in words.replace(":", " ", 1).split()]
+    if len(numbers) < 2 or numbers[0] <= 0 or 0.0 in numbers:
         raise CaseError(place, "is not a course", "write its height above 0, then widths: 175: 400 -800 400")
-    factor = _factor(unit, place)
-    return height * factor, [width * factor for width in widths]
+    height, *widths = (number * _factor(unit, place) for number in numbers)
+    return height, widths
 
 
 def _setting(key: str, value: str, unit: str, place: str) -> float:

@@ -255,6 +255,7 @@ def test_negative_widths_are_openings_and_numbers_may_carry_units():
         ("25 kN/m3", "25 kN/m2", r"line 4: unit_weight: unit 'kN/m2' does not fit"),
         ("175: 200 400", "175: 200 4OO", r"line 7: '4OO' is not a number"),
         ("175: 200", "0: 200", r"line 7: is not a course"),
+        ("unit = mm", ":", r"line 2: is not a course"),
         ("175: 200", "175: 0 200", r"line 7: is not a course"),
     ],
 )
