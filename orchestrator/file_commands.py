@@ -1,4 +1,4 @@
-"""Commands that turn files into files: import, new, schema. Beside cli.py the only module that prints."""
+"""Commands that turn files into files: import, new, schema, export. Beside cli.py the only module that prints."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import Any
 
 from rich.console import Console
 
-from orchestrator import intake, reference, results
+from orchestrator import case as cases
+from orchestrator import driver, intake, reference, results
+from orchestrator import export as exports
 from orchestrator.errors import CaseError
 from orchestrator.masonry.readers import refuse_what_is_not_utf8
 
@@ -48,6 +50,23 @@ def add_commands(commands: Any) -> None:
         commands, "schema", _schema, "write the case file's JSON schema", "schema --output build/case.json"
     )
     schema.add_argument("--output", type=Path, metavar="FILE", help="default: standard output")
+    _add_export(commands)
+
+
+def _add_export(commands: Any) -> None:
+    exporting = _command(
+        commands,
+        "export",
+        _export,
+        "write the bodies for another program: mesh (vtu, msh) or deck with contacts and steps (calculix, abaqus)",
+        "export templates/benchmark1.toml --format calculix --output build/benchmark1.inp",
+    )
+    exporting.add_argument("case", type=Path, metavar="RUN_OR_CASE", help="run folder, case file or block file")
+    exporting.add_argument("--format", choices=tuple(exports.SUFFIX), default="vtu", help="default: vtu")
+    exporting.add_argument("--model", choices=("macro", "micro"), default="macro", help="macroblocks or every stone")
+    exporting.add_argument("--multiplier", type=float, help="horizontal load over weight (default: micro-LA's)")
+    exporting.add_argument("--output", type=Path, metavar="FILE", help="default: NAME_MODEL.vtu, .msh or .inp")
+    exporting.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override a setting")
 
 
 def _add_import(commands: Any) -> None:
@@ -100,6 +119,19 @@ def _new(options: argparse.Namespace, _: None, console: Console) -> int:
     if not options.blocks:
         results.write_json(example, EXAMPLE | {"name": name})
     console.print(f"{case_file}; next: python -m orchestrator check {case_file}", soft_wrap=True, markup=False)
+    return 0
+
+
+def _export(options: argparse.Namespace, _: None, console: Console) -> int:
+    source = options.case / "case.toml" if options.case.is_dir() else options.case
+    case = cases.read(source, options.set)
+    name = options.case.resolve().name if options.case.is_dir() else options.case.stem
+    output = options.output or Path(f"{name}_{options.model}{exports.SUFFIX[options.format]}")
+    refuse_what_is_not_utf8(str(output), "--output")
+    if options.multiplier is not None and not 0 <= options.multiplier < 1e3:
+        raise CaseError("--multiplier", f"{options.multiplier:g} is not a multiplier", "give one from 0 on, as in 0.3")
+    exports.export(case, driver.segment(case), options.model, options.format, options.multiplier, output)
+    console.print(str(output), soft_wrap=True, markup=False)
     return 0
 
 

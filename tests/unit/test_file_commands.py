@@ -18,7 +18,7 @@ from orchestrator.masonry.readers import read_blocks
 from tests.unit.test_intake_walls import WALL_1, as_polylines, assert_same_wall, associative, painted, written
 
 PROJECT = Path(__file__).parents[2]
-COMMANDS = ("run", "check", "limit", "segment", "import", "new", "schema")
+COMMANDS = ("run", "check", "limit", "segment", "import", "new", "schema", "export")
 PUBLISHED = 0.643
 """associative multiplier of wall 1, Ferris and Tin-Loi (2001), three digits"""
 
