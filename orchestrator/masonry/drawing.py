@@ -67,6 +67,8 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
     stones, left_out = _outside_openings(drawing)
     supports = list(drawing.supports)
     if settings.ground is not None:
+        if supports:
+            raise CaseError("--ground", "the drawing has supports of its own", "leave it out, or --supports none")
         supports.append(_ground(np.vstack(stones), settings.ground))
     if not supports:
         raise CaseError("supports", "the drawing has none", 'draw them on their own layer, or give --ground "200 mm"')
@@ -78,9 +80,21 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
         for k, outline in enumerate(outlines)
     )
     wall = Wall(name, blocks, material.thickness, material.friction)
-    check_wall(wall)
+    try:
+        check_wall(wall)
+    except CaseError as error:
+        raise _located(error, wall) from None
     said = [_words(gap, wall) for gap in gaps]
     return wall, [*drawing.remarks, *left_out, *moved, *_implausible(wall), *said]
+
+
+def _located(error: CaseError, wall: Wall) -> CaseError:
+    """Return the complaint about a block with its place: its number is nowhere to be seen yet."""
+    for block in wall.blocks:
+        if error.key == f"block {block.id}":
+            x, y = block.polygon.mean(axis=0)
+            return CaseError(f"{error.key} at ({x:.4g}, {y:.4g}) m", error.problem, error.remedy)
+    return error
 
 
 def _refuse_sizes(drawing: Drawing) -> None:

@@ -221,6 +221,8 @@ def test_millimetres_read_as_metres_are_pointed_out_and_far_coordinates_moved(tm
         (Layers(blocks="stones"), None, r"nothing is drawn on layer 'stones'; .*BLOCKS, Supports"),
         (Layers(supports="soil"), None, r"supports: the drawing has none; .*--ground"),
         (Layers(openings="*"), None, r"openings: every block lies in one"),
+        (Layers(), 0.2, r"--ground: the drawing has supports of its own"),
+        (Layers(blocks="*"), None, r"block 0 at \(1, -0.08\d*\) m: overlaps block 1 by 0.42 m2"),
     ],
 )
 def test_layers_that_do_not_fit_are_refused(tmp_path, layers, ground, complaint):
