@@ -45,7 +45,8 @@ def heal(outlines: Sequence[FloatArray], tolerance: float) -> tuple[list[FloatAr
     aligned = _aligned(outlines, tolerance)
     joined = _joined(aligned, tolerance)
     points = np.unique(np.vstack(joined), axis=0)
-    healed = [_with_corners(outline, points, tolerance) for outline in joined]
+    tree = shapely.STRtree(shapely.points(points))
+    healed = [_with_corners(outline, points, tree, tolerance) for outline in joined]
     whole = [_whole(new, old) for old, new in zip(outlines, healed, strict=True)]
     return whole, list(_gaps(outlines, whole, tolerance))
 
@@ -117,9 +118,10 @@ def _joined(outlines: list[FloatArray], tolerance: float) -> list[FloatArray]:
     return [_without_repeats(joined[r]) for r in _ranges(outlines)]
 
 
-def _with_corners(outline: FloatArray, points: FloatArray, tolerance: float) -> FloatArray:
-    """Return the outline with those `points` (p, 2) as corners that lie beside one of its edges, but not on it."""
+def _with_corners(outline: FloatArray, points: FloatArray, tree: shapely.STRtree, tolerance: float) -> FloatArray:
+    """Return the outline with those `points` (p, 2) (`tree` of them) as corners that lie beside an edge, not on it."""
     pieces = []
+    points = points[tree.query(shapely.LinearRing(outline), predicate="dwithin", distance=tolerance)]
     for start, end in zip(outline, np.roll(outline, -1, axis=0), strict=True):
         length = float(np.linalg.norm(end - start))
         along = (end - start) / length
@@ -142,15 +144,31 @@ def _whole(outline: FloatArray, drawn: FloatArray) -> FloatArray:
 
 
 def _gaps(before: Sequence[FloatArray], after: Sequence[FloatArray], tolerance: float) -> Iterator[Gap]:
-    """Yield gaps and overlaps wider than EXACT between neighbours as drawn."""
+    """Yield gaps and overlaps wider than EXACT between neighbours as drawn; what has a stone in it is no gap."""
     drawn, healed = ([shapely.Polygon(outline) for outline in outlines] for outlines in (before, after))
-    tree = shapely.STRtree(drawn)
+    tree, standing = shapely.STRtree(drawn), shapely.STRtree(healed)
     for i, j in sorted(zip(*tree.query(drawn, predicate="dwithin", distance=NEARLY * tolerance), strict=True)):
         if i >= j:
             continue
         width = _width(drawn[i], drawn[j], tolerance)
-        if abs(width) > EXACT:
-            yield Gap(int(i), int(j), width, abs(_width(healed[i], healed[j], tolerance)) <= EXACT)
+        if abs(width) <= EXACT:
+            continue
+        closed = abs(_width(healed[i], healed[j], tolerance)) <= EXACT
+        if closed or width < 0 or _is_void(healed[i], healed[j], width, healed, standing):
+            yield Gap(int(i), int(j), width, closed)
+
+
+def _is_void(
+    first: shapely.Polygon,
+    second: shapely.Polygon,
+    width: float,
+    outlines: list[shapely.Polygon],
+    tree: shapely.STRtree,
+) -> bool:
+    """Return whether nothing fills the gap of `width` (m) between two outlines (else other stones meet there)."""
+    between = first.buffer(width).intersection(second.buffer(width))
+    stones = [outlines[k] for k in tree.query(between, predicate="intersects")]
+    return bool(between.difference(shapely.union_all(stones)).area > 0.25 * width**2)
 
 
 def _width(first: shapely.Polygon, second: shapely.Polygon, tolerance: float) -> float:
