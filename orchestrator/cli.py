@@ -25,6 +25,7 @@ from orchestrator import case as cases
 from orchestrator import driver, file_commands, plots, results
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
+from orchestrator.masonry.drawing import implausible_size
 from orchestrator.parallel import abort_others, all_ranks, is_root, on_root, started_as_rank
 
 if TYPE_CHECKING:
@@ -120,6 +121,8 @@ def _check(options: argparse.Namespace, _: None, console: Console) -> int:
     assemblage = driver.check(cases.read(options.case, options.set))
     figures = (options.output or Path("results") / options.case.stem) / "figures"
     picture, *_rest = plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
+    for warning in implausible_size(assemblage.wall):
+        console.print(f"{options.case}: {warning}", soft_wrap=True)
     free = sum(not block.fixed for block in assemblage.wall.blocks)
     console.print(
         f"{options.case}: {free} blocks, {len(assemblage.block_i)} joints, nothing to complain about; {picture}",

@@ -85,7 +85,7 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
     except CaseError as error:
         raise _located(error, wall) from None
     said = [_words(gap, wall) for gap in gaps]
-    return wall, [*drawing.remarks, *left_out, *moved, *_implausible(wall), *said]
+    return wall, [*drawing.remarks, *left_out, *moved, *implausible_size(wall), *said]
 
 
 def _located(error: CaseError, wall: Wall) -> CaseError:
@@ -152,11 +152,12 @@ def _near_origin(outlines: list[FloatArray]) -> tuple[list[FloatArray], list[str
     return [outline - origin for outline in outlines], [f"moved by ({-origin[0]:.0f}, {-origin[1]:.0f}) m"]
 
 
-def _implausible(wall: Wall) -> list[str]:
+def implausible_size(wall: Wall) -> list[str]:
+    """Return a warning for a wall whose size speaks for another unit than the file's."""
     size = float(np.ptp(np.vstack([block.polygon for block in wall.blocks]), axis=0).max())
     if PLAUSIBLE[0] <= size <= PLAUSIBLE[1]:
         return []
-    return [f"WARNING: the wall measures {size:.3g} m: is the unit right? Give it with --unit"]
+    return [f"WARNING: the wall measures {size:.3g} m: is the unit right?"]
 
 
 def _counter_clockwise(outline: FloatArray) -> FloatArray:

@@ -90,6 +90,17 @@ def test_import_that_is_refused(tmp_path, capsys, name, options, complaint):
     assert not (tmp_path / "out.json").exists()
 
 
+@pytest.mark.parametrize("command", ["import", "check"])
+def test_millimetres_stated_as_metres_are_pointed_out(tmp_path, capsys, command):
+    text = (PROJECT / "templates" / "wall1.txt").read_text().replace("unit = mm", "unit = m")
+    (tmp_path / "wall.txt").write_text(text)
+    assert call("import", tmp_path / "wall.txt", "--output", tmp_path / "wall.json") == 0
+    if command == "check":
+        capsys.readouterr()
+        assert call("check", tmp_path / "wall.json", "--output", tmp_path / "run") == 0
+    assert "WARNING: the wall measures 2.4e+03 m: is the unit right?" in capsys.readouterr().out
+
+
 def test_new_writes_a_case_that_check_accepts_and_draws(tmp_path, capsys):
     assert call("new", "north", "--output", tmp_path) == 0
     assert call("check", tmp_path / "north.toml", "--output", tmp_path / "run") == 0
