@@ -24,8 +24,9 @@ from orchestrator.units import Unit
 
 LARGEST_PICTURE = 25_000_000
 """pixels"""
-CORNER_LENGTH = 3.0
-"""corners of outlines are simplified away below this many pixels (square root of twice the area cut off)"""
+STRAIGHT = 1.5
+"""pixels: how far the steps of a straight edge may lie from it (Douglas and Peucker 1973). Steps that are left
+interlock: stones stand that would slide out"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,14 +118,13 @@ def _outlines(number: IntArray) -> list[tuple[FloatArray, int]]:
     y, x = np.nonzero(number[1:] != number[:-1])
     level = np.stack([np.column_stack([x, y + 1]), np.column_stack([x + 1, y + 1])], axis=1)
     edges = shapely.linestrings(np.concatenate([upright, level]).astype(float))
-    faces = np.array(shapely.get_parts(shapely.polygonize(edges)))
+    common = shapely.get_parts(shapely.line_merge(shapely.union_all(edges)))  # from corner to corner of three stones
+    faces = np.array(shapely.get_parts(shapely.polygonize(shapely.simplify(common, STRAIGHT))))
     inside = shapely.get_coordinates(shapely.point_on_surface(faces)).astype(int)
     owner = number[inside[:, 1], inside[:, 0]]
     largest: dict[int, shapely.Polygon] = {}  # a stone in two pieces that touch at a corner only is its larger piece
     for face, stone in zip(faces, owner, strict=True):
         if stone and face.area > getattr(largest.get(stone), "area", 0.0):
             largest[stone] = face
-    stones = np.array([largest[stone] for stone in sorted(largest)])
-    simplified = shapely.coverage_simplify(stones, CORNER_LENGTH, simplify_boundary=True)
-    whole = [new if new.is_valid and new.area > 0 else old for new, old in zip(simplified, stones, strict=True)]
-    return [(shapely.get_coordinates(face.exterior)[:-1], len(face.interiors)) for face in whole]
+    stones = [largest[stone] for stone in sorted(largest)]
+    return [(shapely.get_coordinates(stone.exterior)[:-1], len(stone.interiors)) for stone in stones]
