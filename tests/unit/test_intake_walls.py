@@ -351,7 +351,7 @@ def test_slanted_stones_keep_one_common_edge(tmp_path):
 def test_rubble_in_a_picture_keeps_straight_joints(tmp_path, seed, falling):
     """2.5 mm a pixel, joints of 12 mm: one straight joint between neighbours, which do not interlock by pixels.
 
-    An end of a joint is off by up to 1.5 pixels, 1.5 % of a stone of 0.25 m: 5 % on a multiplier that rests on few joints.
+    An end of a joint is off by up to 1.5 pixels, 1.5 % of a stone of 0.25 m: 5 % where few joints decide.
     """
     image = Image.new("L", (900, 700), 255)
     stones = rubble(seed)
