@@ -6,7 +6,7 @@ RANKS = 1
 MPIRUN = $(if $(filter-out 1,$(RANKS)),OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n $(RANKS))
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: setup benchmark1 test lint verify bench reference clean
+.PHONY: setup benchmark1 test lint verify bench reference docs clean
 
 setup: .venv/.ready
 
@@ -15,7 +15,7 @@ setup: .venv/.ready
 	    { $(SUDO) apt-get update -q && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
 	    apt-get install -y -q --no-install-recommends $$(cat apt-packages.txt); }
 	/usr/bin/python3 -m venv --system-site-packages .venv
-	$(PYTHON) -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[test]'
+	$(PYTHON) -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[test,docs]'
 	$(PYTHON) -c "import numpy, petsc4py.PETSc as p; assert numpy.__version__ == '1.24.2' and p.ScalarType is numpy.float64"
 	touch $@
 
@@ -31,6 +31,7 @@ lint: setup
 
 # Heavier studies, some half an hour: the tables in docs/studies.
 verify: setup
+	HYPOTHESIS_CASES=2000 $(PYTHON) -m pytest -q tests/unit/test_bad_input_generated.py
 	$(PYTHON) docs/studies/sensitivity.py
 	$(PYTHON) docs/studies/robustness.py
 	$(PYTHON) docs/studies/limit_analysis.py
@@ -44,6 +45,10 @@ bench: setup
 reference: benchmark1
 	cp results/benchmark1/case.toml tests/regression/benchmark1/case.toml
 	for model in macro micro; do cp results/benchmark1/$$model/curve.csv tests/regression/benchmark1/$$model.csv; done
+
+# build/docs/index.html; warnings are errors.
+docs: setup
+	NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict --quiet
 
 clean:
 	rm -rf results build *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -147,6 +147,29 @@ def _written(settings: Any, name: str, value: Any) -> Any:
     return value if unit is None or math.isinf(value) else f"{value!r} {unit.symbol}"
 
 
+def settings_from(kind: type[Any], values: dict[str, Any]) -> Any:
+    """Return settings of the dataclass `kind` from values as a case file has them. Raises CaseError (key only)."""
+    try:
+        return kind(**_section_model("", kind).model_validate(values).model_dump())
+    except ValidationError as error:
+        raise _first_complaint(error) from None
+
+
+def section_types() -> dict[str, type]:
+    """Return the settings dataclass of each section of a case file."""
+    return _sections()
+
+
+def unit_of(hint: Any) -> Unit | None:
+    """Return the unit that a type hint carries."""
+    return _unit(hint)
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of the case file as pydantic knows it: quantities as numbers in SI."""
+    return _model().model_json_schema()
+
+
 def _toml(path: Path) -> dict[str, Any]:
     try:
         if path.stat().st_size > LARGEST_FILE:

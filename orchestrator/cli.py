@@ -1,4 +1,4 @@
-"""Command line: arguments -> driver; known errors -> one line and an exit code. The only file that prints.
+"""Command line: arguments -> driver; known errors -> one line and an exit code. Prints, with file_commands.py alone.
 
 Exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid, 130 interrupted.
 """
@@ -23,9 +23,10 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from rich.table import Table
 
 from orchestrator import case as cases
-from orchestrator import driver, results
+from orchestrator import driver, file_commands, plots, results
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
+from orchestrator.masonry.drawing import implausible_size
 from orchestrator.parallel import abort_others, all_ranks, is_root, on_root, started_as_rank
 
 if TYPE_CHECKING:
@@ -92,13 +93,17 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--resume", action="store_true", help="go on after the last stored increment")
     run.add_argument("--model", choices=tuple(MODELS), help="instead of the case file's [run] models")
     run.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
-    _command(commands, "check", _check, "read and validate only")
+    check = _command(commands, "check", _check, "read, validate and draw the wall with block numbers, nothing else")
+    check.add_argument(
+        "--output", type=Path, help="run folder for the picture (default: results/NAME OF THE CASE FILE)"
+    )
     limit = _command(commands, "limit", _limit, "stop after micro limit analysis")
     limit.add_argument("--output", type=Path, help="folder of the picture (default: results/NAME OF THE CASE FILE)")
     limit.add_argument("--settle", type=int, metavar="ID", help="instead of the live load, let this support give way")
     limit.add_argument("--settle-angle", type=float, default=-90.0, help="degrees from +x (default: -90, downwards)")
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
     _command(commands, "segment", _segment, "stop after the macroblocks")
+    file_commands.add_commands(commands)
     return parser
 
 
@@ -107,7 +112,8 @@ def _command(commands: Any, name: str, action: Callable[..., int], summary: str)
         name,
         help=summary,
         description=summary,
-        epilog=f"example: python -m orchestrator {name} templates/benchmark1.toml --set mesh.size=100mm",
+        epilog=f"{file_commands.EXIT_CODES}; "
+        f"example: python -m orchestrator {name} templates/benchmark1.toml --set mesh.size=100mm",
     )
     parser.add_argument("case", type=Path, metavar="CASE", help="case file (.toml) or block file (.json)")
     parser.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override one setting")
@@ -117,9 +123,14 @@ def _command(commands: Any, name: str, action: Callable[..., int], summary: str)
 
 def _check(options: argparse.Namespace, _: None, console: Console) -> int:
     assemblage = driver.check(cases.read(options.case, options.set))
+    figures = (options.output or Path("results") / options.case.stem) / "figures"
+    picture, *_rest = plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
+    for warning in implausible_size(assemblage.wall):
+        console.print(f"{options.case}: {warning}", soft_wrap=True)
     free = sum(not block.fixed for block in assemblage.wall.blocks)
     console.print(
-        f"{options.case}: {free} blocks, {len(assemblage.block_i)} joints, nothing to complain about", soft_wrap=True
+        f"{options.case}: {free} blocks, {len(assemblage.block_i)} joints, nothing to complain about; {picture}",
+        soft_wrap=True,
     )
     return 0
 

@@ -1,0 +1,13 @@
+"""Hook of mkdocs: the settings reference is written from the settings themselves at every build, and stored nowhere."""
+
+from typing import Any
+
+from mkdocs.structure.files import File, Files
+
+from orchestrator.reference import reference_page
+
+
+def on_files(files: Files, *, config: Any) -> Files:
+    """Add settings.md to the pages."""
+    files.append(File.generated(config, "settings.md", content=reference_page()))
+    return files

@@ -1,0 +1,158 @@
+"""Commands that turn files into files: import, new, schema, export. Beside cli.py the only module that prints."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from orchestrator import case as cases
+from orchestrator import driver, intake, reference, results
+from orchestrator import export as exports
+from orchestrator.errors import CaseError
+from orchestrator.masonry.readers import refuse_what_is_not_utf8
+
+LISTED = 20
+"""remarks that are printed; all stand in the block file"""
+EXIT_CODES = "exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid"
+IMPORT_OPTIONS = {
+    "thickness": ('"300 mm"', "of the wall; needed for drawings and pictures"),
+    "unit-weight": ('"20 kN/m3"', "of every block (default 20 kN/m3)"),
+    "friction": ("0.6", "coefficient in every joint (default 0.6)"),
+    "tolerance": ('"1 mm"', "largest gap or overlap that is closed (default 1 mm; pictures at least 1.5 pixels)"),
+    "ground": ('"200 mm"', "put a support under the wall, reaching this far beyond it"),
+    "unit": ("mm", "DXF: unit of the coordinates, instead of the header's"),
+    "blocks": ("LAYER", "DXF: layer of the blocks (default blocks; * and ? stand for any letters)"),
+    "supports": ("LAYER", "DXF: layer of the supports (default supports)"),
+    "openings": ("LAYER", "DXF: layer of the openings (default openings)"),
+    "scale": ('"2 mm"', "picture: side of a pixel; needed for pictures"),
+    "mortar": ('"20 mm"', "picture: widest joint that is closed (default 20 mm)"),
+    "stones": ("black", "picture: colour of the stones, black or white (default black)"),
+    "smallest": ('"20 mm"', "picture: smaller patches are dirt (default 20 mm square)"),
+}
+
+
+def add_commands(commands: Any) -> None:
+    """Add the commands of this module to argparse's sub-parsers."""
+    _add_import(commands)
+    new = _command(
+        commands, "new", _new, "write a commented case file with every default", "new my_wall --output build"
+    )
+    new.add_argument("name", metavar="NAME", help="name of the case; the file is NAME.toml")
+    new.add_argument(
+        "--blocks", metavar="FILE", help="block file of the wall (default: a wall of two blocks is written)"
+    )
+    new.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="where to (default: here)")
+    schema = _command(
+        commands, "schema", _schema, "write the case file's JSON schema", "schema --output build/case.json"
+    )
+    schema.add_argument("--output", type=Path, metavar="FILE", help="default: standard output")
+    _add_export(commands)
+
+
+def _add_export(commands: Any) -> None:
+    exporting = _command(
+        commands,
+        "export",
+        _export,
+        "write the bodies for another program: mesh (vtu, msh) or deck with contacts and steps (calculix, abaqus)",
+        "export templates/benchmark1.toml --format calculix --output build/benchmark1.inp",
+    )
+    exporting.add_argument("case", type=Path, metavar="RUN_OR_CASE", help="run folder, case file or block file")
+    exporting.add_argument("--format", choices=tuple(exports.SUFFIX), default="vtu", help="default: vtu")
+    exporting.add_argument("--model", choices=("macro", "micro"), default="macro", help="macroblocks or every stone")
+    exporting.add_argument("--multiplier", type=float, help="horizontal load over weight (default: micro-LA's)")
+    exporting.add_argument("--output", type=Path, metavar="FILE", help="default: NAME_MODEL.vtu, .msh or .inp")
+    exporting.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override a setting")
+
+
+def _add_import(commands: Any) -> None:
+    reading = _command(
+        commands,
+        "import",
+        _import,
+        "read a wall from a DXF drawing, row notation, a block file or a picture; write a block file and its picture",
+        "import templates/wall1.txt --output build/wall1.json",
+    )
+    reading.add_argument("file", type=Path, metavar="FILE", help=".dxf, .txt or .rows, .json, .png .jpg .tif .bmp .gif")
+    reading.add_argument("--output", type=Path, default=Path("blocks.json"), help="block file (default: blocks.json)")
+    for name, (value, text) in IMPORT_OPTIONS.items():
+        reading.add_argument(f"--{name}", metavar=value, help=text)
+
+
+def _command(commands: Any, name: str, action: Any, summary: str, example: str) -> argparse.ArgumentParser:
+    epilog = f"{EXIT_CODES}; example: python -m orchestrator {example}"
+    parser: argparse.ArgumentParser = commands.add_parser(name, help=summary, description=summary, epilog=epilog)
+    parser.set_defaults(action=action)
+    return parser
+
+
+def _import(options: argparse.Namespace, _: None, console: Console) -> int:
+    given = {name.replace("-", "_"): getattr(options, name.replace("-", "_")) for name in IMPORT_OPTIONS}
+    wall, remarks = intake.import_wall(options.file, given)
+    written = intake.write_wall(wall, remarks, options.output)
+    for remark in remarks[:LISTED]:
+        console.print(remark, soft_wrap=True, markup=False)
+    if len(remarks) > LISTED:
+        console.print(f"and {len(remarks) - LISTED} more, all in {options.output}", soft_wrap=True, markup=False)
+    free = sum(not block.fixed for block in wall.blocks)
+    files = ", ".join(str(path) for path in written)
+    console.print(f"{free} blocks, {len(wall.blocks) - free} supports: {files}", soft_wrap=True, markup=False)
+    return 0
+
+
+def _new(options: argparse.Namespace, _: None, console: Console) -> int:
+    name = options.name
+    refuse_what_is_not_utf8(name, "NAME")
+    if not name or Path(name).name != name or not name.isprintable():
+        raise CaseError("NAME", f"{name!r} is not a name", "give a name without folder, as in new my_wall")
+    blocks, example = options.blocks or f"{name}.json", options.output / f"{name}.json"
+    refuse_what_is_not_utf8(blocks, "--blocks")
+    case_file = options.output / f"{name}.toml"
+    for path in (case_file, *(() if options.blocks else (example,))):
+        if path.exists():
+            raise CaseError("", "exists already", "choose another name, or delete it", str(path))
+    results.write_text(case_file, reference.commented_case(name, blocks))
+    if not options.blocks:
+        results.write_json(example, EXAMPLE | {"name": name})
+    console.print(f"{case_file}; next: python -m orchestrator check {case_file}", soft_wrap=True, markup=False)
+    return 0
+
+
+def _export(options: argparse.Namespace, _: None, console: Console) -> int:
+    source = options.case / "case.toml" if options.case.is_dir() else options.case
+    case = cases.read(source, options.set)
+    name = options.case.resolve().name if options.case.is_dir() else options.case.stem
+    output = options.output or Path(f"{name}_{options.model}{exports.SUFFIX[options.format]}")
+    refuse_what_is_not_utf8(str(output), "--output")
+    if options.multiplier is not None and not 0 <= options.multiplier < 1e3:
+        raise CaseError("--multiplier", f"{options.multiplier:g} is not a multiplier", "give one from 0 on, as in 0.3")
+    exports.export(case, driver.segment(case), options.model, options.format, options.multiplier, output)
+    console.print(str(output), soft_wrap=True, markup=False)
+    return 0
+
+
+def _schema(options: argparse.Namespace, _: None, console: Console) -> int:
+    if options.output:
+        results.write_json(options.output, reference.schema())
+        console.print(str(options.output), soft_wrap=True, markup=False)
+    else:
+        print(json.dumps(reference.schema(), indent=1, ensure_ascii=False))
+    return 0
+
+
+EXAMPLE: dict[str, Any] = {
+    "units": {"length": "m", "unit_weight": "kN/m3"},
+    "thickness": 0.3,
+    "unit_weight": 20.0,
+    "friction": 0.6,
+    "remark": "two blocks on the ground, to be replaced by your own wall",
+    "blocks": [
+        {"id": 0, "polygon": [[-0.2, -0.2], [1.2, -0.2], [1.2, 0.0], [-0.2, 0.0]], "fixed": True},
+        {"id": 1, "polygon": [[0.0, 0.0], [0.5, 0.0], [0.5, 0.3], [0.0, 0.3]]},
+        {"id": 2, "polygon": [[0.5, 0.0], [1.0, 0.0], [1.0, 0.3], [0.5, 0.3]]},
+    ],
+}

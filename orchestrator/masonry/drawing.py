@@ -1,0 +1,171 @@
+"""A drawing of a wall, in whatever file -> Wall: support, openings, healing, numbers.
+
+A drawing knows shapes only; thickness, unit weight and friction are given with it (`Material`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+import shapely
+from annotated_types import Gt, Le
+
+from orchestrator.errors import CaseError
+from orchestrator.masonry.healing import Gap, heal
+from orchestrator.masonry.wall import Block, FloatArray, Wall, check_wall, read_only
+from orchestrator.units import Unit
+
+LARGEST_COUNT = 100_000
+"""blocks of one drawing"""
+FAR = 1e4
+"""m from the origin beyond which a drawing is moved to it: rounding grows with the coordinates"""
+PLAUSIBLE = (0.1, 200.0)
+"""m: a wall that is smaller or larger is probably drawn in another unit"""
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """What a drawing does not say."""
+
+    thickness: Annotated[float, Unit("m"), Gt(0)]
+    """of the whole wall"""
+    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] = 20e3
+    """of every block"""
+    friction: Annotated[float, Gt(0)] = 0.6
+    """coefficient of friction of every joint"""
+
+
+@dataclass(frozen=True, slots=True)
+class HealingSettings:
+    """How far a drawing may be wrong, and the support it may lack."""
+
+    tolerance: Annotated[float, Unit("m"), Gt(0), Le(0.05)] = 1e-3
+    """largest gap or overlap that is closed; also how near two ends of lines must be to meet"""
+    ground: Annotated[float, Unit("m"), Gt(0)] | None = None
+    """puts a support under the wall that reaches this far beyond it on both sides; none: supports are drawn"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Drawing:
+    """Outlines (n, 2) in m, in any order and orientation: stones, supports, openings; `remarks` about the reading."""
+
+    stones: tuple[FloatArray, ...]
+    supports: tuple[FloatArray, ...] = ()
+    openings: tuple[FloatArray, ...] = ()
+    remarks: tuple[str, ...] = field(default=())
+
+
+def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSettings) -> tuple[Wall, list[str]]:
+    """Return the checked wall and remarks: what was left out, moved, healed, and what was not.
+
+    Blocks are numbered from 0: supports, then stones, from below and from the left. Raises
+    CaseError for a drawing without blocks or supports and for blocks that overlap by more than the tolerance.
+    """
+    _refuse_sizes(drawing)
+    stones, left_out = _outside_openings(drawing)
+    supports = list(drawing.supports)
+    if settings.ground is not None:
+        if supports:
+            raise CaseError("--ground", "the drawing has supports of its own", "leave it out, or --supports none")
+        supports.append(_ground(np.vstack(stones), settings.ground))
+    if not supports:
+        raise CaseError("supports", "the drawing has none", 'draw them on their own layer, or give --ground "200 mm"')
+    stones, supports = _sorted(stones, settings.tolerance), _sorted(supports, settings.tolerance)
+    outlines, moved = _near_origin([*supports, *stones])
+    outlines, gaps = heal(outlines, settings.tolerance)
+    blocks = tuple(
+        Block(k, _counter_clockwise(outline), k < len(supports), material.unit_weight)
+        for k, outline in enumerate(outlines)
+    )
+    wall = Wall(name, blocks, material.thickness, material.friction)
+    try:
+        check_wall(wall)
+    except CaseError as error:
+        raise _located(error, wall) from None
+    said = [_words(gap, wall) for gap in gaps]
+    return wall, [*drawing.remarks, *left_out, *moved, *implausible_size(wall), *said]
+
+
+def _located(error: CaseError, wall: Wall) -> CaseError:
+    """Return the complaint about a block with its place: its number is nowhere to be seen yet."""
+    for block in wall.blocks:
+        if error.key == f"block {block.id}":
+            x, y = block.polygon.mean(axis=0)
+            return CaseError(f"{error.key} at ({x:.4g}, {y:.4g}) m", error.problem, error.remedy)
+    return error
+
+
+def _refuse_sizes(drawing: Drawing) -> None:
+    if not drawing.stones:
+        raise CaseError("blocks", "the drawing has none", "draw every block as a closed outline")
+    if len(drawing.stones) + len(drawing.supports) + len(drawing.openings) > LARGEST_COUNT:
+        raise CaseError("blocks", f"more than {LARGEST_COUNT}", "import the wall in parts")
+    for outline in (*drawing.stones, *drawing.supports, *drawing.openings):
+        if not (np.abs(outline) < 1e9).all():
+            raise CaseError("blocks", "a coordinate is not a number below 1e9 m", "correct the drawing or its unit")
+        if not shapely.Polygon(outline).is_valid or shapely.Polygon(outline).area == 0.0:
+            x, y = outline[0]
+            raise CaseError(
+                f"outline at ({x:g}, {y:g}) m", "crosses or touches itself, or has no area", "draw its corners in order"
+            )
+
+
+def _outside_openings(drawing: Drawing) -> tuple[list[FloatArray], list[str]]:
+    """Return the stones that lie outside every opening; one that lies half in is drawn wrong (CaseError)."""
+    if not drawing.openings:
+        return list(drawing.stones), []
+    void = shapely.union_all([shapely.Polygon(outline) for outline in drawing.openings])
+    polygons = [shapely.Polygon(outline) for outline in drawing.stones]
+    part = [void.intersection(polygon).area / polygon.area for polygon in polygons]
+    for polygon, inside in zip(polygons, part, strict=True):
+        if 0.1 < inside < 0.9:
+            x, y = polygon.centroid.x, polygon.centroid.y
+            raise CaseError(f"block at ({x:.4g}, {y:.4g}) m", f"lies by {inside:.0%} in an opening", "cut it there")
+    kept = [outline for outline, inside in zip(drawing.stones, part, strict=True) if inside < 0.5]
+    left_out = len(drawing.stones) - len(kept)
+    if not kept:
+        raise CaseError("openings", "every block lies in one", "is an outline of the wall drawn on their layer?")
+    return kept, [f"{left_out} outlines inside openings left out"] if left_out else []
+
+
+def _ground(corners: FloatArray, beyond: float) -> FloatArray:
+    left, right, top = corners[:, 0].min() - beyond, corners[:, 0].max() + beyond, corners[:, 1].min()
+    return np.array([[left, top - beyond], [right, top - beyond], [right, top], [left, top]])
+
+
+def _sorted(outlines: list[FloatArray], tolerance: float) -> list[FloatArray]:
+    """Return outlines course by course from below (lower edges within ten tolerances are one course), left to right."""
+    lower = np.array([outline[:, 1].min() for outline in outlines])
+    order = np.argsort(lower, kind="stable")
+    course = np.empty(len(outlines))
+    course[order] = np.cumsum(np.diff(lower[order], prepend=lower[order[:1]]) > 10 * tolerance)
+    return [outlines[k] for k in np.lexsort((np.array([o[:, 0].min() for o in outlines]), course))]
+
+
+def _near_origin(outlines: list[FloatArray]) -> tuple[list[FloatArray], list[str]]:
+    corners = np.vstack(outlines)
+    if np.abs(corners).max() < FAR:
+        return outlines, []
+    origin = np.floor(corners.min(axis=0))
+    return [outline - origin for outline in outlines], [f"moved by ({-origin[0]:.0f}, {-origin[1]:.0f}) m"]
+
+
+def implausible_size(wall: Wall) -> list[str]:
+    """Return a warning for a wall whose size speaks for another unit than the file's."""
+    size = float(np.ptp(np.vstack([block.polygon for block in wall.blocks]), axis=0).max())
+    if PLAUSIBLE[0] <= size <= PLAUSIBLE[1]:
+        return []
+    return [f"WARNING: the wall measures {size:.3g} m: is the unit right?"]
+
+
+def _counter_clockwise(outline: FloatArray) -> FloatArray:
+    return read_only(outline if shapely.LinearRing(outline).is_ccw else outline[::-1])
+
+
+def _words(gap: Gap, wall: Wall) -> str:
+    kind = "gap" if gap.width > 0 else "overlap"
+    done = "closed" if gap.closed else "NOT closed, wider than the tolerance"
+    first, second = wall.blocks[gap.i].id, wall.blocks[gap.j].id
+    return f"{kind} of {1e3 * abs(gap.width):.2g} mm between blocks {first} and {second} {done}"

@@ -1,0 +1,141 @@
+"""Row notation (text): block widths per course, from the bottom -> Wall.
+
+    # lengths in this unit; a number with its own unit may be written too
+    unit = mm
+    thickness = 100
+    unit_weight = 25 kN/m3
+    friction = 0.65
+    support = 200                 # the ground reaches this far beyond the wall on both sides
+    175: 200 400 400 400 400 200  # height of the course, then widths from the left
+    175: 400 400 -400 400 400     # negative: opening
+
+Courses stand on each other; each begins at x = 0, the lowest at y = 0.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from pathlib import Path
+
+import numpy as np
+
+from orchestrator.errors import CaseError
+from orchestrator.masonry.drawing import LARGEST_COUNT
+from orchestrator.masonry.wall import Block, FloatArray, Wall, read_only
+from orchestrator.units import Unit
+
+UNITS = {"thickness": "m", "support": "m", "unit_weight": "N/m3", "friction": ""}
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+LARGEST_FILE = 10_000_000
+"""bytes; a course of twenty blocks takes about a hundred"""
+
+
+def read_rows(path: Path) -> Wall:
+    """Return the wall in the row notation file `path`. Raises CaseError naming file, line and remedy."""
+    try:
+        return parse_rows(_text(path), path.stem)
+    except CaseError as error:
+        raise error.in_file(str(path)) from None
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise CaseError("", "larger than 10 MB", "is this row notation?")
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise CaseError("", "no such file", "give the path of a text file in row notation") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise CaseError("", f"cannot be read ({error})", "give a text file in row notation") from None
+
+
+def parse_rows(text: str, name: str) -> Wall:
+    """Return the wall that `text` describes (see above); blocks are numbered from 1, the support is 0."""
+    unit, given, courses = "", dict[str, float](), list[tuple[float, list[float]]]()
+    for number, line in enumerate(text.split("\n"), 1):
+        words, place = line.partition("#")[0].strip(), f"line {number}"
+        if "=" in words:
+            key, _, value = (part.strip() for part in words.partition("="))
+            if key == "unit":
+                unit = _length_unit(value, place)
+            else:
+                given[key] = _setting(key, value, unit, place)
+        elif words:
+            courses.append(_course(words, unit, place))
+    for key in UNITS:
+        if key not in given:
+            raise CaseError(key, "is missing", f"write it on a line of its own, as in {key} = ...")
+    if not courses:
+        raise CaseError("courses", "there are none", "write one line a course: height: width width ...")
+    return _stacked(name, courses, given)
+
+
+def _stacked(name: str, courses: list[tuple[float, list[float]]], given: dict[str, float]) -> Wall:
+    polygons: list[FloatArray] = []
+    level = 0.0
+    for height, widths in courses:
+        ends = np.concatenate([[0.0], np.cumsum(np.abs(widths))])
+        for left, right, width in zip(ends[:-1], ends[1:], widths, strict=True):
+            if width > 0:
+                polygons.append(_rectangle(left, right, level, level + height))
+        if len(polygons) > LARGEST_COUNT:
+            raise CaseError("courses", f"more than {LARGEST_COUNT} blocks", "divide the wall")
+        level += height
+    length, beyond = max(sum(map(abs, widths)) for _, widths in courses), given["support"]
+    ground = _rectangle(-beyond, length + beyond, -courses[0][0], 0.0)
+    blocks = tuple(Block(n, p, n == 0, given["unit_weight"]) for n, p in enumerate([ground, *polygons]))
+    return Wall(name, blocks, given["thickness"], given["friction"])
+
+
+def _course(words: str, unit: str, place: str) -> tuple[float, list[float]]:
+    numbers = [_number(word, place) for word in words.replace(":", " ", 1).split()]
+    if len(numbers) < 2 or numbers[0] <= 0 or 0.0 in numbers:
+        raise CaseError(place, "is not a course", "write its height above 0, then widths: 175: 400 -800 400")
+    height, *widths = (number * _factor(unit, place) for number in numbers)
+    return height, widths
+
+
+def _setting(key: str, value: str, unit: str, place: str) -> float:
+    if key not in UNITS:
+        near = difflib.get_close_matches(key, [*UNITS, "unit"], 1)
+        known = f"did you mean {near[0]}?" if near else f"known keys are unit, {', '.join(UNITS)}"
+        raise CaseError(place, f"{key[:40]!r} is not a known key", known)
+    if not UNITS[key] or (UNITS[key] == "m" and NUMBER.fullmatch(value)):
+        number = _number(value, place) * (_factor(unit, place) if UNITS[key] else 1.0)
+    else:
+        try:
+            number = Unit(UNITS[key]).parse(value)
+        except ValueError as error:
+            problem, _, remedy = str(error).partition("; ")
+            raise CaseError(f"{place}: {key}", problem, remedy) from None
+    if not 0 < number < 1e12:
+        raise CaseError(f"{place}: {key}", f"{value[:40]} is not a positive number", "give a value above 0")
+    return number
+
+
+def _number(word: str, place: str) -> float:
+    if not NUMBER.fullmatch(word) or not abs(float(word)) < 1e12:
+        raise CaseError(
+            place, f"{word[:40]!r} is not a number", "separate numbers by spaces, with a point for decimals"
+        )
+    return float(word)
+
+
+def _length_unit(symbol: str, place: str) -> str:
+    try:
+        Unit("m").factor(symbol)
+    except ValueError as error:
+        problem, _, remedy = str(error).partition("; ")
+        raise CaseError(f"{place}: unit", problem, remedy) from None
+    return symbol
+
+
+def _factor(unit: str, place: str) -> float:
+    if not unit:
+        raise CaseError(place, "a length before its unit is known", "begin the file with a line such as unit = mm")
+    return Unit("m").factor(unit)
+
+
+def _rectangle(left: float, right: float, bottom: float, top: float) -> FloatArray:
+    return read_only([[left, bottom], [right, bottom], [right, top], [left, top]])

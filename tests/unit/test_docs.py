@@ -1,0 +1,79 @@
+"""The documentation builds without a warning, and every command in it does what it says."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from orchestrator import case as cases
+from orchestrator.cli import _parser, main
+from tests.unit.test_intake_walls import WALL_1, as_polylines, painted, written
+
+PROJECT = Path(__file__).parents[2]
+CALL = "    .venv/bin/python -m orchestrator "
+
+
+def commands(page):
+    lines = (PROJECT / "docs" / page).read_text().splitlines()
+    return [shlex.split(line.removeprefix(CALL)) for line in lines if line.startswith(CALL)]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("docs") / "site"
+    built = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)],
+        cwd=PROJECT, capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert built.returncode == 0, built.stderr
+    return folder
+
+
+def test_every_page_is_built_and_fetches_nothing(site):
+    for page in ("index", "start", "your_wall", "settings", "limits", "verification", "about"):
+        html = (site / f"{page}.html").read_text()
+        fetched = re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="(https?:[^"]+)"', html)
+        assert not fetched, page
+
+
+def test_the_settings_page_has_every_key(site):
+    html = (site / "settings.html").read_text()
+    for section, kind in cases.section_types().items():
+        assert f"[{section}]" in html
+        assert all(f"<code>{key}</code>" in html for key in kind.__dataclass_fields__), section
+
+
+@pytest.mark.parametrize("page", ["start.md", "your_wall.md"])
+def test_every_command_of_a_page_works_in_its_order(page, tmp_path, monkeypatch):
+    """`run` is only parsed here; tests/regression and tests/unit/test_cli.py run it."""
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path / "survey.dxf", as_polylines(WALL_1))
+    painted(tmp_path / "stones.png", WALL_1, 0.005, 0.02)
+    text = (PROJECT / "docs" / "your_wall.md").read_text()
+    (tmp_path / "door.txt").write_text(re.search(r"(    unit = mm\n(?:    .*\n)+)", text)[1])
+    found = commands(page)
+    assert len(found) >= 3
+    for command in found:
+        if command[0] == "run":
+            _parser().parse_args(command)
+        else:
+            assert main(command) == 0, command
+
+
+def test_two_blocks_of_the_first_page_slide_at_their_friction(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "my_wall"]) == 0
+    assert main(["limit", "my_wall.toml"]) == 0
+    assert "0.60000" in capsys.readouterr().out
+
+
+def test_citation_names_the_version_of_the_package():
+    version = tomllib.loads((PROJECT / "pyproject.toml").read_text())["project"]["version"]
+    assert f"\nversion: {version}\n" in (PROJECT / "CITATION.cff").read_text()
+    assert f"## {version}" in (PROJECT / "CHANGELOG.md").read_text()
