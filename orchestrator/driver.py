@@ -4,8 +4,7 @@ Case -> Wall -> Assemblage -> LimitAnalysis -> Partition -> Bodies -> BodyMeshes
 PushoverCurve -> Capacity -> run folder. Every stage is a function of the values before it; only this module knows all.
 
 Under MPI the stages before the finite elements run on rank 0 and are broadcast. A pushover below
-newton.distribute_above unknowns runs on rank 0 alone, so that any number of ranks gives the same numbers to the last
-bit; a larger one is assembled and solved by all ranks.
+newton.distribute_above unknowns runs on rank 0 alone: any number of ranks gives the same bits; larger ones are shared.
 """
 
 from __future__ import annotations
@@ -132,13 +131,20 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     segmented = on_root(comm, segment, case)
+    report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
+    return push(case, segmented, output, resume, comm, report)
+
+
+def push(
+    case: Case, segmented: Segmented, output: Path, resume: bool, comm: MPI.Comm | None, report: Report
+) -> Outcome:
+    """Run the finite elements of a segmented wall into the folder `output`; else as `run`."""
     with results.logging_to(output / "run.log") if is_root(comm) else nullcontext():
         on_root(
             comm,
             reporting.write_segmentation,
             output, case, segmented.assemblage, segmented.analysis, segmented.partition, segmented.bodies,
         )  # fmt: skip
-        report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
         pushed: dict[ModelName, Pushed] = {}
         for model in dict.fromkeys(case.run.models):
             began = perf_counter()
@@ -176,12 +182,10 @@ def _push(
     comm: MPI.Comm | None,
     report: Report,
 ) -> Pushed:
-    """Mesh one partition and push it, on rank 0 or on all ranks.
-
-    Every rank imports the finite elements here: PETSc starts collectively, and rank 0 alone would wait for the others.
-    """
+    """Mesh one partition and push it, on rank 0 or on all ranks."""
     from orchestrator.pushover.contact_search import find_contacts
-    from orchestrator.pushover.model import build_model  # noqa: F401
+
+    start_finite_elements()
 
     assemblage = segmented.assemblage
     bodies = segmented.bodies if model == "macro" else make_bodies(assemblage, one_body_per_block(assemblage))
@@ -252,6 +256,17 @@ def _progress(model: str, increment: Increment, case: Case, weight: float, secon
     for attempt in increment.attempts:
         logger.info("%s %d: %s (tried %.3g): %s", model, increment.number, attempt.cause, attempt.tried, attempt.action)
     return IncrementDone(model, increment, weight, seconds, min(max(reached, 0.0), 1.0))
+
+
+def last_state(case: Case, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, Increment | None]:
+    """Return the meshes and the last stored increment of a model's folder that `push` has left."""
+    meshes = mesh_bodies(bodies, case.mesh, mesh_cache())
+    return meshes, results.StateStore(folder, _fingerprint(case, bodies, meshes)).last()
+
+
+def start_finite_elements() -> None:
+    """Import the finite elements on this rank: PETSc starts collectively, so all ranks call this together."""
+    from orchestrator.pushover import linear_system, model  # noqa: F401
 
 
 def _opened(store: results.StateStore, resume: bool) -> Increment | None:
