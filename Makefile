@@ -40,6 +40,7 @@ lint: setup
 verify: setup
 	$(PYTHON) docs/studies/sensitivity.py
 	$(PYTHON) docs/studies/robustness.py
+	$(PYTHON) docs/studies/tolerances.py
 
 # Cost against blocks and ranks, and of benchmark 1: tables and a plot in benchmarks/.
 bench: setup

@@ -3,8 +3,7 @@
 Case -> Wall -> Assemblage -> LimitAnalysis -> Partition -> Bodies -> BodyMeshes -> ContactModel -> Increment ... ->
 PushoverCurve -> Capacity -> run folder. Every stage is a function of the values before it; only this module knows all.
 
-Under MPI the stages before the finite elements run on rank 0 and are broadcast. A pushover below
-newton.distribute_above unknowns runs on rank 0 alone: any number of ranks gives the same bits; larger ones are shared.
+Under MPI rank 0 does everything, but all ranks share a pushover of more than newton.distribute_above unknowns.
 """
 
 from __future__ import annotations
@@ -22,13 +21,14 @@ from typing import TYPE_CHECKING, Any
 
 from orchestrator import report as reporting
 from orchestrator import results
+from orchestrator.automatic import macroblocks_of
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, ModelName, read_wall
 from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, analyse
-from orchestrator.macroblocks import Partition, merged, one_body_per_block
+from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.wall import check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
 from orchestrator.parallel import is_root, on_root, this_rank
@@ -118,7 +118,7 @@ def segment(case: Case) -> Segmented:
     """Run everything before the finite elements."""
     assemblage, analysis = limit(case)
     try:
-        partition = merged(assemblage, analysis.headline.mechanism, case.macroblocks)
+        partition = macroblocks_of(assemblage, analysis, case.macroblocks, case.limit_analysis)
     except CaseError as error:
         raise error.in_file(str(case.file)) from None
     return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
@@ -259,13 +259,13 @@ def _progress(model: str, increment: Increment, case: Case, weight: float, secon
 
 
 def last_state(case: Case, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, Increment | None]:
-    """Return the meshes and the last stored increment of a model's folder that `push` has left."""
+    """Return the meshes and the last increment that `push` has left in a model's folder."""
     meshes = mesh_bodies(bodies, case.mesh, mesh_cache())
     return meshes, results.StateStore(folder, _fingerprint(case, bodies, meshes)).last()
 
 
 def start_finite_elements() -> None:
-    """Import the finite elements on this rank: PETSc starts collectively, so all ranks call this together."""
+    """Import the finite elements: PETSc starts collectively, so all ranks call this together."""
     from orchestrator.pushover import linear_system, model  # noqa: F401
 
 
