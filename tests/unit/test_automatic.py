@@ -13,6 +13,7 @@ from orchestrator.automatic import Motion, chosen, hierarchy, locked, motion_of_
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.merged_blocks import merged_multiplier
+from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.readers import read_blocks
 
 DATA = Path(__file__).parents[1] / "data"
@@ -100,6 +101,16 @@ def test_a_tower_that_overturns_as_one_still_has_two_bodies():
     assemblage = of_file("tower_5_blocks")
     partition = chosen(assemblage, analyse(assemblage), LimitAnalysisSettings(), 0.02)
     assert partition.count == 2
+
+
+def test_another_state_of_the_same_bodies_does_not_hide_the_one_that_was_found():
+    """Two bodies have a weaker state too (0.3570); micro-FE peaks between them (0.3614, docs/studies/robustness.md)."""
+    assemblage = find_joints(irregular_courses(IrregularCourses(0.7, 1.4, seed=2)), JointSettings())
+    analysis = analyse(assemblage)
+    partition = chosen(assemblage, analysis, LimitAnalysisSettings(), 0.02)
+    assert partition.count == 2
+    states = [merged_multiplier(assemblage, partition.body_of_block, 1, r) for r in ("sequence", "dilation_shift")]
+    assert max(states) == pytest.approx(analysis.headline.load_multiplier, rel=0.02)
 
 
 def test_a_single_block_stays_one_body():
