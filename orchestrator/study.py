@@ -47,10 +47,10 @@ def grid(
     assemblage: Assemblage, mechanism: Mechanism, criteria: MacroblockSettings, settings: StudySettings
 ) -> tuple[Cell, ...]:
     """Return the cells row by row (tol_n by tol_n). Raises CaseError for a tolerance below the mechanism's noise."""
-    cells = []
+    criteria, cells = replace(criteria, choose="tolerances", scale=settings.scale), []
     for normal in settings.normal:
         for distance in settings.centre_distance:
-            tolerances = replace(criteria, scale=settings.scale, normal=normal, centre_distance=distance)
+            tolerances = replace(criteria, normal=normal, centre_distance=distance)
             cells.append(Cell(normal, distance, merged(assemblage, mechanism, tolerances)))
     return tuple(cells)
 

@@ -22,7 +22,7 @@ from orchestrator import driver, plots, results
 from orchestrator.bodies import make_bodies
 from orchestrator.case import Case, RunSettings
 from orchestrator.driver import Report, Segmented, StageDone
-from orchestrator.errors import ConvergenceError
+from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.macroblocks import MacroblockSettings, Partition, one_body_per_block
 from orchestrator.parallel import workers
 from orchestrator.study import Cell, StudySettings, distinct, grid, key
@@ -72,9 +72,14 @@ def _study(
     case: Case, output: Path, spread: Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]], report: Report
 ) -> StudyOutcome:
     began = perf_counter()
-    segmented = driver.segment(case)
-    cells = grid(segmented.assemblage, segmented.analysis.headline.mechanism, case.macroblocks, case.study)
-    micro = one_body_per_block(segmented.assemblage)
+    assemblage, analysis = driver.limit(case)
+    try:
+        cells = grid(assemblage, analysis.headline.mechanism, case.macroblocks, case.study)
+    except CaseError as error:
+        key_here = error.key.replace("macroblocks", "study")
+        raise CaseError(key_here, error.problem, error.remedy, str(case.file)) from None
+    micro = one_body_per_block(assemblage)
+    segmented = Segmented(assemblage, analysis, micro, make_bodies(assemblage, micro))
     runs = [
         _run_of(partition, case, segmented, output) for partition in distinct([micro, *(c.partition for c in cells)])
     ]

@@ -96,6 +96,19 @@ def test_looser_tolerances_give_no_more_bodies_and_none_at_all_gives_one(case):
     assert len(distinct(cell.partition for cell in cells)) < 25
 
 
+def test_a_tolerance_below_the_noise_is_refused_by_its_key_in_the_study(case, tmp_path):
+    noise = replace(case, study=StudySettings(normal=(1e-30,)))
+    with pytest.raises(CaseError, match="ferris_tinloi_wall1.json: study.normal: 1e-30 is below .* use at least"):
+        study_runs.study(noise, tmp_path, None, quiet)
+
+
+def test_a_case_that_chooses_automatically_can_be_studied_too(case):
+    segmented = driver.segment(case)
+    criteria = replace(case.macroblocks, choose="automatic")
+    cells = grid(segmented.assemblage, segmented.analysis.headline.mechanism, criteria, case.study)
+    assert {cell.partition.tolerances.choose for cell in cells} == {"tolerances"}
+
+
 def test_macroblocks_between_every_stone_and_one_body(outcome):
     """One body on its support slides at lambda = mu, whatever else; every stone is the reference of all ratios."""
     *cells, micro = outcome.rows
