@@ -6,7 +6,7 @@ RANKS = 1
 MPIRUN = $(if $(filter-out 1,$(RANKS)),OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n $(RANKS))
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: setup benchmark1 test lint verify bench reference docs clean
+.PHONY: setup benchmark1 benchmark2 table1 test lint verify bench reference docs clean
 
 setup: .venv/.ready
 
@@ -22,6 +22,13 @@ setup: .venv/.ready
 benchmark1: setup
 	$(MPIRUN) $(PYTHON) -m orchestrator run templates/benchmark1.toml --output results/benchmark1
 
+# The tolerance studies; a study that was stopped goes on. RANKS=3 shares the runs between two processes.
+table1: setup
+	$(MPIRUN) $(PYTHON) -m orchestrator study templates/benchmark1.toml --output results/table1
+
+benchmark2: setup
+	$(MPIRUN) $(PYTHON) -m orchestrator study templates/benchmark2.toml --output results/benchmark2
+
 test: lint
 	$(PYTHON) -m pytest tests/unit tests/verification tests/regression
 
@@ -35,6 +42,7 @@ verify: setup
 	$(PYTHON) docs/studies/sensitivity.py
 	$(PYTHON) docs/studies/robustness.py
 	$(PYTHON) docs/studies/limit_analysis.py
+	$(PYTHON) docs/studies/tolerances.py
 
 # Cost against blocks and ranks, and of benchmark 1: tables and a plot in benchmarks/.
 bench: setup

@@ -28,10 +28,11 @@ from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.study import StudySettings
 from orchestrator.units import Unit, as_number
 
 ModelName = Literal["macro", "micro"]
-MAY_BE_INFINITE = ("macroblocks",)
+MAY_BE_INFINITE = ("macroblocks", "study")
 LARGEST_FILE = 1_000_000
 """bytes"""
 REMEDIES = {
@@ -80,6 +81,7 @@ class Case:
     newton: NewtonSettings = field(default_factory=NewtonSettings)
     stepping: SteppingSettings = field(default_factory=SteppingSettings)
     run: RunSettings = field(default_factory=RunSettings)
+    study: StudySettings = field(default_factory=StudySettings)
     file: Path = field(default=Path(), compare=False)
 
     @property
@@ -141,10 +143,16 @@ def _written_settings(settings: Any) -> dict[str, Any]:
 
 def _written(settings: Any, name: str, value: Any) -> Any:
     """Return a value as it stands in a case file, with its unit."""
-    if isinstance(value, tuple):
-        return [_written_settings(member) if is_dataclass(member) else member for member in value]
     unit = _unit(typing.get_type_hints(type(settings), include_extras=True)[name])
-    return value if unit is None or math.isinf(value) else f"{value!r} {unit.symbol}"
+    if isinstance(value, tuple):
+        return [_written_settings(item) if is_dataclass(item) else _with_unit(item, unit) for item in value]
+    return _with_unit(value, unit)
+
+
+def _with_unit(value: Any, unit: Unit | None) -> Any:
+    if unit is None or value is None:
+        return value
+    return value if math.isinf(value) else f"{value!r} {unit.symbol}"
 
 
 def settings_from(kind: type[Any], values: dict[str, Any]) -> Any:
@@ -255,6 +263,8 @@ def _validated(hint: Any, may_be_infinite: bool) -> Any:
     """Return the type hint with the conversion of its unit and the refusal of nan (and inf) in front."""
     if row := _row(hint):
         return tuple[_section_model("", row), ...]  # type: ignore[misc]
+    if typing.get_origin(_plain_type(hint)) is tuple:
+        return _validated_list(hint, may_be_infinite)
     if _plain_type(hint) is not float:
         return Annotated[hint, BeforeValidator(_whole_number)] if _plain_type(hint) is int else hint
     unit = _unit(hint)
@@ -272,6 +282,14 @@ def _validated(hint: Any, may_be_infinite: bool) -> Any:
         return result
 
     return Annotated[hint, BeforeValidator(number)]
+
+
+def _validated_list(hint: Any, may_be_infinite: bool) -> Any:
+    """Return the type hint of a list with `_validated` members."""
+    member, *_ = typing.get_args(_plain_type(hint))
+    members = tuple.__class_getitem__((_validated(member, may_be_infinite), ...))
+    conditions = typing.get_args(hint)[1:] if typing.get_origin(hint) is Annotated else ()
+    return Annotated[members, *conditions] if conditions else members
 
 
 def _whole_number(value: Any) -> Any:

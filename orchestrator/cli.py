@@ -11,7 +11,7 @@ import logging
 import math
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -23,7 +23,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from rich.table import Table
 
 from orchestrator import case as cases
-from orchestrator import driver, file_commands, plots, results
+from orchestrator import driver, file_commands, plots, results, study_runs
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.masonry.drawing import implausible_size
@@ -40,9 +40,10 @@ MODELS: dict[str, tuple[cases.ModelName, ...]] = {"macro": ("macro",), "micro": 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit code."""
     options = _parser().parse_args(arguments)
-    if options.action is not _run and started_as_rank() > 0:
+    parallel = options.action in (_run, _study)
+    if not parallel and started_as_rank() > 0:
         return 0  # rank 0 does it alone
-    comm = all_ranks() if options.action is _run else None
+    comm = all_ranks() if parallel else None
     quiet = not is_root(comm) or getattr(options, "quiet", False)
     several = comm is not None and comm.size > 1  # mpirun hands rank 0 a terminal that is none
     console = Console(quiet=quiet, highlight=False, force_terminal=False if several else None)
@@ -57,7 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         return _failed_alone(comm, f"{error.filename or 'file system'}: {error.strerror or error}", 1)
     except KeyboardInterrupt:
-        remedy = "; go on with --resume" if options.action is _run else ""
+        remedy = {_run: "; go on with --resume", _study: "; the same command goes on"}.get(options.action, "")
         return _failed_alone(comm, f"interrupted{remedy}", 130)
     except Exception:  # an error of the program
         if comm is not None and comm.size > 1:
@@ -104,6 +105,8 @@ def _parser() -> argparse.ArgumentParser:
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
     _command(commands, "segment", _segment, "stop after the macroblocks")
     file_commands.add_commands(commands)
+    study = _command(commands, "study", _study, "pushover of a grid of macroblock tolerances, and of every stone")
+    study.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-study)")
     return parser
 
 
@@ -235,6 +238,47 @@ def _run(options: argparse.Namespace, comm: MPI.Comm | None, console: Console) -
         _failed(comm, str(complaint), 0)
     failed = [1 if isinstance(complaint, ConvergenceError) else 3 for complaint in outcome.complaints]
     return min(failed, default=0)
+
+
+def _study(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
+    case = on_root(comm, cases.read, options.case, options.set)
+    output = options.output or Path("results") / f"{options.case.stem}-study"
+    logging.getLogger("orchestrator").propagate = False
+    with _Reporter(console) as report:
+        outcome = study_runs.study(case, output, comm, report)
+    if outcome is None:
+        return 0
+    console.print(_study_table(case.name, outcome.rows))
+    console.print(f"table: {output / 'table.csv'}; pictures: {output / 'figures'}", soft_wrap=True)
+    for complaint in outcome.complaints:
+        _failed(comm, complaint, 3)
+    return 3 if outcome.complaints else 0
+
+
+def _study_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
+    """Return the table of a study; the last row is micro-FE, to which ratios refer."""
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{name}: peak, stiffness and time as parts of micro-FE's")
+    columns = (
+        "tol_n", "tol_D\nmm", "bodies", "joints", "peak\nmultiplier", "of\nmicro", "stiffness\nkN/mm", "of\nmicro",
+        "time\ns", "of\nmicro",
+    )  # fmt: skip
+    for column in columns:
+        table.add_column(column, justify="right", no_wrap=True)
+    for row in rows:
+        distance = row["tol_D_m"]
+        figures = (
+            ("peak_multiplier", ".4f", 1.0), ("peak_over_micro", ".3f", 1.0),
+            ("initial_stiffness_N_per_m", ".2f", 1e-6), ("stiffness_over_micro", ".2f", 1.0),
+            ("seconds", ".1f", 1.0), ("seconds_over_micro", ".2f", 1.0),
+        )  # fmt: skip
+        table.add_row(
+            str(row["tol_n"]),
+            distance if isinstance(distance, str) else f"{1e3 * distance:g}",
+            str(row["bodies"]),
+            str(row["joints"]),
+            *(format(row[key] * factor, form) if row[key] != "" else "" for key, form, factor in figures),
+        )
+    return table
 
 
 class _Reporter:

@@ -3,9 +3,7 @@
 Case -> Wall -> Assemblage -> LimitAnalysis -> Partition -> Bodies -> BodyMeshes -> ContactModel -> Increment ... ->
 PushoverCurve -> Capacity -> run folder. Every stage is a function of the values before it; only this module knows all.
 
-Under MPI the stages before the finite elements run on rank 0 and are broadcast. A pushover below
-newton.distribute_above unknowns runs on rank 0 alone, so that any number of ranks gives the same numbers to the last
-bit; a larger one is assembled and solved by all ranks.
+Under MPI rank 0 does everything, but all ranks share a pushover of more than newton.distribute_above unknowns.
 """
 
 from __future__ import annotations
@@ -22,13 +20,14 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from orchestrator import results
+from orchestrator.automatic import macroblocks_of
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, ModelName, read_wall, refuse_what_only_limit_analysis_takes
 from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
-from orchestrator.macroblocks import Partition, merged, one_body_per_block
+from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.wall import check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
 from orchestrator.parallel import is_root, on_root, this_rank
@@ -135,7 +134,7 @@ def segment(case: Case) -> Segmented:
     """Run everything before the finite elements."""
     assemblage, analysis = limit(case)
     with naming(case.file):
-        partition = merged(assemblage, analysis.headline.mechanism, case.macroblocks)
+        partition = macroblocks_of(assemblage, analysis, case.macroblocks, case.limit_analysis)
     return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
 
 
@@ -144,18 +143,25 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
 
     With `resume` a pushover goes on after its last stored increment. Raises CaseError before anything is written.
     """
-    from orchestrator import report as reporting  # pictures cost 0.2 s that check, limit and segment need not wait for
-
     began = perf_counter()
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
     segmented = on_root(comm, segment, case)
+    report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
+    return push(case, segmented, output, resume, comm, report)
+
+
+def push(
+    case: Case, segmented: Segmented, output: Path, resume: bool, comm: MPI.Comm | None, report: Report
+) -> Outcome:
+    """Run the finite elements of a segmented wall into the folder `output`; else as `run`."""
+    from orchestrator import report as reporting  # pictures cost 0.2 s that check, limit and segment need not wait for
+
     with results.logging_to(output / "run.log") if is_root(comm) else nullcontext():
         on_root(
             comm,
             reporting.write_segmentation,
             output, case, segmented.assemblage, segmented.analysis, segmented.partition, segmented.bodies,
         )  # fmt: skip
-        report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
         pushed: dict[ModelName, Pushed] = {}
         for model in dict.fromkeys(case.run.models):
             began = perf_counter()
@@ -195,12 +201,10 @@ def _push(
     comm: MPI.Comm | None,
     report: Report,
 ) -> Pushed:
-    """Mesh one partition and push it, on rank 0 or on all ranks.
-
-    Every rank imports the finite elements here: PETSc starts collectively, and rank 0 alone would wait for the others.
-    """
+    """Mesh one partition and push it, on rank 0 or on all ranks."""
     from orchestrator.pushover.contact_search import find_contacts
-    from orchestrator.pushover.model import build_model  # noqa: F401
+
+    start_finite_elements()
 
     assemblage = segmented.assemblage
     bodies = segmented.bodies if model == "macro" else make_bodies(assemblage, one_body_per_block(assemblage))
@@ -271,6 +275,17 @@ def _progress(model: str, increment: Increment, case: Case, weight: float, secon
     for attempt in increment.attempts:
         logger.info("%s %d: %s (tried %.3g): %s", model, increment.number, attempt.cause, attempt.tried, attempt.action)
     return IncrementDone(model, increment, weight, seconds, min(max(reached, 0.0), 1.0))
+
+
+def last_state(case: Case, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, Increment | None]:
+    """Return the meshes and the last increment that `push` has left in a model's folder."""
+    meshes = mesh_bodies(bodies, case.mesh, mesh_cache())
+    return meshes, results.StateStore(folder, _fingerprint(case, bodies, meshes)).last()
+
+
+def start_finite_elements() -> None:
+    """Import the finite elements: PETSc starts collectively, so all ranks call this together."""
+    from orchestrator.pushover import linear_system, model  # noqa: F401
 
 
 def _opened(store: results.StateStore, resume: bool) -> Increment | None:

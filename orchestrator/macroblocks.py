@@ -23,7 +23,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-from annotated_types import Ge
+from annotated_types import Ge, Gt, Le
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -43,8 +43,14 @@ SAME_DIRECTION = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class MacroblockSettings:
-    """Tolerances of criteria (3) and (4); `inf` means no condition. Velocities are the mechanism's in `scale`."""
+    """Tolerances of criteria (3) and (4); `inf` means no condition. Velocities are the mechanism's in `scale`.
 
+    With `choose` = "automatic" the tolerances are not used: see automatic.py.
+    """
+
+    choose: Literal["tolerances", "automatic"] = "tolerances"
+    margin: Annotated[float, Gt(0), Le(1)] = 0.02
+    """of the automatic choice: how far the multiplier of the rigid macroblocks may be from micro-LA's, part of it"""
     scale: Scale = "unit_displacement"
     evaluate_at: Literal["midpoint", "ends"] = "midpoint"
     normal: Annotated[float, Ge(0)] = 1e-3
@@ -83,6 +89,11 @@ def one_body_per_block(assemblage: Assemblage) -> Partition:
 def one_body(assemblage: Assemblage) -> Partition:
     """Return the trivial partition: all stones that are connected without the supports are one body."""
     return _partition(assemblage, np.ones(len(assemblage.block_i), bool), None)
+
+
+def partition_of(assemblage: Assemblage, group: IntArray) -> Partition:
+    """Return the partition in which neighbouring blocks of one group (n,) are one body."""
+    return _partition(assemblage, group[assemblage.block_i] == group[assemblage.block_j], None)
 
 
 def merged(assemblage: Assemblage, mechanism: Mechanism, settings: MacroblockSettings) -> Partition:

@@ -6,7 +6,8 @@ The only file besides pushover/ that names MPI; without mpi4py (no FE installed)
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-def all_ranks() -> MPI.Comm | None:
+def all_ranks() -> MPI.Intracomm | None:
     """Return the communicator of all ranks, or None where mpi4py is not installed. Starts MPI."""
     try:
         from mpi4py import MPI
@@ -58,6 +59,21 @@ def on_root(comm: MPI.Comm | None, stage: Callable[P, T], *args: P.args, **kwarg
     if raised is not None:
         raise raised
     return value
+
+
+@contextmanager
+def workers(comm: MPI.Intracomm | None) -> Iterator[Callable[[Callable[[Any], T], Iterable[Any]], Iterable[T]] | None]:
+    """Yield what calls a function for every value, in any order: spread over ranks 1 and up, on one rank `map`.
+
+    Rank 0 hands out the values; the other ranks get None when rank 0 leaves: there is nothing left to do for them.
+    """
+    if comm is None or comm.size == 1:
+        yield map
+        return
+    from mpi4py.futures import MPICommExecutor
+
+    with MPICommExecutor(comm, root=0) as executor:
+        yield None if executor is None else lambda function, values: executor.map(function, values, unordered=True)
 
 
 def is_root(comm: MPI.Comm | None) -> bool:

@@ -171,6 +171,8 @@ def _described(found: dict[str, Any], section: str, setting: Setting) -> dict[st
         return found | about
     default = {"default": found["default"]} if found.get("default") is not None else {}
     plain = {key: value for key, value in found.items() if key not in ("default", "title")}
+    if plain.get("type") == "array":
+        return plain | {"items": {"anyOf": [plain["items"], *texts]}} | about | default
     return {"anyOf": [plain, *texts], **about, **default}
 
 

@@ -2,6 +2,19 @@
 
 from orchestrator.plots.canvas import save
 from orchestrator.plots.pushover import curves, deformed
+from orchestrator.plots.study import Panel, deformed_panel, mechanism_panel, panels, study_curves
 from orchestrator.plots.walls import blocks, macroblocks, mechanism
 
-__all__ = ["blocks", "curves", "deformed", "macroblocks", "mechanism", "save"]
+__all__ = [
+    "Panel",
+    "blocks",
+    "curves",
+    "deformed",
+    "deformed_panel",
+    "macroblocks",
+    "mechanism",
+    "mechanism_panel",
+    "panels",
+    "save",
+    "study_curves",
+]

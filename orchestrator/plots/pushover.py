@@ -95,7 +95,7 @@ def curves(models: Mapping[str, tuple[PushoverCurve, Capacity]], analysis: Limit
         peak = (1e3 * capacity.displacement_at_peak, capacity.peak_base_shear / 1e3)
         said = f"peak {peak[1]:.4g} kN (λ = {capacity.peak_multiplier:.4f}) at {peak[0]:.3g} mm"
         axes.plot(*peak, "o", color=colour, markeredgecolor="white", markersize=8, label=said, zorder=4)
-    _draw_limit_analysis(axes, analysis)
+    draw_limit_analysis(axes, analysis)
     axes.set_xlabel("control displacement (mm)")
     axes.set_ylabel("base shear (kN)")
     axes.set_xlim(left=0.0)
@@ -215,7 +215,7 @@ def _leave(following: dict[int, list[int]], node: int) -> int:
     return end
 
 
-def _draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
+def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     """Draw the multipliers of micro limit analysis as base shear in kN."""
     kilonewtons = analysis.weight / 1e3
     associative, headline = analysis.associative, analysis.headline

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.state import LimitState
+from orchestrator.limit_analysis.state import LimitState, Mechanism
 from orchestrator.macroblocks import Partition
 from orchestrator.masonry.wall import Block, FloatArray, IntArray, Wall
 from orchestrator.plots.canvas import (
@@ -79,7 +79,7 @@ def mechanism(
     height = float(np.ptp([y for block in wall.blocks for y in block.polygon[:, 1]]))
     factor = DRAWN_DISPLACEMENT * height / state.mechanism.largest_displacement
     velocities = factor * state.mechanism.velocities
-    displaced = [b.polygon + rigid_displacement(b, v, b.polygon) for b, v in zip(wall.blocks, velocities, strict=True)]
+    displaced = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
     before = [block.polygon for block in wall.blocks]
     loaded = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     arrow = load_arrow(loaded, load_direction, load_inclination)
@@ -105,13 +105,12 @@ def macroblocks(assemblage: Assemblage, partition: Partition) -> Figure:
     """Draw the bodies in colours that differ between neighbours, their numbers, and the interfaces thick."""
     wall, body = assemblage.wall, partition.body_of_block
     remaining = np.setdiff1d(np.arange(len(assemblage.block_i)), partition.vanished_joints)
-    pairs = np.column_stack([body[assemblage.block_i], body[assemblage.block_j]])[remaining]
     polygons = [block.polygon for block in wall.blocks]
     title = f"{partition.count} macroblocks, {len(remaining)} of {len(assemblage.block_i)} joints remain"
     figure, axes = wall_figure(np.vstack(polygons), title, wall.name)
     free = np.flatnonzero([not block.fixed for block in wall.blocks])
-    chosen = colours_of_bodies(pairs[np.all(pairs < partition.count, axis=1)], partition.count)
-    fill = [BODY_COLOURS[chosen[body[block]] % len(BODY_COLOURS)] for block in free]
+    colours = body_colours(assemblage, partition)
+    fill = [colours[body[block]] for block in free]
     draw_polygons(axes, [polygons[block] for block in free], fill, INK, 0.3)
     draw_supports(axes, [block.polygon for block in wall.blocks if block.fixed])
     segments = np.stack([assemblage.start, assemblage.end], axis=1)[remaining]
@@ -121,6 +120,22 @@ def macroblocks(assemblage: Assemblage, partition: Partition) -> Figure:
         write_number(axes, label_position(members), number, 9.0)
     legend_below(axes)
     return figure
+
+
+def body_colours(assemblage: Assemblage, partition: Partition) -> list[str]:
+    """Return the fill of every moving body, different from those of its neighbours."""
+    body = partition.body_of_block
+    pairs = np.column_stack([body[assemblage.block_i], body[assemblage.block_j]])
+    apart = (pairs[:, 0] != pairs[:, 1]) & np.all(pairs < partition.count, axis=1)
+    return [BODY_COLOURS[k % len(BODY_COLOURS)] for k in colours_of_bodies(pairs[apart], partition.count)]
+
+
+def displaced_blocks(assemblage: Assemblage, mechanism: Mechanism, part: float) -> list[FloatArray]:
+    """Return the corners of all blocks, displaced so that the largest displacement is `part` of the wall's height."""
+    wall = assemblage.wall
+    height = float(np.ptp([y for block in wall.blocks for y in block.polygon[:, 1]]))
+    velocities = part * height / mechanism.largest_displacement * mechanism.velocities
+    return [b.polygon + rigid_displacement(b, v, b.polygon) for b, v in zip(wall.blocks, velocities, strict=True)]
 
 
 def centroid(polygon: FloatArray) -> FloatArray:

@@ -1,10 +1,22 @@
 """The run folder: every value <-> file. Knows all values; no value knows it. Only one rank may write."""
 
-from orchestrator.results.files import hash_file, logging_to, replacing, versions, write_bytes, write_json, write_text
+from orchestrator.results.files import (
+    TEMPORARY,
+    hash_file,
+    logging_to,
+    read_json,
+    replacing,
+    versions,
+    write_bytes,
+    write_csv,
+    write_json,
+    write_text,
+)
 from orchestrator.results.paraview import write_paraview
 from orchestrator.results.states import StateStore, load_increments
 from orchestrator.results.summary import Effort, effort_of, pushover_summary, summary
 from orchestrator.results.values import (
+    read_curve,
     write_blocks,
     write_case,
     write_curve,
@@ -15,6 +27,7 @@ from orchestrator.results.values import (
 )
 
 __all__ = [
+    "TEMPORARY",
     "Effort",
     "StateStore",
     "effort_of",
@@ -22,12 +35,15 @@ __all__ = [
     "load_increments",
     "logging_to",
     "pushover_summary",
+    "read_curve",
+    "read_json",
     "replacing",
     "summary",
     "versions",
     "write_blocks",
     "write_bytes",
     "write_case",
+    "write_csv",
     "write_curve",
     "write_joints",
     "write_json",

@@ -12,8 +12,8 @@ from orchestrator.bodies import Bodies, Body
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
-from orchestrator.masonry.wall import Wall
-from orchestrator.pushover.state import PushoverCurve
+from orchestrator.masonry.wall import Wall, read_only
+from orchestrator.pushover.state import WHOLE_NUMBERS, PushoverCurve
 from orchestrator.results.files import write_csv, write_json, write_text
 
 JOINT_COLUMNS = (
@@ -59,6 +59,16 @@ def write_curve(folder: Path, curve: PushoverCurve) -> None:
     """Write curve.csv; the columns are the fields of PushoverCurve."""
     columns = [getattr(curve, name) for name in CURVE_COLUMNS]
     write_csv(folder / "curve.csv", CURVE_COLUMNS, zip(*columns, strict=True))
+
+
+def read_curve(folder: Path, stopped_because: str) -> PushoverCurve:
+    """Return the curve that `write_curve` wrote."""
+    table = np.loadtxt(folder / "curve.csv", delimiter=",", skiprows=1, ndmin=2)
+    arrays = {
+        name: read_only(column, np.int64 if name in WHOLE_NUMBERS else np.float64)
+        for name, column in zip(CURVE_COLUMNS, table.T, strict=True)
+    }
+    return PushoverCurve(**arrays, stopped_because=stopped_because)
 
 
 def write_summary(folder: Path, record: dict[str, Any]) -> None:

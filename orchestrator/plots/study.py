@@ -1,0 +1,145 @@
+"""Pictures of a tolerance study: many small walls on one sheet, many curves in one plot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+
+from orchestrator.bodies import Bodies
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
+from orchestrator.macroblocks import Partition
+from orchestrator.masonry.wall import FloatArray
+from orchestrator.meshing import BodyMeshes
+from orchestrator.plots.canvas import STONE, draw_supports
+from orchestrator.plots.pushover import draw_limit_analysis, outline
+from orchestrator.plots.walls import body_colours, displaced_blocks
+from orchestrator.pushover.state import Increment, PushoverCurve
+
+DRAWN_DISPLACEMENT = 0.06
+"""largest displacement of a drawn wall, part of its height"""
+CUT = 1.4
+"""where the plot of curves ends, times the associative multiplier: few bodies can be far stronger than the wall"""
+PANEL = (1.9, 2.5)
+"""width and height of the largest small wall with its title, inches"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Panel:
+    """One small wall: displaced outlines (m), their colours, and the supports (n, 2) in m."""
+
+    title: str
+    outlines: tuple[Path, ...]
+    colours: tuple[str, ...]
+    supports: tuple[FloatArray, ...]
+
+
+def mechanism_panel(assemblage: Assemblage, state: LimitState) -> Panel:
+    """Return the mechanism of micro-LA, every stone in one colour."""
+    blocks = assemblage.wall.blocks
+    free = [k for k, block in enumerate(blocks) if not block.fixed]
+    moved = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
+    return Panel(
+        f"micro-LA ({state.flow_rule.replace('_', ' ')})",
+        tuple(_closed(moved[k]) for k in free),
+        (STONE,) * len(free),
+        tuple(block.polygon for block in blocks if block.fixed),
+    )
+
+
+def deformed_panel(
+    assemblage: Assemblage, partition: Partition, bodies: Bodies, meshes: BodyMeshes, increment: Increment | None
+) -> Panel:
+    """Return the bodies, displaced as in `increment` (None: as they stand) times one factor, neighbours in colours."""
+    moved = meshes.nodes[:, :2]
+    if increment is not None:
+        plane = increment.displacement[:, :2]
+        factor = DRAWN_DISPLACEMENT * float(np.ptp(meshes.nodes[:, 1])) / float(np.linalg.norm(plane, axis=1).max())
+        moved = moved + factor * plane
+    every_stone = not len(partition.vanished_joints)
+    fills = [STONE] * bodies.moving if every_stone else body_colours(assemblage, partition)
+    return Panel(
+        "",
+        tuple(outline(meshes, number, moved) for number in range(bodies.moving)),
+        tuple(fills),
+        tuple(body.exterior for body in bodies.bodies[bodies.moving :]),
+    )
+
+
+def panels(sheet: Sequence[Panel], columns: int, name: str) -> Figure:
+    """Draw small walls in rows of `columns`, all in one scale."""
+    rows = -(-len(sheet) // columns)
+    points = np.vstack([path.vertices for panel in sheet for path in panel.outlines])
+    low, high = points.min(axis=0), points.max(axis=0)
+    extent = high - low
+    scale = min(PANEL[0] / extent[0], PANEL[1] / extent[1])
+    size = (columns * max(1.3, scale * extent[0] + 0.2), rows * (scale * extent[1] + 0.6) + 0.5)
+    figure = Figure(figsize=size, layout="constrained")
+    figure.suptitle(name, fontsize=10, parse_math=False)
+    for axes, panel in zip(figure.subplots(rows, columns, squeeze=False).flat, sheet, strict=False):
+        _draw(axes, panel, low, high)
+    return figure
+
+
+def study_curves(
+    models: Sequence[tuple[int, PushoverCurve]], micro: PushoverCurve | None, analysis: LimitAnalysis, name: str
+) -> Figure:
+    """Draw base shear against control displacement: models (number of bodies, curve), micro-FE, and micro-LA.
+
+    Displacements are relative to the state under gravity.
+    """
+    figure = Figure(figsize=(7.5, 5.2), layout="constrained")
+    axes = figure.add_subplot()
+    counts = [count for count, _ in models] or [1]
+    norm = LogNorm(max(1, min(counts)), max(2, *counts))
+    colours = colormaps["viridis_r"]
+    for count, curve in sorted(models, key=lambda model: model[0]):
+        axes.plot(*_shear_against_displacement(curve), color=colours(norm(count)), linewidth=1.2)
+    if micro is not None:
+        axes.plot(
+            *_shear_against_displacement(micro), color="black", linewidth=2.2, label="micro-FE (every stone)", zorder=5
+        )
+    draw_limit_analysis(axes, analysis)
+    axes.set_xlabel("control displacement (mm)")
+    axes.set_ylabel("base shear (kN)")
+    axes.set_xlim(left=0.0)
+    largest = CUT * analysis.associative.load_multiplier * analysis.weight / 1e3
+    cut = axes.get_ylim()[1] > largest
+    axes.set_ylim(0.0, min(axes.get_ylim()[1], largest))
+    axes.grid(color="#dddddd", linewidth=0.6)
+    said = f"{name}\n(cut at {CUT:g} times the associative multiplier)" if cut else name
+    axes.set_title(said, fontsize=10, parse_math=False)
+    bar = figure.colorbar(ScalarMappable(norm, colours), ax=axes, label="bodies of the macroblock FE")
+    bar.set_ticks(sorted(set(counts)), labels=[str(count) for count in sorted(set(counts))], fontsize=7)
+    bar.minorticks_off()
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8, frameon=False)
+    return figure
+
+
+def _draw(axes: Axes, panel: Panel, low: FloatArray, high: FloatArray) -> None:
+    margin = 0.03 * float(np.max(high - low))
+    axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
+    axes.set_axis_off()
+    axes.set_title(panel.title, fontsize=7, parse_math=False)
+    for path, colour in zip(panel.outlines, panel.colours, strict=True):
+        axes.add_patch(PathPatch(path, facecolor=colour, edgecolor="#555555", linewidth=0.3))
+    draw_supports(axes, panel.supports)
+
+
+def _closed(polygon: FloatArray) -> Path:
+    return Path(np.vstack([polygon, polygon[:1]]), closed=True)
+
+
+def _shear_against_displacement(curve: PushoverCurve) -> tuple[FloatArray, FloatArray]:
+    """Return control displacement (mm) and base shear (kN)."""
+    moved = curve.control_displacement_m - curve.control_displacement_m[0]
+    return 1e3 * moved, curve.base_shear_N / 1e3

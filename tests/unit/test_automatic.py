@@ -1,0 +1,125 @@
+"""Macroblocks that choose themselves: fewest bodies whose rigid-body multiplier stays near micro limit analysis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orchestrator import case as cases
+from orchestrator import driver
+from orchestrator.automatic import Motion, chosen, hierarchy, locked, motion_of_blocks
+from orchestrator.joints import JointSettings, find_joints
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis.merged_blocks import merged_multiplier
+from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
+from orchestrator.masonry.readers import read_blocks
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+def of_file(name):
+    return find_joints(read_blocks(DATA / f"{name}.json"), JointSettings())
+
+
+@pytest.fixture(scope="module")
+def wall_1():
+    assemblage = of_file("ferris_tinloi_wall1")
+    return assemblage, analyse(assemblage)
+
+
+def bar(position, velocity, rotation, mass=1.0, inertia=1.0):
+    return Motion(mass, inertia, np.array(position, float), np.array(velocity, float), rotation)
+
+
+def test_two_equal_balls_that_lock_lose_half_the_energy():
+    """One at rest, one hitting it centrally: a perfectly plastic collision, v/2, half of m v^2/2 is lost."""
+    together, lost = locked(bar([0, 0], [2, 0], 0.0), bar([1, 0], [0, 0], 0.0))
+    assert together.velocity == pytest.approx([1, 0])
+    assert lost == pytest.approx(0.5 * 0.5 * 2**2)
+
+
+def test_locking_keeps_momentum_about_any_point():
+    first, second = bar([0, 0], [1, 2], 0.3, 2.0, 0.7), bar([3, 1], [-1, 0.5], -0.4, 1.5, 0.2)
+    together, lost = locked(first, second)
+
+    def momentum(m):
+        x, y = m.centre
+        u, v = m.velocity
+        return np.array([m.mass * u, m.mass * v, m.mass * (x * v - y * u) + m.inertia * m.rotation])
+
+    assert momentum(together) == pytest.approx(momentum(first) + momentum(second))
+    assert lost > 0
+
+
+def test_what_moves_as_one_rigid_body_locks_without_loss():
+    """Two parts of one body turning about the origin at 0.5 rad/s: velocity = 0.5 (-y, x)."""
+    first, second = bar([2, 1], [-0.5, 1.0], 0.5, 3.0), bar([4, 0], [0.0, 2.0], 0.5)
+    together, lost = locked(first, second)
+    assert lost == pytest.approx(0, abs=1e-12)
+    assert together.rotation == pytest.approx(0.5)
+
+
+def test_inertia_of_a_rectangle_is_that_of_the_textbook(wall_1):
+    """m (b^2 + h^2) / 12 about the centroid; whole blocks of wall 1 are 0.4 m x 0.175 m, of unit thickness here."""
+    assemblage, analysis = wall_1
+    motions = motion_of_blocks(assemblage, analysis.headline.mechanism)
+    whole = [m for m, block in zip(motions, assemblage.wall.blocks, strict=True) if np.ptp(block.polygon[:, 0]) == 0.4]
+    assert whole
+    for motion in whole:
+        assert motion.inertia == pytest.approx(motion.mass * (0.4**2 + 0.175**2) / 12)
+
+
+def test_the_hierarchy_goes_from_every_stone_to_one_body_and_never_through_a_support(wall_1):
+    assemblage, analysis = wall_1
+    groups = hierarchy(assemblage, analysis.headline.mechanism)
+    fixed = np.array([block.fixed for block in assemblage.wall.blocks])
+    assert [len(np.unique(group[~fixed])) for group in groups] == list(range(33, 0, -1))
+    assert all(not np.isin(group[fixed], group[~fixed]).any() for group in groups)
+
+
+@pytest.mark.parametrize("margin", [0.02, 0.002])
+def test_wall_1_few_bodies_and_the_multiplier_within_the_margin(wall_1, margin):
+    assemblage, analysis = wall_1
+    partition = chosen(assemblage, analysis, LimitAnalysisSettings(), margin)
+    assert 1 < partition.count < 10
+    micro = analysis.headline
+    found = merged_multiplier(assemblage, partition.body_of_block, 1, micro.flow_rule)
+    assert found == pytest.approx(micro.load_multiplier, rel=margin + 0.002), "and 0.2 % of the quick sequence"
+    assert f"{found:.4f}" in " ".join(partition.remarks)
+
+
+def test_a_smaller_margin_never_gives_fewer_bodies(wall_1):
+    assemblage, analysis = wall_1
+    counts = [chosen(assemblage, analysis, LimitAnalysisSettings(), margin).count for margin in (0.1, 0.02, 0.001)]
+    assert counts == sorted(counts)
+
+
+def test_a_tower_that_overturns_as_one_still_has_two_bodies():
+    """One body would do (lambda = b/h = 0.2), but it is no mechanism worth a finite element."""
+    assemblage = of_file("tower_5_blocks")
+    partition = chosen(assemblage, analyse(assemblage), LimitAnalysisSettings(), 0.02)
+    assert partition.count == 2
+
+
+def test_another_state_of_the_same_bodies_does_not_hide_the_one_that_was_found():
+    """Two bodies have a weaker state too (0.3570); micro-FE peaks between them (0.3614, docs/studies/robustness.md)."""
+    assemblage = find_joints(irregular_courses(IrregularCourses(0.7, 1.4, seed=2)), JointSettings())
+    analysis = analyse(assemblage)
+    partition = chosen(assemblage, analysis, LimitAnalysisSettings(), 0.02)
+    assert partition.count == 2
+    states = [merged_multiplier(assemblage, partition.body_of_block, 1, r) for r in ("sequence", "dilation_shift")]
+    assert max(states) == pytest.approx(analysis.headline.load_multiplier, rel=0.02)
+
+
+def test_a_single_block_stays_one_body():
+    assemblage = of_file("single_block_sliding")
+    assert chosen(assemblage, analyse(assemblage), LimitAnalysisSettings(), 0.02).count == 1
+
+
+def test_it_is_chosen_in_the_case_file():
+    case = cases.read(DATA / "ferris_tinloi_wall1.json", ["macroblocks.choose=automatic", "macroblocks.margin=0.01"])
+    partition = driver.segment(case).partition
+    assert partition.tolerances is None
+    assert any("within" in remark for remark in partition.remarks)
