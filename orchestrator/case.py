@@ -23,7 +23,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, cr
 from orchestrator.errors import CaseError
 from orchestrator.joints import JointSettings
 from orchestrator.limit_analysis import LimitAnalysisSettings, LoadSettings
-from orchestrator.macroblocks import MacroblockSettings
+from orchestrator.macroblocks import TOLERANCES, MacroblockSettings
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
@@ -215,6 +215,9 @@ def _case(record: dict[str, Any]) -> Case:
     except ValidationError as error:
         raise _first_complaint(error) from None
     sections = {name: _settings(cls, getattr(validated, name)) for name, cls in _sections().items()}
+    given = validated.macroblocks.model_fields_set  # type: ignore[attr-defined]
+    if "choose" not in given and given & set(TOLERANCES):
+        sections["macroblocks"] = replace(sections["macroblocks"], choose="tolerances")
     return Case(name=validated.name, **sections)  # type: ignore[attr-defined]
 
 

@@ -134,7 +134,8 @@ def segment(case: Case) -> Segmented:
     """Run everything before the finite elements."""
     assemblage, analysis = limit(case)
     with naming(case.file):
-        partition = macroblocks_of(assemblage, analysis, case.macroblocks, case.limit_analysis)
+        loads = loads_on(assemblage.wall, case.load)
+        partition = macroblocks_of(assemblage, analysis, case.macroblocks, case.limit_analysis, loads)
     return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
 
 

@@ -41,14 +41,16 @@ SAME_DIRECTION = 1e-3
 """angle between two translations that counts as none, rad"""
 
 
+TOLERANCES = ("normal", "tangential", "rotation", "centre_distance")
+"""settings of criteria (3) and (4)"""
+
+
 @dataclass(frozen=True, slots=True)
 class MacroblockSettings:
-    """Tolerances of criteria (3) and (4); `inf` means no condition. Velocities are the mechanism's in `scale`.
+    """Tolerances of criteria (3) and (4); `inf` means no condition. Velocities are the mechanism's in `scale`."""
 
-    With `choose` = "automatic" the tolerances are not used: see automatic.py.
-    """
-
-    choose: Literal["tolerances", "automatic"] = "tolerances"
+    choose: Literal["tolerances", "automatic"] = "automatic"
+    """automatic: fewest bodies that keep micro-LA's multiplier; a case file that names a tolerance means tolerances"""
     margin: Annotated[float, Gt(0), Le(1)] = 0.02
     """of the automatic choice: how far the multiplier of the rigid macroblocks may be from micro-LA's, part of it"""
     scale: Scale = "unit_displacement"

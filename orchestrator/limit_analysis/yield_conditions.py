@@ -73,6 +73,16 @@ class YieldConditions:
         """Whether joints carry twice as much when they are pressed twice as hard: nothing but friction."""
         return not (self.cohesion.any() or self.tension.any() or self.crushes.any())
 
+    def of_joints(self, chosen: npt.NDArray[np.bool_]) -> YieldConditions:
+        """Return the conditions of the chosen (k,) joints only."""
+        return replace(
+            self,
+            slope=read_only(self.slope[chosen]),
+            cohesion=read_only(self.cohesion[chosen]),
+            tension=read_only(self.tension[chosen]),
+            crushing=read_only(self.crushing[chosen]),
+        )
+
     def excess(self, joint_forces: FloatArray) -> float:
         """Largest violation in N by joint forces (k, 3): tension, crushing or shear beyond the line; 0 when none."""
         normal, shear = joint_forces[:, :2] + 0.5 * self.tension[:, None], joint_forces[:, 2]

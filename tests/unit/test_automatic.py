@@ -118,8 +118,20 @@ def test_a_single_block_stays_one_body():
     assert chosen(assemblage, analyse(assemblage), LimitAnalysisSettings(), 0.02).count == 1
 
 
-def test_it_is_chosen_in_the_case_file():
-    case = cases.read(DATA / "ferris_tinloi_wall1.json", ["macroblocks.choose=automatic", "macroblocks.margin=0.01"])
+@pytest.mark.parametrize(
+    ("override", "choice"),
+    [
+        ("macroblocks.margin=0.01", "automatic"),
+        ("macroblocks.normal=1e-3", "tolerances"),
+        ("macroblocks.centre_distance='450 mm'", "tolerances"),
+    ],
+)
+def test_a_case_file_that_names_a_tolerance_means_it(override, choice):
+    assert cases.read(DATA / "ferris_tinloi_wall1.json", [override]).macroblocks.choose == choice
+
+
+def test_it_is_the_default_of_the_case_file():
+    case = cases.read(DATA / "ferris_tinloi_wall1.json", ["macroblocks.margin=0.01"])
     partition = driver.segment(case).partition
     assert partition.tolerances is None
     assert any("within" in remark for remark in partition.remarks)
