@@ -51,8 +51,12 @@ bench: setup
 
 # The stored curves of tests/regression; look at the difference (git diff, build/regression/*.png) before you commit it.
 reference: benchmark1
+	$(PYTHON) -m orchestrator run templates/benchmark2.toml --output results/benchmark2_run
 	cp results/benchmark1/case.toml tests/regression/benchmark1/case.toml
-	for model in macro micro; do cp results/benchmark1/$$model/curve.csv tests/regression/benchmark1/$$model.csv; done
+	cp results/benchmark2_run/case.toml tests/regression/benchmark2/case.toml
+	for model in macro micro; do \
+	    cp results/benchmark1/$$model/curve.csv tests/regression/benchmark1/$$model.csv; \
+	    cp results/benchmark2_run/$$model/curve.csv tests/regression/benchmark2/$$model.csv; done
 
 # build/docs/index.html; warnings are errors.
 docs: setup

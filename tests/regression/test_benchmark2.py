@@ -1,0 +1,39 @@
+"""Benchmark 2 from the case file to the summary: what it must show, and its curves against stored ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from orchestrator import case, driver
+from tests.regression.stored_curves import compare
+
+TEMPLATE = Path(__file__).parents[2] / "templates" / "benchmark2.toml"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("benchmark2")
+
+
+@pytest.fixture(scope="module")
+def summary(folder):
+    outcome = driver.run(case.read(TEMPLATE), folder, False, None, lambda event: None)
+    assert outcome.complaints == ()
+    return outcome.summary
+
+
+def test_few_bodies_keep_the_peak(summary):
+    """Chosen automatically, margin 2 % of the rigid-body multiplier: 4 bodies of 173, 3.7 % above micro-FE."""
+    macro, micro = summary["pushover"]
+    assert micro["bodies"] == 173
+    assert 2 <= macro["bodies"] <= 8
+    assert macro["peak_base_shear"] == pytest.approx(micro["peak_base_shear"], rel=0.05)
+    assert micro["peak_base_shear"] / summary["limit_analysis"]["base_shear"] == pytest.approx(1.0, rel=0.02)
+
+
+@pytest.mark.parametrize("model", ["macro", "micro"])
+def test_curve_is_the_stored_one(summary, folder, model):
+    assert summary["case"]
+    compare("benchmark2", folder, model)
