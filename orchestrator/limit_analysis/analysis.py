@@ -125,7 +125,7 @@ def analyse(
     shift, shift_remarks = dilation_shift_state(problem, programs, settings, begin)
     if not large:
         for other in (sequence, shift):
-            candidates += descent(programs, other.mechanism.slip) if other is not None else ()
+            candidates += descent(programs, other.mechanism.slip, passed=candidates) if other is not None else ()
     end = lowest(candidates)
     lowest_state = None if end is None else _closed_state(problem, end)
     return LimitAnalysis(
@@ -254,11 +254,12 @@ def complementary_states(
     """
     if problem.friction.tension.any() or problem.friction.crushes.any():
         return None, []  # the complementarity program knows friction and cohesion only
-    first, passed = None, []
+    passed: list[ClosedState] = []
+    first = None
     for start in starts(problem.assemblage, load_direction, count):
         found, slip = complementary_start(programs, problem.equilibrium, problem.friction, start)
         reached = []
-        for turn in descent(programs, slip):
+        for turn in descent(programs, slip, passed=passed):
             reached.append(turn)
             if turn.balances and one_is_enough:
                 break
