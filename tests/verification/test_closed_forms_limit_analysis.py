@@ -112,7 +112,7 @@ def test_slender_block_on_slope_overturns(direction):
 
 @pytest.mark.parametrize(("angle", "friction"), [(10, 0.4), (15, 0.3), (20, 0.2), (30, 0.3), (40, 0.2), (30, 0.5)])
 def test_two_voussoirs_in_a_wedge(angle, friction):
-    """Two equal halves of a wedge between abutments inclined by +-t: one slides down, the other up, and along each other.
+    """Two halves of a wedge between abutments inclined by +-t: one slides down, the other up, and along each other.
 
     Equilibrium of each half across the reaction of its abutment, H between them, W the weight of one, tan p = mu:
         lambda W + W tan(t - p) = H (1 + mu tan(t - p)),      lambda W = W tan(t + p) - H (1 - mu tan(t + p))
