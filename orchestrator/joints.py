@@ -6,7 +6,6 @@ tangent t = (end - start)/length, and n = (t_y, -t_x) is the outward normal of b
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
@@ -17,7 +16,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from orchestrator.errors import CaseError
-from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
+from orchestrator.masonry.geometry import Outlines, outlines_of
+from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only, shapes
 from orchestrator.units import Unit
 
 
@@ -105,16 +105,15 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
 
     Joints are sorted by block i, block j and position along block i's outline; two supports have none.
     """
-    segments = [segment for i, j in _neighbours(wall, settings.tolerance) for segment in _shared(wall, i, j, settings)]
-    count = len(segments)
+    block_i, block_j, start, end = _shared(wall, *_neighbours(wall, settings.tolerance), settings)
     assemblage = Assemblage(
         wall=wall,
-        block_i=read_only([s[0] for s in segments], np.int64),
-        block_j=read_only([s[1] for s in segments], np.int64),
-        start=read_only(np.reshape([s[2] for s in segments], (count, 2))),
-        end=read_only(np.reshape([s[3] for s in segments], (count, 2))),
-        friction=read_only(np.full(count, wall.friction)),
-        cohesion=read_only(np.zeros(count)),
+        block_i=read_only(block_i, np.int64),
+        block_j=read_only(block_j, np.int64),
+        start=read_only(start),
+        end=read_only(end),
+        friction=read_only(np.full(len(block_i), wall.friction)),
+        cohesion=read_only(np.zeros(len(block_i))),
     )
     for number, given in enumerate(settings.classes):
         assemblage = with_class(assemblage, given, f"joints.classes.{number}")
@@ -147,34 +146,45 @@ def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblag
     )
 
 
-def _neighbours(wall: Wall, tolerance: float) -> list[tuple[int, int]]:
-    """Return pairs i < j of blocks nearer than `tolerance`, without pairs of supports."""
-    outlines = [shapely.Polygon(block.polygon) for block in wall.blocks]
+def _neighbours(wall: Wall, tolerance: float) -> tuple[IntArray, IntArray]:
+    """Return pairs i < j (p,) of blocks nearer than `tolerance`, without pairs of supports."""
+    outlines = shapes(wall)
     first, second = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=2 * tolerance)
     fixed = np.array([block.fixed for block in wall.blocks])
     keep = (first < second) & ~(fixed[first] & fixed[second])
-    return sorted(zip(first[keep].tolist(), second[keep].tolist(), strict=True))
+    return first[keep], second[keep]
 
 
-def _shared(wall: Wall, i: int, j: int, settings: JointSettings) -> Iterator[tuple[int, int, FloatArray, FloatArray]]:
-    """Yield the segments that blocks i and j share, along i's outline."""
-    for a, b in _edges(wall.blocks[i].polygon):
-        length = float(np.linalg.norm(b - a))
-        tangent = (b - a) / length
-        found = []
-        for c, d in _edges(wall.blocks[j].polygon):
-            distance = np.abs((np.array([c, d]) - a) @ np.array([tangent[1], -tangent[0]]))
-            if distance.max() > settings.tolerance or (d - c) @ tangent >= 0:
-                continue
-            first, last = max(0.0, float((d - a) @ tangent)), min(length, float((c - a) @ tangent))
-            if last - first > settings.minimum_length:
-                found.append((first, last))
-        for first, last in sorted(found):
-            yield i, j, a + first * tangent, a + last * tangent
+def _shared(
+    wall: Wall, i: IntArray, j: IntArray, settings: JointSettings
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Return the blocks (k,) and ends (k, 2) of the segments that pairs i, j (p,) share, along the outlines of i."""
+    outlines = outlines_of(wall)
+    edge, pair = _edges_of(outlines, i)
+    other, row = _edges_of(outlines, j[pair])
+    edge = edge[row]
+    corner, following = outlines.corner, outlines.corner[outlines.following]
+    a, c, d = corner[edge], corner[other], following[other]
+    length = np.linalg.norm(following - corner, axis=1)[edge]
+    tangent = (following[edge] - a) / length[:, None]
+    beside = [np.abs((x - a)[:, 0] * tangent[:, 1] - (x - a)[:, 1] * tangent[:, 0]) for x in (c, d)]
+    first = np.maximum(0.0, np.sum((d - a) * tangent, axis=1))
+    last = np.minimum(length, np.sum((c - a) * tangent, axis=1))
+    facing = (np.maximum(*beside) <= settings.tolerance) & (np.sum((d - c) * tangent, axis=1) < 0)
+    found = np.flatnonzero(facing & (last - first > settings.minimum_length))
+    of_i, of_j = outlines.block[edge], outlines.block[other]
+    found = found[np.lexsort([part[found] for part in (last, first, edge, of_j, of_i)])]
+    along = tangent[found]
+    ends = (a[found] + place[found, None] * along for place in (first, last))
+    return of_i[found], of_j[found], *ends
 
 
-def _edges(polygon: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
-    return zip(polygon, np.roll(polygon, -1, axis=0), strict=True)
+def _edges_of(outlines: Outlines, block: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the numbers of all edges of `block` (p,), one after the other, and the row in `block` they belong to."""
+    count = np.bincount(outlines.block)[block]
+    row = np.repeat(np.arange(len(block)), count)
+    before = np.cumsum(count) - count
+    return outlines.first[block][row] + np.arange(len(row)) - before[row], row
 
 
 def check_assemblage(assemblage: Assemblage) -> None:

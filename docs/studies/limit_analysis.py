@@ -16,13 +16,15 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.optimize import linprog
 
 from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.joints import Assemblage, JointSettings, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.validation import validate
-from orchestrator.limit_analysis.yield_conditions import coulomb
+from orchestrator.limit_analysis.yield_conditions import coulomb, yield_matrix
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.readers import read_blocks
 from orchestrator.masonry.wall import Wall, read_only
@@ -79,6 +81,8 @@ def row(name: str, wall: Wall, direction: int) -> dict[str, object]:
         behind = analyse(find_joints(mirrored(wall), JointSettings()), load_direction=-direction)
     except (CaseError, ConvergenceError) as error:
         return {**start, "remark": str(error).split(":", 1)[1][:60].strip()}
+    if found.non_associative_range is None and found.dilation_shift is not None:
+        found = replace(found, remarks=(falls_alone(assemblage, direction, found.dilation_shift),))
     complaints = [text for state in STATES for text in invalid(assemblage, direction, state, getattr(found, state))]
     return {
         **start,
@@ -93,8 +97,36 @@ def row(name: str, wall: Wall, direction: int) -> dict[str, object]:
         "linear programs": "+".join(str(len(s.records)) for s in states_of(found)),
         "time, s": f"{seconds:.1f}",
         "converged": "yes" if found.non_associative_range and not complaints else "no",
-        "remark": "; ".join(complaints),
+        "remark": "; ".join(complaints) or ("" if found.non_associative_range else found.remarks[0]),
     }
+
+
+def falls_alone(assemblage: Assemblage, direction: int, state: LimitState) -> str:
+    """Say at which multipliers the fastest block of a state may slide down alone, for which the live load does nothing.
+
+    All joint forces within Coulomb's law that balance and from which friction takes the block's weight while it falls:
+    the least and the largest multiplier among them, with HiGHS.
+    """
+    equilibrium, friction = assemble_equilibrium(assemblage, direction), coulomb(assemblage)
+    fastest = int(np.argmax(np.hypot(*state.mechanism.velocities[equilibrium.free_blocks, :2].T)))
+    falls = np.zeros(len(equilibrium.dead_load))
+    falls[3 * fastest + 1] = -1.0
+    resisted = np.zeros((len(friction.slope), 3))
+    resisted[:, :2] = (friction.slope * np.abs(equilibrium.joint_rates(falls)[:, 2]))[:, None]
+    balance = sp.hstack([equilibrium.matrix, -sp.csc_matrix(equilibrium.live_load[:, None])])
+    power = sp.csc_matrix(np.append(resisted.ravel(), 0.0))
+    equal, values = sp.vstack([balance, power]), np.append(equilibrium.dead_load, equilibrium.dead_load @ falls)
+    C_T = yield_matrix(friction)
+    within = sp.hstack([-C_T, sp.csc_matrix((C_T.shape[0], 1))])
+    ends = []
+    for sign in (1.0, -1.0):
+        objective = np.append(np.zeros(resisted.size), sign)
+        end = linprog(objective, within, np.zeros(C_T.shape[0]), equal, values, bounds=(None, None), method="highs")
+        if end.status != 0:
+            return ""
+        ends.append(float(end.x[-1]))
+    block = assemblage.wall.blocks[equilibrium.free_blocks[fastest]].id
+    return f"block {block} may fall alone at any multiplier from {ends[0]:.4f} to {ends[1]:.4f}"
 
 
 def states_of(found: LimitAnalysis) -> list[LimitState]:

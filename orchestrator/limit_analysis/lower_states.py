@@ -14,7 +14,7 @@ Source: De Saxcé's bipotential is the sum that these two programs minimise in t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from orchestrator.errors import ConvergenceError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.complementarity import ComplementarySolution, solve_complementarity
 from orchestrator.limit_analysis.equilibrium import Equilibrium
-from orchestrator.limit_analysis.linear_program import FINAL_TOLERANCE, LimitProgram, LimitSolution
+from orchestrator.limit_analysis.linear_program import LimitProgram, LimitSolution
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray
 
@@ -36,6 +36,8 @@ not known better than that. Found: 1e-10 as a rule, 6e-6 on a wall of 291 irregu
 NO_SLOPE = 1e-12
 """Slope of friction lines that shall have none. Exact zeros leave the matrix, and the solver then eliminates in an
 order that costs five times more (3.1 s for 0.6 s a program at 997 blocks)."""
+CLOSING_TOLERANCE = 1e-10
+"""Of the two programs: at 1e-12 they cost twice as much, and what is left out of balance is below TIGHT here too."""
 TIGHT = 1e-8
 """Where there is a choice, states this well balanced are taken."""
 SMALLEST = 1e-8
@@ -73,9 +75,9 @@ class TwoPrograms:
     def __init__(self, equilibrium: Equilibrium, coulomb: YieldConditions) -> None:
         """Set up."""
         self._coulomb = coulomb
-        self._forces = LimitProgram(equilibrium, coulomb, FINAL_TOLERANCE)
+        self._forces = LimitProgram(equilibrium, coulomb, CLOSING_TOLERANCE)
         no_slope = replace(coulomb, slope=np.full_like(coulomb.slope, NO_SLOPE))
-        self._mechanism = LimitProgram(equilibrium, no_slope, FINAL_TOLERANCE)
+        self._mechanism = LimitProgram(equilibrium, no_slope, CLOSING_TOLERANCE)
 
     def lowest_forces(self, slip: FloatArray) -> LimitSolution:
         """Forces in Coulomb's cone with the lowest multiplier that go with slips (k,) in m/s."""
@@ -92,11 +94,14 @@ class TwoPrograms:
         return ClosedState(forces, self.mechanism(forces.normal))
 
 
-def descent(programs: TwoPrograms, slip: FloatArray, turns: int = TURNS) -> Iterator[ClosedState]:
+def descent(
+    programs: TwoPrograms, slip: FloatArray, turns: int = TURNS, passed: Sequence[ClosedState] = ()
+) -> Iterator[ClosedState]:
     """Yield states (some may not balance) with ever lower multipliers, beginning with slips (k,) in m/s.
 
-    Ends when the multiplier falls no more, after `turns`, or when a program fails.
+    Ends when the multiplier falls no more, at that of a state already `passed`, after `turns`, or when a program fails.
     """
+    known = [state.forces.load_multiplier for state in passed if state.imbalance <= TIGHT]
     last = np.inf
     for _ in range(turns):
         try:
@@ -105,7 +110,9 @@ def descent(programs: TwoPrograms, slip: FloatArray, turns: int = TURNS) -> Iter
             return
         yield state
         reached = state.forces.load_multiplier
-        if state.imbalance <= TIGHT and last - reached <= PROGRESS * abs(reached):
+        falls_no_more = last - reached <= PROGRESS * abs(reached)
+        was_here = any(abs(reached - before) <= PROGRESS * abs(reached) for before in known)
+        if state.imbalance <= TIGHT and (falls_no_more or was_here):
             return
         last, slip = reached, state.mechanism.rates[:, 2]
 

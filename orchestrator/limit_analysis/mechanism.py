@@ -21,7 +21,7 @@ import numpy as np
 from orchestrator.limit_analysis.equilibrium import Equilibrium
 from orchestrator.limit_analysis.state import Mechanism
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
-from orchestrator.masonry.geometry import block_centroids
+from orchestrator.masonry.geometry import block_centroids, outlines_of
 from orchestrator.masonry.wall import FloatArray, Wall, read_only
 
 CLOSED = 1e-4
@@ -43,14 +43,10 @@ def mechanism_from(wall: Wall, equilibrium: Equilibrium, velocities: FloatArray)
 
 def largest_corner_velocity(wall: Wall, velocities: FloatArray) -> float:
     """Largest velocity in m/s of any corner of the blocks, which move with velocities (n, 3)."""
-    centroids = block_centroids(wall)
-    speeds = [
-        np.hypot(u - omega * arm[:, 1], v + omega * arm[:, 0]).max()
-        for (u, v, omega), arm in zip(
-            velocities, (block.polygon - c for block, c in zip(wall.blocks, centroids, strict=True)), strict=True
-        )
-    ]
-    return float(max(speeds))
+    outlines = outlines_of(wall)
+    arm = outlines.corner - block_centroids(wall)[outlines.block]
+    u, v, omega = velocities[outlines.block].T
+    return float(np.hypot(u - omega * arm[:, 1], v + omega * arm[:, 0]).max())
 
 
 def centres_of_rotation(

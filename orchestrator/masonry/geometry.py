@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from orchestrator.masonry.wall import FloatArray, Wall
+from orchestrator.masonry.wall import FloatArray, IntArray, Wall
 
 
 def polygon_area(polygon: FloatArray) -> float:
@@ -25,12 +27,44 @@ def polygon_centroid(polygon: FloatArray) -> FloatArray:
 
 def block_areas(wall: Wall) -> FloatArray:
     """Areas (n,) in m2."""
-    return np.array([polygon_area(block.polygon) for block in wall.blocks])
+    outlines = outlines_of(wall)
+    arm = outlines.corner - outlines.corner[outlines.first][outlines.block]
+    return 0.5 * np.add.reduceat(_cross(arm, arm[outlines.following]), outlines.first)
 
 
 def block_centroids(wall: Wall) -> FloatArray:
-    """Centroids (n, 2) in m."""
-    return np.array([polygon_centroid(block.polygon) for block in wall.blocks])
+    """Centroids (n, 2) in m, as `polygon_centroid`."""
+    outlines = outlines_of(wall)
+    origin = outlines.corner[outlines.first]
+    arm = outlines.corner - origin[outlines.block]
+    twice_area = _cross(arm, arm[outlines.following])
+    first_moments = np.add.reduceat((arm + arm[outlines.following]) * twice_area[:, None], outlines.first)
+    return origin + first_moments / (3.0 * np.add.reduceat(twice_area, outlines.first))[:, None]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Outlines:
+    """The outlines of n blocks, one behind the other: corner (m, 2) in m, block (m,), following (m,) the number of the
+    next corner of the same block, first (n,) that of each block's first corner."""
+
+    corner: FloatArray
+    block: IntArray
+    following: IntArray
+    first: IntArray
+
+
+def outlines_of(wall: Wall) -> Outlines:
+    """Return the corners of all blocks as arrays."""
+    counts = np.array([len(block.polygon) for block in wall.blocks])
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    following = np.arange(1, counts.sum() + 1)
+    following[first + counts - 1] = first
+    corner = np.concatenate([block.polygon for block in wall.blocks])
+    return Outlines(corner, np.repeat(np.arange(len(counts)), counts), following, first)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
 def block_weights(wall: Wall) -> FloatArray:

@@ -91,10 +91,20 @@ def _check_block(block: Block, tolerance: float) -> None:
 
 
 def _refuse_overlaps(wall: Wall, tolerance: float) -> None:
-    outlines = [shapely.Polygon(block.polygon) for block in wall.blocks]
-    pairs = shapely.STRtree(outlines).query(outlines, predicate="intersects").T
-    for i, j in sorted((int(i), int(j)) for i, j in pairs if i < j):
-        common = outlines[i].intersection(outlines[j]).area
-        if common > tolerance * min(outlines[i].length, outlines[j].length):
-            problem = f"overlaps block {wall.blocks[j].id} by {common:.3g} m2"
-            raise CaseError(f"block {wall.blocks[i].id}", problem, "move one of them or correct its polygon")
+    outlines = shapes(wall)
+    i, j = shapely.STRtree(outlines).query(outlines, predicate="intersects")
+    i, j = i[i < j], j[i < j]
+    common = shapely.area(shapely.intersection(outlines[i], outlines[j]))
+    length = shapely.length(outlines)
+    overlaps = np.flatnonzero(common > tolerance * np.minimum(length[i], length[j]))
+    if len(overlaps):
+        first = min(overlaps, key=lambda pair: (i[pair], j[pair]))
+        problem = f"overlaps block {wall.blocks[j[first]].id} by {common[first]:.3g} m2"
+        raise CaseError(f"block {wall.blocks[i[first]].id}", problem, "move one of them or correct its polygon")
+
+
+def shapes(wall: Wall) -> npt.NDArray[np.object_]:
+    """Return the blocks as shapely polygons (n,)."""
+    counts = [len(block.polygon) for block in wall.blocks]
+    corners = np.concatenate([block.polygon for block in wall.blocks])
+    return shapely.polygons(shapely.linearrings(corners, indices=np.repeat(np.arange(len(counts)), counts)))

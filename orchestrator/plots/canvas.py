@@ -119,6 +119,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
         content = BytesIO()
         with matplotlib.rc_context({"svg.hashsalt": name}):
             figure.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
+        figure.set_layout_engine("none")  # laid out once, for both files
         paths.append(folder / f"{name}.{kind}")
         write_bytes(paths[-1], content.getvalue())
     return paths

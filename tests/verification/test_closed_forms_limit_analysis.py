@@ -110,6 +110,25 @@ def test_slender_block_on_slope_overturns(direction):
     assert multipliers(slender, direction) == pytest.approx([expected] * 3, abs=1e-6)
 
 
+@pytest.mark.parametrize(("angle", "friction"), [(10, 0.4), (15, 0.3), (20, 0.2), (30, 0.3), (40, 0.2), (30, 0.5)])
+def test_two_voussoirs_in_a_wedge(angle, friction):
+    """Two halves of a wedge between abutments inclined by +-t: one slides down, the other up, and along each other.
+
+    Equilibrium of each half across the reaction of its abutment, H between them, W the weight of one, tan p = mu:
+        lambda W + W tan(t - p) = H (1 + mu tan(t - p)),      lambda W = W tan(t + p) - H (1 - mu tan(t + p))
+    """
+    t, height = radians(angle), tan(radians(angle))
+    down, up = tan(t - atan(friction)), tan(t + atan(friction))
+    ratio = (1 - friction * up) / (1 + friction * down)
+    expected = (up - ratio * down) / (1 + ratio)
+    left, right = [(0, 0), (0, height), (-1, height)], [(0, 0), (1, height), (0, height)]
+    below = [(0, 0), (1, height), (1.5, height), (1.5, -0.5), (0, -0.5)]
+    abutments = [[(-x, y) for x, y in below], below]
+    for direction in (1, -1):
+        wedge = assemblage_of([*abutments, left, right], fixed=(0, 1), friction=friction)
+        assert multipliers(wedge, direction) == pytest.approx([expected] * 3, abs=1e-6)
+
+
 def arch(voussoirs, thickness_ratio):
     """Semicircular arch of mean radius 1 between two supports, straight voussoirs with radial joints."""
     angles = np.linspace(0.0, pi, voussoirs + 1)
