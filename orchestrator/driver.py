@@ -13,7 +13,6 @@ import logging
 import os
 import resource
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -30,7 +29,7 @@ from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, load
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.wall import check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
-from orchestrator.parallel import is_root, on_root, this_rank
+from orchestrator.parallel import on_root, on_root_while, this_rank
 from orchestrator.pushover.state import Increment, PushoverCurve
 
 if TYPE_CHECKING:
@@ -156,7 +155,8 @@ def push(
     """Run the finite elements of a segmented wall into the folder `output`; else as `run`."""
     from orchestrator import report as reporting  # pictures cost 0.2 s that check, limit and segment need not wait for
 
-    with results.logging_to(output / "run.log") if is_root(comm) else nullcontext():
+    with on_root_while(comm, results.locked(output), results.logging_to(output / "run.log")):
+        on_root(comm, results.sweep, output)
         on_root(
             comm,
             reporting.write_segmentation,
@@ -291,10 +291,12 @@ def start_finite_elements() -> None:
 def _opened(store: results.StateStore, resume: bool) -> Increment | None:
     """Return the increment to go on from; without `resume` earlier results of this model are cleared."""
     (store.folder / "curve.csv").unlink(missing_ok=True)
-    if resume:
-        return store.last()
-    store.clear()
-    return None
+    if not resume:
+        store.clear()
+        return None
+    last = store.last()
+    logger.info("resumed after increment %d", last.number if last else 0)
+    return last
 
 
 def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:

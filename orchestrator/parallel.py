@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
@@ -59,6 +59,15 @@ def on_root(comm: MPI.Comm | None, stage: Callable[P, T], *args: P.args, **kwarg
     if raised is not None:
         raise raised
     return value
+
+
+@contextmanager
+def on_root_while(comm: MPI.Comm | None, *contexts: AbstractContextManager[None]) -> Iterator[None]:
+    """Hold contexts on rank 0, each entered after the one before; what entering raises is raised on every rank."""
+    with ExitStack() as held:
+        for context in contexts:
+            on_root(comm, held.enter_context, context)
+        yield
 
 
 @contextmanager
