@@ -225,6 +225,8 @@ def _run(options: argparse.Namespace, comm: MPI.Comm | None, console: Console) -
     with _Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
     console.print(_table(outcome.summary))
+    for reason in results.reasons(outcome.summary["pushover"]):
+        console.print(f"NOT VALID: {reason}", soft_wrap=True)
     console.print(f"pictures: {output / 'figures'}; all figures: {output / 'summary.json'}", soft_wrap=True)
     _complain(comm, outcome.complaints)
     failed = [1 if isinstance(complaint, ConvergenceError) else 3 for complaint in outcome.complaints]
@@ -335,7 +337,7 @@ def _table(summary: dict[str, Any]) -> Table:
 
 def _pushover_row(pushover: dict[str, Any]) -> list[str]:
     return [
-        {"macro": "macroblock FE", "micro": "micro-FE"}[pushover["model"]],
+        {"macro": "macroblock FE", "micro": "micro-FE"}[pushover["model"]] + ", NOT VALID" * (not pushover["valid"]),
         str(pushover["bodies"]),
         f"{pushover['peak_multiplier']:.4f}",
         f"{pushover['peak_base_shear'] / 1e3:.4f}",

@@ -75,12 +75,12 @@ class Segmented:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pushed:
-    """One finished pushover. `complaint`: why the curve ended early or is not valid, None for a good one."""
+    """One finished pushover. `complaints`: why the curve ended early, and why it is not valid; none of a good one."""
 
     curve: PushoverCurve
     capacity: Capacity
     summary: dict[str, Any]
-    complaint: ConvergenceError | ResultError | None
+    complaints: tuple[ConvergenceError | ResultError, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -182,7 +182,7 @@ def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed],
         {model: (done.curve, done.capacity) for model, done in pushed.items()},
         [done.summary for done in pushed.values()],
     )
-    return Outcome(summary, tuple(done.complaint for done in pushed.values() if done.complaint is not None))
+    return Outcome(summary, tuple(complaint for done in pushed.values() for complaint in done.complaints))
 
 
 def _words(segmented: Segmented) -> str:
@@ -328,11 +328,12 @@ def _folded(
         complaint = _located(model, complaint, last)
     if last is None or last.phase == "gravity":
         raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
-    failure = complaint if isinstance(complaint, ConvergenceError) else None
     stopped = str(complaint or end_of_curve(last, case.stepping))
     curve = PushoverCurve.from_increments(store.increments(), stopped)
     effort = results.effort_of(store.increments())
     capacity = find_capacity(curve, contact_model.weight)
+    failures = [complaint] if isinstance(complaint, ConvergenceError) else []
+    invalid = _check(model, curve, effort, contact_model.weight)
     reporting.write_pushover(store, model, bodies, contact_model, curve)
     return Pushed(
         curve=curve,
@@ -348,8 +349,9 @@ def _folded(
             ranks=ranks,
             seconds=seconds,
             peak_memory=1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+            not_valid_because=None if invalid is None else invalid.detail,
         ),
-        complaint=failure or _check(model, curve, effort, contact_model.weight),
+        complaints=(*failures, *([invalid] if invalid else [])),
     )
 
 
@@ -368,5 +370,5 @@ def _check(model: str, curve: PushoverCurve, effort: results.Effort, weight: flo
     try:
         check_curve(curve, effort.max_penetration, effort.energy_error, weight)
     except ResultError as error:
-        return ResultError(f"{model} {error.check}", error.detail)
+        return ResultError(f"{model} FE", f"{error.check}: {error.detail}")
     return None

@@ -11,7 +11,7 @@ from orchestrator.results.files import (
 )
 from orchestrator.results.paraview import write_paraview
 from orchestrator.results.states import StateStore, load_increments
-from orchestrator.results.summary import Effort, effort_of, pushover_summary, summary
+from orchestrator.results.summary import Effort, effort_of, pushover_summary, reasons, summary
 from orchestrator.results.values import (
     read_curve,
     write_blocks,
@@ -36,6 +36,7 @@ __all__ = [
     "pushover_summary",
     "read_curve",
     "read_json",
+    "reasons",
     "replacing",
     "summary",
     "sweep",
