@@ -39,6 +39,8 @@ lint: setup
 # Heavier studies, some half an hour: the tables in docs/studies.
 verify: setup
 	HYPOTHESIS_CASES=2000 $(PYTHON) -m pytest -q tests/unit/test_bad_input_generated.py
+	$(PYTHON) docs/studies/killed.py
+	$(PYTHON) docs/studies/soak.py
 	$(PYTHON) docs/studies/sensitivity.py
 	$(PYTHON) docs/studies/robustness.py
 	$(PYTHON) docs/studies/limit_analysis.py

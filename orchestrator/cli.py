@@ -27,7 +27,7 @@ from orchestrator import driver, file_commands, plots, results, study_runs
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.masonry.drawing import implausible_size
-from orchestrator.parallel import abort_others, all_ranks, is_root, on_root, started_as_rank
+from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -47,36 +47,28 @@ def main(arguments: list[str] | None = None) -> int:
     quiet = not is_root(comm) or getattr(options, "quiet", False)
     several = comm is not None and comm.size > 1  # mpirun hands rank 0 a terminal that is none
     console = Console(quiet=quiet, highlight=False, force_terminal=False if several else None)
+    ending = Ending(comm)
     try:
-        return int(options.action(options, comm, console))
+        return ending.together(int(options.action(options, comm, console)), "")
     except CaseError as error:
-        return _failed(comm, str(error), 2)
+        return ending.together(2, str(error))
     except ResultError as error:
-        return _failed(comm, str(error), 3)
+        return ending.together(3, str(error))
     except ConvergenceError as error:
-        return _failed(comm, str(error), 1)
+        return ending.together(1, str(error))
     except OSError as error:
-        return _failed_alone(comm, f"{error.filename or 'file system'}: {error.strerror or error}", 1)
+        return ending.together(1, f"{error.filename or 'file system'}: {error.strerror or error}")
     except KeyboardInterrupt:
         remedy = {_run: "; go on with --resume", _study: "; the same command goes on"}.get(options.action, "")
-        return _failed_alone(comm, f"interrupted{remedy}", 130)
+        return ending.together(130, f"interrupted{remedy}")
     except Exception:  # an error of the program
-        if comm is not None and comm.size > 1:
-            _failed_alone(comm, traceback.format_exc(), 1)
-        raise
+        return ending.together(1, traceback.format_exc())
 
 
-def _failed(comm: MPI.Comm | None, message: str, code: int) -> int:
+def _complain(comm: MPI.Comm | None, complaints: Sequence[object]) -> None:
     if is_root(comm):
-        print(message, file=sys.stderr)
-    return code
-
-
-def _failed_alone(comm: MPI.Comm | None, message: str, code: int) -> int:
-    """End a run for a reason that the other ranks may not know of."""
-    print(message, file=sys.stderr, flush=True)
-    abort_others(comm, code)
-    return code
+        for complaint in complaints:
+            print(complaint, file=sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -233,9 +225,10 @@ def _run(options: argparse.Namespace, comm: MPI.Comm | None, console: Console) -
     with _Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
     console.print(_table(outcome.summary))
+    for reason in results.reasons(outcome.summary["pushover"]):
+        console.print(f"NOT VALID: {reason}", soft_wrap=True)
     console.print(f"pictures: {output / 'figures'}; all figures: {output / 'summary.json'}", soft_wrap=True)
-    for complaint in outcome.complaints:
-        _failed(comm, str(complaint), 0)
+    _complain(comm, outcome.complaints)
     failed = [1 if isinstance(complaint, ConvergenceError) else 3 for complaint in outcome.complaints]
     return min(failed, default=0)
 
@@ -250,8 +243,7 @@ def _study(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Con
         return 0
     console.print(_study_table(case.name, outcome.rows))
     console.print(f"table: {output / 'table.csv'}; pictures: {output / 'figures'}", soft_wrap=True)
-    for complaint in outcome.complaints:
-        _failed(comm, complaint, 3)
+    _complain(comm, outcome.complaints)
     return 3 if outcome.complaints else 0
 
 
@@ -345,7 +337,7 @@ def _table(summary: dict[str, Any]) -> Table:
 
 def _pushover_row(pushover: dict[str, Any]) -> list[str]:
     return [
-        {"macro": "macroblock FE", "micro": "micro-FE"}[pushover["model"]],
+        {"macro": "macroblock FE", "micro": "micro-FE"}[pushover["model"]] + ", NOT VALID" * (not pushover["valid"]),
         str(pushover["bodies"]),
         f"{pushover['peak_multiplier']:.4f}",
         f"{pushover['peak_base_shear'] / 1e3:.4f}",

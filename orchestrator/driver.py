@@ -13,7 +13,6 @@ import logging
 import os
 import resource
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -30,7 +29,7 @@ from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, load
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.wall import check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
-from orchestrator.parallel import is_root, on_root, this_rank
+from orchestrator.parallel import on_root, on_root_while, this_rank
 from orchestrator.pushover.state import Increment, PushoverCurve
 
 if TYPE_CHECKING:
@@ -76,12 +75,12 @@ class Segmented:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pushed:
-    """One finished pushover. `complaint`: why the curve ended early or is not valid, None for a good one."""
+    """One finished pushover. `complaints`: why the curve ended early, and why it is not valid; none of a good one."""
 
     curve: PushoverCurve
     capacity: Capacity
     summary: dict[str, Any]
-    complaint: ConvergenceError | ResultError | None
+    complaints: tuple[ConvergenceError | ResultError, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -157,7 +156,8 @@ def push(
     """Run the finite elements of a segmented wall into the folder `output`; else as `run`."""
     from orchestrator import report as reporting  # pictures cost 0.2 s that check, limit and segment need not wait for
 
-    with results.logging_to(output / "run.log") if is_root(comm) else nullcontext():
+    with on_root_while(comm, results.locked(output), results.logging_to(output / "run.log")):
+        on_root(comm, results.sweep, output)
         on_root(
             comm,
             reporting.write_segmentation,
@@ -183,7 +183,7 @@ def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed],
         {model: (done.curve, done.capacity) for model, done in pushed.items()},
         [done.summary for done in pushed.values()],
     )
-    return Outcome(summary, tuple(done.complaint for done in pushed.values() if done.complaint is not None))
+    return Outcome(summary, tuple(complaint for done in pushed.values() for complaint in done.complaints))
 
 
 def _words(segmented: Segmented) -> str:
@@ -292,10 +292,12 @@ def start_finite_elements() -> None:
 def _opened(store: results.StateStore, resume: bool) -> Increment | None:
     """Return the increment to go on from; without `resume` earlier results of this model are cleared."""
     (store.folder / "curve.csv").unlink(missing_ok=True)
-    if resume:
-        return store.last()
-    store.clear()
-    return None
+    if not resume:
+        store.clear()
+        return None
+    last = store.last()
+    logger.info("resumed after increment %d", last.number if last else 0)
+    return last
 
 
 def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:
@@ -327,11 +329,12 @@ def _folded(
         complaint = _located(model, complaint, last)
     if last is None or last.phase == "gravity":
         raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
-    failure = complaint if isinstance(complaint, ConvergenceError) else None
     stopped = str(complaint or end_of_curve(last, case.stepping))
     curve = PushoverCurve.from_increments(store.increments(), stopped)
     effort = results.effort_of(store.increments())
     capacity = find_capacity(curve, contact_model.weight)
+    failures = [complaint] if isinstance(complaint, ConvergenceError) else []
+    invalid = _check(model, curve, effort, contact_model.weight)
     reporting.write_pushover(store, model, bodies, contact_model, curve)
     return Pushed(
         curve=curve,
@@ -347,8 +350,9 @@ def _folded(
             ranks=ranks,
             seconds=seconds,
             peak_memory=1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+            not_valid_because=None if invalid is None else invalid.detail,
         ),
-        complaint=failure or _check(model, curve, effort, contact_model.weight),
+        complaints=(*failures, *([invalid] if invalid else [])),
     )
 
 
@@ -367,5 +371,5 @@ def _check(model: str, curve: PushoverCurve, effort: results.Effort, weight: flo
     try:
         check_curve(curve, effort.max_penetration, effort.energy_error, weight)
     except ResultError as error:
-        return ResultError(f"{model} {error.check}", error.detail)
+        return ResultError(f"{model} FE", f"{error.check}: {error.detail}")
     return None

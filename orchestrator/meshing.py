@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
+import logging
 import math
-import os
-import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -21,6 +20,9 @@ from annotated_types import Ge, Gt
 from orchestrator.bodies import Bodies, Body
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.units import Unit
+from orchestrator.whole import replacing, sealed, unsealed, write_bytes
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,28 +216,31 @@ def _sides(nodes: FloatArray, tetrahedra: IntArray) -> IntArray:
 def _content_hash(shape: Shape, thickness: float, settings: MeshSettings) -> str:
     from importlib.metadata import version
 
-    content = [shape, thickness, settings.size, settings.layers, settings.matching_faces, version("gmsh")]
+    content = [shape, thickness, settings.size, settings.layers, settings.matching_faces, version("gmsh"), "sealed"]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
 def _cached(file: Path | None) -> ShapeMesh | None:
-    """Return the mesh kept in `file`; None where there is none or it cannot be read (it is then made again)."""
+    """Return the mesh kept in `file`; None where there is none or it was damaged (it is then made again)."""
     if file is None or not file.exists():
         return None
     try:
-        with np.load(file) as stored:
+        with np.load(io.BytesIO(unsealed(file.read_bytes())), allow_pickle=False) as stored:
             return ShapeMesh(stored["nodes"], stored["tetrahedra"], stored["sides"])
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
+    except (OSError, ValueError, KeyError) as error:
+        logger.warning("%s: cannot be read (%s); the mesh is made again", file, error)
         return None
 
 
 def _keep(mesh: ShapeMesh, file: Path | None) -> None:
     if file is None:
         return
-    file.parent.mkdir(parents=True, exist_ok=True)
-    temporary = file.with_name(f".{file.stem}.{os.getpid()}.npz")
-    np.savez_compressed(temporary, nodes=mesh.nodes, tetrahedra=mesh.tetrahedra, sides=mesh.sides)
-    os.replace(temporary, file)
+    content = io.BytesIO()
+    np.savez_compressed(content, nodes=mesh.nodes, tetrahedra=mesh.tetrahedra, sides=mesh.sides)
+    try:
+        write_bytes(file, sealed(content.getvalue()))
+    except OSError as error:
+        logger.warning("%s: %s; the mesh is not kept for the next run", file, error.strerror)
 
 
 def write_mesh(meshes: BodyMeshes, path: Path) -> None:
@@ -245,8 +250,9 @@ def write_mesh(meshes: BodyMeshes, path: Path) -> None:
     mesh = meshio.Mesh(
         meshes.nodes, [("tetra", meshes.tetrahedra)], cell_data={"body": [meshes.body_of_tetrahedron.astype(np.int32)]}
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if path.suffix == ".msh":
-        mesh.write(path, file_format="gmsh", binary=True)
-    else:
+    if path.suffix == ".xdmf":  # writes a second file, named after the first
         mesh.write(path)
+        return
+    options = {".msh": {"file_format": "gmsh", "binary": True}}.get(path.suffix, {"file_format": path.suffix[1:]})
+    with replacing(path) as temporary:
+        mesh.write(temporary, **options)

@@ -6,9 +6,14 @@ The only file besides pushover/ that names MPI; without mpi4py (no FE installed)
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from zlib import crc32
+
+import numpy as np
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -39,10 +44,46 @@ def started_as_rank() -> int:
     return next((int(os.environ[name]) for name in variables if name in os.environ), 0)
 
 
-def abort_others(comm: MPI.Comm | None, code: int) -> None:
-    """End all ranks if there are several: a rank that fails alone would leave the others waiting for ever."""
-    if comm is not None and comm.size > 1:
-        comm.Abort(code)
+class Ending:
+    """How the ranks of `comm` end: together, or all of them because one failed alone.
+
+    A rank that fails by itself would leave the others waiting for ever in what they do together. Made by all ranks at
+    the start: a communicator of its own keeps it from meeting whatever the others wait for.
+    """
+
+    def __init__(self, comm: MPI.Comm | None) -> None:
+        self._comm = comm.Dup() if comm is not None and comm.size > 1 else None
+
+    def together(self, code: int, message: str, patience: float = 5.0) -> int:
+        """Print `message` once and return the exit code of all ranks: the largest, of them that come here too.
+
+        A failed rank waits for the others for `patience` s, one that is done for 20 times as long; then all are ended.
+        """
+        if self._comm is None:
+            _print_error(message)
+            return code
+        codes = np.zeros(self._comm.size, np.int32)
+        request = self._comm.Iallgather(np.array([code], np.int32), codes)
+        end = monotonic() + (patience if code else 20 * patience)
+        while not request.Test():
+            if monotonic() > end:
+                _print_error(message or f"rank {self._comm.rank} is done, but other ranks do not end")
+                self._comm.Abort(code or 1)
+            sleep(0.02)
+        if self._comm.rank == np.argmax(codes):
+            _print_error(message)
+        return int(codes.max())
+
+
+def _print_error(message: str) -> None:
+    if message:
+        print(message, file=sys.stderr, flush=True)
+
+
+def refuse_disagreement(comm: MPI.Comm, values: bytes, what: str) -> None:
+    """Raise RuntimeError on every rank unless all have come here with the same bytes."""
+    if len({*comm.allgather(crc32(values))}) > 1:
+        raise RuntimeError(f"the ranks disagree on {what}: this result cannot be trusted; run on one rank")
 
 
 def on_root(comm: MPI.Comm | None, stage: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
@@ -59,6 +100,15 @@ def on_root(comm: MPI.Comm | None, stage: Callable[P, T], *args: P.args, **kwarg
     if raised is not None:
         raise raised
     return value
+
+
+@contextmanager
+def on_root_while(comm: MPI.Comm | None, *contexts: AbstractContextManager[None]) -> Iterator[None]:
+    """Hold contexts on rank 0, each entered after the one before; what entering raises is raised on every rank."""
+    with ExitStack() as held:
+        for context in contexts:
+            on_root(comm, held.enter_context, context)
+        yield
 
 
 @contextmanager

@@ -92,7 +92,7 @@ def write_summary(
     """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
     labels = {"macro": f"macroblock FE ({partition.count} bodies)", "micro": "micro-FE (every stone)"}
     labelled = {labels[model]: curve for model, curve in curves.items()}
-    plots.save(plots.curves(labelled, analysis, name), output / "figures", "curves")
+    plots.save(plots.curves(labelled, analysis, name, results.reasons(pushovers)), output / "figures", "curves")
     summary = results.summary(name, assemblage, analysis, partition, pushovers)
     results.write_summary(output, summary)
     return summary

@@ -65,7 +65,10 @@ def study(case: Case, output: Path, comm: MPI.Intracomm | None, report: Report) 
     """Run the grid of [study] into the folder `output`; None on the ranks that only work. Raises CaseError."""
     driver.start_finite_elements()
     with workers(comm) as spread:
-        return None if spread is None else _study(case, output, spread, report)
+        if spread is None:
+            return None
+        with results.locked(output):
+            return _study(case, output, spread, report)
 
 
 def _study(

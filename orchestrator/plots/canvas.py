@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from orchestrator.masonry.wall import FloatArray
-from orchestrator.results.files import write_bytes
+from orchestrator.whole import write_bytes
 
 STONE, SUPPORT, FAINT, INK = "#f2ece1", "#d5d5d5", "#b5b5b5", "#333333"
 VERMILLION, BLUE, GREEN, ORANGE, PURPLE = "#d55e00", "#0072b2", "#009e73", "#e69f00", "#cc79a7"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from math import floor, log10
 
@@ -82,10 +82,16 @@ def deformed(
     return figure
 
 
-def curves(models: Mapping[str, tuple[PushoverCurve, Capacity]], analysis: LimitAnalysis, name: str) -> Figure:
+def curves(
+    models: Mapping[str, tuple[PushoverCurve, Capacity]],
+    analysis: LimitAnalysis,
+    name: str,
+    not_valid: Sequence[str] = (),
+) -> Figure:
     """Draw base shear against control displacement of all `models` (label -> curve, capacity), and micro-LA.
 
-    Displacements are relative to the state under gravity; the second axis is base shear / weight.
+    Displacements are relative to the state under gravity; the second axis is base shear / weight. not_valid: the
+    reasons why a curve is not, which nobody who sees the picture can then overlook.
     """
     figure = Figure(figsize=(7.0, 5.2), layout="constrained")
     axes = figure.add_subplot()
@@ -106,7 +112,11 @@ def curves(models: Mapping[str, tuple[PushoverCurve, Capacity]], analysis: Limit
     multiplier = axes.secondary_yaxis("right", functions=(_times(1.0 / kilonewtons), _times(kilonewtons)))
     multiplier.set_ylabel("load multiplier λ = base shear / weight")
     direction = "+x" if analysis.load_direction > 0 else "−x"
-    write_title(axes, f"Pushover along {direction}, weight {kilonewtons:.5g} kN", name)
+    wrong = [f"NOT VALID: {reason}" for reason in not_valid]
+    write_title(axes, "\n".join([f"Pushover along {direction}, weight {kilonewtons:.5g} kN", *wrong]), name)
+    if wrong:
+        watermark = axes.text(0.5, 0.5, "NOT VALID", transform=axes.transAxes, ha="center", va="center", rotation=30)
+        watermark.set(color=VERMILLION, alpha=0.35, fontsize=56, fontweight="bold", zorder=5)
     legend_below(axes, 2)
     return figure
 

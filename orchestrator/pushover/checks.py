@@ -27,13 +27,14 @@ def kinetic_share(curve: PushoverCurve) -> float:
     before = slice(1, int(np.argmax(curve.base_shear_N)) + 1)
     kinetic, internal = curve.kinetic_energy_J[before], curve.internal_energy_J[before]
     with np.errstate(divide="ignore"):
-        return float(np.max(kinetic / internal, where=kinetic > 0.0, initial=0.0))
+        return float(np.max(kinetic / internal, where=~(kinetic <= 0.0), initial=0.0))  # nan stays nan
 
 
 def check(curve: PushoverCurve, max_penetration: float, energy_error: float, weight: float) -> None:
     """Raise ResultError if the curve is not quasi-static, not in balance, or its bodies penetrate each other.
 
-    max_penetration in m over all increments; energy_error: share of the energies; weight in N.
+    max_penetration in m over all increments; energy_error: share of the energies; weight in N. The error names every
+    check that failed; a value that is not a number fails.
     """
     found = {
         "equilibrium": (equilibrium_error(curve, weight), EQUILIBRIUM, "of the weight is carried by inertia"),
@@ -41,6 +42,11 @@ def check(curve: PushoverCurve, max_penetration: float, energy_error: float, wei
         "penetration": (max_penetration, PENETRATION, "m"),
         "energy balance": (energy_error, ENERGY, "of stored energy and friction is missing"),
     }
-    for name, (value, bound, meaning) in found.items():
-        if not value <= bound:
-            raise ResultError(name, f"{value:.2e} {meaning}; at most {bound:g} is acceptable")
+    failed = {
+        name: f"{value:.2e} {meaning}; at most {bound:g} is acceptable"
+        for name, (value, bound, meaning) in found.items()
+        if not value <= bound
+    }
+    if failed:
+        first, *others = failed
+        raise ResultError(first, ", and ".join([failed[first], *(f"{name}: {failed[name]}" for name in others)]))

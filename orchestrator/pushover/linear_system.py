@@ -27,6 +27,7 @@ from petsc4py import PETSc
 
 from orchestrator.errors import ConvergenceError
 from orchestrator.masonry.wall import FloatArray, IntArray
+from orchestrator.parallel import refuse_disagreement
 from orchestrator.pushover.contact_law import FrictionResponse
 from orchestrator.pushover.model import ContactModel
 
@@ -156,7 +157,7 @@ class LinearSystem:
     """MUMPS on the constant pattern; use as a context manager. The same solution is returned on every rank."""
 
     def __init__(self, model: ContactModel, comm: MPI.Comm) -> None:
-        self._comm = comm
+        self._comm = comm.Dup()
         self.seconds = 0.0
         """time spent in `solve` so far"""
         self._model = model
@@ -208,13 +209,17 @@ class LinearSystem:
     def __enter__(self) -> LinearSystem:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._close()
+    def __exit__(self, failure: type[BaseException] | None, *_: object) -> None:
+        if failure is None or self._comm.size == 1:  # a rank that fails may be alone: no collective call then
+            self._close()
+            self._comm.Free()
 
     def solve(self, contact_coefficients: FloatArray, time_step: float, right: FloatArray) -> FloatArray:
         """Return the solution (unknowns,) for `right` (unknowns,). Raises ConvergenceError if MUMPS fails."""
         began = perf_counter()
         pattern = self._pattern
+        if self._comm.size > 1:
+            refuse_disagreement(self._comm, np.append(right, time_step).tobytes(), "the increment to be solved")
         values = pattern.stiffness + pattern.mass / time_step**2 + pattern.scatter @ contact_coefficients
         self._matrix.setValuesCSR(self._indptr, self._indices, values[self._slots])
         self._matrix.assemble()

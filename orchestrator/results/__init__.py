@@ -1,20 +1,17 @@
 """The run folder: every value <-> file. Knows all values; no value knows it. Only one rank may write."""
 
 from orchestrator.results.files import (
-    TEMPORARY,
     hash_file,
     logging_to,
     read_json,
-    replacing,
     versions,
-    write_bytes,
     write_csv,
     write_json,
     write_text,
 )
 from orchestrator.results.paraview import write_paraview
 from orchestrator.results.states import StateStore, load_increments
-from orchestrator.results.summary import Effort, effort_of, pushover_summary, summary
+from orchestrator.results.summary import Effort, effort_of, pushover_summary, reasons, summary
 from orchestrator.results.values import (
     read_curve,
     write_blocks,
@@ -25,6 +22,7 @@ from orchestrator.results.values import (
     write_macroblocks,
     write_summary,
 )
+from orchestrator.whole import TEMPORARY, locked, replacing, sweep, write_bytes
 
 __all__ = [
     "TEMPORARY",
@@ -33,12 +31,15 @@ __all__ = [
     "effort_of",
     "hash_file",
     "load_increments",
+    "locked",
     "logging_to",
     "pushover_summary",
     "read_curve",
     "read_json",
+    "reasons",
     "replacing",
     "summary",
+    "sweep",
     "versions",
     "write_blocks",
     "write_bytes",

@@ -1,4 +1,4 @@
-"""Files that are whole or absent: a temporary name in the same folder, fsync, rename. Hashes, versions, run.log."""
+"""Text, JSON and CSV, whole or absent (orchestrator/whole.py). Hashes, versions, run.log."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ import hashlib
 import io
 import json
 import logging
-import os
 import platform
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.metadata import PackageNotFoundError, version
 from math import isfinite
 from pathlib import Path
@@ -19,8 +18,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-TEMPORARY = ".tmp"
-"""suffix of files being written; whatever carries it was left by a killed run and may be deleted"""
+from orchestrator.whole import write_bytes
 
 DISTRIBUTIONS = {
     "orchestrator": "orchestrator",
@@ -36,30 +34,6 @@ DISTRIBUTIONS = {
     "matplotlib": "matplotlib",
 }
 """name in the run folder -> name of the installed distribution (petsc4py carries PETSc's own version)"""
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path to write to; on success it is fsynced and renamed to `path`, on an error removed.
-
-    Makes the folder. Raises OSError naming the file (full disk, read-only folder); an older `path` is then untouched.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{TEMPORARY}")
-    try:
-        yield temporary
-        _fsync(temporary)
-        os.replace(temporary, path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
-    _fsync(path.parent)
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write `content` to `path`, whole or not at all."""
-    with replacing(path) as temporary:
-        temporary.write_bytes(content)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -116,11 +90,22 @@ def versions() -> dict[str, str]:
     return found
 
 
+class _LogFile(logging.FileHandler):
+    """run.log: what the disk has no room for is left out, without the traceback that `logging` prints by default."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        pass
+
+    def close(self) -> None:
+        with suppress(OSError):
+            super().close()
+
+
 @contextmanager
 def logging_to(path: Path, level: int = logging.INFO) -> Iterator[None]:
     """Append everything that `orchestrator` logs at `level` and above to the file `path` (run.log)."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handler = logging.FileHandler(path, encoding="utf-8")
+    handler = _LogFile(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
     handler.setLevel(level)
     logger, before = logging.getLogger("orchestrator"), logging.getLogger("orchestrator").level
@@ -132,11 +117,3 @@ def logging_to(path: Path, level: int = logging.INFO) -> Iterator[None]:
         logger.removeHandler(handler)
         logger.setLevel(before)
         handler.close()
-
-
-def _fsync(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

@@ -8,6 +8,7 @@ directory; its reader reads these files.)
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -16,8 +17,8 @@ import numpy as np
 
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
-from orchestrator.results.files import replacing, write_bytes
 from orchestrator.results.states import StateStore
+from orchestrator.whole import write_bytes
 
 NODE_FIELDS = (("displacement_m", "displacement"), ("velocity_m_per_s", "velocity"))
 CONTACT_FIELDS = (("normal_force_N", "normal_force"), ("gap_m", "gap"), ("slip_m", "slip"), ("status", "status"))
@@ -34,10 +35,12 @@ def write_paraview(store: StateStore, meshes: BodyMeshes, contact_points: FloatA
     states = store.assemble()
     for stale in (wall, contacts):
         stale.unlink(missing_ok=True)
-    with replacing(folder / "wall.h5") as temporary, h5py.File(temporary, "w") as file:
+    content = BytesIO()
+    with h5py.File(content, "w") as file:
         _write_mesh(file, meshes)
         if contact_points is not None:
             _write_points(file, contact_points)
+    write_bytes(folder / "wall.h5", content.getvalue())
     with h5py.File(folder / "wall.h5") as mesh, h5py.File(states) as steps:
         body = _item(mesh["body"], "Cell", "body")
         write_bytes(wall, _series(mesh["bodies"], "Tetrahedron", steps, NODE_FIELDS, [body]))

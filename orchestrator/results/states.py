@@ -1,7 +1,8 @@
 """Stored increments of one pushover model, readable after a kill at any moment.
 
-While a model runs, every increment is one small HDF5 file, states/000012.h5, renamed into place when it is on the disk;
-HDF5 itself does not survive a kill inside a write. `assemble` copies them into states.h5 (one group per increment,
+While a model runs, every increment is one small HDF5 file, states/000012.h5, followed by its sha256 and renamed into
+place when it is on the disk; HDF5 itself does not survive a kill inside a write.
+`assemble` copies them into states.h5 (one group per increment,
 named like the files), then deletes them. Reading looks at both, the single files first.
 Every increment carries a sha256 of its content (damage is found) and the fingerprint of its model (strangers are).
 """
@@ -9,6 +10,7 @@ Every increment carries a sha256 of its content (damage is found) and the finger
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import shutil
@@ -22,10 +24,12 @@ import numpy as np
 
 from orchestrator.errors import CaseError
 from orchestrator.pushover.state import Attempt, Increment
-from orchestrator.results.files import TEMPORARY, replacing
+from orchestrator.whole import TEMPORARY, replacing, require_room, sealed, unsealed, write_bytes
 
 STATES_FILE = "states.h5"
 STATES_FOLDER = "states"
+HEADROOM = 1 << 18
+"""bytes that states.h5 may need beyond what the single files do"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +50,10 @@ class StateStore:
 
     def append(self, increment: Increment) -> None:
         """Store one increment, whole or not at all; one of the same number is replaced."""
-        with replacing(self._part(increment.number)) as temporary, h5py.File(temporary, "w") as file:
+        content = io.BytesIO()
+        with h5py.File(content, "w") as file:
             _write(file.create_group(_name(increment.number)), increment, self.fingerprint)
+        write_bytes(self._part(increment.number), sealed(content.getvalue()))
 
     def numbers(self) -> list[int]:
         """Return the numbers of all stored increments, ascending."""
@@ -82,6 +88,9 @@ class StateStore:
         path = self.folder / STATES_FILE
         single = sorted(self._parts.glob("[0-9]*.h5"))
         if single or not path.exists():
+            parts = [*single, *[path][: path.exists()]]
+            self.folder.mkdir(parents=True, exist_ok=True)
+            require_room(path, HEADROOM + sum(part.stat().st_size for part in parts))
             with replacing(path) as temporary, h5py.File(temporary, "w") as target:
                 for number in self.numbers():
                     part = self._part(number)
@@ -121,9 +130,10 @@ class _OtherModelError(Exception):
 
 
 def _opened(path: Path) -> h5py.File:
+    """Open states.h5, or a single increment if it is what was written: HDF5 may crash on files that are not."""
     try:
-        return h5py.File(path, "r")
-    except OSError as error:
+        return h5py.File(path if path.name == STATES_FILE else io.BytesIO(unsealed(path.read_bytes())), "r")
+    except (OSError, ValueError) as error:
         raise _damaged(path, "") from error
 
 

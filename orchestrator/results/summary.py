@@ -45,7 +45,7 @@ def effort_of(increments: Iterable[Increment]) -> Effort:
         penetration = max(penetration, float(np.nanmax(-increment.gap, initial=0.0)))
         turned_over = increment.internal_energy + increment.dissipated_energy
         spent = turned_over + increment.kinetic_energy + increment.algorithmic_dissipation
-        imbalance = max(imbalance, abs(increment.external_work - spent))
+        imbalance = float(np.maximum(imbalance, abs(increment.external_work - spent)))  # max() would lose a nan
     return Effort(steps, iterations, failed, penetration, imbalance / turned_over if turned_over else 0.0)
 
 
@@ -61,8 +61,12 @@ def pushover_summary(
     ranks: int,
     seconds: Mapping[str, float],
     peak_memory: int,
+    not_valid_because: str | None,
 ) -> dict[str, Any]:
-    """Return one entry of `pushover`. seconds: exactly the keys of TIMINGS; peak_memory in bytes."""
+    """Return one entry of `pushover`. seconds: exactly the keys of TIMINGS; peak_memory in bytes.
+
+    not_valid_because: the checks of the result that failed (pushover.checks), in words; None: it is valid.
+    """
     assert set(seconds) == set(TIMINGS), f"timings {sorted(seconds)}, not {sorted(TIMINGS)}"
     counted = asdict(effort)
     counted.pop("failed_attempts")
@@ -79,7 +83,14 @@ def pushover_summary(
         "seconds": {name: float(seconds[name]) for name in TIMINGS},
         "peak_memory": int(peak_memory),
         "stopped_because": stopped_because,
+        "valid": not_valid_because is None,
+        "not_valid_because": not_valid_because,
     }
+
+
+def reasons(pushovers: Sequence[dict[str, Any]]) -> list[str]:
+    """Return why entries of `pushover` are not valid."""
+    return [f"{entry['model']} FE: {entry['not_valid_because']}" for entry in pushovers if not entry["valid"]]
 
 
 def summary(

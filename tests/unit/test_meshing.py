@@ -109,6 +109,29 @@ def test_cache_gives_identical_arrays_and_survives_damage(bond, tmp_path):
     assert len(list(tmp_path.glob("*.npz"))) > len(files), "another size is another mesh"
 
 
+def test_one_changed_bit_in_the_cache_is_found_and_named(bond, tmp_path, caplog):
+    made = mesh_bodies(bond, MeshSettings(), tmp_path)
+    file = min(tmp_path.glob("*.npz"))
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 4
+    file.write_bytes(content)
+    again = mesh_bodies(bond, MeshSettings(), tmp_path)
+    assert made.nodes.tobytes() == again.nodes.tobytes()
+    (record,) = caplog.records
+    assert str(file) in record.message
+    assert "made again" in record.message
+    caplog.clear()
+    mesh_bodies(bond, MeshSettings(), tmp_path)
+    assert not caplog.records, "it was mended"
+
+
+def test_a_cache_that_cannot_be_written_costs_time_not_the_run(bond, tmp_path, caplog):
+    (tmp_path / "taken").write_text("a file where the cache should be")
+    meshes = mesh_bodies(bond, MeshSettings(), tmp_path / "taken")
+    assert len(meshes.nodes)
+    assert "not kept for the next run" in caplog.text
+
+
 @pytest.mark.parametrize("name", ["mesh.msh", "mesh.vtu", "mesh.xdmf"])
 def test_written_meshes_read_back(bond, tmp_path, name, monkeypatch):
     monkeypatch.chdir(tmp_path)  # meshio writes the .h5 of an .xdmf file into the current folder

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from time import monotonic
 
 import pytest
 
@@ -61,8 +62,47 @@ def test_serial_commands_are_done_once():
     assert done.stdout.count("5 blocks, 5 joints") == 1
 
 
-def test_a_rank_that_fails_alone_does_not_leave_the_other_waiting(tmp_path):
+def test_what_rank_0_cannot_open_is_said_once(tmp_path):
     (tmp_path / "taken").write_text("a file where the run folder should be")
     done = two_ranks("-m", "orchestrator", "run", TOWER, "--output", str(tmp_path / "taken"))
     assert done.returncode == 1
     assert done.stderr.count("taken: File exists") == 1
+
+
+ALONE = """
+import sys
+from dataclasses import replace
+from mpi4py import MPI
+from orchestrator import cli
+from orchestrator.errors import CaseError, ConvergenceError
+from orchestrator.pushover import stepping
+solve, calls = stepping.solve_increment, []
+def changed(model, system, problem, first, settings):
+    return model, system, problem, replace(first, displacement=first.displacement * (1 + 1e-12)), settings
+def solved(*arguments):
+    calls.append(1)
+    if MPI.COMM_WORLD.rank == 1 and len(calls) == 4:
+        {what}
+    return solve(*arguments)
+stepping.solve_increment = solved
+sys.exit(cli.main(sys.argv[1:]))
+"""
+FAILURES = {
+    "an error of the program": ("raise ValueError('alone')", "ValueError: alone", 1),
+    "an error that is known": ("raise CaseError('key', 'alone', 'remedy')", "key: alone; remedy", 2),
+    "no room on the disk": ("raise OSError(28, 'No space left', 'alone')", "alone: No space left", 1),
+    "no convergence": ("raise ConvergenceError('Newton', 'alone')", "the ranks disagree on the increment", 1),
+    "a bit that tips over": ("arguments = changed(*arguments)", "the ranks disagree on the increment", 1),
+    "killed": ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "signal 9", 137),
+}
+
+
+@pytest.mark.parametrize("kind", FAILURES)
+def test_what_one_rank_does_alone_ends_all_within_seconds_with_one_message(kind, tmp_path):
+    what, said, code = FAILURES[kind]
+    command = ["run", TOWER, "--output", str(tmp_path), "--model", "micro", "--set", "newton.distribute_above=0"]
+    began = monotonic()
+    done = two_ranks("-c", ALONE.format(what=what), *command)
+    assert monotonic() - began < 45, "of which 5 s waiting for the other rank; else it would never end"
+    assert (done.returncode, done.stderr.count(said)) == (code, 1), done.stderr
+    assert not (tmp_path / "summary.json").exists()

@@ -1,0 +1,57 @@
+"""A run that is killed (SIGKILL, as by the kernel or a queue) loses nothing: it goes on and ends in the same curve.
+
+Each kill falls where it hurts most: a file has been written under its temporary name and is about to be renamed. The
+longer test with kills at random times is docs/studies/killed.py.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.verification.killing import PROJECT, curve, difference, killed_at_file, run
+
+MODEL = "micro"
+WALL = PROJECT / "tests" / "data" / "tower_5_blocks.json"
+RUN = ["run", str(WALL), "--model", MODEL, "--set", "stepping.final_displacement=2mm", "--output"]
+MOMENTS = {
+    "under gravity": (f"{MODEL}/states/000003.h5", 2),
+    "in displacement control": (f"{MODEL}/states/000030.h5", 29),
+    "all states in one file": ("states.h5", 36),
+    "a picture": (f"{MODEL}_peak.png", 36),
+}
+"""the file that was about to be renamed, and how many increments are on the disk by then"""
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, cache):
+    """The curve of the uninterrupted run."""
+    folder = tmp_path_factory.mktemp("whole")
+    done = run([*RUN, str(folder)], cache)
+    assert done.returncode == 0, done.stderr
+    return curve(folder, MODEL)
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_resumed_curve_is_the_uninterrupted_one(moment, whole, cache, tmp_path):
+    file, stored = MOMENTS[moment]
+    assert killed_at_file([*RUN, str(tmp_path)], cache, file) == -9
+    assert not (tmp_path / "summary.json").exists(), "a killed run has no result"
+    done = run([*RUN, str(tmp_path), "--resume"], cache)
+    assert done.returncode == 0, done.stderr
+    assert f"resumed after increment {stored}\n" in (tmp_path / "run.log").read_text()
+    assert difference(curve(tmp_path, MODEL), whole) <= 1e-10
+    assert not [*tmp_path.rglob(".*")], "nothing half-written is left, and no lock"
+
+
+def test_a_rank_that_is_killed_ends_the_other_and_both_go_on(whole, cache, tmp_path):
+    """Two ranks share the linear system; what order of summation changes is within the solver's tolerance."""
+    shared = [*RUN, str(tmp_path), "--set", "newton.distribute_above=0"]
+    assert killed_at_file(shared, cache, f"{MODEL}/states/000015.h5", ranks=2) == 137
+    done = run([*shared, "--resume"], cache, ranks=2)
+    assert done.returncode == 0, done.stderr
+    assert difference(curve(tmp_path, MODEL), whole) < 1e-8

@@ -1,0 +1,105 @@
+"""A result that breaks a law of mechanics says so wherever it is read: table, picture, summary.json, exit code 3."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orchestrator import cli, plots
+from orchestrator.errors import ResultError
+from orchestrator.pushover import stepping
+from orchestrator.pushover.checks import check
+from orchestrator.pushover.record import increment_of
+from orchestrator.pushover.state import PushoverCurve
+
+TOWER = Path(__file__).parents[1] / "data" / "tower_5_blocks.json"
+
+
+def curve(**changed):
+    """A curve of a wall of 1000 N that breaks no law."""
+    rows = np.arange(4)
+    shear, zero = np.array([0.0, 100.0, 200.0, 150.0]), np.zeros(4)
+    whole = PushoverCurve(
+        rows, zero, shear / 1000, shear, 1e-3 * rows, zero, zero + 1, zero, rows, rows, rows, rows, ""
+    )
+    return replace(whole, **changed)
+
+
+WRONG = {
+    "equilibrium": ({"load_multiplier": np.array([0.0, 0.1, 0.203, 0.15])}, 0.0, 0.0, "3.00e-03 of the weight"),
+    "kinetic energy": ({"kinetic_energy_J": np.array([0.0, 0.06, 0.0, 0.0])}, 0.0, 0.0, "6.00e-02"),
+    "penetration": ({}, 2e-9, 0.0, "2.00e-09 m"),
+    "energy balance": ({}, 0.0, 0.02, "2.00e-02 of stored energy"),
+}
+
+
+def test_a_good_curve_passes():
+    check(curve(), 1e-12, 1e-6, 1000.0)
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_every_bound_is_guarded_and_named(name):
+    changed, penetration, energy, said = WRONG[name]
+    with pytest.raises(ResultError, match=said) as caught:
+        check(curve(**changed), penetration, energy, 1000.0)
+    assert caught.value.check == name
+
+
+def test_all_failures_are_named():
+    with pytest.raises(ResultError, match=r"penetration: 1\.00e\+00 m.*and energy balance: 5\.00e-01"):
+        check(curve(), 1.0, 0.5, 1000.0)
+
+
+@pytest.mark.parametrize("name", ["kinetic_energy_J", "base_shear_N"])
+def test_what_is_not_a_number_is_not_valid(name):
+    values = getattr(curve(), name).copy()
+    values[1] = np.nan
+    with pytest.raises(ResultError):
+        check(curve(**{name: values}), 0.0, 0.0, 1000.0)
+    for penetration, energy in ((np.nan, 0.0), (0.0, np.nan)):
+        with pytest.raises(ResultError):
+            check(curve(), penetration, energy, 1000.0)
+
+
+def leaky(*arguments):
+    """Bookkeeping that loses a tenth of the work of the loads."""
+    made = increment_of(*arguments)
+    return replace(made, external_work=0.9 * made.external_work)
+
+
+def nameless(*arguments):
+    """Bookkeeping that divides nothing by nothing once."""
+    made = increment_of(*arguments)
+    return replace(made, external_work=np.nan) if made.number == 9 else made
+
+
+@pytest.mark.parametrize("wrong", [leaky, nameless])
+def test_a_run_whose_energy_is_lost_says_so_everywhere(wrong, tmp_path, monkeypatch, capsys):
+    drawn = []
+    monkeypatch.setattr(stepping, "increment_of", wrong)
+    monkeypatch.setattr(plots, "curves", lambda *given, draw=plots.curves: drawn.append(draw(*given)) or drawn[0])
+    command = ["run", str(TOWER), "--model", "micro", "--set", "stepping.final_displacement=1mm"]
+    assert cli.main([*command, "--output", str(tmp_path)]) == 3
+    printed = capsys.readouterr()
+    assert "micro-FE, NOT VALID" in printed.out
+    assert "NOT VALID: micro FE: energy balance" in printed.out
+    assert printed.err.count("result not valid: micro FE: energy balance") == 1
+    (pushover,) = json.loads((tmp_path / "summary.json").read_text())["pushover"]
+    assert pushover["valid"] is False
+    assert pushover["not_valid_because"].startswith("energy balance")
+    axes = drawn[0].axes[0]
+    assert "NOT VALID: micro FE: energy balance" in axes.get_title().replace("\n", " ")
+    assert "NOT VALID" in [text.get_text() for text in axes.texts]
+
+
+def test_a_valid_run_is_marked_nowhere(tmp_path, capsys):
+    command = ["run", str(TOWER), "--model", "micro", "--set", "stepping.final_displacement=1mm"]
+    assert cli.main([*command, "--output", str(tmp_path)]) == 0
+    assert "NOT VALID" not in capsys.readouterr().out
+    assert "NOT VALID" not in (tmp_path / "figures" / "curves.svg").read_text()
+    (pushover,) = json.loads((tmp_path / "summary.json").read_text())["pushover"]
+    assert (pushover["valid"], pushover["not_valid_because"]) == (True, None)
