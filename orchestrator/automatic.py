@@ -18,7 +18,7 @@ from functools import reduce
 import numpy as np
 
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings, Mechanism
+from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings, Loads, Mechanism
 from orchestrator.limit_analysis.equilibrium import block_areas, block_centroids, block_weights
 from orchestrator.limit_analysis.merged_blocks import merged_multiplier
 from orchestrator.limit_analysis.state import FlowRule
@@ -133,16 +133,24 @@ def _neighbours(assemblage: Assemblage) -> dict[int, set[int]]:
 
 
 def macroblocks_of(
-    assemblage: Assemblage, analysis: LimitAnalysis, criteria: MacroblockSettings, settings: LimitAnalysisSettings
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    criteria: MacroblockSettings,
+    settings: LimitAnalysisSettings,
+    loads: Loads | None = None,
 ) -> Partition:
     """Return the partition that [macroblocks] asks for: `chosen`, or `merged` (which may raise CaseError)."""
     if criteria.choose == "automatic":
-        return chosen(assemblage, analysis, settings, criteria.margin)
+        return chosen(assemblage, analysis, settings, criteria.margin, loads)
     return merged(assemblage, analysis.headline.mechanism, criteria)
 
 
 def chosen(
-    assemblage: Assemblage, analysis: LimitAnalysis, settings: LimitAnalysisSettings, margin: float
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    settings: LimitAnalysisSettings,
+    margin: float,
+    loads: Loads | None = None,
 ) -> Partition:
     """Return the partition whose multiplier is within `margin` (a part of micro-LA's) with the fewest bodies found.
 
@@ -157,7 +165,7 @@ def chosen(
 
     def multiplier(partition: Partition) -> float | None:
         def by(rule: FlowRule) -> float | None:
-            return merged_multiplier(assemblage, partition.body_of_block, analysis.load_direction, rule, quick)
+            return merged_multiplier(assemblage, partition.body_of_block, analysis.load_direction, rule, quick, loads)
 
         found = by(micro.flow_rule)
         if micro.flow_rule == "sequence" and found is not None and found < (1.0 - margin) * micro.load_multiplier:

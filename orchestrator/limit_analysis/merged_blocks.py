@@ -16,6 +16,7 @@ from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.dilation_shift import run_dilation_shift
 from orchestrator.limit_analysis.equilibrium import Equilibrium, assemble_equilibrium, block_centroids
 from orchestrator.limit_analysis.linear_program import LimitSolution, solve_limit_lp
+from orchestrator.limit_analysis.loads import Loads
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.state import FlowRule
 from orchestrator.limit_analysis.yield_conditions import YieldConditions, coulomb
@@ -33,13 +34,14 @@ def merged_multiplier(
     load_direction: int,
     flow_rule: FlowRule,
     settings: LimitAnalysisSettings | None = None,
+    loads: Loads | None = None,
 ) -> float | None:
     """Return the load multiplier of blocks held together, by the same rule as the micro analysis it is compared with.
 
     None where a non-associative rule finds no solution.
     """
     settings = settings or LimitAnalysisSettings()
-    equilibrium, friction = merged_problem(assemblage, body_of_block, load_direction)
+    equilibrium, friction = merged_problem(assemblage, body_of_block, load_direction, loads)
     try:
         optimum = solve_limit_lp(equilibrium, friction)
         if flow_rule == "associative":
@@ -53,10 +55,10 @@ def merged_multiplier(
 
 
 def merged_problem(
-    assemblage: Assemblage, body_of_block: IntArray, load_direction: int
+    assemblage: Assemblage, body_of_block: IntArray, load_direction: int, loads: Loads | None = None
 ) -> tuple[Equilibrium, YieldConditions]:
     """Return equilibrium of the bodies and Coulomb's law in the joints that remain between them."""
-    of_blocks = assemble_equilibrium(assemblage, load_direction)
+    of_blocks = assemble_equilibrium(assemblage, load_direction, loads)
     remains = body_of_block[assemblage.block_i] != body_of_block[assemblage.block_j]
     T = rigid_motion(assemblage, of_blocks, body_of_block)
     bodies = T.shape[1] // 3

@@ -102,11 +102,12 @@ def curves(models: Mapping[str, tuple[PushoverCurve, Capacity]], analysis: Limit
     axes.set_ylim(0.0, 1.08 * axes.get_ylim()[1])
     axes.grid(color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)
-    kilonewtons = analysis.weight / 1e3
+    kilonewtons = analysis.horizontal_load / 1e3
     multiplier = axes.secondary_yaxis("right", functions=(_times(1.0 / kilonewtons), _times(kilonewtons)))
-    multiplier.set_ylabel("load multiplier λ = base shear / weight")
+    of_weight = abs(analysis.horizontal_load - analysis.weight) < 1e-6 * analysis.weight
+    multiplier.set_ylabel(f"load multiplier λ = base shear / {'weight' if of_weight else 'horizontal live load'}")
     direction = "+x" if analysis.load_direction > 0 else "−x"
-    write_title(axes, f"Pushover along {direction}, weight {kilonewtons:.5g} kN", name)
+    write_title(axes, f"Pushover along {direction}, weight {analysis.weight / 1e3:.5g} kN", name)
     legend_below(axes, 2)
     return figure
 
@@ -217,7 +218,7 @@ def _leave(following: dict[int, list[int]], node: int) -> int:
 
 def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     """Draw the multipliers of micro limit analysis as base shear in kN."""
-    kilonewtons = analysis.weight / 1e3
+    kilonewtons = analysis.horizontal_load / 1e3
     associative, headline = analysis.associative, analysis.headline
     said = f"micro-LA, associative: λ = {associative.load_multiplier:.4f}"
     axes.axhline(associative.load_multiplier * kilonewtons, color=INK, linestyle=":", linewidth=1.2, label=said)

@@ -254,7 +254,7 @@ class Pushover:
         return self._solved(state, problem, predicted, multiplier, "ramp", time)
 
     def _inertia_shows(self, state: Increment) -> bool:
-        shortfall = state.load_multiplier - state.base_shear / self.model.weight
+        shortfall = state.load_multiplier - state.base_shear / self.model.horizontal_load
         return state.phase == "ramp" and shortfall > self.stepping.inertia_share
 
     def _displacement_control(self, state: Increment) -> Iterator[Increment]:

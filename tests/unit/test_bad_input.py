@@ -110,7 +110,7 @@ LIMIT_CASES = {
     "dead load on air": ("[[load.dead]]\nblocks = [99]\nforce = 5", "load.dead.0.blocks", "blocks of the wall"),
     "no live load": ('[load]\ndistribution = "per_block"', "load.live", "distribution"),
 }
-"""refused by limit analysis; the FE pushover takes no such loads at all"""
+"""refused by limit analysis, which comes first in a run too"""
 
 
 def refused(capsys, *arguments):

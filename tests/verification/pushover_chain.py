@@ -9,12 +9,14 @@ from mpi4py import MPI
 
 from orchestrator.bodies import make_bodies
 from orchestrator.joints import Assemblage, JointSettings, find_joints
+from orchestrator.limit_analysis import LoadSettings
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, build_model
 from orchestrator.pushover.newton import Problem, evaluate, solve_increment
+from orchestrator.pushover.nodal_loads import nodal_loads
 from orchestrator.pushover.record import increment_of
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.state import Increment, PushoverCurve
@@ -34,8 +36,8 @@ class Run:
 
     @property
     def peak(self) -> float:
-        """Largest base shear / weight."""
-        return float(self.curve.base_shear_N.max()) / self.model.weight
+        """Largest base shear / horizontal part of the live load."""
+        return float(self.curve.base_shear_N.max()) / self.model.horizontal_load
 
     @property
     def under_gravity(self) -> Increment:
@@ -68,13 +70,14 @@ def model_of(
     slip_tolerance: float = 1e-6,
     comm: MPI.Comm = MPI.COMM_SELF,
     large_displacement: bool = False,
+    loads: LoadSettings | None = None,
 ) -> ContactModel:
     assemblage = assemblage_of(wall)
     bodies = make_bodies(assemblage, partition or one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(size=mesh_size), None)
-    return build_model(
-        bodies, meshes, ElasticSettings(), ContactSettings(slip_tolerance), direction, comm, large_displacement
-    )
+    given = nodal_loads(wall, bodies, meshes, loads) if loads else None
+    contact = ContactSettings(slip_tolerance)
+    return build_model(bodies, meshes, ElasticSettings(), contact, direction, comm, large_displacement, given)
 
 
 def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float) -> Run:
