@@ -121,8 +121,8 @@ def refuse_what_only_limit_analysis_takes(case: Case) -> None:
     with naming(case.file):
         refuse_upright(case.load)
     for number, given in enumerate(case.joints.classes):
-        if name := given.beyond_friction:
-            key, problem = f"joints.classes.{number}.{name}", "the FE pushover knows Coulomb friction only"
+        if given.compressive_strength is not None:
+            key, problem = f"joints.classes.{number}.compressive_strength", "the FE pushover knows no crushing"
             raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
 
 

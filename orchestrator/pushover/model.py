@@ -11,6 +11,7 @@ from mpi4py import MPI
 from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.cohesion import Bond, find_bond
 from orchestrator.pushover.contact_search import Contacts, find_contacts
 from orchestrator.pushover.contact_tracking import Frames, Tracking, find_possible_contacts, fit_frames, track
 from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
@@ -29,6 +30,7 @@ class ContactModel:
     rigid (n,) in m: displacement that causes no stress; gap_offset (c,) in m: gap = B_n u + gap_offset; both zero while
     the wall is undeformed. rows (c,): numbers of these contacts among all `possible` ones. support_side (c,): 1 where
     the master is a support, -1 where the slave is one, else 0. tracking: None for small displacements.
+    bond: strengths of all `possible` contacts, or None.
     mean_row, top_row (n,): mean displacement along the live load, weighted by it (its work over its size), and mean
     horizontal displacement of the top edge.
     contact_stiffness in N/m scales multipliers to displacements
@@ -60,6 +62,7 @@ class ContactModel:
     bodies: int
     body_names: tuple[str, ...]
     tracking: Tracking | None
+    bond: Bond | None = None
 
     @property
     def possible(self) -> Contacts:
@@ -72,7 +75,7 @@ class ContactModel:
 
     def names_without_contact(self, normal_force: FloatArray) -> list[str]:
         """Return the bodies that no contact force (of the possible contacts, N) holds."""
-        closed = normal_force > 0.0
+        closed = normal_force != 0.0
         held = np.concatenate([self.possible.slave_body[closed], self.possible.master_body[closed]])
         return [self.body_names[body] for body in range(self.bodies) if body not in set(held.tolist())]
 
@@ -130,6 +133,8 @@ def build_model(
         body_names=tuple(body.name for body in bodies.bodies),
         tracking=find_possible_contacts(bodies, meshes, contacts) if large_displacement else None,
     )
+    bond = find_bond(bodies, meshes, contacts, len(model.possible), contact.softening_displacement)
+    model = replace(model, bond=bond)
     return displaced(model, np.zeros_like(gravity))
 
 

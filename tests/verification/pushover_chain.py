@@ -8,7 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from orchestrator.bodies import make_bodies
-from orchestrator.joints import Assemblage, JointSettings, find_joints
+from orchestrator.joints import Assemblage, JointClass, JointSettings, find_joints
 from orchestrator.limit_analysis import LoadSettings
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.wall import Block, Wall
@@ -58,8 +58,8 @@ def stack(*sizes: tuple[float, float], friction: float) -> Wall:
     return Wall("stack", tuple(blocks), 0.1, friction)
 
 
-def assemblage_of(wall: Wall) -> Assemblage:
-    return find_joints(wall, JointSettings())
+def assemblage_of(wall: Wall, *classes: JointClass) -> Assemblage:
+    return find_joints(wall, JointSettings(classes=classes))
 
 
 def model_of(
@@ -71,12 +71,14 @@ def model_of(
     comm: MPI.Comm = MPI.COMM_SELF,
     large_displacement: bool = False,
     loads: LoadSettings | None = None,
+    joints: JointClass | None = None,
+    softening: float = 2e-4,
 ) -> ContactModel:
-    assemblage = assemblage_of(wall)
+    assemblage = assemblage_of(wall, *([joints] if joints else []))
     bodies = make_bodies(assemblage, partition or one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(size=mesh_size), None)
     given = nodal_loads(wall, bodies, meshes, loads) if loads else None
-    contact = ContactSettings(slip_tolerance)
+    contact = ContactSettings(slip_tolerance, softening)
     return build_model(bodies, meshes, ElasticSettings(), contact, direction, comm, large_displacement, given)
 
 
@@ -93,7 +95,8 @@ def moved_to(model: ContactModel, displacements: list[float], state: Increment |
     with LinearSystem(model, MPI.COMM_SELF) as system:
         for displacement in displacements:
             start = state.displacement.ravel()
-            problem = Problem(1.0, start, state.elastic_slip, start, 1.0, displacement)
+            bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, state.gap)
+            problem = Problem(1.0, start, state.elastic_slip, start, 1.0, displacement, bond=bond)
             if state.number == 0:
                 problem = replace(problem, reference_force=model.weight / len(model.contacts))
             first = evaluate(model, problem, start, state.normal_force, state.load_multiplier)
