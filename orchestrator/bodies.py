@@ -6,7 +6,7 @@ imprinted vertices a wall of one element per stone loses 39 % of its capacity.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
@@ -46,7 +46,8 @@ class Bodies:
     """Bodies of one thickness (m), moving ones first, and their k interfaces, each a straight segment.
 
     body_i, body_j (k,), start, end (k, 2) in m (convention of joints.py: start -> end is counter-clockwise round i, the
-    normal points from i to j), friction (k,), joint (k,): the joint of the assemblage it comes from.
+    normal points from i to j), friction (k,), joint (k,): the joint of the assemblage it comes from; cohesion,
+    tensile_strength (k,) in N/m2, where one number stands for all.
     """
 
     bodies: tuple[Body, ...]
@@ -58,6 +59,13 @@ class Bodies:
     end: FloatArray
     friction: FloatArray
     joint: IntArray
+    cohesion: FloatArray = field(default_factory=lambda: read_only(0.0))
+    tensile_strength: FloatArray = field(default_factory=lambda: read_only(0.0))
+
+    def __post_init__(self) -> None:
+        for name in ("cohesion", "tensile_strength"):
+            each = np.broadcast_to(getattr(self, name), self.friction.shape)
+            object.__setattr__(self, name, read_only(each))
 
 
 def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
@@ -82,6 +90,8 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
         end=read_only(assemblage.end[joint]),
         friction=read_only(assemblage.friction[joint]),
         joint=read_only(joint, np.int64),
+        cohesion=read_only(assemblage.cohesion[joint]),
+        tensile_strength=read_only(assemblage.tensile_strength[joint]),
     )
 
 

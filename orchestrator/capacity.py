@@ -1,12 +1,12 @@
 """Capacity: the figures that a pushover curve is read for.
 
 Displacements are relative to the state under gravity (the curve's first row). With V the base shear, d the control
-displacement, W the weight and lambda the load multiplier:
+displacement, H the horizontal live load and lambda its multiplier:
 
     peak                  V_p = max V up to the final displacement (first row that reaches it)
     initial stiffness     k = sum(V d) / sum(d d), the least-squares line through the origin, over the leading lateral
                           rows with V - V_gravity <= 10 % of the peak, but at least the first two
-    equilibrium residual  max |lambda W - V| / W over all rows
+    equilibrium residual  max |lambda H - V| / H over all rows
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class Capacity:
     equilibrium_residual: float
 
 
-def find_capacity(curve: PushoverCurve, weight: float) -> Capacity:
-    """Return the capacity of a wall of `weight` N (free blocks) from its curve.
+def find_capacity(curve: PushoverCurve, horizontal_load: float) -> Capacity:
+    """Return the capacity from a curve; horizontal_load: that of a load multiplier of 1, N (by default the weight).
 
     Raises ResultError for a curve without lateral rows, with values that are not finite, or that does not move.
     """
@@ -57,7 +57,7 @@ def find_capacity(curve: PushoverCurve, weight: float) -> Capacity:
         final_displacement=float(displacement[-1]),
         initial_stiffness=initial_stiffness(curve.base_shear_N, displacement),
         max_kinetic_over_internal=kinetic_share(curve),
-        equilibrium_residual=equilibrium_error(curve, weight),
+        equilibrium_residual=equilibrium_error(curve, horizontal_load),
     )
 
 

@@ -20,13 +20,14 @@ import tomli_w
 from annotated_types import Gt, MinLen
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, create_model
 
-from orchestrator.errors import CaseError
+from orchestrator.errors import CaseError, naming
 from orchestrator.joints import JointSettings
 from orchestrator.limit_analysis import LimitAnalysisSettings, LoadSettings
 from orchestrator.macroblocks import TOLERANCES, MacroblockSettings
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
+from orchestrator.pushover.nodal_loads import refuse_upright
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.study import StudySettings
 from orchestrator.units import Unit, as_number
@@ -117,12 +118,11 @@ def read_wall(case: Case) -> Wall:
 
 def refuse_what_only_limit_analysis_takes(case: Case) -> None:
     """Raise CaseError for loads and strengths that the FE pushover would silently leave out."""
-    if key := case.load.beyond_default:
-        problem = "the FE pushover takes weight and a horizontal load proportional to mass only"
-        raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
+    with naming(case.file):
+        refuse_upright(case.load)
     for number, given in enumerate(case.joints.classes):
-        if name := given.beyond_friction:
-            key, problem = f"joints.classes.{number}.{name}", "the FE pushover knows Coulomb friction only"
+        if given.compressive_strength is not None:
+            key, problem = f"joints.classes.{number}.compressive_strength", "the FE pushover knows no crushing"
             raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
 
 

@@ -322,11 +322,14 @@ def _table(summary: dict[str, Any]) -> Table:
     columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    limit, weight = summary["limit_analysis"], summary["wall"]["weight"]
+    limit = summary["limit_analysis"]
+    horizontal_load = limit["base_shear"] / (limit["non_associative"] or limit["associative"])
     rows = {"associative": limit["associative"], "non-assoc.": limit["non_associative"]}
     for rule, multiplier in rows.items():
         found = (
-            [f"{multiplier:.4f}", f"{multiplier * weight / 1e3:.4f}"] if multiplier is not None else ["none found", ""]
+            [f"{multiplier:.4f}", f"{multiplier * horizontal_load / 1e3:.4f}"]
+            if multiplier is not None
+            else ["none found", ""]
         )
         seconds = f"{limit['seconds']:.1f}" if rule == "associative" else ""
         table.add_row(f"micro-LA {rule}", str(summary["wall"]["blocks"]), *found, "", "", seconds)

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from orchestrator.pushover.model import ContactModel
+    from orchestrator.pushover.nodal_loads import NodalLoads
 
 logger = logging.getLogger(__name__)
 
@@ -204,13 +205,15 @@ def _push(
 ) -> Pushed:
     """Mesh one partition and push it, on rank 0 or on all ranks."""
     from orchestrator.pushover.contact_search import find_contacts
+    from orchestrator.pushover.nodal_loads import nodal_loads
 
     start_finite_elements()
 
     assemblage = segmented.assemblage
     bodies = segmented.bodies if model == "macro" else make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = on_root(comm, _meshed, bodies, case, output / model)
-    arguments = (model, case, bodies, meshes, output / model, resume)
+    loads = nodal_loads(assemblage.wall, bodies, meshes, case.load)
+    arguments = (model, case, bodies, meshes, loads, output / model, resume)
     unknowns = 3 * len(meshes.nodes) + len(find_contacts(bodies, meshes))
     if unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
@@ -234,6 +237,7 @@ def _follow(
     case: Case,
     bodies: Bodies,
     meshes: BodyMeshes,
+    loads: NodalLoads,
     folder: Path,
     resume: bool,
     comm: MPI.Comm | None,
@@ -249,7 +253,7 @@ def _follow(
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()
     large = case.stepping.large_displacement
-    contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working, large)
+    contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working, large, loads)
     assembled = perf_counter()
     complaint: ConvergenceError | CollapseError | None = None
     with LinearSystem(contact_model, working) as system:
@@ -307,6 +311,8 @@ def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:
     total = hashlib.sha256(repr(settings).encode())
     for array in (meshes.nodes, meshes.tetrahedra, meshes.unit_weight, bodies.start, bodies.end, bodies.friction):
         total.update(array.tobytes())
+    for strength in (bodies.cohesion, bodies.tensile_strength):
+        total.update(strength.tobytes())
     return total.hexdigest()
 
 
@@ -332,9 +338,9 @@ def _folded(
     stopped = str(complaint or end_of_curve(last, case.stepping))
     curve = PushoverCurve.from_increments(store.increments(), stopped)
     effort = results.effort_of(store.increments())
-    capacity = find_capacity(curve, contact_model.weight)
+    capacity = find_capacity(curve, contact_model.horizontal_load)
     failures = [complaint] if isinstance(complaint, ConvergenceError) else []
-    invalid = _check(model, curve, effort, contact_model.weight)
+    invalid = _check(model, curve, effort, contact_model.horizontal_load)
     reporting.write_pushover(store, model, bodies, contact_model, curve)
     return Pushed(
         curve=curve,

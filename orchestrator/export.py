@@ -17,6 +17,7 @@ import numpy as np
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.case import Case, ModelName
 from orchestrator.driver import Segmented, mesh_cache
+from orchestrator.errors import CaseError
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes, mesh_bodies, volumes, write_mesh
@@ -46,8 +47,12 @@ class ContactPair:
 def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multiplier: float | None, path: Path) -> None:
     """Write `model` of a case to `path`: kind vtu or msh (moving bodies), calculix or abaqus.
 
-    multiplier: horizontal load over weight at the end of the second step; None: that of micro limit analysis.
+    multiplier: horizontal load over weight at the end of the second step; None: that of micro limit analysis. Raises
+    CaseError for loads that a deck would leave out.
     """
+    if kind in ("calculix", "abaqus") and (key := case.load.beyond_default):
+        problem = "decks carry weight and a horizontal load proportional to mass only"
+        raise CaseError(key, problem, "leave it out, or export the mesh", str(case.file))
     bodies = segmented.bodies
     if model == "micro":
         bodies = make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))

@@ -32,15 +32,10 @@ class JointClass:
     friction: Annotated[float, Gt(0)] | None = None
     cohesion: Annotated[float, Unit("Pa"), Ge(0)] | None = None
     tensile_strength: Annotated[float, Unit("Pa"), Ge(0)] | None = None
-    """plastic, over the whole joint; Coulomb's cone ends at cohesion / friction where that is less"""
+    """over the whole joint; Coulomb's cone ends at cohesion / friction where that is less. Plastic in limit analysis,
+    softening in the FE pushover, as cohesion (contact.softening_displacement)"""
     compressive_strength: Annotated[float, Unit("Pa"), Gt(0)] | None = None
     """of a rectangular stress block; none: no crushing"""
-
-    @property
-    def beyond_friction(self) -> str:
-        """Return the first strength besides friction that is given, or ""."""
-        names = ("cohesion", "tensile_strength", "compressive_strength")
-        return next((name for name in names if getattr(self, name) is not None), "")
 
 
 @dataclass(frozen=True, slots=True)

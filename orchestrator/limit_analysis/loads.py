@@ -13,10 +13,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
+import numpy.typing as npt
 from annotated_types import Ge, Gt, Le, MinLen
 
 from orchestrator.errors import CaseError
@@ -99,27 +100,54 @@ class Loads:
         return direction * self.along_x + self.upright
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Placed:
+    """Sizes (N) of p loads: block (p,), point (p, 2) in m through which the resultant goes, on_top (p,): whether the
+    load is spread over the edges of the block that face upwards, else over its volume."""
+
+    block: IntArray
+    point: FloatArray
+    on_top: npt.NDArray[np.bool_]
+    size: FloatArray
+
+
 def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
     """Return the loads on a wall: by default its weight, and the same forces along x. Raises CaseError."""
     settings = settings or LoadSettings()
-    refuse_contradictions(wall, settings)
-    block, point, weight = _masses(wall, settings)
-    if settings.distribution == "mass_height":
-        free = np.vstack([b.polygon for b in wall.blocks if not b.fixed])
-        moment_of_height = weight * (point[:, 1] - free[:, 1].min())
-        live = moment_of_height * weight.sum() / moment_of_height.sum()
-    else:
-        live = weight
-    if settings.distribution == "per_block":
-        given = [(position, load.force) for load in settings.live for position in _positions(wall, load.blocks)]
-        block, live = np.array([position for position, _ in given]), np.array([force for _, force in given])
-        point = block_centroids(wall)[block]
-    horizontal, vertical = live * math.cos(settings.inclination), live * math.sin(settings.inclination)
-    nothing = np.zeros_like(live)
+    live = live_loads(wall, settings)
+    horizontal, vertical = live.size * math.cos(settings.inclination), live.size * math.sin(settings.inclination)
+    nothing = np.zeros_like(live.size)
     return Loads(
         dead=read_only(_dead(wall, settings)),
-        along_x=read_only(_on_blocks(wall, block, point, np.column_stack([horizontal, nothing]))),
-        upright=read_only(_on_blocks(wall, block, point, np.column_stack([nothing, vertical]))),
+        along_x=read_only(_on_blocks(wall, live.block, live.point, np.column_stack([horizontal, nothing]))),
+        upright=read_only(_on_blocks(wall, live.block, live.point, np.column_stack([nothing, vertical]))),
+    )
+
+
+def live_loads(wall: Wall, settings: LoadSettings) -> Placed:
+    """Return the live load at a load multiplier of 1, in its direction: first that of the free blocks' own masses, in
+    order (not for "per_block"). Raises CaseError."""
+    refuse_contradictions(wall, settings)
+    if settings.distribution == "per_block":
+        given = [(position, load.force) for load in settings.live for position in _positions(wall, load.blocks)]
+        block, size = np.array([position for position, _ in given]), np.array([force for _, force in given])
+        return Placed(block, block_centroids(wall)[block], np.zeros(len(block), bool), size)
+    masses = _masses(wall, settings)
+    if settings.distribution == "mass":
+        return masses
+    free = np.vstack([b.polygon for b in wall.blocks if not b.fixed])
+    moment_of_height = masses.size * (masses.point[:, 1] - free[:, 1].min())
+    return replace(masses, size=moment_of_height * masses.size.sum() / moment_of_height.sum())
+
+
+def extra_dead_loads(wall: Wall, loads: tuple[DeadLoad, ...]) -> Placed:
+    """Return the extra dead loads, downwards, one after the other."""
+    each = list(_extra(wall, loads))
+    return Placed(
+        block=np.array([block for block, _, _, _ in each], dtype=np.int64),
+        point=np.array([point for _, point, _, _ in each]).reshape(-1, 2),
+        on_top=np.array([on_top for _, _, on_top, _ in each], dtype=bool),
+        size=np.array([weight for _, _, _, weight in each], dtype=float),
     )
 
 
@@ -150,27 +178,28 @@ def top_of(polygon: FloatArray) -> tuple[float, FloatArray]:
     return float(width[above].sum()), middle
 
 
-def _extra(wall: Wall, loads: tuple[DeadLoad, ...]) -> Iterator[tuple[int, FloatArray, float]]:
-    """Yield block position, point of attack (2,) in m and weight in N of every extra dead load."""
+def _extra(wall: Wall, loads: tuple[DeadLoad, ...]) -> Iterator[tuple[int, FloatArray, bool, float]]:
+    """Yield block position, point of attack (2,) in m, whether it is on top, and weight in N of every extra load."""
     centroids = block_centroids(wall)
     for load in loads:
         for position in _positions(wall, load.blocks):
             if load.line_load is not None:
                 width, middle = top_of(wall.blocks[position].polygon)
-                yield position, middle, load.line_load * width
+                yield position, middle, True, load.line_load * width
             else:
                 assert load.force is not None
-                yield position, centroids[position], load.force
+                yield position, centroids[position], False, load.force
 
 
-def _masses(wall: Wall, settings: LoadSettings) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return block (p,), place (p, 2) in m and weight (p,) in N of all masses that the live load acts on."""
+def _masses(wall: Wall, settings: LoadSettings) -> Placed:
+    """Return the weights of all masses that the live load acts on, those of the free blocks first."""
     free = np.flatnonzero([not block.fixed for block in wall.blocks])
-    extra = list(_extra(wall, tuple(load for load in settings.dead if load.inertia)))
-    return (
-        np.concatenate([free, np.array([block for block, _, _ in extra], dtype=np.int64)]),
-        np.vstack([block_centroids(wall)[free], *[point for _, point, _ in extra]]),
-        np.concatenate([block_weights(wall)[free], [weight for _, _, weight in extra]]),
+    extra = extra_dead_loads(wall, tuple(load for load in settings.dead if load.inertia))
+    return Placed(
+        block=np.concatenate([free, extra.block]),
+        point=np.vstack([block_centroids(wall)[free], extra.point]),
+        on_top=np.concatenate([np.zeros(len(free), bool), extra.on_top]),
+        size=np.concatenate([block_weights(wall)[free], extra.size]),
     )
 
 
@@ -178,7 +207,7 @@ def _dead(wall: Wall, settings: LoadSettings) -> FloatArray:
     """Return weight and extra dead loads (n, 3)."""
     nothing = np.zeros(len(wall.blocks))
     total = np.column_stack([nothing, -block_weights(wall), nothing])
-    for block, point, weight in _extra(wall, settings.dead):
+    for block, point, _, weight in _extra(wall, settings.dead):
         total += _on_blocks(wall, np.array([block]), point[None], np.array([[0.0, -weight]]))
     return total
 

@@ -108,12 +108,14 @@ def curves(
     axes.set_ylim(0.0, 1.08 * axes.get_ylim()[1])
     axes.grid(color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)
-    kilonewtons = analysis.weight / 1e3
+    kilonewtons = analysis.horizontal_load / 1e3
     multiplier = axes.secondary_yaxis("right", functions=(_times(1.0 / kilonewtons), _times(kilonewtons)))
-    multiplier.set_ylabel("load multiplier λ = base shear / weight")
+    of_weight = abs(analysis.horizontal_load - analysis.weight) < 1e-6 * analysis.weight
+    multiplier.set_ylabel(f"load multiplier λ = base shear / {'weight' if of_weight else 'horizontal live load'}")
     direction = "+x" if analysis.load_direction > 0 else "−x"
     wrong = [f"NOT VALID: {reason}" for reason in not_valid]
-    write_title(axes, "\n".join([f"Pushover along {direction}, weight {kilonewtons:.5g} kN", *wrong]), name)
+    head = f"Pushover along {direction}, weight {analysis.weight / 1e3:.5g} kN"
+    write_title(axes, "\n".join([head, *wrong]), name)
     if wrong:
         watermark = axes.text(0.5, 0.5, "NOT VALID", transform=axes.transAxes, ha="center", va="center", rotation=30)
         watermark.set(color=VERMILLION, alpha=0.35, fontsize=56, fontweight="bold", zorder=5)
@@ -227,7 +229,7 @@ def _leave(following: dict[int, list[int]], node: int) -> int:
 
 def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     """Draw the multipliers of micro limit analysis as base shear in kN."""
-    kilonewtons = analysis.weight / 1e3
+    kilonewtons = analysis.horizontal_load / 1e3
     associative, headline = analysis.associative, analysis.headline
     said = f"micro-LA, associative: λ = {associative.load_multiplier:.4f}"
     axes.axhline(associative.load_multiplier * kilonewtons, color=INK, linestyle=":", linewidth=1.2, label=said)

@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.masonry.wall import FloatArray
+from orchestrator.pushover.cohesion import BondResponse
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -31,6 +32,7 @@ class FrictionResponse:
     """traction (c, 2) in N, elastic_slip (c, 2) in m, sliding (c,), and the tangents.
 
     slip_stiffness (c, 2, 2) in N/m = d traction / d trial slip; pressure_slope (c, 2) = d traction / d normal force.
+    limit (c,) in N: what the traction reaches.
     """
 
     traction: FloatArray
@@ -38,6 +40,7 @@ class FrictionResponse:
     sliding: npt.NDArray[np.bool_]
     slip_stiffness: FloatArray
     pressure_slope: FloatArray
+    limit: FloatArray
 
     def damped(self, slip: FloatArray, viscosity: float) -> FrictionResponse:
         """Return the response with the viscous traction viscosity (N/m) x slip (c, 2) in m added."""
@@ -45,6 +48,26 @@ class FrictionResponse:
             self,
             traction=self.traction + viscosity * slip,
             slip_stiffness=self.slip_stiffness + viscosity * np.eye(2),
+        )
+
+    def bonded(
+        self, trial_slip: FloatArray, normal_force: FloatArray, friction: FloatArray, bond: BondResponse
+    ) -> FrictionResponse:
+        """Return the response whose limit is max(mu lambda + cohesion, 0), and softens with slip."""
+        limit = np.where(bond.intact, np.maximum(friction * normal_force + bond.cohesion, 0.0), self.limit)
+        length = np.linalg.norm(trial_slip, axis=1)
+        share = self.elastic_slip / bond.slip_tolerance
+        direction = trial_slip / np.maximum(length, bond.slip_tolerance)[:, None]
+        projector = np.eye(2) - self.sliding[:, None, None] * direction[:, :, None] * direction[:, None, :]
+        shrink = limit / np.maximum(length, bond.slip_tolerance)
+        softening = bond.cohesion_slope[:, None, None] * share[:, :, None] * direction[:, None, :]
+        slope = np.where(bond.intact & (limit > 0.0), friction, 0.0)[:, None] * share
+        return replace(
+            self,
+            traction=limit[:, None] * share,
+            slip_stiffness=shrink[:, None, None] * projector + np.where((limit > 0.0)[:, None, None], softening, 0.0),
+            pressure_slope=np.where(bond.intact[:, None], slope, self.pressure_slope),
+            limit=limit,
         )
 
 
@@ -66,4 +89,5 @@ def friction_response(
         sliding=sliding,
         slip_stiffness=(limit / slip_tolerance * shrink)[:, None, None] * projector,
         pressure_slope=pressure_slope,
+        limit=limit,
     )

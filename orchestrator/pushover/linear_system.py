@@ -3,7 +3,7 @@
 Unknowns (du, dlambda / kappa, dalpha), kappa = contact stiffness, which brings all entries to one magnitude:
 
     [ K + M/dt^2 + B_t^T T B_t   kappa (-B_n^T + B_t^T S)   -f_h ]
-    [ kappa B_n (active)         kappa I (inactive)           0  ]
+    [ kappa B_n (active)         kappa I (inactive)           0  ]    inactive and bonded: T'(gap) B_n and kappa I
     [ mean row (displacement) | 0    0       0 | 1 (prescribed)  ]
 
 T (2, 2) = d tau / d slip and S (2,) = d tau / d lambda of each contact. Every value is therefore
@@ -36,8 +36,8 @@ from orchestrator.pushover.model import ContactModel
 class Pattern:
     """CSR pattern (indptr, indices) with the constant values of K and M in it, and `scatter` (nonzeros, coefficients).
 
-    Coefficients in order: T (4 c), S (2 c), active (c), displacement control (1), one (1). slot: place in the pattern
-    of each entry that `_entries` lists, then of each entry of K.
+    Coefficients in order: T (4 c), S (2 c), gap (c), active (c), displacement control (1), one (1). slot: place in
+    the pattern of each entry that `_entries` lists, then of each entry of K.
     """
 
     indptr: IntArray
@@ -48,12 +48,22 @@ class Pattern:
     slot: IntArray
 
 
-def coefficients(response: FrictionResponse, active: npt.NDArray[np.bool_], displacement_control: bool) -> FloatArray:
-    """Return the coefficients (7 c + 2,) that multiply `Pattern.scatter`."""
+def coefficients(
+    response: FrictionResponse,
+    active: npt.NDArray[np.bool_],
+    carrying: npt.NDArray[np.bool_],
+    pull_slope: FloatArray,
+    displacement_control: bool,
+) -> FloatArray:
+    """Return the coefficients (8 c + 2,) that multiply `Pattern.scatter`.
+
+    carrying (c,): contacts that take shear; pull_slope (c,): d (tension of an open contact) / d gap over kappa.
+    """
     return np.concatenate(
         [
-            (response.slip_stiffness * active[:, None, None]).ravel(),
+            (response.slip_stiffness * carrying[:, None, None]).ravel(),
             response.pressure_slope.ravel(),
+            np.where(active, 1.0, pull_slope),
             active.astype(float),
             [float(displacement_control), 1.0],
         ]
@@ -88,24 +98,25 @@ def with_values_of(pattern: Pattern, model: ContactModel) -> Pattern:
 
 
 def _scatter(value: FloatArray, slot: IntArray, coefficient: IntArray, slots: int, contacts: int) -> sparse.csr_matrix:
-    return sparse.csr_matrix((value, (slot[: len(value)], coefficient)), shape=(slots, 7 * contacts + 2))
+    return sparse.csr_matrix((value, (slot[: len(value)], coefficient)), shape=(slots, 8 * contacts + 2))
 
 
 def _entries(model: ContactModel) -> tuple[npt.NDArray, ...]:
     """Return rows, columns, values and coefficient numbers of everything but K and M."""
     n, c = len(model.gravity), len(model.contacts)
     kappa, alpha = model.contact_stiffness, n + c
-    control, one = 7 * c, 7 * c + 1
+    control, one = 8 * c, 8 * c + 1
     contact = np.arange(c)
     normal, tangential = model.normal_rows.tocoo(), model.tangential_rows.tocoo()
     entries = [
         _slip_stiffness_entries(model),
-        # u-lambda: -kappa B_n^T, kappa B_t^T S;  lambda-u: kappa B_n while active;  lambda-lambda: 1 - active
+        # u-lambda: -kappa B_n^T, kappa B_t^T S;  lambda-lambda: 1 - active
+        # lambda-u: kappa B_n while active, else the slope of its tension
         (normal.col, n + normal.row, -kappa * normal.data, np.full(normal.nnz, one)),
         (tangential.col, n + tangential.row // 2, kappa * tangential.data, 4 * c + tangential.row),
         (n + normal.row, normal.col, kappa * normal.data, 6 * c + normal.row),
         (n + contact, n + contact, np.full(c, kappa), np.full(c, one)),
-        (n + contact, n + contact, np.full(c, -kappa), 6 * c + contact),
+        (n + contact, n + contact, np.full(c, -kappa), 7 * c + contact),
         *_border_entries(model, alpha, control, one),
     ]
     return tuple(np.concatenate([entry[k] for entry in entries]) for k in range(4))

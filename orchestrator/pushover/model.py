@@ -11,9 +11,11 @@ from mpi4py import MPI
 from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.cohesion import Bond, find_bond
 from orchestrator.pushover.contact_search import Contacts, find_contacts
 from orchestrator.pushover.contact_tracking import Frames, Tracking, find_possible_contacts, fit_frames, track
 from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
+from orchestrator.pushover.nodal_loads import NodalLoads
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
 
 
@@ -22,12 +24,15 @@ class ContactModel:
     """All that an increment needs; the same on every rank. n = 3 x (nodes + curved edges), c contacts.
 
     stiffness, mass (n, n) in N/m, kg; stiffness_magnitude: |K| entry by entry. body (n / 3,) of each node and edge.
-    gravity, lateral (n,) in N (lateral for load multiplier 1). weight in N.
+    gravity, lateral (n,) in N: all dead load, and the live load for load multiplier 1. weight: all dead load in N;
+    horizontal_load: horizontal part of the live load in N, what base shears are read against.
     normal_rows B_n (c, n), tangential_rows B_t (2 c, n). direction: load along +x (1) or -x (-1).
     rigid (n,) in m: displacement that causes no stress; gap_offset (c,) in m: gap = B_n u + gap_offset; both zero while
     the wall is undeformed. rows (c,): numbers of these contacts among all `possible` ones. support_side (c,): 1 where
     the master is a support, -1 where the slave is one, else 0. tracking: None for small displacements.
-    mean_row, top_row (n,): mass-weighted mean displacement and mean displacement of the top edge, along the load.
+    bond: strengths of all `possible` contacts, or None.
+    mean_row, top_row (n,): mean displacement along the live load, weighted by it (its work over its size), and mean
+    horizontal displacement of the top edge.
     contact_stiffness in N/m scales multipliers to displacements
     (active set and conditioning only; converged results do not depend on it).
     """
@@ -41,6 +46,7 @@ class ContactModel:
     gravity: FloatArray
     lateral: FloatArray
     weight: float
+    horizontal_load: float
     normal_rows: sparse.csr_matrix
     tangential_rows: sparse.csr_matrix
     direction: int
@@ -56,6 +62,7 @@ class ContactModel:
     bodies: int
     body_names: tuple[str, ...]
     tracking: Tracking | None
+    bond: Bond | None = None
 
     @property
     def possible(self) -> Contacts:
@@ -68,7 +75,7 @@ class ContactModel:
 
     def names_without_contact(self, normal_force: FloatArray) -> list[str]:
         """Return the bodies that no contact force (of the possible contacts, N) holds."""
-        closed = normal_force > 0.0
+        closed = normal_force != 0.0
         held = np.concatenate([self.possible.slave_body[closed], self.possible.master_body[closed]])
         return [self.body_names[body] for body in range(self.bodies) if body not in set(held.tolist())]
 
@@ -86,15 +93,19 @@ def build_model(
     direction: int,
     comm: MPI.Comm,
     large_displacement: bool = False,
+    loads: NodalLoads | None = None,
 ) -> ContactModel:
-    """Assemble matrices and loads with dolfinx on `comm` and search the contacts, those that sliding may bring too."""
+    """Assemble matrices and loads with dolfinx on `comm` and search the contacts, those that sliding may bring too.
+
+    Without `loads` the wall carries its weight, and the live load is the weight turned to +x or -x (`direction`).
+    """
     elasticity = assemble(meshes, elastic, comm)
     stiffness = elasticity.stiffness
     if large_displacement:
         stiffness = stiffness.tobsr((3, 3)).tocsr()  # the pattern of the turned one
-    gravity, lateral = gravity_and_lateral_loads(elasticity.mass, len(meshes.nodes), direction)
+    gravity, lateral, weight = _loads(elasticity.mass, meshes, direction, loads)
+    horizontal = float(np.abs((lateral[: meshes.nodes.size] * np.tile([1.0, 0.0, 0.0], len(meshes.nodes))).sum()))
     contacts = find_contacts(bodies, meshes)
-    weight = float(np.abs(lateral[: meshes.nodes.size].sum()))
     model = ContactModel(
         meshes=meshes,
         contacts=contacts,
@@ -105,10 +116,11 @@ def build_model(
         gravity=gravity,
         lateral=lateral,
         weight=weight,
+        horizontal_load=horizontal,
         normal_rows=contacts.normal_rows(len(elasticity.body)),
         tangential_rows=contacts.tangential_rows(len(elasticity.body)),
         direction=direction,
-        mean_row=lateral / weight,
+        mean_row=lateral / (horizontal / (loads.sideways if loads else 1.0)),
         top_row=direction * _padded(top_weights(meshes), len(gravity)),
         support_side=support_side(contacts, bodies.moving),
         contact_stiffness=elastic.elastic_modulus * bodies.thickness / 10,
@@ -121,7 +133,27 @@ def build_model(
         body_names=tuple(body.name for body in bodies.bodies),
         tracking=find_possible_contacts(bodies, meshes, contacts) if large_displacement else None,
     )
+    bond = find_bond(bodies, meshes, contacts, len(model.possible), contact.softening_displacement)
+    model = replace(model, bond=bond)
     return displaced(model, np.zeros_like(gravity))
+
+
+def _loads(
+    mass: sparse.csr_matrix, meshes: BodyMeshes, direction: int, given: NodalLoads | None
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return all dead load and the live load (n,) in N, and the size of the dead load."""
+    gravity, lateral = gravity_and_lateral_loads(mass, len(meshes.nodes), direction)
+    weight = float(np.abs(lateral[: meshes.nodes.size].sum()))
+    if given is None:
+        return gravity, lateral, weight
+    dead = np.kron(given.dead, [0.0, -1.0, 0.0])
+    live = np.kron(given.live, [direction * given.sideways, given.upwards, 0.0])
+    own = given.sideways * lateral - given.upwards * gravity if given.of_mass else np.zeros_like(lateral)
+    return (
+        gravity + _padded(dead, len(gravity)),
+        own + _padded(live, len(lateral)),
+        weight + float(given.dead.sum()),
+    )
 
 
 def support_side(contacts: Contacts, moving: int) -> IntArray:

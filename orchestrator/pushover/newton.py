@@ -6,6 +6,9 @@ Residuals, with the active (closed) set A = {lambda - c g >= 0}:
     g_A = 0,   lambda_I = 0,   and either alpha or the mean displacement is prescribed.
 
 S. Hueeber, B. Wohlmuth, CMAME 194 (2005) 3147-3166; P. Alart, A. Curnier, CMAME 92 (1991) 353-375.
+A bonded contact (cohesion.py) has lambda + T in the place of lambda in both, with the tension T that it still carries:
+lambda is then the net normal force, negative in tension, and follows T(gap) where the joint is open.
+
 A contact that just touches (lambda = g = 0) counts as closed: with the strict test the first iterate is a free fall.
 """
 
@@ -19,6 +22,7 @@ import numpy.typing as npt
 
 from orchestrator.errors import ConvergenceError
 from orchestrator.masonry.wall import FloatArray
+from orchestrator.pushover.cohesion import Bond, BondResponse, bond_response
 from orchestrator.pushover.contact_law import FrictionResponse, friction_response
 from orchestrator.pushover.linear_system import LinearSystem, coefficients
 from orchestrator.pushover.model import ContactModel
@@ -39,7 +43,8 @@ class Problem:
     inertia_reference (n,) = u_ref, time_step dt in s: inertia M (u - u_ref)/dt^2. Either `mean_displacement` (m) is
     prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
     that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
-    contacts resist slip by viscosity x (slip since the start of the increment) besides friction.
+    contacts resist slip by viscosity x (slip since the start of the increment) besides friction, and bonded ones
+    opening likewise. bond: strengths and history of the contacts, None where no joint has any.
     """
 
     gravity_share: float
@@ -50,6 +55,7 @@ class Problem:
     mean_displacement: float | None
     reference_force: float = 0.0
     viscosity: float = 0.0
+    bond: Bond | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -58,7 +64,8 @@ class Iterate:
 
     force_residual (n,) in N, gap (c,) in m, active (c,). `norms`: force residual / weight, largest |gap| of an active
     contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). rounding: what
-    summing K u leaves of the force residual / weight in double precision, a bound that thin walls reach.
+    summing K u leaves of the force residual / weight in double precision, a bound that thin walls reach. pull (c,) in
+    N: tension that a contact carries when it opens, its slope pull_slope (c,) in N/m; bond: the rest of that, or None.
     """
 
     displacement: FloatArray
@@ -70,7 +77,15 @@ class Iterate:
     response: FrictionResponse
     norms: tuple[float, float, float, float]
     rounding: float
+    pull: FloatArray
+    pull_slope: FloatArray
+    bond: BondResponse | None
     number: int = 0
+
+    @property
+    def carrying(self) -> npt.NDArray[np.bool_]:
+        """(c,): contacts that take shear."""
+        return self.active if self.bond is None else self.active | self.bond.intact
 
 
 def evaluate(
@@ -78,11 +93,18 @@ def evaluate(
 ) -> Iterate:
     """Return residuals and contact response of a trial state."""
     gap = model.normal_rows @ displacement + model.gap_offset
-    active = normal_force - model.contact_stiffness * gap >= 0.0
     slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
-    response = friction_response(
-        problem.elastic_slip + slip, normal_force, model.contacts.friction, model.slip_tolerance
-    ).damped(slip * active[:, None], problem.viscosity)
+    trial = problem.elastic_slip + slip
+    response = friction_response(trial, normal_force, model.contacts.friction, model.slip_tolerance)
+    bond, carrying = None, np.zeros(len(gap), bool)
+    pull = pull_slope = np.zeros(len(gap))
+    if problem.bond is not None:
+        bond, carrying = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
+        response = response.bonded(trial, normal_force, model.contacts.friction, bond)
+        pull = bond.tension + problem.viscosity * carrying * (gap - problem.bond.opening)
+        pull_slope = bond.tension_slope + problem.viscosity * carrying
+    active = normal_force + pull - model.contact_stiffness * gap >= 0.0
+    response = response.damped(slip * (active | carrying)[:, None], problem.viscosity)
     strained = displacement - model.rigid
     residual = (
         model.stiffness @ strained
@@ -104,10 +126,13 @@ def evaluate(
         norms=(
             float(np.linalg.norm(residual)) / weight,
             float(np.max(np.abs(gap[active]), initial=0.0)),
-            float(np.max(np.abs(normal_force[~active]), initial=0.0) / model.weight),
+            float(np.max(np.abs((normal_force + pull)[~active]), initial=0.0) / model.weight),
             abs(_control_error(model, problem, displacement)),
         ),
         rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(strained))) / weight,
+        pull=pull,
+        pull_slope=pull_slope,
+        bond=bond,
     )
 
 
@@ -135,12 +160,13 @@ def _newton_coefficients(model: ContactModel, problem: Problem, current: Iterate
         response = friction_response(
             np.zeros((count, 2)), np.full(count, problem.reference_force), model.contacts.friction, model.slip_tolerance
         )
-    return coefficients(response, current.active, problem.mean_displacement is not None)
+    slope = current.pull_slope / model.contact_stiffness
+    return coefficients(response, current.active, current.carrying, slope, problem.mean_displacement is not None)
 
 
 def _right_side(model: ContactModel, problem: Problem, current: Iterate) -> FloatArray:
     kappa = model.contact_stiffness
-    contact = np.where(current.active, -kappa * current.gap, -current.normal_force)
+    contact = np.where(current.active, -kappa * current.gap, -(current.normal_force + current.pull))
     control = kappa * _control_error(model, problem, current.displacement)
     return np.concatenate([-current.force_residual, contact, [control]])
 
@@ -171,7 +197,8 @@ def _advanced(model: ContactModel, problem: Problem, current: Iterate, step: Flo
 
 def _merit(model: ContactModel, iterate: Iterate) -> float:
     stiffness = LINE_SEARCH_SHARE * model.contact_stiffness
-    contact = iterate.normal_force - np.maximum(iterate.normal_force - stiffness * iterate.gap, 0.0)
+    force = iterate.normal_force + iterate.pull
+    contact = force - np.maximum(force - stiffness * iterate.gap, 0.0)
     return float(np.sqrt(iterate.force_residual @ iterate.force_residual + contact @ contact))
 
 

@@ -2,7 +2,7 @@
 
 Multiplying the residual R_u = 0 of newton.py by the change of displacement gives the balance of one increment,
 
-    external work = change of stored + change of kinetic energy + friction + algorithmic dissipation,
+    external work = change of stored + change of kinetic energy + friction and fracture + algorithmic dissipation,
 
 external work by the trapezoidal rule. The last term is what implicit Euler takes out: half the work of the changes of
 elastic force and load, the impact of gaps that close, inertia beyond the kinetic energy, and viscous contacts. It also
@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
+from orchestrator.pushover.cohesion import dissipation, stored
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.newton import Iterate, Problem
 from orchestrator.pushover.state import ContactStatus, Increment, Phase
@@ -27,19 +28,25 @@ def increment_of(
     model: ContactModel, state: Increment, problem: Problem, iterate: Iterate, phase: Phase, time: float
 ) -> Increment:
     """Return the converged iterate as the increment after `state`; `step` is the caller's to set."""
-    force = np.where(iterate.active, np.maximum(iterate.normal_force, 0.0), 0.0)
-    closed = iterate.active & (force > 0.0)
-    elastic_slip = np.where(closed[:, None], iterate.response.elastic_slip, 0.0)
+    bond = iterate.bond
+    remains = np.zeros(len(iterate.gap)) if bond is None else bond.tension
+    bonded = np.zeros(len(iterate.gap), bool) if bond is None else bond.intact & (bond.damage < 1.0)
+    force = np.where(iterate.active, np.maximum(iterate.normal_force, 0.0 - remains), 0.0 - remains)
+    closed = iterate.active & ((force > 0.0) | bonded)
+    holds = closed | bonded
+    elastic_slip = np.where(holds[:, None], iterate.response.elastic_slip, 0.0)
     change = iterate.displacement - problem.displacement
     slip_change = (model.tangential_rows @ change).reshape(-1, 2)
-    plastic = np.where(closed[:, None], slip_change - (elastic_slip - problem.elastic_slip), 0.0)
+    plastic = np.where(holds[:, None], slip_change - (elastic_slip - problem.elastic_slip), 0.0)
     velocity = change / problem.time_step
     load = problem.gravity_share * model.gravity + iterate.load_multiplier * model.lateral
     earlier = _gravity_share(state) * model.gravity + state.load_multiplier * model.lateral
     work = 0.5 * float((load + earlier) @ change)
     friction = float(np.sum(iterate.response.traction * plastic))
+    if problem.bond is not None and bond is not None:
+        friction += float(dissipation(problem.bond, bond, iterate.gap).sum())
     kinetic = 0.5 * float(velocity @ (model.mass @ velocity))
-    internal = _internal_energy(model, iterate, force, elastic_slip)
+    internal = _internal_energy(model, iterate, elastic_slip)
     stored = internal - state.internal_energy + kinetic - state.kinetic_energy
     base_shear = _base_shear(model, iterate)
     count = len(model.possible)
@@ -53,6 +60,7 @@ def increment_of(
         normal_force=read_only(scattered(np.zeros(count), model.rows, force)),
         elastic_slip=read_only(scattered(np.zeros((count, 2)), model.rows, elastic_slip)),
         slip=read_only(state.slip + scattered(np.zeros(count), model.rows, np.linalg.norm(plastic, axis=1))),
+        damage=read_only(state.damage if bond is None else scattered(state.damage, model.rows, bond.damage)),
         gap=read_only(scattered(np.full(count, np.nan), model.rows, iterate.gap)),
         overlap=read_only(scattered(np.zeros(count), model.rows, model.overlap)),
         status=read_only(
@@ -127,11 +135,11 @@ def _base_shear(model: ContactModel, iterate: Iterate) -> float:
     return -model.direction * float(x_on_slave @ model.support_side)
 
 
-def _internal_energy(
-    model: ContactModel, iterate: Iterate, normal_force: FloatArray, elastic_slip: FloatArray
-) -> float:
-    """Return elastic energy of the bodies and of the elastic slip, J."""
+def _internal_energy(model: ContactModel, iterate: Iterate, elastic_slip: FloatArray) -> float:
+    """Return elastic energy of the bodies and of the elastic slip, and free energy of bonded cracks, J."""
     strained = iterate.displacement - model.rigid
-    stiffness = model.contacts.friction * normal_force / model.slip_tolerance
+    stiffness = iterate.response.limit / model.slip_tolerance
     slip = 0.5 * float(stiffness @ np.sum(elastic_slip**2, axis=1))
+    if iterate.bond is not None:
+        slip += stored(iterate.bond, iterate.gap)
     return 0.5 * float(strained @ (model.stiffness @ strained)) + slip

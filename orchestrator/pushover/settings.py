@@ -30,6 +30,9 @@ class ContactSettings:
     """
 
     slip_tolerance: Annotated[float, Unit("m"), Gt(0)] = 1e-6
+    softening_displacement: Annotated[float, Unit("m"), Gt(0), Le(1e-3)] = 2e-4
+    """opening or slip at which tension and cohesion of a joint (joints.classes) have gone, linearly: its fracture
+    energies are half of this times its strengths"""
 
 
 @dataclass(frozen=True, slots=True)

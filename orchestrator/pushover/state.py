@@ -37,7 +37,7 @@ class Increment:
     """One converged increment of the pushover: everything needed to go on from it.
 
     displacement, velocity (m, 3): nodal, m and m/s, then those of curved edges (elasticity.py).
-    normal_force (c,): contact multipliers, N, >= 0.
+    normal_force (c,): contact multipliers, N, >= 0 but for bonded joints in tension. damage (c,): 0 to 1, of those.
     elastic_slip (c, 2): in-plane and out-of-plane part, m. slip (c,): accumulated plastic slip, m.
     gap (c,): m, NaN where a possible contact does not exist. overlap (c,): m, what its gap was short of (or beyond)
     closure when sliding made the contact, taken as closed. status (c,): ContactStatus.
@@ -58,6 +58,7 @@ class Increment:
     normal_force: FloatArray
     elastic_slip: FloatArray
     slip: FloatArray
+    damage: FloatArray
     gap: FloatArray
     overlap: FloatArray
     status: IntArray

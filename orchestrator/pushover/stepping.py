@@ -90,6 +90,7 @@ def at_rest(model: ContactModel) -> Increment:
         normal_force=zero,
         elastic_slip=read_only(np.zeros((count, 2))),
         slip=zero,
+        damage=zero,
         gap=zero,
         overlap=read_only(scattered(np.zeros(count), model.rows, model.gap_offset)),  # joints touch by definition
         status=read_only(np.full(count, ContactStatus.STICK), np.int64),
@@ -254,7 +255,7 @@ class Pushover:
         return self._solved(state, problem, predicted, multiplier, "ramp", time)
 
     def _inertia_shows(self, state: Increment) -> bool:
-        shortfall = state.load_multiplier - state.base_shear / self.model.weight
+        shortfall = state.load_multiplier - state.base_shear / self.model.horizontal_load
         return state.phase == "ramp" and shortfall > self.stepping.inertia_share
 
     def _displacement_control(self, state: Increment) -> Iterator[Increment]:
@@ -375,7 +376,8 @@ class Pushover:
         for _ in range(GEOMETRY_PASSES):
             model = without_jumps(displaced(self.model, predicted), state)
             self.system.follow(model)
-            here = replace(problem, elastic_slip=model.on_its_contacts(problem.elastic_slip))
+            bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, state.gap)
+            here = replace(problem, elastic_slip=model.on_its_contacts(problem.elastic_slip), bond=bond)
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
             iterate = solve_increment(model, self.system, here, first, self.newton)
             spent += iterate.number

@@ -91,9 +91,9 @@ CASES = {
     "dead load without a unit": ('[[load.dead]]\nblocks = [1]\nforce = "5"', "load.dead.0.force", "use one of N, kN"),
     "dead load on nothing": ("[[load.dead]]\nblocks = []\nforce = 5", "load.dead.0.blocks", "at least one"),
     "unknown key of a load": ("[[load.dead]]\nblocks = [1]\nforc = 5", "load.dead.0.forc", "did you mean force"),
-    "tension in the pushover": (
-        '[[joints.classes]]\ntensile_strength = "1 kPa"',
-        "joints.classes.0.tensile_strength",
+    "crushing in the pushover": (
+        '[[joints.classes]]\ncompressive_strength = "1 MPa"',
+        "joints.classes.0.compressive_strength",
         "limit or segment",
     ),
     "turned too far": ('[load]\ninclination = "91 deg"', "load.inclination", "less than or equal"),
@@ -110,7 +110,7 @@ LIMIT_CASES = {
     "dead load on air": ("[[load.dead]]\nblocks = [99]\nforce = 5", "load.dead.0.blocks", "blocks of the wall"),
     "no live load": ('[load]\ndistribution = "per_block"', "load.live", "distribution"),
 }
-"""refused by limit analysis; the FE pushover takes no such loads at all"""
+"""refused by limit analysis, which comes first in a run too"""
 
 
 def refused(capsys, *arguments):

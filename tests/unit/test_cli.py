@@ -71,7 +71,7 @@ def test_exit_code_of_a_run_with_a_complaint(monkeypatch, tmp_path, capsys, comp
     record = {
         "case": "x",
         "wall": {"blocks": 1, "joints": 1, "weight": 1.0},
-        "limit_analysis": {"associative": 0.1, "non_associative": None, "seconds": 0.1},
+        "limit_analysis": {"associative": 0.1, "non_associative": None, "base_shear": 0.1, "seconds": 0.1},
         "pushover": [],
     }
     monkeypatch.setattr(driver, "run", lambda *arguments: driver.Outcome(record, (complaint,)))

@@ -39,6 +39,14 @@ def test_meshes_hold_the_volume_of_the_moving_bodies(tmp_path, capsys, kind):
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
 
 
+def test_decks_refuse_loads_that_they_would_leave_out(tmp_path, capsys):
+    path = tmp_path / "wall.inp"
+    arguments = ["export", str(WALL_1), "--format", "abaqus", "--output", str(path), "--set", "load.inclination=5 deg"]
+    assert main(arguments) == 2
+    assert "load.inclination: decks carry weight" in capsys.readouterr().err
+    assert not path.exists()
+
+
 def test_contact_pairs_cover_the_joints_and_nothing_else(wall_1):
     """Master faces of a joint fill it: their total area is the joint length times the thickness. Slaves lie on it."""
     _, bodies, meshes = wall_1

@@ -310,8 +310,8 @@ def increment(model):
     displacement[meshes.body_of_node == 1] = [0.01, 0.005, 0.0]
     none, status = np.zeros(6), np.array([1, 2, 0, 0, 0, 0])
     return Increment(
-        7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), none, none, none, status,
-        100.0, 0.0123, 0.01, 0.0, 1.0, 0.0, 0.0, 0.0, 100.0, 0.0, 3, (0.1,),
+        7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), none, none, none, none,
+        status, 100.0, 0.0123, 0.01, 0.0, 1.0, 0.0, 0.0, 0.0, 100.0, 0.0, 3, (0.1,),
     )  # fmt: skip
 
 

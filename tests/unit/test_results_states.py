@@ -36,6 +36,7 @@ def increment(number, nodes=5, contacts=3):
         normal_force=random.random(contacts),
         elastic_slip=random.random((contacts, 2)),
         slip=random.random(contacts),
+        damage=random.random(contacts),
         gap=random.random(contacts),
         overlap=random.random(contacts),
         status=random.integers(0, 3, contacts),

@@ -8,13 +8,15 @@ import numpy as np
 from mpi4py import MPI
 
 from orchestrator.bodies import make_bodies
-from orchestrator.joints import Assemblage, JointSettings, find_joints
+from orchestrator.joints import Assemblage, JointClass, JointSettings, find_joints
+from orchestrator.limit_analysis import LoadSettings
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, build_model
 from orchestrator.pushover.newton import Problem, evaluate, solve_increment
+from orchestrator.pushover.nodal_loads import nodal_loads
 from orchestrator.pushover.record import increment_of
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.state import Increment, PushoverCurve
@@ -34,8 +36,8 @@ class Run:
 
     @property
     def peak(self) -> float:
-        """Largest base shear / weight."""
-        return float(self.curve.base_shear_N.max()) / self.model.weight
+        """Largest base shear / horizontal part of the live load."""
+        return float(self.curve.base_shear_N.max()) / self.model.horizontal_load
 
     @property
     def under_gravity(self) -> Increment:
@@ -56,8 +58,8 @@ def stack(*sizes: tuple[float, float], friction: float) -> Wall:
     return Wall("stack", tuple(blocks), 0.1, friction)
 
 
-def assemblage_of(wall: Wall) -> Assemblage:
-    return find_joints(wall, JointSettings())
+def assemblage_of(wall: Wall, *classes: JointClass) -> Assemblage:
+    return find_joints(wall, JointSettings(classes=classes))
 
 
 def model_of(
@@ -68,13 +70,16 @@ def model_of(
     slip_tolerance: float = 1e-6,
     comm: MPI.Comm = MPI.COMM_SELF,
     large_displacement: bool = False,
+    loads: LoadSettings | None = None,
+    joints: JointClass | None = None,
+    softening: float = 2e-4,
 ) -> ContactModel:
-    assemblage = assemblage_of(wall)
+    assemblage = assemblage_of(wall, *([joints] if joints else []))
     bodies = make_bodies(assemblage, partition or one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(size=mesh_size), None)
-    return build_model(
-        bodies, meshes, ElasticSettings(), ContactSettings(slip_tolerance), direction, comm, large_displacement
-    )
+    given = nodal_loads(wall, bodies, meshes, loads) if loads else None
+    contact = ContactSettings(slip_tolerance, softening)
+    return build_model(bodies, meshes, ElasticSettings(), contact, direction, comm, large_displacement, given)
 
 
 def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float) -> Run:
@@ -90,7 +95,8 @@ def moved_to(model: ContactModel, displacements: list[float], state: Increment |
     with LinearSystem(model, MPI.COMM_SELF) as system:
         for displacement in displacements:
             start = state.displacement.ravel()
-            problem = Problem(1.0, start, state.elastic_slip, start, 1.0, displacement)
+            bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, state.gap)
+            problem = Problem(1.0, start, state.elastic_slip, start, 1.0, displacement, bond=bond)
             if state.number == 0:
                 problem = replace(problem, reference_force=model.weight / len(model.contacts))
             first = evaluate(model, problem, start, state.normal_force, state.load_multiplier)

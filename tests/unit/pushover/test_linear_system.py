@@ -43,7 +43,9 @@ def test_matrix_is_the_derivative_of_the_residual(mean_displacement):
     pattern = make_pattern(model)
     control = mean_displacement is not None
     data = pattern.stiffness + pattern.mass / problem.time_step**2
-    data = data + pattern.scatter @ coefficients(iterate.response, iterate.active, control)
+    data = data + pattern.scatter @ coefficients(
+        iterate.response, iterate.active, iterate.carrying, iterate.pull_slope, control
+    )
     matrix = sparse.csr_matrix((data, pattern.indices, pattern.indptr))
     direction = random.normal(size=n + c + 1) * 1e-5
     direction[n:-1] *= closed

@@ -1,0 +1,161 @@
+"""Bonded joints: tension and cohesion that soften, besides Coulomb friction (numpy only).
+
+A contact of tributary area A carries, with f_t no more than c / mu (where Coulomb's cone ends) and damage d,
+
+    tension     p >= -T,  T = (1 - d) f_t A        p: net normal force, N, positive in compression
+    shear       |tau| <= max(mu p + (1 - d) c A, 0)
+    damage      d = the larger of opening and plastic slip over the softening displacement, never less than before
+
+so that 0 <= p + T, 0 <= gap, and their product is zero: the complementarity of contact with a force shifted by T. The
+joint is rigid until T is reached. A crack that closes again does so under the T that is left. A joint that only opens
+dissipates G_I = f_t delta / 2 per area, one that only slides G_II = c delta / 2 besides friction.
+
+Dissipation of the normal part: the free energy T(d) opening has the force f_t A x opening on the damage.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from orchestrator.bodies import Bodies
+from orchestrator.masonry.wall import FloatArray, IntArray, read_only
+from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.contact_search import Contacts, nodes_on, slave_and_master, triangles_on
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Bond:
+    """Strength of c contacts while intact, tension, cohesion (c,) in N, and their history; softening in m.
+
+    At the start of the increment: damage (c,), plastic slip (c,) and opening (c,) in m.
+    """
+
+    tension: FloatArray
+    cohesion: FloatArray
+    softening: float
+    damage: FloatArray
+    slip: FloatArray
+    opening: FloatArray
+
+    def at(self, rows: IntArray, damage: FloatArray, slip: FloatArray, gap: FloatArray) -> Bond:
+        """Return the bond of the contacts `rows`, with their history; all arrays (possible,), gap NaN where none is."""
+        return replace(
+            self,
+            tension=self.tension[rows],
+            cohesion=self.cohesion[rows],
+            damage=damage[rows],
+            slip=slip[rows],
+            opening=np.maximum(np.nan_to_num(gap[rows]), 0.0),
+        )
+
+    @property
+    def holds(self) -> npt.NDArray[np.bool_]:
+        """(c,): what still carried tension or cohesion at the start of the increment."""
+        return (self.damage < 1.0) & ((self.tension > 0.0) | (self.cohesion > 0.0))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BondResponse:
+    """What a bond gives at the end of an increment, arrays (c,).
+
+    damage; tension, cohesion in N that it leaves; tension_slope: d tension / d gap, cohesion_slope: d cohesion / d
+    plastic slip, N/m; plastic_slip in the increment, m; by_opening: whether opening governs, else slip; intact: bonded
+    at the start of the increment.
+    """
+
+    damage: FloatArray
+    tension: FloatArray
+    cohesion: FloatArray
+    tension_slope: FloatArray
+    cohesion_slope: FloatArray
+    plastic_slip: FloatArray
+    by_opening: npt.NDArray[np.bool_]
+    intact: npt.NDArray[np.bool_]
+    slip_tolerance: float
+
+
+def bond_response(bond: Bond, gap: FloatArray, trial_slip: FloatArray, slip_tolerance: float) -> BondResponse:
+    """Return what is left of the bond at gap (c,) in m and trial elastic slip (c, 2) in m."""
+    opening = np.maximum(gap, 0.0)
+    plastic = np.maximum(np.linalg.norm(trial_slip, axis=1) - slip_tolerance, 0.0)
+    by_opening = opening >= bond.slip + plastic
+    reached = np.maximum(opening, bond.slip + plastic) / bond.softening
+    damage = np.minimum(np.maximum(bond.damage, reached), 1.0)
+    grows = (reached > bond.damage) & (reached < 1.0)
+    return BondResponse(
+        damage=damage,
+        tension=bond.tension * (1.0 - damage),
+        cohesion=bond.cohesion * (1.0 - damage),
+        tension_slope=np.where(grows & by_opening, -bond.tension / bond.softening, 0.0),
+        cohesion_slope=np.where(grows & ~by_opening & (plastic > 0.0), -bond.cohesion / bond.softening, 0.0),
+        plastic_slip=plastic,
+        by_opening=by_opening,
+        intact=bond.holds,
+        slip_tolerance=slip_tolerance,
+    )
+
+
+def dissipation(bond: Bond, response: BondResponse, gap: FloatArray) -> FloatArray:
+    """Return what breaking takes (c,), J, beyond (cohesion left) x (plastic slip), which friction counts."""
+    before, after, width = bond.damage, response.damage, bond.softening
+    opening = np.where(response.by_opening, 0.5 * width * (before + after), 0.5 * (bond.opening + np.maximum(gap, 0.0)))
+    slid = bond.slip + response.plastic_slip
+    intact = np.clip(width * before, bond.slip, slid) - bond.slip
+    end = np.maximum(np.minimum(slid / width, 1.0), before)
+    softened = (end - 0.5 * end**2) - (before - 0.5 * before**2)
+    by_slip = (1.0 - before) * intact + width * softened
+    by_both = (1.0 - 0.5 * (before + after)) * response.plastic_slip
+    shear = np.where(response.by_opening, by_both, by_slip) - (1.0 - after) * response.plastic_slip
+    return bond.tension * opening * (after - before) + bond.cohesion * shear
+
+
+def stored(response: BondResponse, gap: FloatArray) -> float:
+    """Return the free energy of open cracks, J."""
+    return float(response.tension @ np.maximum(gap, 0.0))
+
+
+def find_bond(bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: int, softening: float) -> Bond | None:
+    """Return the bond of `possible` contacts, of which `contacts` come first and touch; None where joints have none."""
+    if not bodies.cohesion.any():
+        return None
+    ends = np.divide(
+        bodies.cohesion, bodies.friction, out=np.full(len(bodies.friction), np.inf), where=bodies.friction > 0
+    )
+    tensile = np.minimum(bodies.tensile_strength, ends)
+    keys = zip(contacts.slave_node, contacts.master_body, contacts.normal, strict=True)
+    row = {_key(*key): number for number, key in enumerate(keys)}
+    surfaces = [meshes.side_triangles[meshes.body_of_side == body] for body in range(bodies.moving)]
+    strength = np.zeros((possible, 2))
+    for number, strengths in enumerate(zip(tensile, bodies.cohesion, strict=True)):
+        nodes, areas, master, normal = _tributary(number, bodies, meshes, surfaces)
+        rows = [row[_key(node, master, normal)] for node in nodes]
+        strength[rows] += areas[:, None] * np.array(strengths)
+    nothing = read_only(np.zeros(possible))
+    return Bond(read_only(strength[:, 0]), read_only(strength[:, 1]), softening, nothing, nothing, nothing)
+
+
+def _tributary(
+    number: int, bodies: Bodies, meshes: BodyMeshes, surfaces: list[IntArray]
+) -> tuple[IntArray, FloatArray, int, FloatArray]:
+    """Return slave nodes (s,), their shares (s,) of the joint's area in m2, master body and its outward normal (2,)."""
+    start, end = bodies.start[number], bodies.end[number]
+    body_i, body_j = int(bodies.body_i[number]), int(bodies.body_j[number])
+    moving = [body for body in (body_i, body_j) if body < bodies.moving]
+    on_joint = {body: nodes_on(start, end, np.unique(surfaces[body]), meshes.nodes) for body in moving}
+    slave, master = slave_and_master(body_i, body_j, on_joint)
+    triangles = triangles_on(start, end, surfaces[slave], meshes.nodes)
+    edges = meshes.nodes[triangles[:, 1:]] - meshes.nodes[triangles[:, :1]]
+    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    nodes, place = np.unique(triangles, return_inverse=True)
+    tangent = (end - start) / np.linalg.norm(end - start)
+    outward_of_i = np.array([tangent[1], -tangent[0]])
+    normal = outward_of_i if master == body_i else -outward_of_i
+    shares: FloatArray = np.bincount(place.ravel(), np.repeat(area / 3, 3)).astype(float)
+    return nodes, shares, master, normal
+
+
+def _key(node: int, body: int, normal: FloatArray) -> tuple[int, ...]:
+    return int(node), int(body), *np.round(normal * 1e6).astype(int).tolist()

@@ -1,0 +1,111 @@
+"""Loads beyond weight and its horizontal image in the FE pushover: the statics of one and two blocks, by hand."""
+
+from __future__ import annotations
+
+from math import cos, radians, sin
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orchestrator.bodies import make_bodies
+from orchestrator.limit_analysis import DeadLoad, LiveLoad, LoadSettings, loads_on
+from orchestrator.macroblocks import one_body_per_block, partition_of
+from orchestrator.masonry.geometry import block_centroids, block_weights
+from orchestrator.masonry.readers import read_blocks
+from orchestrator.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.nodal_loads import nodal_loads
+from tests.verification.pushover_chain import assemblage_of, model_of, run, stack
+
+TOWER = (0.4, 0.6)
+W = 25e3 * 0.1 * 0.4 * 0.6
+P = 1.5 * W
+ON_TOP = DeadLoad((1,), line_load=P / 0.4)
+AT_CENTROID = DeadLoad((1,), force=P)
+
+
+def peak(*sizes, friction, loads, direction=1, large_displacement=False):
+    model = model_of(
+        stack(*sizes, friction=friction), direction=direction, loads=loads, large_displacement=large_displacement
+    )
+    result = run(model, final_displacement=2e-3)
+    return result.peak, result
+
+
+@pytest.mark.parametrize("load", [ON_TOP, AT_CENTROID])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_dead_load_without_inertia_holds_a_block_down(load, direction):
+    """Sliding at mu (W + P)/W; the base shear is that force in N."""
+    found, result = peak(TOWER, friction=0.2, loads=LoadSettings(dead=(load,)), direction=direction)
+    assert found == pytest.approx(0.2 * (W + P) / W, rel=1e-3)
+    assert result.curve.base_shear_N.max() == pytest.approx(0.2 * (W + P), rel=1e-3)
+    assert result.model.horizontal_load == pytest.approx(W, rel=1e-9)
+    reaction = result.under_gravity.normal_force[: len(result.model.support_side)] @ result.model.support_side
+    assert reaction == pytest.approx(W + P, rel=1e-7)
+
+
+@pytest.mark.parametrize("large_displacement", [False, True])
+def test_dead_load_against_overturning(large_displacement):
+    """(W + P) b/2 = lambda W h/2 without inertia; with the load's own inertia on the top, W h/2 + P h."""
+    b, h = TOWER
+    held, _ = peak(TOWER, friction=3.0, loads=LoadSettings(dead=(ON_TOP,)), large_displacement=large_displacement)
+    assert held == pytest.approx((W + P) * b / (W * h), rel=5e-3)
+    inert = DeadLoad((1,), line_load=P / 0.4, inertia=True)
+    pushed, _ = peak(TOWER, friction=3.0, loads=LoadSettings(dead=(inert,)), large_displacement=large_displacement)
+    assert pushed == pytest.approx((W + P) * b / (W * h + 2 * P * h), rel=5e-3)
+
+
+def test_mass_times_height():
+    """Two blocks: forces 1 : 3 of the resultant at h/2 and 3h/2, so at 5h/4."""
+    b, h = 0.4, 0.5
+    found, _ = peak((b, h), (b, h), friction=0.9, loads=LoadSettings(distribution="mass_height"))
+    assert found == pytest.approx(0.4 * b / h, rel=1e-3)
+
+
+def test_live_load_on_the_upper_block():
+    """It overturns on the lower one: lambda F h/2 = W b/2, or both do: lambda F 3h/2 = 2 W b/2."""
+    b, h, F = 0.4, 0.5, 800.0
+    weight = 25e3 * 0.1 * b * h
+    loads = LoadSettings(distribution="per_block", live=(LiveLoad((2,), F),))
+    found, result = peak((b, h), (b, h), friction=3.0, loads=loads)
+    assert found == pytest.approx(weight * b / (1.5 * h * F), rel=1e-3)
+    assert result.model.horizontal_load == pytest.approx(F, rel=1e-9)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("angle", [-30, 20])
+def test_inclined_live_load_on_a_sliding_block(angle, direction):
+    """lambda cos a = mu (1 - lambda sin a); base shear lambda W cos a."""
+    a, mu = radians(angle), 0.3
+    _, result = peak((0.8, 0.3), friction=mu, loads=LoadSettings(inclination=a), direction=direction)
+    expected = mu / (cos(a) + mu * sin(a))
+    weight = 25e3 * 0.1 * 0.8 * 0.3
+    assert result.curve.load_multiplier.max() == pytest.approx(expected, rel=2e-3)
+    assert result.curve.base_shear_N.max() == pytest.approx(expected * weight * cos(a), rel=1e-3)
+
+
+@pytest.mark.parametrize("macroblocks", [False, True])
+def test_resultant_and_moment_are_those_of_limit_analysis(macroblocks):
+    """Wall 3 with every kind of load, each stone a body or all stones one body: force and moment about the origin."""
+    wall = read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall3.json")
+    free = [block.id for block in wall.blocks if not block.fixed]
+    settings = LoadSettings(
+        distribution="mass_height",
+        dead=(DeadLoad((free[-1],), line_load=2e3, inertia=True), DeadLoad((free[3], free[7]), force=300.0)),
+    )
+    assemblage = assemblage_of(wall)
+    fixed = np.array([block.fixed for block in wall.blocks])
+    partition = partition_of(assemblage, fixed.astype(int)) if macroblocks else one_body_per_block(assemblage)
+    bodies = make_bodies(assemblage, partition)
+    meshes = mesh_bodies(bodies, MeshSettings(size=0.3), None)
+    found = nodal_loads(wall, bodies, meshes, settings)
+    blocks, centroid, weight = loads_on(wall, settings), block_centroids(wall), block_weights(wall)
+    x, y, z = meshes.nodes.T
+    dead = np.array([found.dead.sum(), found.dead @ x, found.dead @ z])
+    extra = -blocks.dead[~fixed, 1] - weight[~fixed]
+    moment = -blocks.dead[~fixed, 2].sum() + extra @ centroid[~fixed, 0]
+    assert dead == pytest.approx([extra.sum(), moment, extra.sum() * wall.thickness / 2], rel=1e-9)
+    live = np.array([found.live.sum(), found.live @ y, found.live @ z])
+    along, turning = blocks.along_x[~fixed, 0], blocks.along_x[~fixed, 2]
+    expected = [along.sum(), along @ centroid[~fixed, 1] - turning.sum(), along.sum() * wall.thickness / 2]
+    assert live == pytest.approx(expected, rel=1e-9)
