@@ -233,7 +233,10 @@ def _run(options: argparse.Namespace, comm: MPI.Comm | None, console: Console) -
     with _Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
     console.print(_table(outcome.summary))
-    console.print(f"pictures: {output / 'figures'}; all figures: {output / 'summary.json'}", soft_wrap=True)
+    written = (
+        f"report: {output / 'report.html'}; pictures: {output / 'figures'}; all figures: {output / 'summary.json'}"
+    )
+    console.print(written, soft_wrap=True)
     for complaint in outcome.complaints:
         _failed(comm, str(complaint), 0)
     failed = [1 if isinstance(complaint, ConvergenceError) else 3 for complaint in outcome.complaints]

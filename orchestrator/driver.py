@@ -170,6 +170,13 @@ def push(
         return on_root(comm, _finished, case, segmented, pushed, output)
 
 
+def rebuild_report(run_folder: Path) -> Path:
+    """Draw the pictures of a finished run again and write report.html, from stored results alone; return its path."""
+    from orchestrator import report as reporting
+
+    return reporting.rebuild(run_folder)
+
+
 def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path) -> Outcome:
     from orchestrator import report as reporting
 
@@ -332,6 +339,7 @@ def _folded(
     effort = results.effort_of(store.increments())
     capacity = find_capacity(curve, contact_model.weight)
     reporting.write_pushover(store, model, bodies, contact_model, curve)
+    judged = failure or _check(model, curve, effort, contact_model.weight)
     return Pushed(
         curve=curve,
         capacity=capacity,
@@ -346,8 +354,9 @@ def _folded(
             ranks=ranks,
             seconds=seconds,
             peak_memory=1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+            complaint=str(judged) if judged else None,
         ),
-        complaint=failure or _check(model, curve, effort, contact_model.weight),
+        complaint=judged,
     )
 
 

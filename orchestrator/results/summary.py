@@ -61,8 +61,12 @@ def pushover_summary(
     ranks: int,
     seconds: Mapping[str, float],
     peak_memory: int,
+    complaint: str | None = None,
 ) -> dict[str, Any]:
-    """Return one entry of `pushover`. seconds: exactly the keys of TIMINGS; peak_memory in bytes."""
+    """Return one entry of `pushover`. seconds: exactly the keys of TIMINGS; peak_memory in bytes.
+
+    complaint: why the curve ended early or is not valid; None for a good one.
+    """
     assert set(seconds) == set(TIMINGS), f"timings {sorted(seconds)}, not {sorted(TIMINGS)}"
     counted = asdict(effort)
     counted.pop("failed_attempts")
@@ -79,6 +83,7 @@ def pushover_summary(
         "seconds": {name: float(seconds[name]) for name in TIMINGS},
         "peak_memory": int(peak_memory),
         "stopped_because": stopped_because,
+        "complaint": complaint,
     }
 
 

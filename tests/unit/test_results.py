@@ -301,7 +301,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
                 "peak_base_shear", "peak_multiplier", "displacement_at_peak", "final_displacement",
                 "initial_stiffness", "equilibrium_residual", "max_penetration", "energy_error",
                 "max_kinetic_over_internal",
-                "peak_memory", "stopped_because",
+                "peak_memory", "stopped_because", "complaint",
             ]),
             "seconds": dict.fromkeys(["mesh", "assembly", "factorise", "contact", "total"]),
         }],
