@@ -107,12 +107,12 @@
       const line = curve.x.map((x, row) => `${across(x).toFixed(2)} ${up(curve.y[row]).toFixed(2)}`).join("L");
       element(chart, "path", { d: "M" + line, fill: "none", stroke: colours[k % 2], "stroke-width": 2, "stroke-dasharray": k ? "6 3" : "none" });
       const y = box.bottom - 14 - 16 * (data.curves.length - k);
-      element(chart, "path", { d: `M${box.right - 150} ${y - 4}h26`, fill: "none", stroke: colours[k % 2], "stroke-width": 2, "stroke-dasharray": k ? "6 3" : "none" });
-      element(chart, "text", { x: box.right - 118, y }, data.models[k].name);
+      element(chart, "path", { d: `M${box.right - 162} ${y - 4}h26`, fill: "none", stroke: colours[k % 2], "stroke-width": 2, "stroke-dasharray": k ? "6 3" : "none" });
+      element(chart, "text", { x: box.right - 130, y }, data.models[k].name);
     });
     const y = box.bottom - 14;
-    element(chart, "path", { d: `M${box.right - 150} ${y - 4}h26`, fill: "none", stroke: "#333", "stroke-dasharray": "2 3" });
-    element(chart, "text", { x: box.right - 118, y }, "micro-LA, associative");
+    element(chart, "path", { d: `M${box.right - 162} ${y - 4}h26`, fill: "none", stroke: "#333", "stroke-dasharray": "2 3" });
+    element(chart, "text", { x: box.right - 130, y }, "micro-LA, associative");
     return element(chart, "circle", { id: "point", r: 6, stroke: "#fff", "stroke-width": 2 });
   }
 
