@@ -20,7 +20,7 @@ import tomli_w
 from annotated_types import Gt, MinLen
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, create_model
 
-from orchestrator.errors import CaseError
+from orchestrator.errors import CaseError, naming
 from orchestrator.joints import JointSettings
 from orchestrator.limit_analysis import LimitAnalysisSettings, LoadSettings
 from orchestrator.macroblocks import MacroblockSettings
@@ -28,11 +28,12 @@ from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.seismic import SeismicSettings, spectrum_of
 from orchestrator.study import StudySettings
 from orchestrator.units import Unit, as_number
 
 ModelName = Literal["macro", "micro"]
-MAY_BE_INFINITE = ("macroblocks", "study")
+MAY_BE_INFINITE = ("macroblocks", "study", "seismic")
 LARGEST_FILE = 1_000_000
 """bytes"""
 REMEDIES = {
@@ -82,6 +83,7 @@ class Case:
     stepping: SteppingSettings = field(default_factory=SteppingSettings)
     run: RunSettings = field(default_factory=RunSettings)
     study: StudySettings = field(default_factory=StudySettings)
+    seismic: SeismicSettings = field(default_factory=SeismicSettings)
     file: Path = field(default=Path(), compare=False)
 
     @property
@@ -124,6 +126,13 @@ def refuse_what_only_limit_analysis_takes(case: Case) -> None:
         if name := given.beyond_friction:
             key, problem = f"joints.classes.{number}.{name}", "the FE pushover knows Coulomb friction only"
             raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
+
+
+def refuse_spectrum(case: Case) -> None:
+    """Raise CaseError for a spectrum that lacks a setting, before anything is computed."""
+    if case.seismic.peak_ground_acceleration is not None:
+        with naming(case.file):
+            spectrum_of(case.seismic, case.seismic.peak_ground_acceleration)
 
 
 def as_toml(case: Case, block_file: str) -> str:

@@ -23,7 +23,7 @@ from orchestrator import results
 from orchestrator.automatic import macroblocks_of
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
-from orchestrator.case import Case, ModelName, read_wall, refuse_what_only_limit_analysis_takes
+from orchestrator.case import Case, ModelName, read_wall, refuse_spectrum, refuse_what_only_limit_analysis_takes
 from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
@@ -145,6 +145,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
+    on_root(comm, refuse_spectrum, case)
     segmented = on_root(comm, segment, case)
     report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
     return push(case, segmented, output, resume, comm, report)
@@ -182,7 +183,7 @@ def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed],
 
     summary = reporting.write_summary(
         output,
-        case.name,
+        case,
         segmented.assemblage,
         segmented.analysis,
         segmented.partition,

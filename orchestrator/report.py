@@ -15,6 +15,7 @@ from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import PushoverCurve
+from orchestrator.verification import verify
 
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
@@ -95,7 +96,7 @@ def draw_moments(
 
 def write_summary(
     output: Path,
-    name: str,
+    case: Case,
     assemblage: Assemblage,
     analysis: LimitAnalysis,
     partition: Partition,
@@ -103,8 +104,10 @@ def write_summary(
     pushovers: list[dict[str, Any]],
 ) -> dict[str, Any]:
     """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
-    draw_curves(output / "figures", name, analysis, partition, curves)
-    summary = results.summary(name, assemblage, analysis, partition, pushovers)
+    draw_curves(output / "figures", case.name, analysis, partition, curves)
+    summary = results.summary(case.name, assemblage, analysis, partition, pushovers)
+    verified = verify(case.seismic, assemblage, analysis, {model: curve for model, (curve, _) in curves.items()})
+    summary |= {"seismic": verified} if verified else {}
     results.write_summary(output, summary)
     page.write(output)
     return summary

@@ -53,6 +53,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
     remarks = [*run.analysis.remarks, *run.partition.remarks]
     return {
         "summary": run.summary,
+        "seismic": run.summary.get("seismic"),
         "title": wall.name or run.summary["case"],
         "settings": list(_settings(settings)),
         "wall": {

@@ -33,7 +33,8 @@ def run(tmp_path_factory):
         block["material"] = EVIL
     (folder / "wall.json").write_text(json.dumps(wall), encoding="utf-8")
     (folder / "case.toml").write_text(
-        f"name = {json.dumps(EVIL)}\n[wall]\nblocks = 'wall.json'\n[stepping]\nfinal_displacement = '1 mm'\n",
+        f"name = {json.dumps(EVIL)}\n[wall]\nblocks = 'wall.json'\n[stepping]\nfinal_displacement = '1 mm'\n"
+        "[seismic]\npeak_ground_acceleration = '0.15 g'\nground = 'B'\n",
         encoding="utf-8",
     )
     assert main(["run", str(folder / "case.toml"), "--output", str(folder / "run"), "--quiet"]) == 0
@@ -119,7 +120,14 @@ def test_numbers_equal_the_summary(page, run):
     summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
     shown = page.find_elements("css selector", "[data-key]")
     keys = [cell.get_attribute("data-key") for cell in shown]
-    wanted = {"wall.weight", "limit_analysis.associative", "pushover.0.peak_base_shear", "pushover.1.peak_multiplier"}
+    wanted = {
+        "seismic.kinematic.a0_star_m_per_s2",
+        "seismic.pushover.1.safety_ratio",
+        "wall.weight",
+        "limit_analysis.associative",
+        "pushover.0.peak_base_shear",
+        "pushover.1.peak_multiplier",
+    }
     assert wanted <= set(keys)
     for key, cell in zip(keys, shown, strict=True):
         value = summary
