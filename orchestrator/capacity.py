@@ -7,6 +7,12 @@ displacement, H the horizontal live load and lambda its multiplier:
     initial stiffness     k = sum(V d) / sum(d d), the least-squares line through the origin, over the leading lateral
                           rows with V - V_gravity <= 10 % of the peak, but at least the first two
     equilibrium residual  max |lambda H - V| / H over all rows
+
+Bilinear idealisation (Circolare 7/2019, C7.8.1.6, masonry; the two parts are arguments):
+
+    elastic branch        secant through the first point at 70 % of the peak
+    ultimate              where the base shear has first dropped by 20 % past the peak, else the end of the curve
+    plastic branch        horizontal; equal areas under curve and bilinear up to the ultimate displacement
 """
 
 from __future__ import annotations
@@ -59,6 +65,52 @@ def find_capacity(curve: PushoverCurve, horizontal_load: float) -> Capacity:
         max_kinetic_over_internal=kinetic_share(curve),
         equilibrium_residual=equilibrium_error(curve, horizontal_load),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Bilinear:
+    """Elastic, perfectly plastic: stiffness N/m, yield_force N, yield_displacement and ultimate_displacement m.
+
+    dropped: whether the base shear has dropped before the end of the curve; if not, the wall may well go further.
+    """
+
+    stiffness: float
+    yield_force: float
+    yield_displacement: float
+    ultimate_displacement: float
+    dropped: bool
+
+
+def idealise(
+    base_shear: FloatArray, displacement: FloatArray, secant: float = 0.7, strength_drop: float = 0.2
+) -> Bilinear:
+    """Return the bilinear idealisation of a curve: base_shear (s,) in N, displacement (s,) in m, row 0 = gravity.
+
+    Equal areas: with A the area under the curve up to d_u and k the stiffness, F_y = k (d_u - sqrt(d_u^2 - 2 A / k)).
+    Raises ResultError for a curve that encloses more than its secant allows (it starts too steeply, ends too early).
+    """
+    moved = displacement - displacement[0]
+    peak = int(np.argmax(base_shear))
+    fallen = np.flatnonzero(base_shear[peak:] <= (1.0 - strength_drop) * base_shear[peak])
+    force = np.array(base_shear)
+    if fallen.size:
+        last = peak + int(fallen[0])
+        left = (1.0 - strength_drop) * force[peak]
+        part = (force[last - 1] - left) / (force[last - 1] - force[last])
+        moved = np.append(moved[:last], moved[last - 1] + part * (moved[last] - moved[last - 1]))
+        force = np.append(force[:last], left)
+    above = int(np.argmax(force >= secant * force.max()))
+    if above == 0 or not moved[above] > 0.0:
+        raise ResultError("bilinear idealisation", "the curve does not rise from the state under gravity")
+    part = (secant * force.max() - force[above - 1]) / (force[above] - force[above - 1])
+    at_secant = float(moved[above - 1] + part * (moved[above] - moved[above - 1]))
+    stiffness = secant * float(force.max()) / at_secant
+    ultimate, area = float(moved[-1]), float(0.5 * (force[1:] + force[:-1]) @ np.diff(moved))
+    radicand = ultimate**2 - 2.0 * area / stiffness
+    if radicand < 0.0:
+        raise ResultError("bilinear idealisation", "the curve ends before the areas can be made equal")
+    yield_displacement = ultimate - float(np.sqrt(radicand))
+    return Bilinear(stiffness, stiffness * yield_displacement, yield_displacement, ultimate, bool(fallen.size))
 
 
 def initial_stiffness(base_shear: FloatArray, displacement: FloatArray) -> float:

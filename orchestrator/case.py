@@ -29,11 +29,12 @@ from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
 from orchestrator.pushover.nodal_loads import refuse_upright
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.seismic import SeismicSettings, spectrum_of
 from orchestrator.study import StudySettings
 from orchestrator.units import Unit, as_number
 
 ModelName = Literal["macro", "micro"]
-MAY_BE_INFINITE = ("macroblocks", "study")
+MAY_BE_INFINITE = ("macroblocks", "study", "seismic")
 LARGEST_FILE = 1_000_000
 """bytes"""
 REMEDIES = {
@@ -83,6 +84,7 @@ class Case:
     stepping: SteppingSettings = field(default_factory=SteppingSettings)
     run: RunSettings = field(default_factory=RunSettings)
     study: StudySettings = field(default_factory=StudySettings)
+    seismic: SeismicSettings = field(default_factory=SeismicSettings)
     file: Path = field(default=Path(), compare=False)
 
     @property
@@ -124,6 +126,13 @@ def refuse_what_only_limit_analysis_takes(case: Case) -> None:
         if given.compressive_strength is not None:
             key, problem = f"joints.classes.{number}.compressive_strength", "the FE pushover knows no crushing"
             raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
+
+
+def refuse_spectrum(case: Case) -> None:
+    """Raise CaseError for a spectrum that lacks a setting, before anything is computed."""
+    if case.seismic.peak_ground_acceleration is not None:
+        with naming(case.file):
+            spectrum_of(case.seismic, case.seismic.peak_ground_acceleration)
 
 
 def as_toml(case: Case, block_file: str) -> str:

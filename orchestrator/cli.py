@@ -227,7 +227,12 @@ def _run(options: argparse.Namespace, comm: MPI.Comm | None, console: Console) -
     console.print(_table(outcome.summary))
     for reason in results.reasons(outcome.summary["pushover"]):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)
-    console.print(f"pictures: {output / 'figures'}; all figures: {output / 'summary.json'}", soft_wrap=True)
+    if "seismic" in outcome.summary:
+        console.print(_seismic_table(outcome.summary["seismic"]))
+    written = (
+        f"report: {output / 'report.html'}; pictures: {output / 'figures'}; all figures: {output / 'summary.json'}"
+    )
+    console.print(written, soft_wrap=True)
     _complain(comm, outcome.complaints)
     failed = [1 if isinstance(complaint, ConvergenceError) else 3 for complaint in outcome.complaints]
     return min(failed, default=0)
@@ -335,6 +340,32 @@ def _table(summary: dict[str, Any]) -> Table:
         table.add_row(f"micro-LA {rule}", str(summary["wall"]["blocks"]), *found, "", "", seconds)
     for pushover in summary["pushover"]:
         table.add_row(*_pushover_row(pushover))
+    return table
+
+
+def _seismic_table(record: dict[str, Any]) -> Table:
+    """Return the seismic verification: demand, capacity, capacity in terms of ag and safety ratio of each approach."""
+    ground = record["spectrum"]["ag_m_per_s2"]
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"Seismic verification, ag {ground:.3g} m/s2")
+    for column in ("", "demand", "capacity", "capacity ag\nm/s2", "safety\nratio"):
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    for row in record["pushover"]:
+        name = f"N2, {row['model']} FE"
+        if "safety_ratio" not in row:
+            table.add_row(name, "none")
+            continue
+        lengths = (f"{1e3 * row['demand_m']:.3g} mm", f"{1e3 * row['capacity_m']:.3g} mm")
+        table.add_row(name, *lengths, f"{row['capacity_ag_m_per_s2']:.3f}", f"{row['safety_ratio']:.2f}")
+    kinematic, linear, turning = record["kinematic"], record["kinematic"]["linear"], record["kinematic"]["nonlinear"]
+    table.add_row(
+        "kinematic, linear", f"{linear['demand_m_per_s2']:.3g} m/s2", f"{kinematic['a0_star_m_per_s2']:.3g} m/s2",
+        f"{linear['capacity_ag_m_per_s2']:.3f}", f"{linear['safety_ratio']:.2f}",
+    )  # fmt: skip
+    if turning:
+        table.add_row(
+            "kinematic, non-linear", f"{1e3 * turning['demand_m']:.3g} mm", f"{1e3 * turning['du_star_m']:.3g} mm",
+            f"{turning['capacity_ag_m_per_s2']:.3f}", f"{turning['safety_ratio']:.2f}",
+        )  # fmt: skip
     return table
 
 

@@ -22,7 +22,7 @@ from orchestrator import results
 from orchestrator.automatic import macroblocks_of
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
-from orchestrator.case import Case, ModelName, read_wall, refuse_what_only_limit_analysis_takes
+from orchestrator.case import Case, ModelName, read_wall, refuse_spectrum, refuse_what_only_limit_analysis_takes
 from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
@@ -146,6 +146,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
+    on_root(comm, refuse_spectrum, case)
     segmented = on_root(comm, segment, case)
     report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
     return push(case, segmented, output, resume, comm, report)
@@ -172,12 +173,19 @@ def push(
         return on_root(comm, _finished, case, segmented, pushed, output)
 
 
+def rebuild_report(run_folder: Path) -> Path:
+    """Draw the pictures of a finished run again and write report.html, from stored results alone; return its path."""
+    from orchestrator import report as reporting
+
+    return reporting.rebuild(run_folder)
+
+
 def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path) -> Outcome:
     from orchestrator import report as reporting
 
     summary = reporting.write_summary(
         output,
-        case.name,
+        case,
         segmented.assemblage,
         segmented.analysis,
         segmented.partition,
@@ -342,6 +350,7 @@ def _folded(
     failures = [complaint] if isinstance(complaint, ConvergenceError) else []
     invalid = _check(model, curve, effort, contact_model.horizontal_load)
     reporting.write_pushover(store, model, bodies, contact_model, curve)
+    complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     return Pushed(
         curve=curve,
         capacity=capacity,
@@ -356,9 +365,10 @@ def _folded(
             ranks=ranks,
             seconds=seconds,
             peak_memory=1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+            complaint=str(complaints[0]) if complaints else None,
             not_valid_because=None if invalid is None else invalid.detail,
         ),
-        complaints=(*failures, *([invalid] if invalid else [])),
+        complaints=complaints,
     )
 
 

@@ -1,4 +1,4 @@
-"""Commands that turn files into files: import, new, schema, export. Beside cli.py the only module that prints."""
+"""Commands that turn files into files: import, new, schema, export, report. Beside cli.py alone in printing."""
 
 from __future__ import annotations
 
@@ -51,6 +51,14 @@ def add_commands(commands: Any) -> None:
     )
     schema.add_argument("--output", type=Path, metavar="FILE", help="default: standard output")
     _add_export(commands)
+    rebuilding = _command(
+        commands,
+        "report",
+        _report,
+        "rebuild pictures and report.html of a finished run, from its stored results alone",
+        "report results/benchmark1",
+    )
+    rebuilding.add_argument("run", type=Path, metavar="RUN", help="run folder")
 
 
 def _add_export(commands: Any) -> None:
@@ -132,6 +140,11 @@ def _export(options: argparse.Namespace, _: None, console: Console) -> int:
         raise CaseError("--multiplier", f"{options.multiplier:g} is not a multiplier", "give one from 0 on, as in 0.3")
     exports.export(case, driver.segment(case), options.model, options.format, options.multiplier, output)
     console.print(str(output), soft_wrap=True, markup=False)
+    return 0
+
+
+def _report(options: argparse.Namespace, _: None, console: Console) -> int:
+    console.print(str(driver.rebuild_report(options.run)), soft_wrap=True, markup=False)
     return 0
 
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from orchestrator import plots, results
+from orchestrator import page, plots, results
 from orchestrator.bodies import Bodies
-from orchestrator.capacity import Capacity
+from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, as_toml
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
+from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import PushoverCurve
+from orchestrator.verification import verify
 
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
@@ -60,29 +62,41 @@ def _provenance(case: Case) -> list[str]:
 def write_pushover(
     store: results.StateStore, name: str, bodies: Bodies, model: ContactModel, curve: PushoverCurve
 ) -> None:
-    """Write the curve, the ParaView files, and the deformed wall at the end of the curve and at its peak."""
+    """Write the curve, the ParaView files, what pictures need, and the deformed wall at its peak and its end."""
     results.write_curve(store.folder, curve)
     contacts = model.possible
-    touching = model.tracking.touching if model.tracking else len(contacts)
     results.write_paraview(store, model.meshes, contacts.point)
+    touching = model.tracking.touching if model.tracking else len(contacts)
+    places = results.ContactPlaces(
+        point=contacts.point[:touching, :2],
+        slave_body=contacts.slave_body[:touching],
+        master_body=contacts.master_body[:touching],
+        interface=contacts.interface[:touching],
+    )
+    results.write_geometry(store, model.meshes, places)
+    draw_moments(store, name, bodies, model.meshes, places, curve)
+
+
+def draw_moments(
+    store: results.StateStore,
+    name: str,
+    bodies: Bodies,
+    meshes: BodyMeshes,
+    places: results.ContactPlaces,
+    curve: PushoverCurve,
+) -> None:
+    """Draw the deformed wall at the end of the curve and at its peak."""
     moments = {"end": curve.step[-1], "peak": curve.step[curve.base_shear_N.argmax()]}
     for moment, number in moments.items():
         increment, title = store.read(int(number)), f"{name} FE at its {moment}"
-        figure = plots.deformed(
-            bodies,
-            model.meshes,
-            increment,
-            contacts.point[:touching],
-            contacts.slave_body[:touching],
-            contacts.master_body[:touching],
-            title,
-        )
+        contacts = (places.point, places.slave_body, places.master_body)
+        figure = plots.deformed(bodies, meshes, increment, *contacts, title)
         plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}")
 
 
 def write_summary(
     output: Path,
-    name: str,
+    case: Case,
     assemblage: Assemblage,
     analysis: LimitAnalysis,
     partition: Partition,
@@ -90,9 +104,49 @@ def write_summary(
     pushovers: list[dict[str, Any]],
 ) -> dict[str, Any]:
     """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
+    draw_curves(output / "figures", case.name, analysis, partition, curves, results.reasons(pushovers))
+    summary = results.summary(case.name, assemblage, analysis, partition, pushovers)
+    verified = verify(case.seismic, assemblage, analysis, {model: curve for model, (curve, _) in curves.items()})
+    summary |= {"seismic": verified} if verified else {}
+    results.write_summary(output, summary)
+    page.write(output)
+    return summary
+
+
+def draw_curves(
+    figures: Path,
+    name: str,
+    analysis: LimitAnalysis,
+    partition: Partition,
+    curves: Mapping[str, tuple[PushoverCurve, Capacity]],
+    reasons: Sequence[str],
+) -> None:
+    """Draw all curves in one picture, and their bilinear idealisations in another.
+
+    reasons: why curves are not valid, written into the picture.
+    """
     labels = {"macro": f"macroblock FE ({partition.count} bodies)", "micro": "micro-FE (every stone)"}
     labelled = {labels[model]: curve for model, curve in curves.items()}
-    plots.save(plots.curves(labelled, analysis, name, results.reasons(pushovers)), output / "figures", "curves")
-    summary = results.summary(name, assemblage, analysis, partition, pushovers)
-    results.write_summary(output, summary)
-    return summary
+    plots.save(plots.curves(labelled, analysis, name, reasons), figures, "curves")
+    simple = {label: (curve, page.bilinear_of(curve)) for label, (curve, _) in labelled.items()}
+    if drawn := {label: (curve, bilinear) for label, (curve, bilinear) in simple.items() if bilinear}:
+        plots.save(plots.idealised(drawn, name), figures, "bilinear")
+
+
+def rebuild(run: Path) -> Path:
+    """Draw all pictures of a finished run again and write its report.html, from stored results alone.
+
+    Raises CaseError for a folder that holds no finished run.
+    """
+    stored = page.read_run(run)
+    figures, wall = run / "figures", stored.assemblage.wall
+    plots.save(plots.blocks(wall, numbered=True), figures, "blocks")
+    write_mechanism(figures, stored.case, stored.assemblage, stored.analysis)
+    plots.save(plots.macroblocks(stored.assemblage, stored.partition), figures, "macroblocks")
+    for model in stored.models:
+        draw_moments(model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve)
+    load = stored.analysis.horizontal_load
+    capacities = {model.name: (model.curve, find_capacity(model.curve, load)) for model in stored.models}
+    reasons = results.reasons([model.summary for model in stored.models])
+    draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons)
+    return page.write(run)

@@ -1,7 +1,7 @@
 """Pictures: each function takes values and returns a matplotlib Figure; `save` writes it as PNG and SVG."""
 
 from orchestrator.plots.canvas import save
-from orchestrator.plots.pushover import curves, deformed
+from orchestrator.plots.pushover import curves, deformed, idealised
 from orchestrator.plots.study import Panel, deformed_panel, mechanism_panel, panels, study_curves
 from orchestrator.plots.walls import blocks, macroblocks, mechanism
 
@@ -11,6 +11,7 @@ __all__ = [
     "curves",
     "deformed",
     "deformed_panel",
+    "idealised",
     "macroblocks",
     "mechanism",
     "mechanism_panel",

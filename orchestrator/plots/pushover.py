@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import pairwise
 from math import floor, log10
 
 import numpy as np
@@ -15,7 +14,7 @@ from matplotlib.path import Path
 from scipy.spatial import cKDTree
 
 from orchestrator.bodies import Bodies
-from orchestrator.capacity import Capacity
+from orchestrator.capacity import Bilinear, Capacity
 from orchestrator.limit_analysis.state import LimitAnalysis
 from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
@@ -133,11 +132,16 @@ def readable_factor(drawn: float, largest: float) -> float:
 
 def outline(meshes: BodyMeshes, body: int, positions: FloatArray) -> Path:
     """Return the closed outlines, holes included, of a body's face at z = 0, with nodes at `positions` (m, 2)."""
+    loops = front_loops(meshes, body)
+    return Path.make_compound_path(*(Path(positions[[*loop, loop[0]]], closed=True) for loop in loops))
+
+
+def front_loops(meshes: BodyMeshes, body: int) -> list[list[int]]:
+    """Return the outlines of a body's face at z = 0, holes included, as node numbers."""
     triangles = meshes.side_triangles[meshes.body_of_side == body]
     edges = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     front = meshes.nodes[:, 2] <= 1e-9 * float(np.ptp(meshes.nodes[:, 2]))
-    loops = closed_loops(edges[front[edges].all(axis=1)])
-    return Path.make_compound_path(*(Path(positions[[*loop, loop[0]]], closed=True) for loop in loops))
+    return closed_loops(edges[front[edges].all(axis=1)])
 
 
 def closed_loops(edges: IntArray) -> list[list[int]]:
@@ -175,6 +179,50 @@ def shares_of_interface(along: FloatArray) -> tuple[IntArray, FloatArray]:
     return distinct, np.concatenate([[0.0], middle, [1.0]])
 
 
+def interface_pieces(
+    bodies: Bodies, points: FloatArray, body_slave: IntArray, body_master: IntArray
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the pieces (p,) that draw all interfaces: the contact of each, and its neighbours before and after.
+
+    A piece reaches from midway to the neighbour before to midway to the one after; at the end of an interface the
+    neighbour is the contact itself. points (c, 2): undeformed contacts in m.
+    """
+    pieces: list[tuple[int, int, int]] = []
+    pairs = np.sort(np.column_stack([body_slave, body_master]), axis=1)
+    tolerance = ON_JOINT * float(np.ptp(points, axis=0).max())
+    for i, j, start, end in zip(bodies.body_i, bodies.body_j, bodies.start, bodies.end, strict=True):
+        candidates = np.flatnonzero((pairs == sorted((i, j))).all(axis=1))
+        chosen, along = _on_segment(points, candidates, start, end, tolerance)
+        if chosen.size < 2:
+            continue
+        row = chosen[shares_of_interface(along)[0]].tolist()
+        pieces.extend(zip(row, [row[0], *row[:-1]], [*row[1:], row[-1]], strict=True))
+    contact, before, after = np.array(pieces, dtype=np.int64).reshape(-1, 3).T
+    return contact, before, after
+
+
+def idealised(models: Mapping[str, tuple[PushoverCurve, Bilinear]], name: str) -> Figure:
+    """Draw base shear against control displacement of all `models` (label -> curve, bilinear) with the bilinear."""
+    figure = Figure(figsize=(7.0, 4.6), layout="constrained")
+    axes = figure.add_subplot()
+    for (label, (curve, bilinear)), (colour, style) in zip(models.items(), MODELS * len(models), strict=False):
+        moved = 1e3 * (curve.control_displacement_m - curve.control_displacement_m[0])
+        axes.plot(moved, curve.base_shear_N / 1e3, style, color=colour, linewidth=1.0, alpha=0.8, label=label)
+        corners = 1e3 * np.array([0.0, bilinear.yield_displacement, bilinear.ultimate_displacement])
+        force = bilinear.yield_force / 1e3
+        said = f"bilinear: {force:.4g} kN, yields at {corners[1]:.3g} mm, ends at {corners[2]:.3g} mm"
+        axes.plot(corners, [0.0, force, force], style, color=colour, linewidth=2.2, marker="s", ms=5, label=said)
+    axes.set_xlabel("control displacement (mm)")
+    axes.set_ylabel("base shear (kN)")
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(0.0, 1.08 * axes.get_ylim()[1])
+    axes.grid(color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+    write_title(axes, "Bilinear idealisation", name)
+    legend_below(axes, 2)
+    return figure
+
+
 def _draw_contacts(
     axes: Axes,
     bodies: Bodies,
@@ -185,18 +233,9 @@ def _draw_contacts(
     drawn: FloatArray,
 ) -> None:
     """Draw every interface on its slave's displaced face (`drawn` (c, 2): displaced contacts), coloured by status."""
-    pieces: dict[ContactStatus, list[FloatArray]] = {name: [] for name in LINES}
-    pairs = np.sort(np.column_stack([body_slave, body_master]), axis=1)
-    tolerance = ON_JOINT * float(np.ptp(points, axis=0).max())
-    for i, j, start, end in zip(bodies.body_i, bodies.body_j, bodies.start, bodies.end, strict=True):
-        candidates = np.flatnonzero((pairs == sorted((i, j))).all(axis=1))
-        chosen, along = _on_segment(points, candidates, start, end, tolerance)
-        if chosen.size < 2:
-            continue
-        used, borders = shares_of_interface(along)
-        corners = np.array([np.interp(borders, along[used], axis) for axis in drawn[chosen[used]].T]).T
-        for contact, piece in zip(chosen[used], pairwise(corners), strict=True):
-            pieces[ContactStatus(status[contact])].append(np.array(piece))
+    contact, before, after = interface_pieces(bodies, points, body_slave, body_master)
+    corners = np.stack([0.5 * (drawn[before] + drawn[contact]), 0.5 * (drawn[contact] + drawn[after])], axis=1)
+    pieces = {name: corners[status[contact] == name] for name in LINES}
     for name, (colour, width, label) in LINES.items():
         draw_segments(axes, pieces[name], colour, width, label)
 

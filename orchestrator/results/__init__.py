@@ -9,7 +9,9 @@ from orchestrator.results.files import (
     write_json,
     write_text,
 )
+from orchestrator.results.geometry import ContactPlaces, read_geometry, write_geometry
 from orchestrator.results.paraview import write_paraview
+from orchestrator.results.reading import read_limit_analysis, read_macroblocks
 from orchestrator.results.states import StateStore, load_increments
 from orchestrator.results.summary import Effort, effort_of, pushover_summary, reasons, summary
 from orchestrator.results.values import (
@@ -26,6 +28,7 @@ from orchestrator.whole import TEMPORARY, locked, replacing, sweep, write_bytes
 
 __all__ = [
     "TEMPORARY",
+    "ContactPlaces",
     "Effort",
     "StateStore",
     "effort_of",
@@ -35,7 +38,10 @@ __all__ = [
     "logging_to",
     "pushover_summary",
     "read_curve",
+    "read_geometry",
     "read_json",
+    "read_limit_analysis",
+    "read_macroblocks",
     "reasons",
     "replacing",
     "summary",
@@ -46,6 +52,7 @@ __all__ = [
     "write_case",
     "write_csv",
     "write_curve",
+    "write_geometry",
     "write_joints",
     "write_json",
     "write_limit_analysis",

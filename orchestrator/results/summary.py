@@ -61,11 +61,13 @@ def pushover_summary(
     ranks: int,
     seconds: Mapping[str, float],
     peak_memory: int,
+    complaint: str | None,
     not_valid_because: str | None,
 ) -> dict[str, Any]:
     """Return one entry of `pushover`. seconds: exactly the keys of TIMINGS; peak_memory in bytes.
 
-    not_valid_because: the checks of the result that failed (pushover.checks), in words; None: it is valid.
+    complaint: why the curve ended early or is not valid; None for a good one. not_valid_because: the checks of the
+    result that failed (pushover.checks), in words; None: it is valid.
     """
     assert set(seconds) == set(TIMINGS), f"timings {sorted(seconds)}, not {sorted(TIMINGS)}"
     counted = asdict(effort)
@@ -83,6 +85,7 @@ def pushover_summary(
         "seconds": {name: float(seconds[name]) for name in TIMINGS},
         "peak_memory": int(peak_memory),
         "stopped_because": stopped_because,
+        "complaint": complaint,
         "valid": not_valid_because is None,
         "not_valid_because": not_valid_because,
     }

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.capacity import find_capacity, initial_stiffness
+from orchestrator.capacity import find_capacity, idealise, initial_stiffness
 from orchestrator.errors import ResultError
 from orchestrator.pushover.state import PushoverCurve
 
@@ -98,3 +98,27 @@ def test_equilibrium_residual_is_the_largest_difference_along_the_whole_curve():
 def test_a_curve_that_cannot_be_read_is_refused(made, said):
     with pytest.raises(ResultError, match=said):
         find_capacity(made, WEIGHT)
+
+
+def test_a_bilinear_curve_is_its_own_idealisation():
+    line = idealise(np.array([0.0, 700, 1000, 1000]), np.array([0.001, 0.008, 0.011, 0.031]))
+    assert line.stiffness == pytest.approx(1e5)
+    assert line.yield_force == pytest.approx(1000.0)
+    assert line.yield_displacement == pytest.approx(0.01)
+    assert line.ultimate_displacement == pytest.approx(0.03)
+    assert not line.dropped
+
+
+def test_the_idealisation_ends_where_the_base_shear_has_dropped_by_a_fifth_and_encloses_the_same_area():
+    shear, moved = np.array([0.0, 100, 100, 60, 20]), np.array([0.0, 1.0, 2.0, 4.0, 6.0])
+    line = idealise(shear, moved)
+    assert line.dropped
+    assert line.ultimate_displacement == pytest.approx(3.0)  # 80 lies midway between 100 at 2 and 60 at 4
+    area = 50.0 + 100.0 + 90.0
+    assert line.yield_force * (3.0 - 0.5 * line.yield_displacement) == pytest.approx(area)
+    assert line.yield_force == pytest.approx(100.0 * line.yield_displacement)
+
+
+def test_a_curve_that_starts_at_its_peak_has_no_idealisation():
+    with pytest.raises(ResultError, match="does not rise"):
+        idealise(np.array([10.0, 5.0]), np.array([0.0, 1.0]))

@@ -54,10 +54,11 @@ def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
     assert capsys.readouterr() == ("", "")
     expected = {
         "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "summary.json", "run.log",
+        "report.html",
         "figures", "macro",
     }  # fmt: skip
     assert {path.name for path in folder.iterdir()} == expected
-    inside = {"mesh.msh", "mesh.vtu", "curve.csv", "states.h5", "wall.xdmf", "wall.h5", "contacts.xdmf"}
+    inside = {"mesh.msh", "mesh.vtu", "curve.csv", "states.h5", "geometry.h5", "wall.xdmf", "wall.h5", "contacts.xdmf"}
     assert {path.name for path in (folder / "macro").iterdir()} == inside
     assert cli.main(["run", str(folder / "case.toml"), "--output", str(tmp_path / "again"), "-q"]) == 0
     first, second = ((run / "macro" / "curve.csv").read_text() for run in (folder, tmp_path / "again"))

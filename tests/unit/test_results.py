@@ -284,6 +284,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         ranks=2,
         seconds=seconds,
         peak_memory=99,
+        complaint=None,
         not_valid_because=None,
     )
     record = results.summary("case", assemblage, analysis, partition, [entry])
@@ -302,7 +303,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
                 "peak_base_shear", "peak_multiplier", "displacement_at_peak", "final_displacement",
                 "initial_stiffness", "equilibrium_residual", "max_penetration", "energy_error",
                 "max_kinetic_over_internal",
-                "peak_memory", "stopped_because", "valid", "not_valid_because",
+                "peak_memory", "stopped_because", "complaint", "valid", "not_valid_because",
             ]),
             "seconds": dict.fromkeys(["mesh", "assembly", "factorise", "contact", "total"]),
         }],

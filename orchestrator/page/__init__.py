@@ -1,0 +1,7 @@
+"""report.html: one self-contained page, made from the files of a run folder alone."""
+
+from orchestrator.page.contents import bilinear_of
+from orchestrator.page.stored import StoredModel, StoredRun, read_run
+from orchestrator.page.writing import write
+
+__all__ = ["StoredModel", "StoredRun", "bilinear_of", "read_run", "write"]

@@ -1,0 +1,158 @@
+"use strict";
+(() => {
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const byId = (id) => document.getElementById(id);
+  const [picture, chart, slider, play, factor] = ["picture", "chart", "slider", "play", "factor"].map(byId);
+  const states = ["open", "stick", "slip"];
+  const colours = ["#0072b2", "#d55e00"];
+  let model = 0, timer = null, bodies = [], joints = [];
+
+  function element(parent, name, attributes, text) {
+    const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    if (text !== undefined) made.textContent = text;
+    return parent.appendChild(made);
+  }
+
+  function displacements(frame) {
+    if (!frame.values) {
+      const bytes = Uint8Array.from(atob(frame.displacements), (letter) => letter.charCodeAt(0));
+      const view = new DataView(bytes.buffer);
+      frame.values = Float64Array.from({ length: bytes.length / 2 }, (_, k) => frame.scale * view.getInt16(2 * k, true));
+    }
+    return frame.values;
+  }
+
+  const largest = (frame) => displacements(frame).reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+  const bounds = (points) => [0, 1].map((axis) => [Math.min(...points.map((p) => p[axis])), Math.max(...points.map((p) => p[axis]))]);
+
+  function readable(drawn, most) {  // 1, 2 or 5 times a power of ten, at least 1
+    if (!(most > 0) || drawn <= most) return 1;
+    const power = 10 ** Math.floor(Math.log10(drawn / most));
+    return Math.max(...[1, 2, 5].filter((step) => step * power <= drawn / most * (1 + 1e-9))) * power;
+  }
+
+  function choose(number) {
+    model = number;
+    const shown = data.models[model];
+    for (const [k, button] of [...byId("models").children].entries()) button.setAttribute("aria-pressed", String(k === model));
+    const nodes = shown.nodes;
+    const [xs, ys] = bounds(nodes.concat(...shown.supports));
+    const height = bounds(nodes)[1];
+    shown.readable = 0.06 * (height[1] - height[0]);
+    const margin = 0.12 * Math.max(xs[1] - xs[0], ys[1] - ys[0]);
+    picture.setAttribute("viewBox", [xs[0] - margin, -ys[1] - margin, xs[1] - xs[0] + 2 * margin, ys[1] - ys[0] + 1.2 * margin].join(" "));
+    picture.replaceChildren();
+    for (const ring of shown.supports) element(picture, "path", { class: "support", d: "M" + ring.map((p) => `${p[0]} ${-p[1]}`).join("L") + "Z" });
+    bodies = shown.bodies.map(() => element(picture, "path", { class: "body", "fill-rule": "evenodd" }));
+    joints = states.map((name) => element(picture, "path", { class: `joint ${name}` }));
+    picture.append(joints[1], joints[2], joints[0]);
+    slider.max = shown.frames.length - 1;
+    const peak = shown.frames.reduce((best, frame, k) => (frame.shear > shown.frames[best].shear ? k : best), 0);
+    slider.value = peak;
+    byId("thinned").textContent = shown.frames.length < shown.increments
+      ? `· ${shown.frames.length} of ${shown.increments} increments are kept in this page` : `· all ${shown.increments} increments`;
+    draw();
+  }
+
+  function draw() {
+    const shown = data.models[model], frame = shown.frames[Number(slider.value)], u = displacements(frame);
+    const times = factor.value === "auto" ? readable(shown.readable, largest(frame)) : Number(factor.value);
+    const at = shown.nodes.map((p, k) => [p[0] + times * u[2 * k], -(p[1] + times * u[2 * k + 1])]);
+    const text = (p) => `${p[0].toFixed(5)} ${p[1].toFixed(5)}`;
+    const middle = (a, b) => [0.5 * (at[a][0] + at[b][0]), 0.5 * (at[a][1] + at[b][1])];
+    shown.bodies.forEach((loops, k) => bodies[k].setAttribute("d", loops.map((loop) => "M" + loop.map((n) => text(at[n])).join("L") + "Z").join("")));
+    const lines = ["", "", ""], count = [0, 0, 0];
+    shown.pieces.forEach(([before, node, after], k) => {
+      const state = Number(frame.status[k]);
+      count[state] += 1;
+      lines[state] += "M" + text(middle(before, node)) + "L" + text(at[node]) + "L" + text(middle(node, after));
+    });
+    lines.forEach((line, k) => joints[k].setAttribute("d", line));
+    byId("state").textContent = `Increment ${frame.increment} (${frame.row === 0 ? "gravity" : frame.phase}): λ = ${frame.multiplier.toFixed(4)}, `
+      + `base shear ${(frame.shear / 1e3).toFixed(4)} kN at ${(1e3 * frame.moved).toPrecision(4)} mm; `
+      + `${count[0]} open, ${count[2]} slipping of ${shown.pieces.length} contact points; displacements drawn × ${times}`;
+    mark(frame);
+  }
+
+  const box = { left: 58, right: 426, top: 14, bottom: 284 };
+  const axes = (() => {
+    const all = data.curves.flatMap((curve) => curve.y), ends = data.curves.flatMap((curve) => curve.x);
+    return { x: Math.max(...ends) * 1.02 || 1, y: Math.max(...all, data.limit.associative / 1e3) * 1.08 || 1 };
+  })();
+  const across = (x) => box.left + (x / axes.x) * (box.right - box.left);
+  const up = (y) => box.bottom - (y / axes.y) * (box.bottom - box.top);
+
+  function ticks(most) {
+    const raw = most / 5, power = 10 ** Math.floor(Math.log10(raw));
+    const step = [1, 2, 5, 10].map((k) => k * power).find((value) => value >= raw);
+    return Array.from({ length: Math.floor(most / step + 1e-9) + 1 }, (_, k) => Number((k * step).toPrecision(6)));
+  }
+
+  function drawChart() {
+    for (const x of ticks(axes.x)) {
+      element(chart, "line", { x1: across(x), x2: across(x), y1: box.top, y2: box.bottom, stroke: "#e6e9ec" });
+      element(chart, "text", { x: across(x), y: box.bottom + 16, "text-anchor": "middle" }, x);
+    }
+    for (const y of ticks(axes.y)) {
+      element(chart, "line", { x1: box.left, x2: box.right, y1: up(y), y2: up(y), stroke: "#e6e9ec" });
+      element(chart, "text", { x: box.left - 6, y: up(y) + 4, "text-anchor": "end" }, y);
+    }
+    element(chart, "path", { d: `M${box.left} ${box.top}V${box.bottom}H${box.right}`, fill: "none", stroke: "#5d6873" });
+    element(chart, "text", { x: 0.5 * (box.left + box.right), y: 320, "text-anchor": "middle" }, "control displacement (mm)");
+    element(chart, "text", { transform: `translate(14 ${0.5 * (box.top + box.bottom)}) rotate(-90)`, "text-anchor": "middle" }, "base shear (kN)");
+    const limit = up(data.limit.associative / 1e3);
+    element(chart, "path", { d: `M${box.left} ${limit}H${box.right}`, stroke: "#333", "stroke-dasharray": "2 3", fill: "none" });
+    data.curves.forEach((curve, k) => {
+      const line = curve.x.map((x, row) => `${across(x).toFixed(2)} ${up(curve.y[row]).toFixed(2)}`).join("L");
+      element(chart, "path", { d: "M" + line, fill: "none", stroke: colours[k % 2], "stroke-width": 2, "stroke-dasharray": k ? "6 3" : "none" });
+      const y = box.bottom - 14 - 16 * (data.curves.length - k);
+      element(chart, "path", { d: `M${box.right - 162} ${y - 4}h26`, fill: "none", stroke: colours[k % 2], "stroke-width": 2, "stroke-dasharray": k ? "6 3" : "none" });
+      element(chart, "text", { x: box.right - 130, y }, data.models[k].name);
+    });
+    const y = box.bottom - 14;
+    element(chart, "path", { d: `M${box.right - 162} ${y - 4}h26`, fill: "none", stroke: "#333", "stroke-dasharray": "2 3" });
+    element(chart, "text", { x: box.right - 130, y }, "micro-LA, associative");
+    return element(chart, "circle", { id: "point", r: 6, stroke: "#fff", "stroke-width": 2 });
+  }
+
+  const point = drawChart();
+  function mark(frame) {
+    point.setAttribute("cx", across(1e3 * frame.moved).toFixed(2));
+    point.setAttribute("cy", up(frame.shear / 1e3).toFixed(2));
+    point.setAttribute("fill", colours[model % 2]);
+  }
+
+  function stop() {
+    clearInterval(timer);
+    timer = null;
+    play.textContent = "Play";
+  }
+
+  data.models.forEach((shown, k) => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = shown.name;
+    button.addEventListener("click", () => { stop(); choose(k); });
+    byId("models").append(button);
+  });
+  for (const value of ["auto", 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]) {
+    const option = document.createElement("option");
+    option.value = option.textContent = value;
+    factor.append(option);
+  }
+  slider.addEventListener("input", () => { stop(); draw(); });
+  factor.addEventListener("change", draw);
+  play.addEventListener("click", () => {
+    if (timer) return stop();
+    if (slider.value === slider.max) slider.value = 0;
+    play.textContent = "Stop";
+    timer = setInterval(() => {
+      slider.value = Number(slider.value) + 1;
+      draw();
+      if (slider.value === slider.max) stop();
+    }, 90);
+  });
+  addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((d) => { d.open = true; }));
+  choose(0);
+})();

@@ -1,0 +1,56 @@
+"""Stored run -> report.html (Jinja2, everything from the input escaped)."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from orchestrator.page.contents import contents
+from orchestrator.page.stored import read_run
+from orchestrator.results.files import plain, write_text
+
+
+def write(folder: Path) -> Path:
+    """Write report.html of the run in `folder` and return its path. Raises CaseError where there is none."""
+    path = folder / "report.html"
+    write_text(path, render(contents(read_run(folder))))
+    return path
+
+
+def render(values: dict[str, Any]) -> str:
+    """Return the page."""
+    environment = Environment(
+        loader=PackageLoader("orchestrator.page", "template"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"shown": shown, "small": small}
+    environment.policies["json.dumps_function"] = _compact
+    return environment.get_template("report.html.j2").render(plain_collapse(values))
+
+
+def plain_collapse(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values with the collapse as plain lists and numbers."""
+    return values | {"collapse": plain(values["collapse"])}
+
+
+def shown(value: float | None, digits: int = 4, factor: float = 1.0) -> str:
+    """Return a number with so many significant digits, a count as it is; a dash for none."""
+    if value is None or isinstance(value, int):
+        return "–" if value is None else str(value)
+    text = f"{value * factor:#.{digits}g}".removesuffix(".")
+    return text if "e" not in text else f"{value * factor:.{digits - 1}e}"
+
+
+def small(value: float | None) -> str:
+    """Return a residual, as in 2e-16."""
+    return "–" if value is None else f"{value:.1e}"
+
+
+def _compact(value: Any, **options: Any) -> str:
+    return json.dumps(value, separators=(",", ":"), allow_nan=False, ensure_ascii=False)

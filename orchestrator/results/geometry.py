@@ -1,0 +1,58 @@
+"""geometry.h5: what pictures need of a pushover model (mesh, contact places), so that they can be drawn again later."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from orchestrator.errors import CaseError
+from orchestrator.masonry.wall import FloatArray, IntArray, read_only
+from orchestrator.meshing import BodyMeshes
+from orchestrator.results.states import StateStore
+from orchestrator.whole import replacing
+
+GEOMETRY_FILE = "geometry.h5"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ContactPlaces:
+    """The c contacts that touch in the undeformed wall; they are the first c of every array of an Increment.
+
+    point (c, 2) in m; slave_body, master_body, interface (c,): numbers, as in Bodies.
+    """
+
+    point: FloatArray
+    slave_body: IntArray
+    master_body: IntArray
+    interface: IntArray
+
+
+def write_geometry(store: StateStore, meshes: BodyMeshes, contacts: ContactPlaces) -> None:
+    """Write geometry.h5 into the model's folder."""
+    with replacing(store.folder / GEOMETRY_FILE) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs["fingerprint"] = store.fingerprint
+        for group, value in (("meshes", meshes), ("contacts", contacts)):
+            for field in fields(value):
+                file[f"{group}/{field.name}"] = getattr(value, field.name)
+
+
+def read_geometry(folder: Path) -> tuple[StateStore, BodyMeshes, ContactPlaces]:
+    """Return the stored increments of a model's folder, its meshes and its contacts. Raises CaseError."""
+    path = folder / GEOMETRY_FILE
+    try:
+        with h5py.File(path, "r") as file:
+            store = StateStore(folder, str(file.attrs["fingerprint"]))
+            meshes = {field.name: file[f"meshes/{field.name}"][()] for field in fields(BodyMeshes)}
+            contacts = {field.name: file[f"contacts/{field.name}"][()] for field in fields(ContactPlaces)}
+    except (OSError, KeyError) as error:
+        problem = "is missing, damaged, or of another version"
+        raise CaseError("", problem, "finish the run again, with --resume", str(path)) from error
+    return store, _mesh_of(meshes), ContactPlaces(**{n: read_only(v, v.dtype) for n, v in contacts.items()})
+
+
+def _mesh_of(values: dict[str, Any]) -> BodyMeshes:
+    arrays: dict[str, Any] = {name: read_only(value, value.dtype) for name, value in values.items() if value.ndim}
+    return BodyMeshes(**arrays, distinct_shapes=int(values["distinct_shapes"]), seconds=float(values["seconds"]))

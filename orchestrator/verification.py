@@ -1,0 +1,125 @@
+"""Verification of a run against its spectrum: every curve by N2, the mechanism by the kinematic approach -> summary."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from orchestrator.capacity import idealise
+from orchestrator.errors import ResultError
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.masonry.geometry import block_areas
+from orchestrator.masonry.wall import GRAVITY, FloatArray
+from orchestrator.pushover.state import PushoverCurve
+from orchestrator.seismic import (
+    SeismicSettings,
+    demand,
+    equivalent_system,
+    kinematics,
+    largest_ground_acceleration,
+    secant_period,
+    spectrum_of,
+)
+
+
+def verify(
+    settings: SeismicSettings, assemblage: Assemblage, analysis: LimitAnalysis, curves: Mapping[str, PushoverCurve]
+) -> dict[str, Any] | None:
+    """Return the record `seismic` of the summary, None where no verification is asked for. Raises CaseError."""
+    asked = settings.peak_ground_acceleration
+    if asked is None:
+        return None
+    wall = assemblage.wall
+    free = np.array([not block.fixed for block in wall.blocks])
+    weight = block_areas(wall) * [block.unit_weight for block in wall.blocks] * wall.thickness
+    spectrum = spectrum_of(settings, asked)
+    symbols = ("ag_m_per_s2", "S", "TB_s", "TC_s", "TD_s", "F0", "eta")
+    return {
+        "spectrum": {
+            "kind": settings.spectrum,
+            "ground": settings.ground,
+            **dict(zip(symbols, asdict(spectrum).values(), strict=True)),
+        },
+        "pushover": [_pushover(name, settings, asked, weight[free], curve) for name, curve in curves.items()],
+        "kinematic": _kinematic(settings, asked, weight[free], free, analysis),
+    }
+
+
+def _pushover(
+    name: str, settings: SeismicSettings, asked: float, weight: FloatArray, curve: PushoverCurve
+) -> dict[str, Any]:
+    """Return the N2 verification of one curve. The load is proportional to mass: phi = 1, Gamma = 1 (B.2)."""
+    gamma, mass = equivalent_system(weight / GRAVITY, np.ones(len(weight)))
+    try:
+        line = idealise(curve.base_shear_N, curve.control_displacement_m)
+    except ResultError as error:
+        return {"model": name, "remark": str(error)}
+    found = demand(spectrum_of(settings, asked), line, gamma, mass)
+    ultimate = line.ultimate_displacement / gamma
+
+    def passes(ground: float) -> bool:
+        needed = demand(spectrum_of(settings, ground), line, gamma, mass)
+        return needed.displacement <= ultimate and needed.force_ratio <= settings.largest_force_ratio
+
+    capacity = largest_ground_acceleration(passes)
+    dropped = "" if line.dropped else "the curve ends before the base shear drops: the capacity is a lower bound"
+    return {
+        "model": name,
+        "gamma": gamma,
+        "equivalent_mass_kg": mass,
+        "stiffness_N_per_m": line.stiffness,
+        "yield_force_N": line.yield_force / gamma,
+        "yield_displacement_m": line.yield_displacement / gamma,
+        "period_s": found.period,
+        "force_ratio": found.force_ratio,
+        "demand_m": found.displacement,
+        "capacity_m": ultimate,
+        "capacity_ag_m_per_s2": capacity,
+        "safety_ratio": capacity / asked,
+        "remark": dropped,
+    }
+
+
+def _kinematic(
+    settings: SeismicSettings, asked: float, weight: FloatArray, free: np.ndarray, analysis: LimitAnalysis
+) -> dict[str, Any]:
+    """Return the linear and (for a mechanism that rocks) the non-linear kinematic approach of the headline state."""
+    state = analysis.headline
+    velocities = state.mechanism.velocities[free]
+    found = kinematics(state.load_multiplier, weight, velocities, analysis.load_direction, settings.confidence_factor)
+    linear = spectrum_of(settings, asked)
+
+    def linear_demand(ground: float) -> float:
+        return ground * spectrum_of(settings, ground).soil_factor / settings.behaviour_factor
+
+    capacity = largest_ground_acceleration(lambda ground: linear_demand(ground) <= found.acceleration)
+    record: dict[str, Any] = {
+        "alpha0": state.load_multiplier,
+        "e_star": found.participation,
+        "a0_star_m_per_s2": found.acceleration,
+        "linear": {
+            "demand_m_per_s2": linear_demand(asked),
+            "capacity_ag_m_per_s2": capacity,
+            "safety_ratio": capacity / asked,
+        },
+        "nonlinear": None,
+    }
+    if found.displacement is not None:
+        ultimate, secant, period = secant_period(found)
+        capacity = largest_ground_acceleration(
+            lambda ground: spectrum_of(settings, ground).displacement(period) <= ultimate
+        )
+        record["nonlinear"] = {
+            "d0_star_m": found.displacement,
+            "du_star_m": ultimate,
+            "ds_star_m": secant,
+            "Ts_s": period,
+            "demand_m": linear.displacement(period),
+            "capacity_ag_m_per_s2": capacity,
+            "safety_ratio": capacity / asked,
+        }
+    return record

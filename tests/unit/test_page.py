@@ -1,0 +1,89 @@
+"""The page's data: damage of joints whose gaps are given, packed displacements, rows that stay, numbers as shown."""
+
+from __future__ import annotations
+
+import base64
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from orchestrator.errors import CaseError
+from orchestrator.page import read_run
+from orchestrator.page.collapse import chosen_rows, packed
+from orchestrator.page.damage import damage_sequence
+from orchestrator.page.writing import shown
+from orchestrator.results import ContactPlaces
+
+LIMIT = 1e-5
+
+
+def states(gaps, slips):
+    """Increments 5, 6, ...: the state under gravity first; gaps, slips (s, c) in m."""
+    return [
+        SimpleNamespace(
+            number=5 + n, load_multiplier=0.1 * n, base_shear=100.0 * n, control_displacement=1e-4 + 1e-3 * n,
+            gap=np.array(gap), slip=np.array(slip),
+        )
+        for n, (gap, slip) in enumerate(zip(gaps, slips, strict=True))
+    ]  # fmt: skip
+
+
+def places(interface):
+    nothing = np.zeros(len(interface), dtype=np.int64)
+    return ContactPlaces(np.zeros((len(interface), 2)), nothing, nothing, np.array(interface))
+
+
+def test_damage_comes_in_order_of_load_with_load_displacement_and_end_value():
+    gaps = [[0, 0, 0], [0, 0, 0], [0, 2e-5, 0], [0, 5e-5, 3e-5]]
+    slips = [[0, 0, 0], [2e-5, 0, 0], [2e-5, 0, 0], [9e-5, 0, 0]]
+    first, second, third = damage_sequence(states(gaps, slips), places([0, 1, 2]), LIMIT)
+    assert (first.interface, first.kind, first.step) == (0, "slides", 6)
+    assert first.load_multiplier == pytest.approx(0.1)
+    assert first.base_shear == pytest.approx(100.0)
+    assert first.control_displacement == pytest.approx(1e-3)
+    assert first.at_end == pytest.approx(9e-5)
+    assert (second.interface, second.kind, second.step) == (1, "opens", 7)
+    assert (third.interface, third.kind, third.step) == (2, "opens", 8)
+
+
+def test_what_gravity_has_opened_is_no_damage_and_a_joint_counts_once():
+    gaps = [[1e-3, 0, 0], [1e-3, 2e-5, 4e-5], [1e-3, 9e-5, 9e-5]]
+    found = damage_sequence(states(gaps, np.zeros((3, 3))), places([0, 1, 1]), LIMIT)
+    assert [(damage.interface, damage.step) for damage in found] == [(1, 6)]
+
+
+def test_of_joints_that_open_in_one_increment_the_widest_comes_first():
+    found = damage_sequence(states([[0, 0], [2e-5, 3e-5]], np.zeros((2, 2))), places([0, 1]), LIMIT)
+    assert [damage.interface for damage in found] == [1, 0]
+
+
+def test_a_contact_that_has_gone_says_nothing():
+    assert damage_sequence(states([[0.0], [np.nan]], np.zeros((2, 1))), places([0]), LIMIT) == []
+
+
+def test_packed_displacements_are_read_back_to_one_part_in_30000_of_the_largest():
+    values = np.array([[1.5e-3, -3e-3], [0.0, 1e-6]])
+    unit, text = packed(values)
+    read = unit * np.frombuffer(base64.b64decode(text), dtype="<i2").reshape(-1, 2)
+    np.testing.assert_allclose(read, values, atol=3e-3 / 30000)
+
+
+def test_rows_thinned_out_keep_both_ends_and_the_peak():
+    rows = chosen_rows(1000, 333, 10)
+    assert len(rows) <= 11
+    assert {0, 333, 999} <= set(rows.tolist())
+    assert chosen_rows(7, 3, 100).tolist() == list(range(7))
+
+
+@pytest.mark.parametrize(
+    ("value", "factor", "text"),
+    [(3359.7, 1e-3, "3.360"), (0.5, 1.0, "0.5000"), (252, 1.0, "252"), (None, 1.0, "–"), (1.2346e-7, 1.0, "1.235e-07")],
+)
+def test_numbers_as_shown(value, factor, text):
+    assert shown(value, 4, factor) == text
+
+
+def test_a_folder_without_a_finished_run_is_named(tmp_path):
+    with pytest.raises(CaseError, match="holds no finished run"):
+        read_run(tmp_path)

@@ -1,0 +1,176 @@
+"""report.html in headless Chromium: no complaint, nothing fetched, a slider that moves the wall, the summary's numbers.
+
+The wall's name, its materials and the case's name are HTML: they must be read, never run.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from orchestrator import results
+from orchestrator.cli import main
+
+webdriver = pytest.importorskip("selenium.webdriver")
+CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+if not (CHROMIUM and DRIVER):
+    pytest.skip("needs Debian's chromium and chromium-driver", allow_module_level=True)
+
+ROOT = Path(__file__).parents[2]
+EVIL = "</script><script>document.title = 'run'</script><img src=x onerror=\"document.title='run'\">"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
+    wall = json.loads((ROOT / "tests/data/ferris_tinloi_wall1.json").read_text(encoding="utf-8"))
+    wall["name"] = EVIL
+    for block in wall["blocks"]:
+        block["material"] = EVIL
+    (folder / "wall.json").write_text(json.dumps(wall), encoding="utf-8")
+    (folder / "case.toml").write_text(
+        f"name = {json.dumps(EVIL)}\n[wall]\nblocks = 'wall.json'\n[stepping]\nfinal_displacement = '1 mm'\n"
+        "[seismic]\npeak_ground_acceleration = '0.15 g'\nground = 'B'\n",
+        encoding="utf-8",
+    )
+    assert main(["run", str(folder / "case.toml"), "--output", str(folder / "run"), "--quiet"]) == 0
+    return folder / "run"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture
+def page(run, browser):
+    browser.get((run / "report.html").as_uri())
+    return browser
+
+
+def set_slider(page, value):
+    script = "const s = document.getElementById('slider'); s.value = arguments[0]; s.dispatchEvent(new Event('input'));"
+    page.execute_script(script, value)
+
+
+def picture(page):
+    """Path of the first body, place of the point, and the line that says where we are."""
+    return page.execute_script(
+        "return [document.querySelector('#picture .body').getAttribute('d'),"
+        " document.getElementById('point').getAttribute('cx'), document.getElementById('state').textContent]"
+    )
+
+
+def test_no_error_and_nothing_fetched(page):
+    assert page.get_log("browser") == []
+    messages = [json.loads(entry["message"])["message"] for entry in page.get_log("performance")]
+    asked = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
+    assert asked
+    assert all(url.startswith(("file:", "data:")) for url in asked)
+
+
+def test_names_from_the_input_are_read_not_run(page):
+    assert page.title == f"Pushover assessment: {EVIL}"
+    assert page.find_element("tag name", "h1").text == EVIL
+    assert EVIL in page.find_element("id", "wall").text  # materials
+
+
+def test_the_slider_moves_the_wall_and_the_point_of_every_model(page):
+    for button in page.find_elements("css selector", "#models button"):
+        button.click()
+        most = int(page.execute_script("return document.getElementById('slider').max"))
+        assert most > 10
+        seen = []
+        for value in (0, most // 2, most):
+            set_slider(page, value)
+            seen.append(picture(page))
+        for column in zip(*seen, strict=True):
+            assert len(set(column)) == 3
+    assert page.get_log("browser") == []
+
+
+def test_the_wall_is_drawn_where_its_nodes_are(page, run):
+    """At the true scale, the last increment: reach of all outlines against the stored displacements, to 0.02 mm."""
+    page.execute_script(
+        "const f = document.getElementById('factor'); f.value = '1'; f.dispatchEvent(new Event('change'));"
+    )
+    set_slider(page, 10**6)
+    script = "return [...document.querySelectorAll('#picture .body')].map((b) => b.getAttribute('d'))"
+    text = "".join(page.execute_script(script)).replace("M", "L").replace("Z", "")
+    drawn = np.array([point.split() for point in text.split("L")[1:]], dtype=float) * [1, -1]
+    store, meshes, _ = results.read_geometry(run / "macro")
+    moved = meshes.nodes[:, :2] + store.last().displacement[: len(meshes.nodes), :2]
+    assert np.ptp(moved[:, 0]) > np.ptp(meshes.nodes[:, 0]) + 1e-3
+    np.testing.assert_allclose(drawn.max(axis=0), moved.max(axis=0), atol=2e-5)
+    np.testing.assert_allclose(drawn.min(axis=0), moved.min(axis=0), atol=2e-5)
+
+
+def test_numbers_equal_the_summary(page, run):
+    summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
+    shown = page.find_elements("css selector", "[data-key]")
+    keys = [cell.get_attribute("data-key") for cell in shown]
+    wanted = {
+        "seismic.kinematic.a0_star_m_per_s2",
+        "seismic.pushover.1.safety_ratio",
+        "wall.weight",
+        "limit_analysis.associative",
+        "pushover.0.peak_base_shear",
+        "pushover.1.peak_multiplier",
+    }
+    assert wanted <= set(keys)
+    for key, cell in zip(keys, shown, strict=True):
+        value = summary
+        for part in key.split("."):
+            value = value[int(part) if part.isdigit() else part]
+        text = cell.get_attribute("textContent")
+        expected = value * float(cell.get_attribute("data-factor"))
+        assert float(text) == pytest.approx(expected, rel=6e-3 if key.endswith(("seconds", "total")) else 6e-4), key
+
+
+def test_the_state_line_at_the_peak_equals_the_summary(page, run):
+    peak = json.loads((run / "summary.json").read_text(encoding="utf-8"))["pushover"][0]
+    _, _, text = picture(page)  # the page opens at the peak
+    assert f"λ = {peak['peak_multiplier']:.4f}, base shear {peak['peak_base_shear'] / 1e3:.4f} kN" in text
+
+
+def test_the_page_is_one_small_file_that_prints(page, run):
+    assert (run / "report.html").stat().st_size < 5_000_000
+    pdf = page.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True, "printBackground": True})["data"]
+    assert pdf.startswith("JVBERi")  # %PDF-
+
+
+def test_a_result_that_is_not_valid_says_so_at_the_top(run, browser, tmp_path):
+    shutil.copytree(run, tmp_path / "run")
+    file = tmp_path / "run" / "summary.json"
+    summary = json.loads(file.read_text(encoding="utf-8"))
+    summary["pushover"][1] |= {"equilibrium_residual": 0.02, "complaint": "result not valid: micro equilibrium: 2 %"}
+    file.write_text(json.dumps(summary), encoding="utf-8")
+    assert main(["report", str(tmp_path / "run")]) == 0
+    browser.get((tmp_path / "run" / "report.html").as_uri())
+    said = browser.find_element("id", "verdict").text
+    assert "NOT VALID" in said
+    assert "micro equilibrium: 2 %" in said
+    assert "NOT VALID" in browser.find_element("id", "checks").text
+
+
+def test_report_rebuilds_the_same_page_and_pictures_from_the_folder_alone(run, tmp_path):
+    moved = tmp_path / "elsewhere"
+    shutil.copytree(run, moved)
+    before = {path.name: path.read_bytes() for path in (moved / "figures").iterdir()}
+    shutil.rmtree(moved / "figures")
+    page = (moved / "report.html").read_bytes()
+    (moved / "report.html").unlink()
+    assert main(["report", str(moved)]) == 0
+    assert (moved / "report.html").read_bytes() == page
+    assert {path.name: path.read_bytes() for path in (moved / "figures").iterdir()} == before
