@@ -64,7 +64,7 @@ def write_pushover(
     results.write_curve(store.folder, curve)
     contacts = model.possible
     touching = model.tracking.touching if model.tracking else len(contacts)
-    results.write_paraview(store, model.meshes, contacts.point)
+    results.write_paraview(store, model.meshes, contacts.point, results.stress_and_pressure(model, bodies))
     moments = {"end": curve.step[-1], "peak": curve.step[curve.base_shear_N.argmax()]}
     for moment, number in moments.items():
         increment, title = store.read(int(number)), f"{name} FE at its {moment}"

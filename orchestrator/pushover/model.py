@@ -55,6 +55,7 @@ class ContactModel:
     rows: IntArray
     bodies: int
     body_names: tuple[str, ...]
+    elastic: ElasticSettings
     tracking: Tracking | None
 
     @property
@@ -119,6 +120,7 @@ def build_model(
         rows=np.arange(len(contacts)),
         bodies=bodies.moving,
         body_names=tuple(body.name for body in bodies.bodies),
+        elastic=elastic,
         tracking=find_possible_contacts(bodies, meshes, contacts) if large_displacement else None,
     )
     return displaced(model, np.zeros_like(gravity))

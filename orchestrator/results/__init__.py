@@ -12,7 +12,7 @@ from orchestrator.results.files import (
     write_json,
     write_text,
 )
-from orchestrator.results.paraview import write_paraview
+from orchestrator.results.paraview import stress_and_pressure, write_paraview
 from orchestrator.results.states import StateStore, load_increments
 from orchestrator.results.summary import Effort, effort_of, pushover_summary, summary
 from orchestrator.results.values import (
@@ -38,6 +38,7 @@ __all__ = [
     "read_curve",
     "read_json",
     "replacing",
+    "stress_and_pressure",
     "summary",
     "versions",
     "write_blocks",
