@@ -37,7 +37,7 @@ lint: setup
 	.venv/bin/mypy && .venv/bin/lint-imports
 
 # Heavier studies, some half an hour: the tables in docs/studies.
-verify: setup
+verify: setup table1 benchmark2
 	HYPOTHESIS_CASES=2000 $(PYTHON) -m pytest -q tests/unit/test_bad_input_generated.py
 	$(PYTHON) docs/studies/killed.py
 	$(PYTHON) docs/studies/soak.py
@@ -45,6 +45,7 @@ verify: setup
 	$(PYTHON) docs/studies/robustness.py
 	$(PYTHON) docs/studies/limit_analysis.py
 	$(PYTHON) docs/studies/tolerances.py
+	$(PYTHON) docs/studies/table1.py
 
 # Cost against blocks and ranks, and of benchmark 1: tables and a plot in benchmarks/.
 bench: setup

@@ -1,1 +1,54 @@
-"""Pushover analysis of historic masonry, stone by stone: micro limit analysis, macroblocks, FE contact."""
+"""Pushover analysis of historic masonry, stone by stone: micro limit analysis, macroblocks, FE contact.
+
+From Python every stage is a function of the values before it:
+
+    from orchestrator import analyse, find_joints, make_bodies, merged, pushover_curve, read_blocks
+
+    assemblage = find_joints(read_blocks(Path("wall.json")), JointSettings())
+    analysis = analyse(assemblage)
+    partition = merged(assemblage, analysis.headline.mechanism, MacroblockSettings())
+    curve = pushover_curve(make_bodies(assemblage, partition))
+
+Complete examples are in docs/examples. A name is imported when it is first used: before the pushover neither finite
+elements nor a mesh generator are needed.
+"""
+
+from importlib import import_module
+from typing import Any
+
+PUBLIC = {
+    "automatic": ("macroblocks_of",),
+    "bodies": ("Bodies", "Body", "make_bodies"),
+    "capacity": ("Capacity", "find_capacity"),
+    "case": ("Case", "read_case", "read_wall"),
+    "errors": ("CaseError", "CollapseError", "ConvergenceError", "ResultError"),
+    "joints": ("Assemblage", "JointClass", "JointSettings", "check_assemblage", "find_joints"),
+    "limit_analysis": (
+        "DeadLoad", "LimitAnalysis", "LimitAnalysisSettings", "LimitState", "LiveLoad", "LoadSettings", "Loads",
+        "Mechanism", "analyse", "centres_of_rotation", "loads_on", "settle",
+    ),
+    "macroblocks": ("MacroblockSettings", "Partition", "merged", "one_body", "one_body_per_block", "partition_of"),
+    "masonry.readers": ("read_blocks",),
+    "masonry.wall": ("Block", "Wall", "check_wall"),
+    "meshing": ("BodyMeshes", "MeshSettings", "mesh_bodies"),
+    "pushover.curve": ("pushover_curve", "pushover_increments"),
+    "pushover.settings": ("ContactSettings", "ElasticSettings", "NewtonSettings", "SteppingSettings"),
+    "pushover.state": ("ContactStatus", "Increment", "PushoverCurve"),
+}  # fmt: skip
+"""module -> its public names (`read_case` is `case.read`)"""
+
+MODULE_OF = {name: module for module, names in PUBLIC.items() for name in names}
+
+__all__ = sorted(MODULE_OF)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module = import_module(f"{__name__}.{MODULE_OF[name]}")
+    value = globals()[name] = getattr(module, {"read_case": "read"}.get(name, name))
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *MODULE_OF})

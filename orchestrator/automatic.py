@@ -28,8 +28,8 @@ from orchestrator.masonry.wall import FloatArray, IntArray
 QUICK_SEEDS = (1e-1, 1e-2, 1e-3)
 QUICK_TOLERANCE = 1e-4
 QUICK_ITERATIONS = 40
-"""Of the sequence of Eq. (2) while partitions are tried. On 26 partitions of benchmarks 1 and 2 the multipliers are
-those of the full sequence within 0.2 %, in a third of the time."""
+"""Of the sequence of Eq. (2) while partitions are tried. On those of 26 partitions of benchmarks 1 and 2 where both the
+quick and the full sequence found a multiplier (about 20), they agree within 0.2 %, in a third of the time."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

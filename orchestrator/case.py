@@ -35,8 +35,7 @@ from orchestrator.units import Unit, as_number
 
 ModelName = Literal["macro", "micro"]
 MAY_BE_INFINITE = ("macroblocks", "study", "seismic")
-LARGEST_FILE = 1_000_000
-"""bytes"""
+LARGEST_FILE = 1_000_000  # bytes
 REMEDIES = {
     "model_type": "it is a section: write [{key}] and its keys below",
     "tuple_type": "write a list, in square brackets",
@@ -56,8 +55,11 @@ class WallSettings:
     blocks: Annotated[str, MinLen(1)]
     """path of the block file, relative to the case file"""
     thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
+    """of the whole wall, out of its plane"""
     unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    """of every block, those with a value of their own too"""
     friction: Annotated[float, Gt(0)] | None = None
+    """coefficient of friction (tangent of the friction angle) of every joint; [joints] may change some"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +67,7 @@ class RunSettings:
     """Which partitions the FE pushover is run on: macroblocks, every stone (micro), or both."""
 
     models: Annotated[tuple[ModelName, ...], MinLen(1)] = ("macro", "micro")
+    """"macro": macroblocks; "micro": every stone is a body; they run in this order"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,9 @@ class JointClass:
     between: tuple[str, ...] = ()
     """the two materials that meet, in either order (materials are those of the block file); none: all"""
     friction: Annotated[float, Gt(0)] | None = None
+    """coefficient of friction"""
     cohesion: Annotated[float, Unit("Pa"), Ge(0)] | None = None
+    """shear strength without normal force, over the whole joint"""
     tensile_strength: Annotated[float, Unit("Pa"), Ge(0)] | None = None
     """over the whole joint; Coulomb's cone ends at cohesion / friction where that is less. Plastic in limit analysis,
     softening in the FE pushover, as cohesion (contact.softening_displacement)"""

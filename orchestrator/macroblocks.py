@@ -54,7 +54,9 @@ class MacroblockSettings:
     margin: Annotated[float, Gt(0), Le(1)] = 0.02
     """of the automatic choice: how far the multiplier of the rigid macroblocks may be from micro-LA's, part of it"""
     scale: Scale = "unit_displacement"
+    """of the mechanism: its largest displacement is 1, or "unit_power", as the linear program returns it (N and m)"""
     evaluate_at: Literal["midpoint", "ends"] = "midpoint"
+    """where a joint's opening is compared with tol_n: mean of both ends, or the larger one"""
     normal: Annotated[float, Ge(0)] = 1e-3
     """tol_n: largest relative normal displacement at the joint"""
     tangential: Annotated[float, Ge(0)] = inf

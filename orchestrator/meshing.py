@@ -30,7 +30,9 @@ class MeshSettings:
     """Element size in the wall's plane and number of element layers through the thickness."""
 
     size: Annotated[float, Unit("m"), Gt(0)] = 0.2
+    """largest edge of an element in the wall's plane; joint ends are nodes whatever the size"""
     layers: Annotated[int, Ge(1)] = 1
+    """elements through the thickness"""
     matching_faces: bool = False
     """both sides of a joint get the same triangles: the contact patch test is exact, not 2 % off, but all diagonals
     lean one way, and walls whose courses slide take many more increments"""

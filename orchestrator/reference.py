@@ -47,7 +47,7 @@ class Section:
 def sections() -> tuple[Section, ...]:
     """Return every section of a case file, in order."""
     return tuple(
-        Section(name, " ".join(inspect.cleandoc(kind.__doc__ or "").split()), tuple(_settings(kind)))
+        Section(name, " ".join(inspect.cleandoc(kind.__doc__ or "").split()), tuple(settings_of(kind)))
         for name, kind in cases.section_types().items()
     )
 
@@ -97,7 +97,8 @@ def reference_page() -> str:
     return "\n".join(lines)
 
 
-def _settings(kind: type[Any]) -> Iterator[Setting]:
+def settings_of(kind: type[Any]) -> Iterator[Setting]:
+    """Yield every setting of a dataclass, in order."""
     hints = typing.get_type_hints(kind, include_extras=True)
     meanings = _meanings(kind)
     for one in fields(kind):

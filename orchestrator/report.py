@@ -65,7 +65,7 @@ def write_pushover(
     """Write the curve, the ParaView files, what pictures need, and the deformed wall at its peak and its end."""
     results.write_curve(store.folder, curve)
     contacts = model.possible
-    results.write_paraview(store, model.meshes, contacts.point)
+    results.write_paraview(store, model.meshes, contacts.point, results.stress_and_pressure(model, bodies))
     touching = model.tracking.touching if model.tracking else len(contacts)
     places = results.ContactPlaces(
         point=contacts.point[:touching, :2],

@@ -28,6 +28,7 @@ class StudySettings:
     """
 
     scale: Scale = "unit_power"
+    """what tol_n is a part of, as in [macroblocks]"""
     normal: Annotated[tuple[Annotated[float, Ge(0)], ...], MinLen(1)] = (2.5e-6, 3.75e-6, 7.5e-6, 22.5e-6, inf)
     """tol_n, one row each"""
     centre_distance: Annotated[tuple[Annotated[float, Unit("m"), Ge(0)], ...], MinLen(1)] = (0.0, 1e-3, 0.45, 0.9, inf)

@@ -58,12 +58,15 @@ class LoadSettings:
     """Direction and distribution of the live load; extra dead loads."""
 
     direction: Literal["+x", "-x"] = "+x"
+    """the live load pushes to the right or to the left"""
     inclination: Annotated[float, Unit("rad"), Ge(-math.pi / 2), Le(math.pi / 2)] = 0.0
     """angle of the live load above the horizontal: "-90 deg" points down"""
     distribution: Literal["mass", "mass_height", "per_block"] = "mass"
     """proportional to mass, to mass x height above the base, or as given in [[load.live]]"""
     live: tuple[LiveLoad, ...] = ()
+    """forces on named blocks, each a table [[load.live]] with `blocks` and `force`; for "per_block" only"""
     dead: tuple[DeadLoad, ...] = ()
+    """besides weight, each a table [[load.dead]] with `blocks`, `force` or `line_load`, `inertia`"""
 
     @property
     def sign(self) -> int:

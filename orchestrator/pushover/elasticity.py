@@ -28,10 +28,8 @@ from petsc4py import PETSc
 
 from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.edges import TETRAHEDRON_EDGES, edges_of, on_outline
 from orchestrator.pushover.settings import ElasticSettings
-
-TETRAHEDRON_EDGES = np.array([(2, 3), (1, 3), (1, 2), (0, 3), (0, 2), (0, 1)])
-"""vertices of the edges of a tetrahedron, in the order of the form compiler's middle nodes"""
 
 assert PETSc.ScalarType is np.float64, "this program needs PETSc built for real numbers (python3-dolfinx-real)"
 
@@ -66,9 +64,9 @@ def assemble(meshes: BodyMeshes, elastic: ElasticSettings, comm: MPI.Comm) -> El
     strain_u, strain_v = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))
     stiffness = 2 * second * ufl.inner(strain_u, strain_v) + first * ufl.tr(strain_u) * ufl.tr(strain_v)
     inertia = _density(mesh, meshes) * ufl.inner(u, v)
-    edges = _edges(meshes.tetrahedra) if elastic.element_order == 2 else np.zeros((0, 2), np.int64)
+    edges = edges_of(meshes.tetrahedra) if elastic.element_order == 2 else np.zeros((0, 2), np.int64)
     numbering = _input_numbering(space, edges, len(meshes.nodes))
-    curved = ~_on_outline(edges, meshes)
+    curved = ~on_outline(edges, meshes)
     basis = _hierarchical_basis(edges, curved, len(meshes.nodes))
 
     def matrix(form: ufl.Form) -> sparse.csr_matrix:
@@ -77,20 +75,6 @@ def assemble(meshes: BodyMeshes, elastic: ElasticSettings, comm: MPI.Comm) -> El
 
     body = np.concatenate([meshes.body_of_node, meshes.body_of_node[edges[curved, 0]]])
     return Elasticity(matrix(stiffness), matrix(inertia), body)
-
-
-def _edges(tetrahedra: IntArray) -> IntArray:
-    """Return the edges (e, 2) of the tetrahedra (t, 4), smaller node number first, in ascending order."""
-    pairs = tetrahedra[:, TETRAHEDRON_EDGES].reshape(-1, 2)
-    return np.unique(np.sort(pairs, axis=1), axis=0)
-
-
-def _on_outline(edges: IntArray, meshes: BodyMeshes) -> npt.NDArray[np.bool_]:
-    """Return which edges (e, 2) belong to a triangle on the outline."""
-    triangles = np.sort(meshes.side_triangles, axis=1)
-    sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [0, 2]], triangles[:, [1, 2]]])
-    width = len(meshes.nodes)
-    return np.isin(edges @ [width, 1], sides @ [width, 1])
 
 
 def _hierarchical_basis(edges: IntArray, curved: npt.NDArray[np.bool_], nodes: int) -> sparse.csr_matrix:

@@ -61,6 +61,7 @@ class ContactModel:
     rows: IntArray
     bodies: int
     body_names: tuple[str, ...]
+    elastic: ElasticSettings
     tracking: Tracking | None
     bond: Bond | None = None
 
@@ -131,6 +132,7 @@ def build_model(
         rows=np.arange(len(contacts)),
         bodies=bodies.moving,
         body_names=tuple(body.name for body in bodies.bodies),
+        elastic=elastic,
         tracking=find_possible_contacts(bodies, meshes, contacts) if large_displacement else None,
     )
     bond = find_bond(bodies, meshes, contacts, len(model.possible), contact.softening_displacement)

@@ -15,7 +15,9 @@ class ElasticSettings:
     """Isotropic linear elasticity of every stone."""
 
     elastic_modulus: Annotated[float, Unit("Pa"), Gt(0)] = 3.5e9
+    """Young's modulus of the stones; joints add only what contact.slip_tolerance says"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
+    """lateral contraction over axial strain"""
     element_order: Literal[1, 2] = 1
     """1: 4-node tetrahedra, a few per cent too stiff on coarse meshes; 2: 10-node ones with straight outline edges"""
 
@@ -30,6 +32,7 @@ class ContactSettings:
     """
 
     slip_tolerance: Annotated[float, Unit("m"), Gt(0)] = 1e-6
+    """elastic slip at which friction reaches Coulomb's limit; smaller is stiffer before the peak, and slower"""
     softening_displacement: Annotated[float, Unit("m"), Gt(0), Le(1e-3)] = 2e-4
     """opening or slip at which tension and cohesion of a joint (joints.classes) have gone, linearly: its fracture
     energies are half of this times its strengths"""
@@ -44,6 +47,7 @@ class NewtonSettings:
     gap: Annotated[float, Unit("m"), Gt(0)] = 1e-12
     """largest gap of a closed contact"""
     iterations: Annotated[int, Ge(3), Le(200)] = 14
+    """Newton iterations of an increment at most; then it is tried again smaller"""
     acceptable: Annotated[float, Ge(1), Le(1e4)] = 100.0
     """an increment that has used up its iterations is accepted when it is within so many tolerances"""
     distribute_above: Annotated[int, Ge(0)] = 50_000
@@ -55,6 +59,7 @@ class SteppingSettings:
     """Gravity, load ramp, displacement control: how the load path is followed."""
 
     gravity_increments: Annotated[int, Ge(1), Le(1000)] = 5
+    """equal parts in which the weight is put on"""
     load_rate: Annotated[float, Unit("1/s"), Gt(0)] = 0.2
     """growth of the load multiplier per second in the ramp"""
     time_step: Annotated[float, Unit("s"), Gt(0)] = 0.05

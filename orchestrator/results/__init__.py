@@ -10,7 +10,7 @@ from orchestrator.results.files import (
     write_text,
 )
 from orchestrator.results.geometry import ContactPlaces, read_geometry, write_geometry
-from orchestrator.results.paraview import write_paraview
+from orchestrator.results.paraview import stress_and_pressure, write_paraview
 from orchestrator.results.reading import read_limit_analysis, read_macroblocks
 from orchestrator.results.states import StateStore, load_increments
 from orchestrator.results.summary import Effort, effort_of, pushover_summary, reasons, summary
@@ -44,6 +44,7 @@ __all__ = [
     "read_macroblocks",
     "reasons",
     "replacing",
+    "stress_and_pressure",
     "summary",
     "sweep",
     "versions",

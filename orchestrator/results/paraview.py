@@ -1,24 +1,32 @@
 """ParaView: wall.xdmf (bodies) and contacts.xdmf (contact points), time = increment number.
 
-Both refer to states.h5 for what changes and to wall.h5 for the mesh: nothing is stored twice, and the cost does not
-grow with the number of increments. (meshio's time series writer copies everything, and writes its .h5 into the current
-directory; its reader reads these files.)
+Both refer to states.h5 for what changes, to wall.h5 for the mesh, and to derived.h5 for what follows from the states:
+stress in the elements and pressure in the contacts, in single precision. Nothing is stored twice. (meshio's time series
+writer copies everything, and writes its .h5 into the current directory; its reader reads these files.)
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 import h5py
 import numpy as np
 
+from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.state import Increment
+from orchestrator.pushover.stress import element_stress, principal, slave_areas, von_mises
 from orchestrator.results.states import StateStore
-from orchestrator.whole import write_bytes
+from orchestrator.whole import replacing, write_bytes
+
+if TYPE_CHECKING:
+    from orchestrator.pushover.model import ContactModel
 
 NODE_FIELDS = (("displacement_m", "displacement"), ("velocity_m_per_s", "velocity"))
 CONTACT_FIELDS = (("normal_force_N", "normal_force"), ("gap_m", "gap"), ("slip_m", "slip"), ("status", "status"))
@@ -26,10 +34,42 @@ CONTACT_FIELDS = (("normal_force_N", "normal_force"), ("gap_m", "gap"), ("slip_m
 NUMBER_TYPES = {"f": "Float", "i": "Int", "u": "UInt"}
 
 
-def write_paraview(store: StateStore, meshes: BodyMeshes, contact_points: FloatArray | None = None) -> list[Path]:
+@dataclass(frozen=True, eq=False, slots=True)
+class Derived:
+    """What follows from an increment, by the name it has in ParaView: of elements (t, ...) and of contacts (c,)."""
+
+    elements: Mapping[str, FloatArray]
+    contacts: Mapping[str, FloatArray]
+
+
+def stress_and_pressure(model: ContactModel, bodies: Bodies) -> Callable[[Increment], Derived]:
+    """Return the function from an increment of `model` to its stresses and contact pressures, both in Pa.
+
+    Pressure is NaN where a corner touches: that is no area.
+    """
+    area = slave_areas(model.possible, bodies, model.meshes)
+
+    def derive(increment: Increment) -> Derived:
+        large = model.tracking is not None
+        stress = element_stress(model.meshes, model.elastic, increment.displacement, large)
+        names = ("sigma_1_Pa", "sigma_2_Pa", "sigma_3_Pa")  # as usual, sigma_1 is the largest
+        elements = {"von_mises_Pa": von_mises(stress), **dict(zip(names, principal(stress).T[::-1], strict=True))}
+        pressure = np.divide(increment.normal_force, area, out=np.full(len(area), np.nan), where=area > 0.0)
+        return Derived(elements, {"pressure_Pa": pressure})
+
+    return derive
+
+
+def write_paraview(
+    store: StateStore,
+    meshes: BodyMeshes,
+    contact_points: FloatArray | None = None,
+    derive: Callable[[Increment], Derived] | None = None,
+) -> list[Path]:
     """Write the time series of a model's folder and return the .xdmf files; gathers states.h5 first.
 
-    contact_points (c, 2) or (c, 3): positions of the contacts in m, in the order of Increment.gap.
+    contact_points (c, 2) or (c, 3): positions of the contacts in m, in the order of Increment.gap. derive: see
+    `stress_and_pressure`.
     """
     folder, wall, contacts = store.folder, store.folder / "wall.xdmf", store.folder / "contacts.xdmf"
     states = store.assemble()
@@ -41,13 +81,28 @@ def write_paraview(store: StateStore, meshes: BodyMeshes, contact_points: FloatA
         if contact_points is not None:
             _write_points(file, contact_points)
     write_bytes(folder / "wall.h5", content.getvalue())
-    with h5py.File(folder / "wall.h5") as mesh, h5py.File(states) as steps:
+    with replacing(folder / "derived.h5") as temporary, h5py.File(temporary, "w") as file:
+        if derive is not None:
+            for increment in store.increments():
+                _write_derived(file.create_group(f"{increment.number:06d}"), derive(increment))
+    with (
+        h5py.File(folder / "wall.h5") as mesh,
+        h5py.File(states) as steps,
+        h5py.File(folder / "derived.h5") as derived,
+    ):
         body = _item(mesh["body"], "Cell", "body")
-        write_bytes(wall, _series(mesh["bodies"], "Tetrahedron", steps, NODE_FIELDS, [body]))
+        write_bytes(wall, _series(mesh["bodies"], "Tetrahedron", steps, NODE_FIELDS, [body], derived, "elements"))
         if contact_points is None:
             return [wall]
-        write_bytes(contacts, _series(mesh["contacts"], "Polyvertex", steps, CONTACT_FIELDS, []))
+        series = _series(mesh["contacts"], "Polyvertex", steps, CONTACT_FIELDS, [], derived, "contacts")
+        write_bytes(contacts, series)
     return [wall, contacts]
+
+
+def _write_derived(group: h5py.Group, derived: Derived) -> None:
+    for kind, values in (("elements", derived.elements), ("contacts", derived.contacts)):
+        for name, value in values.items():
+            group.create_dataset(f"{kind}/{name}", data=value, dtype=np.float32)
 
 
 def _write_mesh(file: h5py.File, meshes: BodyMeshes) -> None:
@@ -68,6 +123,8 @@ def _series(
     steps: h5py.File,
     names: Sequence[tuple[str, str]],
     constant: Sequence[ElementTree.Element],
+    derived: h5py.File,
+    kind: str,
 ) -> bytes:
     """Return the XDMF text of a time series: one grid per increment on the same mesh."""
     root = ElementTree.Element("Xdmf", Version="3.0")
@@ -80,6 +137,8 @@ def _series(
         grid.extend(constant)
         points = mesh["points"].shape[0]
         grid.extend(_item(steps[name][stored], "Node", shown, points) for shown, stored in names)
+        centre = "Cell" if kind == "elements" else "Node"
+        grid.extend(_item(values, centre, shown) for shown, values in derived.get(f"{name}/{kind}", {}).items())
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
 

@@ -36,10 +36,22 @@ def site(tmp_path_factory):
 
 
 def test_every_page_is_built_and_fetches_nothing(site):
-    for page in ("index", "start", "your_wall", "settings", "limits", "verification", "about"):
+    for page in ("index", "start", "your_wall", "theory", "python", "settings", "limits", "verification", "about"):
         html = (site / f"{page}.html").read_text()
         fetched = re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="(https?:[^"]+)"', html)
         assert not fetched, page
+
+
+def test_every_equation_is_mathml_and_every_module_named_has_a_page(site):
+    """A TeX command that the converter does not know stays in its output with its backslash."""
+    html, text = (site / "theory.html").read_text(), (PROJECT / "docs" / "theory.md").read_text()
+    equations = re.findall(r"<math.*?</math>", html, re.DOTALL)
+    alone = text.count("$$")
+    assert len(equations) == alone // 2 + (text.count("$") - 2 * alone) // 2
+    assert not [equation for equation in equations if "\\" in equation or "&</mi>" in equation]
+    assert [html.count(f">({number})</div>") for number in (1, 2, 3, 4)] == [1, 1, 1, 1]
+    for module in set(re.findall(r"orchestrator/([\w/]+)\.py", text)):
+        assert (site / "code" / f"{module}.html").exists(), module
 
 
 def test_the_settings_page_has_every_key(site):

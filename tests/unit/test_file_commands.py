@@ -14,6 +14,8 @@ from PIL import Image
 
 from orchestrator import case as cases
 from orchestrator import cli, reference
+from orchestrator.joints import JointClass
+from orchestrator.limit_analysis import DeadLoad, LiveLoad
 from orchestrator.masonry.readers import read_blocks
 from tests.unit.test_intake_walls import WALL_1, as_polylines, assert_same_wall, associative, painted, written
 
@@ -181,3 +183,10 @@ def test_settings_reference_names_every_key_with_default_and_unit():
         for key in kind.__dataclass_fields__:
             assert f"| `{key}` |" in page
     assert '| `size` | `"0.2 m"` | m | > 0 |' in page
+
+
+@pytest.mark.parametrize("kind", [*cases.section_types().values(), JointClass, DeadLoad, LiveLoad])
+def test_every_setting_says_what_it_is(kind):
+    """Unit and range alone do not."""
+    silent = [one.key for one in reference.settings_of(kind) if len(one.meaning.split()) < 2]
+    assert not silent

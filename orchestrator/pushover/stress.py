@@ -1,0 +1,100 @@
+"""Stress in the elements and pressure in the contacts of a displaced wall, for pictures (numpy only).
+
+    sigma = 2 mu eps + lambda tr(eps) I         eps: mean strain of the element, in the frame of its body
+    principal stresses: eigenvalues of sigma;   von Mises: sqrt(3/2 s : s), s = sigma - tr(sigma)/3 I
+    pressure = normal force of a contact / area of the joint's triangles that its slave node stands for
+
+With barycentric functions L_i of an element, grad u = sum_i u_i grad L_i, plus for 10-node tetrahedra the departures a
+of the curved edges, 4 L_i L_j a, whose mean gradient is a (grad L_i + grad L_j).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from orchestrator.bodies import Bodies
+from orchestrator.masonry.wall import FloatArray
+from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.contact_search import Contacts, triangles_on
+from orchestrator.pushover.contact_tracking import fit_frames
+from orchestrator.pushover.edges import TETRAHEDRON_EDGES, edges_of, on_outline
+from orchestrator.pushover.settings import ElasticSettings
+
+
+def element_stress(
+    meshes: BodyMeshes, elastic: ElasticSettings, displacement: FloatArray, large_displacement: bool
+) -> FloatArray:
+    """Return stress tensors (t, 3, 3) in Pa, tension positive.
+
+    displacement (n, 3) in m: nodes, then curved edges. In large displacements the axes are those of each body, which
+    turn with it.
+    """
+    local = _without_rigid_motion(meshes, displacement) if large_displacement else displacement
+    cells = meshes.tetrahedra
+    slopes = barycentric_slopes(meshes.nodes[cells])
+    gradient = np.einsum("tia,tib->tab", local[cells], slopes)
+    if len(displacement) > len(meshes.nodes):
+        pairs = slopes[:, TETRAHEDRON_EDGES].sum(axis=2)
+        gradient += np.einsum("tea,teb->tab", _departures(meshes, local), pairs)
+    strain = 0.5 * (gradient + gradient.transpose(0, 2, 1))
+    modulus, ratio = elastic.elastic_modulus, elastic.poisson_ratio
+    volumetric = modulus * ratio / ((1 + ratio) * (1 - 2 * ratio)) * np.trace(strain, axis1=1, axis2=2)
+    return modulus / (1 + ratio) * strain + volumetric[:, None, None] * np.eye(3)
+
+
+def barycentric_slopes(corners: FloatArray) -> FloatArray:
+    """Return the gradients (t, 4, 3) in 1/m of the barycentric functions of tetrahedra with corners (t, 4, 3)."""
+    inverse = np.linalg.inv(corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
+    return np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)
+
+
+def von_mises(stress: FloatArray) -> FloatArray:
+    """Return (t,) of stress tensors (t, 3, 3)."""
+    deviator = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+    return np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2)))
+
+
+def principal(stress: FloatArray) -> FloatArray:
+    """Return the principal stresses (t, 3) in ascending order: the largest compression first."""
+    return np.linalg.eigvalsh(stress)
+
+
+def slave_areas(contacts: Contacts, bodies: Bodies, meshes: BodyMeshes) -> FloatArray:
+    """Return the area (c,) in m2 of its joint that each slave node stands for; 0 for contacts of a corner."""
+    areas = np.zeros(len(contacts))
+    for number in np.unique(contacts.interface):
+        for body in np.unique(contacts.slave_body[contacts.interface == number]):
+            surface = meshes.side_triangles[meshes.body_of_side == body]
+            triangles = triangles_on(bodies.start[number], bodies.end[number], surface, meshes.nodes)
+            corners = meshes.nodes[triangles]
+            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            of_node = np.zeros(len(meshes.nodes))
+            np.add.at(of_node, triangles, np.linalg.norm(normals, axis=1)[:, None] / 6)
+            here = (contacts.interface == number) & (contacts.slave_body == body) & (contacts.slave_node >= 0)
+            areas[here] = of_node[contacts.slave_node[here]]
+    return areas
+
+
+def _without_rigid_motion(meshes: BodyMeshes, displacement: FloatArray) -> FloatArray:
+    """Return displacements (n, 3) in the frames of the bodies: R^T (x - t) - X for nodes, R^T a for edges."""
+    frames = fit_frames(meshes, displacement, int(meshes.body_of_node[-1]) + 1)
+    count = len(meshes.nodes)
+    node = meshes.body_of_node
+    local = displacement.copy()
+    moved = meshes.nodes[:, :2] + displacement[:count, :2] - frames.translation[node]
+    local[:count, :2] = np.einsum("mji,mj->mi", frames.rotation[node], moved) - meshes.nodes[:, :2]
+    if len(displacement) > count:
+        edges = edges_of(meshes.tetrahedra)
+        edge = node[edges[~on_outline(edges, meshes), 0]]
+        local[count:, :2] = np.einsum("mji,mj->mi", frames.rotation[edge], displacement[count:, :2])
+    return local
+
+
+def _departures(meshes: BodyMeshes, displacement: FloatArray) -> FloatArray:
+    """Return (t, 6, 3): departure of each edge of each element from the mean of its ends; 0 on the outline."""
+    edges = edges_of(meshes.tetrahedra)
+    of_edge = np.zeros((len(edges), 3))
+    of_edge[~on_outline(edges, meshes)] = displacement[len(meshes.nodes) :]
+    pairs = np.sort(meshes.tetrahedra[:, TETRAHEDRON_EDGES], axis=2)
+    width = [len(meshes.nodes), 1]
+    return of_edge[np.searchsorted(edges @ width, pairs @ width)]

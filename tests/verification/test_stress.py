@@ -1,0 +1,105 @@
+"""Stress of the FE model against statics: a column under its own weight, a turned body, a body under uniform strain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from orchestrator.bodies import make_bodies
+from orchestrator.macroblocks import one_body_per_block
+from orchestrator.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.model import build_model
+from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.pushover.stepping import Pushover
+from orchestrator.pushover.stress import element_stress, principal, slave_areas, von_mises
+from tests.verification.pushover_chain import assemblage_of, stack
+
+WEIGHT, HEIGHT, WIDTH, THICKNESS = 25e3, 2.0, 0.4, 0.1
+
+
+def column(order):
+    """A column of one block on a support; thickness 0.1 m."""
+    assemblage = assemblage_of(stack((WIDTH, HEIGHT), friction=0.7))
+    bodies = make_bodies(assemblage, one_body_per_block(assemblage))
+    meshes = mesh_bodies(bodies, MeshSettings(size=0.1), None)
+    elastic = ElasticSettings(element_order=order)
+    return bodies, build_model(bodies, meshes, elastic, ContactSettings(), 1, MPI.COMM_SELF, True)
+
+
+def under_gravity(model):
+    """The last increment before the load."""
+    last = None
+    with LinearSystem(model, MPI.COMM_SELF) as system:
+        for increment in Pushover(model, system, NewtonSettings(), SteppingSettings()).increments():
+            if increment.phase != "gravity":
+                return last
+            last = increment
+
+
+def volumes(meshes):
+    corners = meshes.nodes[meshes.tetrahedra]
+    return np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_column_under_its_own_weight(order):
+    """sigma_y = -rho g (height - y). Its mean is exact for any mesh (virtual work of the displacement (0, y, 0))."""
+    bodies, model = column(order)
+    increment = under_gravity(model)
+    stress = element_stress(model.meshes, model.elastic, increment.displacement, True)
+    volume = volumes(model.meshes)
+    assert volume.sum() == pytest.approx(HEIGHT * WIDTH * THICKNESS, rel=1e-9)
+    assert stress[:, 1, 1] @ volume / volume.sum() == pytest.approx(-WEIGHT * HEIGHT / 2, rel=1e-4)
+    above = HEIGHT - model.meshes.nodes[model.meshes.tetrahedra].mean(axis=1)[:, 1]
+    for top, bottom in ((0.2, 0.6), (0.6, 1.0), (1.0, 1.4), (1.4, 1.8)):
+        layer = (above > top) & (above < bottom)
+        share = volume[layer] / volume[layer].sum()
+        expected = -WEIGHT * float(above[layer] @ share)
+        assert stress[layer, 1, 1] @ share == pytest.approx(expected, rel=0.02)
+        assert principal(stress[layer])[:, 0] @ share == pytest.approx(expected, rel=0.03)
+        assert von_mises(stress[layer]) @ share == pytest.approx(-expected, rel=0.05)
+    area = slave_areas(model.possible, bodies, model.meshes)
+    resting = np.flatnonzero(increment.normal_force > 0.0)
+    assert area[resting].sum() == pytest.approx(WIDTH * THICKNESS, rel=1e-9)
+    mean_pressure = increment.normal_force[resting].sum() / area[resting].sum()
+    assert mean_pressure == pytest.approx(WEIGHT * HEIGHT, rel=1e-4)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_turned_body_has_the_stress_of_the_body_that_is_not(order):
+    _, model = column(order)
+    random = np.random.default_rng(1)
+    small = 1e-5 * random.standard_normal((len(model.body), 3))
+    cosine, sine = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    turned = small @ turn.T
+    turned[: len(model.meshes.nodes)] += model.meshes.nodes @ (turn - np.eye(3)).T + [0.3, -0.2, 0.0]
+    before, after = (element_stress(model.meshes, model.elastic, u, True) for u in (small, turned))
+    assert np.abs(after - before).max() < 1e-6 * np.abs(before).max()
+    assert np.abs(before).max() > 1e5
+
+
+def test_uniform_strain_is_hookes_law():
+    """eps_x = 1e-4 alone: sigma_x = (lambda + 2 mu) eps, sigma_y = sigma_z = lambda eps; von Mises 2 mu eps."""
+    _, model = column(1)
+    stretched = np.column_stack([1e-4 * model.meshes.nodes[:, 0], np.zeros((len(model.meshes.nodes), 2))])
+    stress = element_stress(model.meshes, model.elastic, stretched, False)
+    first, second = 3.5e9 * 0.2 / (1.2 * 0.6), 3.5e9 / 2.4
+    expected = 1e-4 * np.diag([first + 2 * second, first, first])
+    np.testing.assert_allclose(stress, np.broadcast_to(expected, stress.shape), atol=1.0)
+    np.testing.assert_allclose(von_mises(stress), 2e-4 * second, rtol=1e-6)
+
+
+def test_stress_by_hand_agrees_with_the_stiffness_of_dolfinx():
+    """Strain energy: half of u K u = half of sigma : eps over the volume, for 4-node elements."""
+    _, model = column(1)
+    displacement = 1e-5 * np.random.default_rng(2).standard_normal((len(model.meshes.nodes), 3))
+    stress = element_stress(model.meshes, model.elastic, displacement, False)
+    modulus, ratio = model.elastic.elastic_modulus, model.elastic.poisson_ratio
+    trace = np.trace(stress, axis1=1, axis2=2)
+    strain = (1 + ratio) / modulus * stress - ratio / modulus * trace[:, None, None] * np.eye(3)
+    energy = 0.5 * np.sum(stress * strain, axis=(1, 2)) @ volumes(model.meshes)
+    u = displacement.ravel()
+    assert energy == pytest.approx(0.5 * u @ (model.stiffness @ u), rel=1e-9)
