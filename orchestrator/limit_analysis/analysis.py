@@ -45,6 +45,7 @@ GRAVITY_TOLERANCE, GRAVITY_TOLERANCE_A_BLOCK = 1e-6, 1e-8
 the wall: rounding adds up (walls that stand: 1e-8, at 997 blocks 1.4e-7, at 9,955 5e-5)."""
 SHORT = 6
 """Programs at most of a sequence or shift that begins at a state of the complementarity program."""
+LEFT_OUT = "sequence and dilation shift left out for so many blocks"
 NAMED_BLOCKS = 8
 """How many falling blocks an error message names."""
 
@@ -121,9 +122,14 @@ def analyse(
     begin = found[0] if large and found is not None else None
     if begin is not None:
         settings = _shortened(settings)
-    start = optimum if begin is None else begin.forces
-    sequence, sequence_remarks = sequence_state(problem, programs, start, settings)
-    shift, shift_remarks = dilation_shift_state(problem, programs, settings, begin)
+    if begin is not None and len(equilibrium.free_blocks) > settings.sequence_blocks:
+        sequence, shift = None, None
+        remarks: tuple[str, ...] = (f"{LEFT_OUT}, more than {settings.sequence_blocks}",)
+    else:
+        start = optimum if begin is None else begin.forces
+        sequence, sequence_remarks = sequence_state(problem, programs, start, settings)
+        shift, shift_remarks = dilation_shift_state(problem, programs, settings, begin)
+        remarks = sequence_remarks + shift_remarks
     if not large:
         for other in (sequence, shift):
             candidates += descent(programs, other.mechanism.slip, passed=candidates) if other is not None else ()
@@ -137,7 +143,7 @@ def analyse(
         associative=problem.state("associative", problem.friction.slope, optimum, optimum, (_record(optimum, 0.0),)),
         sequence=sequence,
         dilation_shift=shift,
-        remarks=sequence_remarks + shift_remarks,
+        remarks=remarks,
         seconds=perf_counter() - started,
         complementarity=found and _closed_state(problem, *found),
         lowest=lowest_state,

@@ -62,6 +62,9 @@ class LimitAnalysisSettings:
     """starts of the complementarity program in the search for lower states"""
     search_blocks: Annotated[int, Ge(1)] = 300
     """larger walls are searched from one start only, and their sequence and shift begin at the state found there"""
+    sequence_blocks: Annotated[int, Ge(1)] = 2000
+    """larger walls have the state of the complementarity program alone, unless there is none: their sequence and shift
+    take nine tenths of the time and do not settle"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -82,6 +82,15 @@ def test_input_is_left_alone_and_result_is_frozen_and_can_be_sent_to_other_ranks
     assert analyse(assemblage).sequence.load_multiplier == found.sequence.load_multiplier
 
 
+def test_very_large_walls_have_the_state_of_the_complementarity_program_alone():
+    found = analyse(cantilever(0.2), LimitAnalysisSettings(search_blocks=1, sequence_blocks=1))
+    assert found.sequence is None
+    assert found.dilation_shift is None
+    assert found.headline is found.complementarity
+    assert found.headline.load_multiplier == pytest.approx(analyse(cantilever(0.2)).headline.load_multiplier, abs=1e-6)
+    assert found.remarks == ("sequence and dilation shift left out for so many blocks, more than 1",)
+
+
 def test_records_tell_every_linear_program():
     settings = LimitAnalysisSettings(seed_cohesions=(1e-2, 1e-5), shift_relaxation=0.4)
     found = analyse(cantilever(0.2), settings)

@@ -9,7 +9,13 @@ from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.equilibrium import (
     assemble_equilibrium,
 )
-from orchestrator.masonry.geometry import block_centroids, block_weights, polygon_area, polygon_centroid
+from orchestrator.masonry.geometry import (
+    block_areas,
+    block_centroids,
+    block_weights,
+    polygon_area,
+    polygon_centroid,
+)
 from orchestrator.masonry.wall import Block, Wall, read_only
 
 
@@ -37,6 +43,18 @@ def test_polygon_properties_of_an_l_shape():
     assert polygon_area(corners) == pytest.approx(4.0)
     assert polygon_area(corners[::-1]) == pytest.approx(-4.0)
     assert polygon_centroid(corners) == pytest.approx([(3 * 1.5 + 1 * 0.5) / 4, (3 * 0.5 + 1 * 1.5) / 4])
+
+
+def test_areas_and_centroids_of_blocks_with_different_numbers_of_corners():
+    """L, unit triangle about (1/3, 1/3) and rectangle, far away."""
+    l_shape = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [0, 2]]
+    triangle, box = [[0, 0], [1, 0], [0, 1]], [[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]]
+    far = [3e3, 5e3]
+    blocks = [Block(n, read_only(np.add(p, far)), False, 1.0) for n, p in enumerate((l_shape, triangle, box))]
+    wall = Wall("three", tuple(blocks), 1.0, 0.5)
+    assert block_areas(wall) == pytest.approx([4.0, 0.5, 0.08])
+    expected = [(5.0 / 4, 3.0 / 4), (1 / 3, 1 / 3), (0.2, 0.1)]
+    assert block_centroids(wall) - far == pytest.approx(np.array(expected), abs=1e-11)
 
 
 def test_centroid_far_from_the_origin_keeps_its_digits():
