@@ -29,7 +29,7 @@ def render(values: dict[str, Any]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"shown": shown, "small": small}
+    environment.filters |= {"shown": shown, "fixed": fixed, "small": small}
     environment.policies["json.dumps_function"] = _compact
     return environment.get_template("report.html.j2").render(plain_collapse(values))
 
@@ -45,6 +45,11 @@ def shown(value: float | None, digits: int = 4, factor: float = 1.0) -> str:
         return "–" if value is None else str(value)
     text = f"{value * factor:#.{digits}g}".removesuffix(".")
     return text if "e" not in text else f"{value * factor:.{digits - 1}e}"
+
+
+def fixed(value: float, decimals: int = 3, factor: float = 1.0) -> str:
+    """Return a number with so many decimals, for columns of lengths."""
+    return f"{value * factor + 0.0:.{decimals}f}"
 
 
 def small(value: float | None) -> str:
