@@ -71,12 +71,26 @@ def _complain(comm: MPI.Comm | None, complaints: Sequence[object]) -> None:
             print(complaint, file=sys.stderr)
 
 
+class _Completion(argparse.Action):
+    """Prints the completion of the command `orchestrator` for a shell."""
+
+    def __call__(self, parser: argparse.ArgumentParser, _: object, values: Any, __: str | None = None) -> None:
+        import shtab
+
+        parser.prog = "orchestrator"  # what is completed is a command, not `python -m`
+        print(shtab.complete(parser, values))
+        parser.exit(0)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m orchestrator",
         description="Pushover analysis of masonry, stone by stone. Without a command: run the shipped benchmark 1.",
         epilog="example: python -m orchestrator run templates/benchmark1.toml --output results/benchmark1; "
         "exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid",
+    )
+    parser.add_argument(
+        "--print-completion", choices=("bash", "zsh"), action=_Completion, help="print what completes commands (README)"
     )
     parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
     parser.set_defaults(action=_run, command=None, case=DEFAULT_CASE, output=None, resume=False, model=None, set=[])

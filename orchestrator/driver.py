@@ -165,6 +165,9 @@ def push(
             reporting.write_segmentation,
             output, case, segmented.assemblage, segmented.analysis, segmented.partition, segmented.bodies,
         )  # fmt: skip
+        if is_root(comm):
+            for line in results.provenance((case.file, case.block_file)):
+                logger.info(line)
         pushed: dict[ModelName, Pushed] = {}
         for model in dict.fromkeys(case.run.models):
             began = perf_counter()

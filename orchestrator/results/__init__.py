@@ -3,6 +3,7 @@
 from orchestrator.results.files import (
     hash_file,
     logging_to,
+    provenance,
     read_json,
     versions,
     write_csv,
@@ -36,6 +37,7 @@ __all__ = [
     "load_increments",
     "locked",
     "logging_to",
+    "provenance",
     "pushover_summary",
     "read_curve",
     "read_geometry",

@@ -7,7 +7,10 @@ import hashlib
 import io
 import json
 import logging
+import os
 import platform
+import shlex
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import PackageNotFoundError, version
@@ -34,6 +37,12 @@ DISTRIBUTIONS = {
     "matplotlib": "matplotlib",
 }
 """name in the run folder -> name of the installed distribution (petsc4py carries PETSc's own version)"""
+
+ENVIRONMENT = (
+    "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMPI_COMM_WORLD_SIZE", "SLURM_JOB_ID",
+    "SLURM_NTASKS", "PETSC_OPTIONS", "PYTHONHASHSEED", "LANG",
+)  # fmt: skip
+"""variables that may change speed or the last digits of a result"""
 
 
 def write_text(path: Path, text: str) -> None:
@@ -88,6 +97,22 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return found
+
+
+def provenance(files: Iterable[Path]) -> list[str]:
+    """Return what is needed to do a run again: command line, folder, machine, environment, versions, hashes of files.
+
+    Of the environment only ENVIRONMENT is told: the rest may hold what is nobody's business.
+    """
+    told = {name: os.environ[name] for name in ENVIRONMENT if name in os.environ}
+    return [
+        f"command: {shlex.join(sys.orig_argv)}",
+        f"folder: {Path.cwd()}",
+        f"machine: {platform.platform()}, {os.cpu_count()} processors",
+        f"environment: {' '.join(f'{name}={shlex.quote(value)}' for name, value in told.items())}",
+        f"versions: {', '.join(f'{name} {found}' for name, found in versions().items())}",
+        *(f"sha256 of {path}: {hash_file(path)}" for path in files),
+    ]
 
 
 class _LogFile(logging.FileHandler):

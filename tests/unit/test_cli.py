@@ -58,7 +58,12 @@ def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
         "figures", "macro",
     }  # fmt: skip
     assert {path.name for path in folder.iterdir()} == expected
-    inside = {"mesh.msh", "mesh.vtu", "curve.csv", "states.h5", "geometry.h5", "wall.xdmf", "wall.h5", "contacts.xdmf"}
+    log = (folder / "run.log").read_text()
+    assert all(word in log for word in ("command: ", "versions: python", f"sha256 of {TOWER}", "environment: "))
+    inside = {
+        "mesh.msh", "mesh.vtu", "curve.csv", "states.h5", "geometry.h5", "wall.xdmf", "wall.h5", "derived.h5",
+        "contacts.xdmf",
+    }  # fmt: skip
     assert {path.name for path in (folder / "macro").iterdir()} == inside
     assert cli.main(["run", str(folder / "case.toml"), "--output", str(tmp_path / "again"), "-q"]) == 0
     first, second = ((run / "macro" / "curve.csv").read_text() for run in (folder, tmp_path / "again"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -190,3 +191,19 @@ def test_every_setting_says_what_it_is(kind):
     """Unit and range alone do not."""
     silent = [one.key for one in reference.settings_of(kind) if len(one.meaning.split()) < 2]
     assert not silent
+
+
+def test_bash_completes_commands(tmp_path, capsys):
+    """As bash does it: the script is sourced, its function called with what stands on the line."""
+    with pytest.raises(SystemExit) as ended:
+        call("--print-completion", "bash")
+    assert ended.value.code == 0
+    script = tmp_path / "completion.sh"
+    script.write_text(capsys.readouterr().out)
+    ask = (
+        f"source {script}; COMP_WORDS=(orchestrator se); COMP_CWORD=1; "
+        "$(complete -p orchestrator | sed 's/.*-F \\([^ ]*\\) .*/\\1/') orchestrator se orchestrator; "
+        "echo ${COMPREPLY[@]}"
+    )
+    done = subprocess.run(["bash", "-c", ask], capture_output=True, text=True, timeout=20, check=True)
+    assert done.stdout.split() == ["segment"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
 import logging
 from dataclasses import replace
@@ -332,3 +333,17 @@ def test_one_body_is_called_trivial(assemblage, analysis):
     one = Partition(np.array([1, 0, 0, 0]), 1, np.array([2, 3, 4]), np.array([], int), None)
     record = results.summary("c", assemblage, analysis, one, [])["macroblocks"]
     assert record == {"count": 1, "joints": 2, "tol_n": None, "tol_d": None, "trivial": True}
+
+
+def test_provenance_tells_command_versions_and_hashes_but_no_secrets(tmp_path, monkeypatch):
+    file = tmp_path / "case.toml"
+    file.write_text("name = 'x'")
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    monkeypatch.setenv("MY_PASSWORD", "swordfish")
+    told = "\n".join(results.provenance([file]))
+    assert "pytest" in told.splitlines()[0]
+    assert "OMP_NUM_THREADS=1" in told
+    assert f"numpy {np.__version__}" in told
+    digest = hashlib.sha256(b"name = 'x'").hexdigest()  # of the text above
+    assert f"sha256 of {file}: {digest}" in told
+    assert "swordfish" not in told
