@@ -40,6 +40,7 @@ lint: setup
 verify: setup
 	HYPOTHESIS_CASES=2000 $(PYTHON) -m pytest -q tests/unit/test_bad_input_generated.py
 	$(PYTHON) docs/studies/sensitivity.py
+	$(PYTHON) docs/studies/cohesion.py
 	$(PYTHON) docs/studies/robustness.py
 	$(PYTHON) docs/studies/limit_analysis.py
 	$(PYTHON) docs/studies/tolerances.py
