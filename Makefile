@@ -42,6 +42,7 @@ verify: setup table1 benchmark2
 	$(PYTHON) docs/studies/killed.py
 	$(PYTHON) docs/studies/soak.py
 	$(PYTHON) docs/studies/sensitivity.py
+	$(PYTHON) docs/studies/cohesion.py
 	$(PYTHON) docs/studies/robustness.py
 	$(PYTHON) docs/studies/limit_analysis.py
 	$(PYTHON) docs/studies/tolerances.py
