@@ -24,12 +24,14 @@ from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, ModelName, read_wall, refuse_spectrum, refuse_what_only_limit_analysis_takes
 from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError, naming
+from orchestrator.estimate import Estimate, estimate, free_memory, warning_of
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
 from orchestrator.macroblocks import Partition, one_body_per_block
+from orchestrator.masonry.drawing import implausible_size
 from orchestrator.masonry.wall import check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
-from orchestrator.parallel import on_root, on_root_while, this_rank
+from orchestrator.parallel import is_root, on_root, on_root_while, this_rank
 from orchestrator.pushover.state import Increment, PushoverCurve
 
 if TYPE_CHECKING:
@@ -202,7 +204,7 @@ def _words(segmented: Segmented) -> str:
     analysis, partition = segmented.analysis, segmented.partition
     bodies = "1 macroblock" if partition.count == 1 else f"{partition.count} macroblocks"
     found = f"multiplier {analysis.headline.load_multiplier:.4f}, {bodies}"
-    return "; ".join([found, *analysis.remarks, *partition.remarks])
+    return "; ".join([found, *analysis.remarks, *partition.remarks, *implausible_size(segmented.assemblage.wall)])
 
 
 def _push(
@@ -222,6 +224,10 @@ def _push(
 
     assemblage = segmented.assemblage
     bodies = segmented.bodies if model == "macro" else make_bodies(assemblage, one_body_per_block(assemblage))
+    expected = estimate(bodies, case.mesh, case.elastic.element_order)
+    warning = on_root(comm, _room_for, expected, case)
+    if warning:
+        report(StageDone(f"{model} FE, before it starts", 0.0, warning))
     meshes = on_root(comm, _meshed, bodies, case, output / model)
     loads = nodal_loads(assemblage.wall, bodies, meshes, case.load)
     arguments = (model, case, bodies, meshes, loads, output / model, resume)
@@ -229,6 +235,14 @@ def _push(
     if unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
     return on_root(comm, _follow, *arguments, None, report)
+
+
+def _room_for(expected: Estimate, case: Case) -> str:
+    """Return a warning about a large run, or "". Raises CaseError for one that does not fit into the memory."""
+    with naming(case.file):
+        warning = warning_of(expected, free_memory())
+    logger.info("expected: %s %s", expected, warning)
+    return warning
 
 
 def _meshed(bodies: Bodies, case: Case, folder: Path) -> BodyMeshes:

@@ -16,6 +16,9 @@ IntArray = npt.NDArray[np.int64]
 GRAVITY = 9.81
 """Standard acceleration of gravity used to turn unit weight into density, m/s2."""
 
+FARTHEST = 1e7
+"""largest coordinate, m: a double is exact to 2e-9 m there (UTM reaches it), ten times as far no longer to 1e-8"""
+
 
 def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike = np.float64) -> np.ndarray:
     """Return a private copy of `values` that cannot be written to (a frozen dataclass alone does not freeze arrays)."""
@@ -78,6 +81,9 @@ def _check_block(block: Block, tolerance: float) -> None:
     key = f"block {block.id}"
     if not np.isfinite(block.polygon).all():
         raise CaseError(key, "a coordinate is not a finite number", "give finite coordinates")
+    if np.abs(block.polygon).max() > FARTHEST:
+        problem = f"lies {np.abs(block.polygon).max():.3g} m from the origin, where numbers are too coarse for joints"
+        raise CaseError(key, problem, "subtract a common offset from all coordinates")
     outline = shapely.Polygon(block.polygon)
     if not outline.is_valid:
         raise CaseError(key, "its polygon crosses or touches itself", "list the corners once, in order round the block")

@@ -21,6 +21,7 @@ import numpy.typing as npt
 import shapely
 
 from orchestrator.bodies import Bodies
+from orchestrator.errors import CaseError
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.contact_search import (
@@ -301,8 +302,11 @@ class _Surface:
         keys = _keys(columns["slave_node"], columns["master_body"], columns["normal"])
         found = {key: row for row, key in enumerate(keys) if primary[row]}
         wanted = _keys(touching.slave_node, touching.master_body, touching.normal)
-        missing = [key for key in wanted if key not in found]
-        assert not missing, f"{len(missing)} contacts lie on no face of their bodies"
+        missing = [row for row, key in enumerate(wanted) if key not in found]
+        if missing:
+            x, y, _ = touching.point[missing[0]]
+            problem = f"corners near ({x:.4f}, {y:.4f}) m miss each other by about the tolerance of joints"
+            raise CaseError("blocks", problem, "let them meet exactly, or lie at least 0.1 mm apart")
         return np.array([found[key] for key in wanted], np.int64)
 
     def nearest_interface(self, columns: dict[str, npt.NDArray]) -> IntArray:
