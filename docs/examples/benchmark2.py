@@ -33,7 +33,8 @@ def main(tolerances: Sequence[float] = (2.5e-7, 22.5e-6)) -> dict[int, PushoverC
 
     curves = {}
     for normal in tolerances:
-        partition = merged(assemblage, analysis.headline.mechanism, replace(case.macroblocks, normal=normal))
+        criteria = replace(case.macroblocks, scale="unit_power", normal=normal, centre_distance=0.45)
+        partition = merged(assemblage, analysis.headline.mechanism, criteria)
         bodies = make_bodies(assemblage, partition)
         meshes = mesh_bodies(bodies, case.mesh, cache=None)
         increments = []

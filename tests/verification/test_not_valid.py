@@ -30,7 +30,7 @@ def curve(**changed):
 
 
 WRONG = {
-    "equilibrium": ({"load_multiplier": np.array([0.0, 0.1, 0.203, 0.15])}, 0.0, 0.0, "3.00e-03 of the weight"),
+    "equilibrium": ({"load_multiplier": np.array([0.0, 0.1, 0.203, 0.15])}, 0.0, 0.0, "3.00e-03 of the load"),
     "kinetic energy": ({"kinetic_energy_J": np.array([0.0, 0.06, 0.0, 0.0])}, 0.0, 0.0, "6.00e-02"),
     "penetration": ({}, 2e-9, 0.0, "2.00e-09 m"),
     "energy balance": ({}, 0.0, 0.02, "2.00e-02 of stored energy"),

@@ -34,6 +34,7 @@ def run(tmp_path_factory):
     (folder / "wall.json").write_text(json.dumps(wall), encoding="utf-8")
     (folder / "case.toml").write_text(
         f"name = {json.dumps(EVIL)}\n[wall]\nblocks = 'wall.json'\n[stepping]\nfinal_displacement = '1 mm'\n"
+        "[macroblocks]\nnormal = 1e-3\n"
         "[seismic]\npeak_ground_acceleration = '0.15 g'\nground = 'B'\n",
         encoding="utf-8",
     )
