@@ -6,8 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from orchestrator.page.contents import contents
 from orchestrator.page.stored import read_run
 from orchestrator.results.files import plain, write_text
@@ -22,6 +20,8 @@ def write(folder: Path) -> Path:
 
 def render(values: dict[str, Any]) -> str:
     """Return the page."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined  # 0.07 s that `limit` need not wait for
+
     environment = Environment(
         loader=PackageLoader("orchestrator.page", "template"),
         autoescape=True,
