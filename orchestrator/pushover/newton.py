@@ -14,7 +14,7 @@ A contact that just touches (lambda = g = 0) counts as closed: with the strict t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,7 +29,16 @@ from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.settings import NewtonSettings
 
 LINE_SEARCH_SHARE = 0.03
-"""c_m of the merit function over the contact stiffness"""
+"""stiffness of overlaps in the line search over the contact stiffness"""
+FULL_STEP = 0.5
+"""a step is taken whole when the work at its end is less than this share of that at its start, or still negative"""
+WORK_LEFT = 0.3
+"""share of the work at the start of a step that may be left where the line search ends"""
+TRIALS = 8
+PASSES = 3
+"""times that Newton is tried on an increment"""
+ROUGH = 1e4
+"""tolerances within which friction with given normal forces is solved"""
 REPETITION = 0.95
 """an iterate that returns to earlier contact states with more than this share of their error: Newton goes in circles"""
 EPSILON = float(np.finfo(float).eps)
@@ -44,7 +53,8 @@ class Problem:
     prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
     that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
     contacts resist slip by viscosity x (slip since the start of the increment) besides friction, and bonded ones
-    opening likewise. bond: strengths and history of the contacts, None where no joint has any.
+    opening likewise. bond: strengths and history of the contacts, None where no joint has any. pressure (c,): normal
+    forces (N) that friction sees (Tresca's friction), None: those of the iterate (Coulomb's).
     """
 
     gravity_share: float
@@ -56,6 +66,7 @@ class Problem:
     reference_force: float = 0.0
     viscosity: float = 0.0
     bond: Bond | None = None
+    pressure: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -95,15 +106,18 @@ def evaluate(
     gap = model.normal_rows @ displacement + model.gap_offset
     slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
     trial = problem.elastic_slip + slip
-    response = friction_response(trial, normal_force, model.contacts.friction, model.slip_tolerance)
+    pressure = normal_force if problem.pressure is None else problem.pressure
+    response = friction_response(trial, pressure, model.contacts.friction, model.slip_tolerance)
     bond, carrying = None, np.zeros(len(gap), bool)
     pull = pull_slope = np.zeros(len(gap))
     if problem.bond is not None:
         bond, carrying = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
-        response = response.bonded(trial, normal_force, model.contacts.friction, bond)
+        response = response.bonded(trial, pressure, model.contacts.friction, bond)
         pull = bond.tension + problem.viscosity * carrying * (gap - problem.bond.opening)
         pull_slope = bond.tension_slope + problem.viscosity * carrying
     active = normal_force + pull - model.contact_stiffness * gap >= 0.0
+    if problem.pressure is not None:
+        response = replace(response, pressure_slope=np.zeros_like(response.pressure_slope))
     response = response.damped(slip * (active | carrying)[:, None], problem.viscosity)
     strained = displacement - model.rigid
     residual = (
@@ -172,7 +186,7 @@ def _right_side(model: ContactModel, problem: Problem, current: Iterate) -> Floa
 
 
 def _advanced(model: ContactModel, problem: Problem, current: Iterate, step: FloatArray) -> Iterate:
-    """Return the next iterate: of 1, 1/2 and 1/4 of the step the first that lowers the merit, or the best."""
+    """Return the next iterate, along the step from `current`."""
     n = len(current.displacement)
     change_u, change_lambda, change_alpha = step[:n], step[n:-1] * model.contact_stiffness, float(step[-1])
 
@@ -185,6 +199,47 @@ def _advanced(model: ContactModel, problem: Problem, current: Iterate, step: Flo
             current.load_multiplier + share * change_alpha,
         )
 
+    if problem.bond is not None:
+        return _less_out_of_balance(model, current, at)
+    return _out_of_work(model, current, at, change_u)
+
+
+def _out_of_work(model: ContactModel, current: Iterate, at: Callable[[float], Iterate], change: FloatArray) -> Iterate:
+    """Return the iterate on the step at which the out-of-balance forces do (almost) no more work along it.
+
+    With given pressures of friction that is the lowest energy along the step: Newton cannot go in circles.
+    M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Structures 1, Wiley 1991, section 9.2.
+    """
+    start = _work(model, current, change)
+    iterate = at(1.0)
+    work = _work(model, iterate, change)
+    if start >= 0.0 or work <= -FULL_STEP * start:
+        return iterate
+    low, high = (0.0, start), (1.0, work)
+    for _ in range(TRIALS):
+        (behind, less), (ahead, more) = low, high
+        share = behind + (ahead - behind) * min(max(less / (less - more), 0.05), 0.95)
+        iterate = at(share)
+        work = _work(model, iterate, change)
+        if abs(work) <= -WORK_LEFT * start:
+            break
+        # regula falsi; the end that stays counts half, or it would stay for ever (Illinois)
+        low, high = ((share, work), (ahead, more / 2)) if work < 0.0 else ((behind, less / 2), (share, work))
+    return iterate
+
+
+def _work(model: ContactModel, iterate: Iterate, change: FloatArray) -> float:
+    """Return the work of the out-of-balance forces along a change of displacement, overlaps pressed apart, in J."""
+    force = iterate.normal_force
+    pressed = np.maximum(force - LINE_SEARCH_SHARE * model.contact_stiffness * iterate.gap, 0.0) - force
+    return float(iterate.force_residual @ change - pressed @ (model.normal_rows @ change))
+
+
+def _less_out_of_balance(model: ContactModel, current: Iterate, at: Callable[[float], Iterate]) -> Iterate:
+    """Return of 1, 1/2 and 1/4 of the step the first iterate that lowers the out-of-balance forces, or the best.
+
+    For joints that soften, whose energy has several lowest points: this one stays nearer to the state it comes from.
+    """
     target = 0.9 * _merit(model, current)
     tried = []
     for share in (1.0, 0.5, 0.25):
@@ -207,10 +262,51 @@ def solve_increment(
 ) -> Iterate:
     """Return the converged iterate.
 
+    Where Newton goes in circles, the problem is solved roughly with friction that sees given normal forces (Tresca's,
+    a convex problem, in which Newton with its line search hardly fails), first those of the start, and Newton starts
+    again from there; with the forces that came out, and so on.
+
     Contacts at the edge of closing or sliding may change their state for ever at the level of the tolerance: the best
     iterate is then accepted within `settings.acceptable` tolerances (its residual is recorded in the increment). Raises
-    ConvergenceError when the iterations are used up and none is that good.
+    ConvergenceError when no pass comes that near.
     """
+    start, pressure, spent = first, first.normal_force, 0
+    for left in reversed(range(PASSES)):
+        tried = _tried(model, system, problem, start, settings, 1.0)
+        spent += tried.last.number
+        if tried.error < settings.acceptable:
+            return replace(tried.best, number=spent)
+        if not left:
+            break
+        fixed = replace(problem, pressure=np.maximum(pressure, 0.0), reference_force=0.0)
+        eased = _tried(model, system, fixed, _of(model, fixed, first), settings, ROUGH)
+        spent += eased.last.number
+        start, pressure = _of(model, problem, eased.best), eased.best.normal_force
+        if eased.error < ROUGH:
+            first = start
+    where = f"out-of-balance force {tried.best.norms[0]:.1e} of the weight after {spent} iterations"
+    raise ConvergenceError("Newton", where + _restless_joints(model, tried.earlier, tried.last), spent)
+
+
+def _of(model: ContactModel, problem: Problem, iterate: Iterate) -> Iterate:
+    """Return the state of an iterate of another problem."""
+    return evaluate(model, problem, iterate.displacement, iterate.normal_force, iterate.load_multiplier)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Tried:
+    """The best iterate, its error in tolerances, and the last two."""
+
+    best: Iterate
+    error: float
+    earlier: Iterate
+    last: Iterate
+
+
+def _tried(
+    model: ContactModel, system: LinearSystem, problem: Problem, first: Iterate, settings: NewtonSettings, enough: float
+) -> _Tried:
+    """Return the best iterate when it is below `enough` tolerances, or Newton goes in circles or takes too long."""
     best, least = first, np.inf
     seen: dict[bytes, float] = {}
     state = b""
@@ -220,17 +316,12 @@ def solve_increment(
         error = _error(iterate, settings)
         if iterate.number and error < least:
             best, least = iterate, error
-        if least < 1.0:
-            return best
         before, state = state, np.packbits([iterate.active, iterate.response.sliding]).tobytes()
         circles = state != before and error > REPETITION * seen.get(state, np.inf)
-        if iterate.number >= settings.iterations or circles or not np.isfinite(error):
+        if least < enough or iterate.number >= settings.iterations or circles or not np.isfinite(error):
             break
         seen[state] = error
-    if least < settings.acceptable:
-        return replace(best, number=iterate.number)
-    where = f"out-of-balance force {best.norms[0]:.1e} of the weight after {iterate.number} iterations"
-    raise ConvergenceError("Newton", where + _restless_joints(model, earlier, iterate), iterate.number)
+    return _Tried(best, least, earlier, iterate)
 
 
 def _restless_joints(model: ContactModel, earlier: Iterate, iterate: Iterate) -> str:

@@ -1,4 +1,4 @@
-"""When an increment counts as solved: the stopping rule on a made-up sequence of iterates."""
+"""When an increment counts as solved: the stopping rule of one pass on a made-up sequence of iterates."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ class FakeIterate:
     norms: tuple[float, float, float, float]
     rounding: float = 0.0
     active: np.ndarray = field(default_factory=lambda: np.ones(2, bool))
+    normal_force: np.ndarray = field(default_factory=lambda: np.zeros(2))
     response: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(sliding=np.zeros(2, bool)))
 
 
@@ -31,6 +32,7 @@ def solved(monkeypatch, *forces, rounding=0.0, states=1, **settings):
             yield FakeIterate(number, (forces[min(number, len(forces) - 1)], 0.0, 0.0, 0.0), rounding, active)
 
     monkeypatch.setattr(newton, "iterates", iterates)
+    monkeypatch.setattr(newton, "PASSES", 1)
     model = SimpleNamespace(
         contacts=SimpleNamespace(slave_body=np.zeros(2, int), master_body=np.ones(2, int)), body_names=("a", "b")
     )
