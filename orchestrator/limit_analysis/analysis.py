@@ -155,7 +155,7 @@ def analyse(
         complementarity=found and _closed_state(problem, *found),
         lowest=lowest_state,
     )
-    return view.carried_back(answer)
+    return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
 
 
 def _shortened(settings: LimitAnalysisSettings) -> LimitAnalysisSettings:

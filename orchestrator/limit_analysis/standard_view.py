@@ -24,6 +24,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.equilibrium import Equilibrium
 from orchestrator.limit_analysis.loads import Loads, loads_on
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.masonry.geometry import block_centroids
@@ -52,19 +53,19 @@ class StandardView:
     interchanged: npt.NDArray[np.bool_]
     mirror: int
 
-    def carried_back(self, found: LimitAnalysis) -> LimitAnalysis:
-        """Return the answer for the view as the answer for the original."""
+    def carried_back(self, found: LimitAnalysis, equilibrium: Equilibrium) -> LimitAnalysis:
+        """Return the answer for the view as the answer for the original, whose equilibrium is checked anew."""
         return replace(
             found,
             load_direction=self.mirror,
-            associative=self._state(found.associative),
-            sequence=found.sequence and self._state(found.sequence),
-            dilation_shift=found.dilation_shift and self._state(found.dilation_shift),
-            complementarity=found.complementarity and self._state(found.complementarity),
-            lowest=found.lowest and self._state(found.lowest),
+            associative=self._state(found.associative, equilibrium),
+            sequence=found.sequence and self._state(found.sequence, equilibrium),
+            dilation_shift=found.dilation_shift and self._state(found.dilation_shift, equilibrium),
+            complementarity=found.complementarity and self._state(found.complementarity, equilibrium),
+            lowest=found.lowest and self._state(found.lowest, equilibrium),
         )
 
-    def _state(self, state: LimitState) -> LimitState:
+    def _state(self, state: LimitState, equilibrium: Equilibrium) -> LimitState:
         mechanism = state.mechanism
         velocities, opening = np.empty_like(mechanism.velocities), np.empty_like(mechanism.opening)
         slip, forces = np.empty_like(mechanism.slip), np.empty_like(state.joint_forces)
@@ -74,7 +75,8 @@ class StandardView:
         ends = _ends(state.joint_forces[:, :2], self.interchanged)
         forces[self.joint] = np.column_stack([ends, self.mirror * state.joint_forces[:, 2]])
         moved = replace(mechanism, velocities=read_only(velocities), opening=read_only(opening), slip=read_only(slip))
-        return replace(state, joint_forces=read_only(forces), mechanism=moved)
+        residual = equilibrium.residual(forces, state.load_multiplier)
+        return replace(state, joint_forces=read_only(forces), mechanism=moved, equilibrium_residual=residual)
 
 
 def standard_view(assemblage: Assemblage, load_direction: int, loads: Loads | None = None) -> StandardView:
