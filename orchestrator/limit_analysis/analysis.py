@@ -241,10 +241,9 @@ def dilation_shift_state(
         run = run_dilation_shift(problem.equilibrium, problem.friction, settings, slip)
     except ConvergenceError as error:
         return None, (f"no solution by the dilation shift: {error}",)
-    solutions = [*(iterate.solution for iterate in run.iterates), run.final, run.lowest, run.highest]
+    solutions = [*(iterate.solution for iterate in run.iterates), run.final]
     records = tuple(_record(solution, settings.shift_relaxation) for solution in solutions)
-    found = (run.lowest.load_multiplier, run.highest.load_multiplier)
-    state = problem.state("dilation_shift", problem.no_dilatancy, run.lowest, run.final, records, run.settled, found)
+    state = problem.state("dilation_shift", problem.no_dilatancy, run.final, run.final, records, run.settled)
     remark = f"dilation shift not settled after {len(run.iterates)} linear programs: "
     remark += f"the dilation left takes {run.iterates[-1].error:.1e} of the live load's power"
     if not run.settled:
