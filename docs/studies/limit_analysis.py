@@ -2,14 +2,18 @@
 
     python docs/studies/limit_analysis.py [number of random walls]
 
-writes limit_analysis.csv and limit_analysis.md beside this file, anew after each wall. Every non-associative state that
-has converged is checked without the solver (limit_analysis/validation.py); `mirror` is the difference between the
-headline of a wall and that of its mirror image under the opposite load.
+writes limit_analysis.csv and limit_analysis.md beside this file once all walls are done. Each row is kept in
+build/limit_analysis under the hash of the code that made it: a study that was stopped goes on, one of other code begins
+anew, and the table never mixes the two. Every non-associative state that has converged is checked without the solver
+(limit_analysis/validation.py); `mirror` is the difference between the headline of a wall and that of its mirror image
+under the opposite load.
 """
 
 from __future__ import annotations
 
 import csv
+import hashlib
+import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -155,14 +159,27 @@ def shown(state: LimitState | None) -> str:
 def main() -> None:
     """Run all walls."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else RANDOM_WALLS
+    kept = ROOT / "build" / "limit_analysis" / code_version()
+    kept.mkdir(parents=True, exist_ok=True)
     rows: list[dict[str, object]] = []
     walls = [(path.stem, lambda path=path: read_blocks(path)) for path in FILES]
     walls += [(f"random {seed}", lambda seed=seed: random_wall(seed)) for seed in range(count)]
     for name, made in walls:
         for direction in (1, -1):
-            rows.append(row(name, made(), direction))
+            file = kept / f"{name.replace(' ', '_')}{direction:+d}.json"
+            if not file.exists():
+                file.write_text(json.dumps(row(name, made(), direction)))
+            rows.append(json.loads(file.read_text()))
             print(", ".join(f"{key} {value}" for key, value in rows[-1].items()), flush=True)
-        write(rows)
+    write(rows)
+
+
+def code_version() -> str:
+    """Return a hash of this file and of all code that the analysis of a wall runs through."""
+    package = ROOT / "orchestrator"
+    files = [package / "joints.py", Path(__file__)]
+    files += sorted([*(package / "masonry").glob("*.py"), *(package / "limit_analysis").glob("*.py")])
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
 
 
 def write(rows: list[dict[str, object]]) -> None:

@@ -27,6 +27,7 @@ from orchestrator.limit_analysis.loads import Loads
 from orchestrator.limit_analysis.lower_states import (
     ClosedState,
     TwoPrograms,
+    closing,
     complementary_start,
     descent,
     first_tight,
@@ -35,14 +36,18 @@ from orchestrator.limit_analysis.lower_states import (
 )
 from orchestrator.limit_analysis.mechanism import dilation, mechanism_from, power_residual
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
+from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.state import FlowRule, LimitAnalysis, LimitState, LinearProgramRecord
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import YieldConditions, coulomb
 from orchestrator.masonry.wall import FloatArray, read_only
 
-GRAVITY_TOLERANCE, GRAVITY_TOLERANCE_A_BLOCK = 1e-6, 1e-8
-"""Missing force, in mean block weights, that passes as rounding in the gravity check, and at least for each block of
-the wall: rounding adds up (walls that stand: 1e-8, at 997 blocks 1.4e-7, at 9,955 5e-5)."""
+GRAVITY_TOLERANCE = 1e-6
+"""Missing force, in mean block weights, that passes in the gravity check as rounding of the drawing (polygons rounded
+to 1e-6 m). What the solver leaves is far less at any size: see `solve_gravity_lp`."""
+FACE_BALANCE = 1e-5
+"""Power that may be out of balance at the upper end of the range that goes with the shift's mechanism: the end moves
+by up to 2e-6 with the mechanism's rounding (wall 3: 1e-6 out of balance at 0.40265)."""
 SHORT = 6
 """Programs at most of a sequence or shift that begins at a state of the complementarity program."""
 LEFT_OUT = "sequence and dilation shift left out for so many blocks"
@@ -104,21 +109,23 @@ def analyse(
 ) -> LimitAnalysis:
     """Analyse an assemblage under its dead load and lambda times its live load.
 
-    load_direction is +1 or -1 (along x); without `loads` both are the weight of every block. Raises CaseError when the
-    wall cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative program
+    load_direction is +1 or -1 (along x); without `loads` both are the weight of every block. The wall is analysed in
+    its standard view: neither its numbering nor the side it is seen from matters. Raises CaseError when the wall
+    cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative program
     cannot be solved. A non-associative answer that cannot be found is None, and `remarks` says why. Source:
     formulation.md, section 1.
     """
     assert load_direction in (1, -1)
     started = perf_counter()
     settings = settings or LimitAnalysisSettings()
-    equilibrium = assemble_equilibrium(assemblage, load_direction, loads)
-    problem = Problem(assemblage, equilibrium, coulomb(assemblage, equilibrium.dead_total))
+    view = standard_view(assemblage, load_direction, loads)
+    equilibrium = assemble_equilibrium(view.assemblage, 1, view.loads)
+    problem = Problem(view.assemblage, equilibrium, coulomb(view.assemblage, equilibrium.dead_total))
     refuse_what_falls(problem)
     optimum = associative_optimum(problem)
     large = len(problem.equilibrium.free_blocks) > settings.search_blocks
     programs = TwoPrograms(problem.equilibrium, problem.friction)
-    found, candidates = complementary_states(problem, programs, load_direction, settings.search_starts, large)
+    found, candidates = complementary_states(problem, programs, settings.search_starts, large)
     begin = found[0] if large and found is not None else None
     if begin is not None:
         settings = _shortened(settings)
@@ -135,10 +142,10 @@ def analyse(
             candidates += descent(programs, other.mechanism.slip, passed=candidates) if other is not None else ()
     end = lowest(candidates)
     lowest_state = None if end is None else _closed_state(problem, end)
-    return LimitAnalysis(
-        load_direction=load_direction,
+    answer = LimitAnalysis(
+        load_direction=1,
         weight=problem.equilibrium.total_weight,
-        horizontal_load=load_direction * problem.equilibrium.base_shear,
+        horizontal_load=problem.equilibrium.base_shear,
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
         associative=problem.state("associative", problem.friction.slope, optimum, optimum, (_record(optimum, 0.0),)),
         sequence=sequence,
@@ -148,6 +155,7 @@ def analyse(
         complementarity=found and _closed_state(problem, *found),
         lowest=lowest_state,
     )
+    return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
 
 
 def _shortened(settings: LimitAnalysisSettings) -> LimitAnalysisSettings:
@@ -164,10 +172,10 @@ def refuse_what_falls(problem: Problem) -> None:
     """Raise CaseError naming the blocks that fall when no joint forces carry the dead load alone."""
     equilibrium, blocks = problem.equilibrium, problem.assemblage.wall.blocks
     missing, velocities = solve_gravity_lp(equilibrium, problem.friction)
-    if missing <= max(GRAVITY_TOLERANCE, GRAVITY_TOLERANCE_A_BLOCK * len(equilibrium.free_blocks)):
+    if missing <= GRAVITY_TOLERANCE:
         return
     moves = np.abs(velocities / equilibrium.row_scale).reshape(-1, 3).max(axis=1) > 1e-3
-    falling = [str(blocks[i].id) for i in equilibrium.free_blocks[moves]]
+    falling = [str(number) for number in sorted(blocks[i].id for i in equilibrium.free_blocks[moves])]
     named = ", ".join(falling[:NAMED_BLOCKS])
     more = f" and {len(falling) - NAMED_BLOCKS} more" if len(falling) > NAMED_BLOCKS else ""
     raise CaseError(
@@ -219,8 +227,12 @@ def sequence_state(
 def dilation_shift_state(
     problem: Problem, programs: TwoPrograms, settings: LimitAnalysisSettings, begin: ClosedState | None = None
 ) -> tuple[LimitState | None, tuple[str, ...]]:
-    """Return the lowest state that goes with the mechanism of the dilation shift.
+    """Return the lowest state that goes with the slips of the dilation shift.
 
+    The shift stops at an error of 1e-5, which its own last mechanism keeps as interpenetration (5e-6 found) and
+    friction that gives power (2e-8). A shift that has settled is therefore closed as every other state of the search
+    is: two programs return forces, and a mechanism without dilation, whose power balances to 1e-8 (found: 6e-11 and
+    2e-10).
     A shift that has not settled is still returned: its forces balance and respect friction, only the flow rule is
     violated, by what `dilation` says; `converged` is then False and a remark tells.
     """
@@ -229,30 +241,37 @@ def dilation_shift_state(
         run = run_dilation_shift(problem.equilibrium, problem.friction, settings, slip)
     except ConvergenceError as error:
         return None, (f"no solution by the dilation shift: {error}",)
-    solutions = [*(iterate.solution for iterate in run.iterates), run.final, run.lowest, run.highest]
+    solutions = [*(iterate.solution for iterate in run.iterates), run.final]
     records = tuple(_record(solution, settings.shift_relaxation) for solution in solutions)
-    found = (run.lowest.load_multiplier, run.highest.load_multiplier)
-    state = problem.state("dilation_shift", problem.no_dilatancy, run.lowest, run.final, records, run.settled, found)
+    state = problem.state("dilation_shift", problem.no_dilatancy, run.final, run.final, records, run.settled)
     remark = f"dilation shift not settled after {len(run.iterates)} linear programs: "
     remark += f"the dilation left takes {run.iterates[-1].error:.1e} of the live load's power"
     if not run.settled:
         return state, (remark,)
+    closed = closing(programs, run.final.rates[:, 2])
+    if closed is None:
+        return replace(state, converged=False), ("dilation shift settled on no limit state: power does not balance",)
+    records += (_record(closed.forces, settings.shift_relaxation), _record(closed.mechanism, settings.shift_relaxation))
+    found = (closed.forces.load_multiplier, highest_multiplier(problem, programs, closed))
+    state = problem.state("dilation_shift", problem.no_dilatancy, closed.forces, closed.mechanism, records, True, found)
     if not (wrong := problem.complaints(state)):
-        return state, ()
-    # its lowest forces allow other mechanisms too: many joints slide, and power of opening and closing ones cancelled
-    try:
-        mechanism = programs.mechanism(run.lowest.normal)
-        state = problem.state("dilation_shift", problem.no_dilatancy, run.lowest, mechanism, records, True, found)
-        wrong = problem.complaints(state)
-    except ConvergenceError as error:
-        wrong = (str(error),)
-    if not wrong:
         return state, ()
     return replace(state, converged=False), (f"dilation shift settled on no limit state: {', '.join(wrong)}",)
 
 
+def highest_multiplier(problem: Problem, programs: TwoPrograms, closed: ClosedState) -> float:
+    """Return the other end of the face of forces that balance the mechanism of a state, to FACE_BALANCE."""
+    ends = [closed.forces.load_multiplier]
+    for forces in programs.highest_forces(closed.mechanism.rates[:, 2]):
+        end = problem.state("dilation_shift", problem.no_dilatancy, forces, closed.mechanism, ())
+        if end.power_residual <= FACE_BALANCE:
+            ends.append(end.load_multiplier)
+            break
+    return max(ends)
+
+
 def complementary_states(
-    problem: Problem, programs: TwoPrograms, load_direction: int, count: int, one_is_enough: bool
+    problem: Problem, programs: TwoPrograms, count: int, one_is_enough: bool
 ) -> tuple[tuple[ClosedState, ComplementarySolution] | None, list[ClosedState]]:
     """Return the state of the complementarity program and all that `count` starts and the descents from them passed.
 
@@ -263,7 +282,7 @@ def complementary_states(
         return None, []  # the complementarity program knows friction and cohesion only
     passed: list[ClosedState] = []
     first = None
-    for start in starts(problem.assemblage, load_direction, count):
+    for start in starts(problem.assemblage, 1, count):
         found, slip = complementary_start(programs, problem.equilibrium, problem.friction, start)
         reached = []
         for turn in descent(programs, slip, passed=passed):

@@ -4,9 +4,9 @@
     d <- (1 - omega) d + omega mu |slip|,   d = 0 at first
 
 At the fixed point the mechanism is the same for every damping, but the multiplier is NOT determined: the optimal face
-holds all joint forces that go with the mechanism, and lambda differs on it (wall 6: 0.3009-0.3015, wall 3:
-0.3603-0.4026), which is why the interior point's lambda drifts on wall 3. Two more programs that weigh lambda a little
-less and a little more find the ends of the face; the lowest is the answer.
+holds all joint forces that go with the mechanism, and lambda differs on it (wall 6: 0.3010-0.3015, wall 3:
+0.3603-0.4026), which is why the interior point's lambda drifts on wall 3. `lower_states.closing` finds the lowest end,
+which is the answer, and a mechanism that goes with it without the error at which the shift stops.
 
 A block that hangs between its neighbours by friction alone (keystone_wall_13x9) never settles: at N = weight/(2 mu) it
 may slide down alone without dilation and without live load, at any lambda, so its slip grows in every iteration.
@@ -26,13 +26,8 @@ from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, taken_un
 from orchestrator.limit_analysis.yield_conditions import YieldConditions, relaxed_shift
 from orchestrator.masonry.wall import FloatArray
 
-FACE_WEIGHT = 1e-2
-"""How much less (more) lambda counts when the lowest (highest) state of a mechanism is looked for. The power balance
-is off by at most this part of the range found; 1e-3 is too small to tell the face from the shift's own error at 1e-5
-(wall 6: lowest 0.30101 instead of 0.30088, which 1e-2 finds at shift errors of 1e-4, 1e-5 and 1e-6 alike)."""
-
-FACE_TOLERANCE = 1e-10
-"""Of the last three programs: 1e-12 costs 90 to 120 iterations each on wall 6, this 30, for the same six digits."""
+LAST_TOLERANCE = 1e-10
+"""Of the last program: 1e-12 costs 90 to 120 iterations on wall 6, this 30, for the same six digits."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,13 +42,11 @@ class ShiftIterate:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ShiftRun:
-    """A finished dilation shift: its iterates, the last program solved tightly (its mechanism counts), the states with
-    the lowest and highest multiplier that go with that mechanism, and whether the iteration settled."""
+    """A finished dilation shift: its iterates, the last program solved tightly (its slips count), and whether the
+    iteration settled."""
 
     iterates: list[ShiftIterate]
     final: LimitSolution
-    lowest: LimitSolution
-    highest: LimitSolution
     settled: bool
 
 
@@ -75,7 +68,7 @@ def run_dilation_shift(
     settings: LimitAnalysisSettings,
     slip: FloatArray | None = None,
 ) -> ShiftRun:
-    """Run the dilation shift, then look for the ends of the last program's optimal face; begins with `slip` (k,).
+    """Run the dilation shift, then solve its last program tightly; begins with `slip` (k,) in m/s.
 
     Raises ConvergenceError when a linear program fails.
     """
@@ -85,7 +78,5 @@ def run_dilation_shift(
         1,
         settings.maximum_shift_iterations,
     )
-    program = LimitProgram(equilibrium, coulomb, FACE_TOLERANCE)
-    weights = (1.0, 1.0 - FACE_WEIGHT, 1.0 + FACE_WEIGHT)
-    final, lowest, highest = (program.solve(coulomb.cohesion, taken[-1].shift, weight) for weight in weights)
-    return ShiftRun(taken, final, lowest, highest, settled)
+    final = LimitProgram(equilibrium, coulomb, LAST_TOLERANCE).solve(coulomb.cohesion, taken[-1].shift)
+    return ShiftRun(taken, final, settled)

@@ -27,12 +27,13 @@ from orchestrator.limit_analysis.linear_program import LimitProgram, LimitSoluti
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray
 
-FACE_WEIGHT = 1e-3
-"""w above. What it costs is power that does not balance, at most w times the range of the face: at 1e-2 a running bond
-wall of 997 blocks stays out of balance by 1.7e-5, at whatever turn."""
-BALANCE = 1e-5
-"""Power out of balance, relative to the live load's power, that makes forces and mechanism one state: the multiplier is
-not known better than that. Found: 1e-10 as a rule, 6e-6 on a wall of 291 irregular blocks."""
+FACE_WEIGHT, LEAST_FACE_WEIGHT = 1e-3, 1e-6
+"""w above at first and at least. What it costs is power that does not balance, at most w times the range of the face:
+with the weight kept at 1e-3 a wall of 290 irregular blocks (random 25 of docs/studies) stays out of balance by 7e-7, at
+whatever turn. A descent that stands still out of balance therefore goes on with a tenth of it: there 2e-9 at 1e-4."""
+BALANCE = 1e-7
+"""Power out of balance, relative to the live load's power, that makes forces and mechanism one state. Walls above
+linear_program.LARGE, whose programs end at 1e-10, reach 1e-8 as a rule; smaller ones TIGHT."""
 NO_SLOPE = 1e-12
 """Slope of friction lines that shall have none. Exact zeros leave the matrix, and the solver then eliminates in an
 order that costs five times more (3.1 s for 0.6 s a program at 997 blocks)."""
@@ -44,7 +45,7 @@ SMALLEST = 1e-8
 """A load multiplier that is zero: relative to less nothing is said."""
 PROGRESS = 1e-6
 """Relative fall of lambda below which a descent has ended."""
-TURNS = 8
+TURNS = 12
 """Turns of a descent at most."""
 AMPLITUDE = 1.5
 """Starts differ by factors exp(+-AMPLITUDE) of the first normal forces, along or up the wall."""
@@ -79,9 +80,14 @@ class TwoPrograms:
         no_slope = replace(coulomb, slope=np.full_like(coulomb.slope, NO_SLOPE))
         self._mechanism = LimitProgram(equilibrium, no_slope, CLOSING_TOLERANCE)
 
-    def lowest_forces(self, slip: FloatArray) -> LimitSolution:
+    def lowest_forces(self, slip: FloatArray, face_weight: float = FACE_WEIGHT) -> LimitSolution:
         """Forces in Coulomb's cone with the lowest multiplier that go with slips (k,) in m/s."""
-        return self._forces.solve(self._coulomb.cohesion, self._coulomb.slope * np.abs(slip), 1.0 - FACE_WEIGHT)
+        return self._forces.solve(self._coulomb.cohesion, self._coulomb.slope * np.abs(slip), 1.0 - face_weight)
+
+    def highest_forces(self, slip: FloatArray) -> Iterator[LimitSolution]:
+        """Yield forces with the highest multiplier that go with slips (k,) in m/s, for ever smaller face weights."""
+        for face_weight in (FACE_WEIGHT, 0.1 * FACE_WEIGHT, 0.01 * FACE_WEIGHT):
+            yield self.lowest_forces(slip, -face_weight)
 
     def mechanism(self, normal: FloatArray) -> LimitSolution:
         """Mechanism without dilation for given normal forces (k,) in N."""
@@ -99,13 +105,14 @@ def descent(
 ) -> Iterator[ClosedState]:
     """Yield states (some may not balance) with ever lower multipliers, beginning with slips (k,) in m/s.
 
-    Ends when the multiplier falls no more, at that of a state already `passed`, after `turns`, or when a program fails.
+    Ends when the multiplier of a state falls no more or is that of one already `passed`, when the face weight cannot be
+    what is out of balance, after `turns`, or when a program fails.
     """
     known = [state.forces.load_multiplier for state in passed if state.imbalance <= TIGHT]
-    last = np.inf
+    last, face_weight = np.inf, FACE_WEIGHT
     for _ in range(turns):
         try:
-            state = programs.closed(programs.lowest_forces(slip))
+            state = programs.closed(programs.lowest_forces(slip, face_weight))
         except ConvergenceError:
             return
         yield state
@@ -113,6 +120,10 @@ def descent(
         falls_no_more = last - reached <= PROGRESS * abs(reached)
         was_here = any(abs(reached - before) <= PROGRESS * abs(reached) for before in known)
         if state.imbalance <= TIGHT and (falls_no_more or was_here):
+            return
+        if falls_no_more:
+            face_weight *= 0.1
+        if face_weight < 0.5 * LEAST_FACE_WEIGHT:
             return
         last, slip = reached, state.mechanism.rates[:, 2]
 
@@ -128,6 +139,16 @@ def first_tight(states: Iterable[ClosedState]) -> ClosedState | None:
     """Return the first state that balances to TIGHT, else the one that balances best, or None above BALANCE."""
     balanced = [state for state in states if state.balances]
     return min(balanced, key=lambda state: max(state.imbalance, TIGHT), default=None)
+
+
+def closing(programs: TwoPrograms, slip: FloatArray) -> ClosedState | None:
+    """Return the first state of a descent from slips (k,) in m/s that balances to TIGHT, else as `first_tight`."""
+    reached: list[ClosedState] = []
+    for state in descent(programs, slip):
+        reached.append(state)
+        if state.imbalance <= TIGHT:
+            break
+    return first_tight(reached)
 
 
 def starts(assemblage: Assemblage, load_direction: int, count: int) -> Iterator[FloatArray]:

@@ -17,6 +17,7 @@ from orchestrator.limit_analysis.dilation_shift import run_dilation_shift
 from orchestrator.limit_analysis.equilibrium import Equilibrium, assemble_equilibrium, block_centroids
 from orchestrator.limit_analysis.linear_program import LimitSolution, solve_limit_lp
 from orchestrator.limit_analysis.loads import Loads
+from orchestrator.limit_analysis.lower_states import TwoPrograms, closing
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.state import FlowRule
 from orchestrator.limit_analysis.yield_conditions import YieldConditions, coulomb
@@ -51,7 +52,8 @@ def merged_multiplier(
         run = run_dilation_shift(equilibrium, friction, settings)
     except ConvergenceError:
         return None
-    return run.lowest.load_multiplier if run.settled else None
+    closed = closing(TwoPrograms(equilibrium, friction), run.final.rates[:, 2]) if run.settled else None
+    return closed.forces.load_multiplier if closed is not None else None
 
 
 def merged_problem(

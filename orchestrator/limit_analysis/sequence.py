@@ -46,7 +46,7 @@ class LimitAnalysisSettings:
     """cohesion of every joint in each run of the sequence, in mean block weights"""
     tolerance: Annotated[float, Gt(0)] = 1e-6
     """largest relative change of the load multiplier in a sequence that has settled"""
-    power_tolerance: Annotated[float, Gt(0)] = 1e-4
+    power_tolerance: Annotated[float, Gt(0)] = 1e-6
     """largest power imbalance, relative to the live load's power, of what the sequence settled on"""
     minimum_iterations: Annotated[int, Ge(2)] = 4
     """linear programs with the last seed at least"""

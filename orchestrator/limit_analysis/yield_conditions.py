@@ -5,11 +5,12 @@
 
 T = f_t A is the tensile, N_c = f_c A the compressive strength of the joint. The last line is the moment-thrust limit of
 rectangular (plastic) stress blocks, |M| <= (N + T)/2 (L - (N + T)/((f_c + f_t) t)), since |M| = |n_end - n_start| L/2.
-It is replaced by chords of the parabola between N + T = (N_c + T) sin^2(i pi/(2 K)), i = 0 ... K: always on the safe
-side, and the moment lost is at most (pi/(2 K))^2 of the moment carried, 0.099 % for K = 50, at any N (Delta^2/(4 N_c N
-(1 - N/N_c)) for a chord over Delta; with N = N_c sin^2 x it is the same for all chords). That fineness ends where N is
-the whole dead load; from there one chord leads to N_c. A joint that could bear a thousand times the dead load does not
-crush at all, which leaves out less than the chords do.
+It is replaced by chords of the parabola between N + T = (N_c + T) sin^2(i pi/(2 K)), i = 0 ... K: inside, because the
+parabola is concave in N, so the multiplier is never above that of the parabola itself. The moment lost is at most
+(pi/(2 K))^2 of the moment carried, 0.099 % for K = 50, at any N (Delta^2/(4 N_c N (1 - N/N_c)) for a chord over Delta;
+with N = N_c sin^2 x it is the same for all chords). That fineness ends where N is the whole dead load W; from there one
+chord leads to N_c. If W + T is less than the first chord spans, that one ends at W + T: it then costs
+(W + T)/(N_c + T) at most. Joints for which even this is below NEGLIGIBLE do not crush.
 
 Coulomb's law has slope mu. The flow rule of the linear program is normal to this cone: a sliding joint opens by
 slope x |slip| (dilation). Eq. (2) therefore tilts the line to a slope of -alpha mu about the normal force the joint is
@@ -34,8 +35,8 @@ CHORDS = 50
 """K: chords of the crushing parabola at each end of a joint"""
 CORNERS = np.sin(np.linspace(0.0, 0.5 * np.pi, CHORDS + 1)) ** 2
 """N + T at the corners of the chords, (K+1,), as parts of N_c + T"""
-NORMALS_AT_CORNERS = 0.5 * CORNERS**2, CORNERS - 0.5 * CORNERS**2
-"""normal force + T/2 there at the end that crushes less and at the one that crushes more, as parts of N_c + T"""
+NEGLIGIBLE = 1e-9
+"""Part of the moment that crushing may take away unseen: what linear programs do not resolve."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,9 +65,20 @@ class YieldConditions:
     @property
     def fine_chords(self) -> IntArray:
         """Number of fine chords (c,) of each joint that crushes."""
-        strength = (self.crushing + self.tension)[self.crushes]
-        reach = (self.carried + self.tension[self.crushes]) / strength
-        return np.maximum(1, np.count_nonzero(CORNERS[:-1] < reach[:, None], axis=1))
+        return np.maximum(1, np.count_nonzero(CORNERS[:-1] < self._reach[:, None], axis=1))
+
+    @property
+    def corners(self) -> FloatArray:
+        """N + T at the corners of the chords (c, K+1) of each joint that crushes, as parts of N_c + T."""
+        corners = np.tile(CORNERS, (len(self._reach), 1))
+        corners[:, 1] = np.minimum(corners[:, 1], self._reach)
+        return corners
+
+    @property
+    def _reach(self) -> FloatArray:
+        """Largest N + T (c,) to be expected in each joint that crushes, as a part of N_c + T."""
+        tension, crushing = self.tension[self.crushes], self.crushing[self.crushes]
+        return (self.carried + tension) / (crushing + tension)
 
     @property
     def scales_with_load(self) -> bool:
@@ -100,7 +112,8 @@ class YieldConditions:
         sliding = (self.cohesion + (self.slope - dilatancy) * joint_forces[:, :2].sum(axis=1)) * slip
         opening = rates[:, :2] - (dilatancy * slip)[:, None]
         resisted = 0.5 * self.tension[:, None] * np.where(self.crushes[:, None], opening, np.maximum(opening, 0.0))
-        lower, higher = NORMALS_AT_CORNERS
+        lower = 0.5 * self.corners**2  # normal force + T/2 at the end that crushes less
+        higher = self.corners - lower
         closing = -opening[self.crushes, :, None]
         pushed = np.maximum(
             closing[:, 0] * lower + closing[:, 1] * higher, closing[:, 0] * higher + closing[:, 1] * lower
@@ -124,7 +137,7 @@ def coulomb(assemblage: Assemblage, carried: float | None = None) -> YieldCondit
         slope=read_only(assemblage.friction),
         cohesion=read_only(assemblage.cohesion * area),
         tension=read_only(tension),
-        crushing=read_only(np.where(CORNERS[1] * (crushing + tension) < carried + tension, crushing, np.inf)),
+        crushing=read_only(np.where(NEGLIGIBLE * (crushing + tension) < carried + tension, crushing, np.inf)),
         carried=carried,
     )
 
@@ -158,8 +171,9 @@ def chords(conditions: YieldConditions) -> tuple[IntArray, FloatArray, FloatArra
     joint, fine = np.flatnonzero(conditions.crushes), conditions.fine_chords
     which, chord = np.nonzero(np.arange(CHORDS) < fine[:, None])
     coarse = np.flatnonzero(fine < CHORDS)
-    before = np.concatenate([CORNERS[chord], CORNERS[fine[coarse]]])
-    after = np.concatenate([CORNERS[chord + 1], np.ones(len(coarse))])
+    corners = conditions.corners
+    before = np.concatenate([corners[which, chord], corners[coarse, fine[coarse]]])
+    after = np.concatenate([corners[which, chord + 1], np.ones(len(coarse))])
     return np.concatenate([joint[which], joint[coarse]]), before, after
 
 

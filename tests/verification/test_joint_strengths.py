@@ -33,10 +33,10 @@ def multipliers(assemblage, loads=None, direction=1):
     """Associative, sequence and dilation-shift multiplier of checked states."""
     found = analyse(assemblage, load_direction=direction, loads=loads and loads_on(assemblage.wall, loads))
     assert found.remarks == ()
-    for state, imbalance in ((found.associative, 1e-8), (found.sequence, 1e-8), (found.dilation_shift, 1e-5)):
+    for state in (found.associative, found.sequence, found.dilation_shift):
         assert state.equilibrium_residual < 1e-10
         assert state.yield_residual < 1e-9
-        assert state.power_residual < imbalance
+        assert state.power_residual < 1e-8
     return np.array([state.load_multiplier for state in (found.associative, found.sequence, found.dilation_shift)])
 
 
@@ -59,11 +59,10 @@ def test_tension_holds_a_block_that_is_lifted(cohesion, least):
     assert analyse(glued, loads=up).associative.load_multiplier == pytest.approx(expected, abs=1e-8)
 
 
-@pytest.mark.parametrize("ratio", [1e-4, 1e-3, 0.01, 0.05, 0.1, 0.3, 0.5, 0.8, 0.95])
+@pytest.mark.parametrize("ratio", [1e-7, 1e-4, 1e-3, 0.01, 0.05, 0.1, 0.3, 0.5, 0.8, 0.95])
 @pytest.mark.parametrize("tension", [0.0, 0.25])
 def test_crushing_of_a_rocking_block(ratio, tension):
-    """lambda W h/2 = (W + N_t)/2 (b - (W + N_t)/((f_c + f_t) t)), at most 0.1 % below, and above only where the joint
-    could bear a thousand times the block: it counts as one that does not crush."""
+    """lambda W h/2 = (W + N_t)/2 (b - (W + N_t)/((f_c + f_t) t)), at most 0.1 % below and never above: chords."""
     b, h, t = 0.5, 1.0, 0.2
     W = 20e3 * b * h * t
     f_c = W / (ratio * b * t)
@@ -72,7 +71,7 @@ def test_crushing_of_a_rocking_block(ratio, tension):
     found = multipliers(block(b, h, law, thickness=t))
     N_t = f_t * b * t
     expected = (W + N_t) / (W * h) * (b - (W + N_t) / ((f_c + f_t) * t))
-    assert np.all(found <= expected * (1 + (1e-8 if ratio >= 1e-3 else CHORDS)))
+    assert np.all(found <= expected * (1 + 1e-8))
     assert np.all(found >= expected * (1 - CHORDS))
 
 
@@ -90,8 +89,9 @@ def test_a_block_too_heavy_for_its_joint_cannot_stand():
         analyse(block(0.5, 1.0, JointClass(compressive_strength=19e3)))
 
 
-@pytest.mark.parametrize(("strength", "within"), [(np.inf, 1e-12), (1e12, 1e-12), (1e9, 1e-3)])
+@pytest.mark.parametrize(("strength", "within"), [(np.inf, 1e-12), (1e15, 1e-12), (1e12, 1e-5), (1e9, 1e-3)])
 def test_strength_without_end_returns_the_wall_without(strength, within):
+    """A joint of 0.1 m x 0.1 m bears 1e10 N at 1e12 N/m2, the wall weighs 7,875 N: 8e-7 of the moment is lost."""
     wall = case("ferris_tinloi_wall4")
     strong = replace(wall, compressive_strength=read_only(np.full(len(wall.friction), strength)))
     expected = answers("ferris_tinloi_wall4").associative.load_multiplier

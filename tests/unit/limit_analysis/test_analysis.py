@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 
 from orchestrator.errors import CaseError
-from orchestrator.joints import Assemblage
+from orchestrator.joints import Assemblage, JointSettings, find_joints
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.linear_program import solve_gravity_lp
+from orchestrator.limit_analysis.yield_conditions import coulomb
+from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Block, Wall, read_only
 
 
@@ -52,6 +56,23 @@ def test_overhang_of_more_than_half_a_block_falls_and_is_named():
 def test_marginal_overhang_stands_and_carries_no_load():
     """Centroid exactly over the edge, as at the lintels of wall 6: lambda = 0, not an error."""
     assert analyse(cantilever(0.5)).associative.load_multiplier == pytest.approx(0.0, abs=1e-8)
+
+
+@pytest.mark.parametrize("beyond", [1e-4, 1e-5])
+def test_overhang_beyond_half_a_block_by_a_hair_falls(beyond):
+    """What is missing is W beyond / (block length), 1.4e-5 block weights for 1e-5 m: above what passes as rounding."""
+    with pytest.raises(CaseError, match="blocks 12 move"):
+        analyse(cantilever(0.5 + beyond))
+
+
+@pytest.mark.parametrize(("courses", "stones"), [(9, 13), (30, 33)])
+def test_nothing_is_missing_in_walls_that_stand_however_large(courses, stones):
+    """Rounding only: 1e-10 is 1e4 times less than what passes."""
+    assemblage = find_joints(running_bond(stones, courses), JointSettings())
+    equilibrium = assemble_equilibrium(assemblage, 1)
+    missing, _ = solve_gravity_lp(equilibrium, coulomb(assemblage))
+    assert len(equilibrium.free_blocks) > 100
+    assert missing < 1e-10
 
 
 def test_wedged_block_is_refused_in_plain_words():

@@ -1,0 +1,141 @@
+"""One view of a wall whatever its numbering and the side it is seen from: the same problem must get the same answer.
+
+Non-associative states are many (Drucker 1954), and which one a search ends at depends in places on the last digit of
+every number: random wall 25 of docs/studies and its mirror image, which differ by nothing but the order of sums, ended
+2e-3 apart. So each wall is analysed in one view only, in which
+
+    the load pushes to the right      x -> -x for a load along -x
+    the origin is the lower left corner of the box round the wall, and coordinates are rounded to PICOMETRE
+    blocks are sorted by the height of their centroids, then from left to right; outlines begin at the leftmost corner
+    joints are sorted by their blocks and midpoints; where an end lies on a corner it is that corner, to the last digit
+
+and the answer is carried back. With n pointing from block i to j and t along the joint (joints.py), a joint whose
+blocks change places keeps N and s but interchanges its ends; a mirrored one interchanges its ends too, and turns s.
+Where blocks are drawn with gaps, renumbering still moves the joints by as much: they lie on the outline of block i.
+The choice is one of order, not of mechanics: which of several states is the answer stays arbitrary, only not by chance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.equilibrium import Equilibrium
+from orchestrator.limit_analysis.loads import Loads, loads_on
+from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
+from orchestrator.masonry.geometry import block_centroids
+from orchestrator.masonry.wall import Block, FloatArray, IntArray, Wall, read_only
+
+PICOMETRE = 12
+"""Digits of coordinates in m: far below any joint, far above the rounding of a wall that was shifted or mirrored."""
+SORTED = 7
+"""Digits of centroids in m that blocks and joints are sorted by."""
+ON_CORNER = 1e-9
+"""m; ends of joints nearer to a corner than this are that corner."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class StandardView:
+    """A wall with its joints and loads as analysed, the load along +x, and the way back.
+
+    block (n,), joint (k,): the original's numbers in the order of the view; interchanged (k,): joints whose start is
+    the original's end; mirror: -1 where the view is a mirror image, else 1.
+    """
+
+    assemblage: Assemblage
+    loads: Loads
+    block: IntArray
+    joint: IntArray
+    interchanged: npt.NDArray[np.bool_]
+    mirror: int
+
+    def carried_back(self, found: LimitAnalysis, equilibrium: Equilibrium) -> LimitAnalysis:
+        """Return the answer for the view as the answer for the original, whose equilibrium is checked anew."""
+        return replace(
+            found,
+            load_direction=self.mirror,
+            associative=self._state(found.associative, equilibrium),
+            sequence=found.sequence and self._state(found.sequence, equilibrium),
+            dilation_shift=found.dilation_shift and self._state(found.dilation_shift, equilibrium),
+            complementarity=found.complementarity and self._state(found.complementarity, equilibrium),
+            lowest=found.lowest and self._state(found.lowest, equilibrium),
+        )
+
+    def _state(self, state: LimitState, equilibrium: Equilibrium) -> LimitState:
+        mechanism = state.mechanism
+        velocities, opening = np.empty_like(mechanism.velocities), np.empty_like(mechanism.opening)
+        slip, forces = np.empty_like(mechanism.slip), np.empty_like(state.joint_forces)
+        velocities[self.block] = mechanism.velocities * [self.mirror, 1.0, self.mirror]
+        opening[self.joint] = _ends(mechanism.opening, self.interchanged)
+        slip[self.joint] = self.mirror * mechanism.slip
+        ends = _ends(state.joint_forces[:, :2], self.interchanged)
+        forces[self.joint] = np.column_stack([ends, self.mirror * state.joint_forces[:, 2]])
+        moved = replace(mechanism, velocities=read_only(velocities), opening=read_only(opening), slip=read_only(slip))
+        residual = equilibrium.residual(forces, state.load_multiplier)
+        return replace(state, joint_forces=read_only(forces), mechanism=moved, equilibrium_residual=residual)
+
+
+def standard_view(assemblage: Assemblage, load_direction: int, loads: Loads | None = None) -> StandardView:
+    """Return the view of an assemblage under a load in `load_direction` (+1 or -1); without `loads`: its weight."""
+    wall, loads = assemblage.wall, loads or loads_on(assemblage.wall)
+    seen = np.array([load_direction, 1.0])
+    corners = np.vstack([block.polygon for block in wall.blocks]) * seen
+    origin = corners.min(axis=0)
+    outlines = [_outline(block, seen, origin, load_direction) for block in wall.blocks]
+    moved = Wall(wall.name, tuple(outlines), wall.thickness, wall.friction)
+    places = np.round(block_centroids(moved), SORTED)
+    block = np.lexsort([places[:, 0], places[:, 1]])
+    moved = replace(moved, blocks=tuple(outlines[number] for number in block))
+    number = np.argsort(block)
+    i, j = number[assemblage.block_i], number[assemblage.block_j]
+    interchanged = (i > j) ^ (load_direction < 0)
+    ends = [_on_corners(np.round(end * seen - origin, PICOMETRE), moved) for end in (assemblage.start, assemblage.end)]
+    start, end = (np.where(interchanged[:, None], other, one) for one, other in (ends, ends[::-1]))
+    middle = np.round(0.5 * (start + end), SORTED)
+    joint = np.lexsort([middle[:, 1], middle[:, 0], np.maximum(i, j), np.minimum(i, j)])
+    turned = np.array([load_direction, 1.0, load_direction])
+    return StandardView(
+        assemblage=Assemblage(
+            wall=moved,
+            block_i=read_only(np.minimum(i, j)[joint], np.int64),
+            block_j=read_only(np.maximum(i, j)[joint], np.int64),
+            start=read_only(start[joint]),
+            end=read_only(end[joint]),
+            friction=read_only(assemblage.friction[joint]),
+            cohesion=read_only(assemblage.cohesion[joint]),
+            tensile_strength=read_only(assemblage.tensile_strength[joint]),
+            compressive_strength=read_only(assemblage.compressive_strength[joint]),
+        ),
+        loads=Loads(
+            dead=read_only((loads.dead * turned)[block]),
+            along_x=read_only((load_direction * loads.along_x * turned)[block]),
+            upright=read_only((loads.upright * turned)[block]),
+        ),
+        block=read_only(block, np.int64),
+        joint=read_only(joint, np.int64),
+        interchanged=interchanged[joint],
+        mirror=load_direction,
+    )
+
+
+def _outline(block: Block, seen: FloatArray, origin: FloatArray, load_direction: int) -> Block:
+    """Return a block in the view, its outline counter-clockwise from the leftmost (lowest) corner."""
+    polygon = np.round(block.polygon * seen - origin, PICOMETRE)[::load_direction]
+    first = int(np.lexsort([polygon[:, 1], polygon[:, 0]])[0])
+    return replace(block, polygon=read_only(np.roll(polygon, -first, axis=0)))
+
+
+def _on_corners(points: FloatArray, wall: Wall) -> FloatArray:
+    """Return points (k, 2), those on a corner of a block replaced by that corner."""
+    corners = np.vstack([block.polygon for block in wall.blocks])
+    distance, nearest = cKDTree(corners).query(points)
+    return np.where((distance <= ON_CORNER)[:, None], corners[nearest], points)
+
+
+def _ends(values: FloatArray, interchanged: npt.NDArray[np.bool_]) -> FloatArray:
+    """Return values (k, 2) at start and end, interchanged where that is said."""
+    return np.where(interchanged[:, None], values[:, ::-1], values)
