@@ -8,11 +8,12 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 
 from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import linear_program
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse, linear_program
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.yield_conditions import coulomb, yield_matrix, yield_offset
 from orchestrator.masonry.patterns import running_bond
+from tests.verification.limit_analysis_cases import case
 
 
 @pytest.fixture(scope="module")
@@ -49,3 +50,16 @@ def test_multiplier_of_a_large_wall_is_that_of_highs(terms, by_highs, name, monk
     assert found.load_multiplier == pytest.approx(by_highs, rel=1e-6)
     assert equilibrium.residual(found.joint_forces, found.load_multiplier) < 1e-8
     assert friction.excess(found.joint_forces) < 1e-8 * equilibrium.mean_weight
+
+
+def test_a_very_large_wall_without_a_state_says_so_and_runs_no_sequence():
+    """keystone_wall has none: its keystone hangs by friction alone."""
+    found = analyse(case("keystone_wall_13x9"), LimitAnalysisSettings(search_blocks=1, sequence_blocks=1))
+    assert found.sequence is None
+    assert found.dilation_shift is None
+    assert found.complementarity is None
+    assert found.headline is found.associative
+    assert found.remarks == (
+        "sequence and dilation shift left out for so many blocks, more than 1",
+        "no non-associative solution found: complementarity program: no forces and mechanism that balance",
+    )
