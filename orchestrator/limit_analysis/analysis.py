@@ -47,7 +47,7 @@ the wall: rounding adds up (walls that stand: 1e-8, at 997 blocks 1.4e-7, at 9,9
 SHORT = 6
 """Programs at most of a sequence or shift that begins at a state of the complementarity program."""
 VERY_LARGE_TURNS = 4
-"""Turns at most of a descent on walls above `sequence_blocks`: 30 s of CPU each at 10,050 blocks."""
+"""Turns at most of a descent on walls above `sequence_blocks`: some 25 s of CPU each at 10,050 blocks."""
 LEFT_OUT = "sequence and dilation shift left out for so many blocks"
 NOTHING_BALANCES = "no non-associative solution found: complementarity program: no forces and mechanism that balance"
 NAMED_BLOCKS = 8
