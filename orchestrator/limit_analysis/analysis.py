@@ -25,6 +25,7 @@ from orchestrator.limit_analysis.linear_program import (
 )
 from orchestrator.limit_analysis.loads import Loads
 from orchestrator.limit_analysis.lower_states import (
+    TURNS,
     ClosedState,
     TwoPrograms,
     closing,
@@ -50,7 +51,10 @@ FACE_BALANCE = 1e-5
 by up to 2e-6 with the mechanism's rounding (wall 3: 1e-6 out of balance at 0.40265)."""
 SHORT = 6
 """Programs at most of a sequence or shift that begins at a state of the complementarity program."""
+VERY_LARGE_TURNS = 4
+"""Turns at most of a descent on walls above `sequence_blocks`: some 25 s of CPU each at 10,050 blocks."""
 LEFT_OUT = "sequence and dilation shift left out for so many blocks"
+NOTHING_BALANCES = "no non-associative solution found: complementarity program: no forces and mechanism that balance"
 NAMED_BLOCKS = 8
 """How many falling blocks an error message names."""
 
@@ -123,15 +127,19 @@ def analyse(
     problem = Problem(view.assemblage, equilibrium, coulomb(view.assemblage, equilibrium.dead_total))
     refuse_what_falls(problem)
     optimum = associative_optimum(problem)
-    large = len(problem.equilibrium.free_blocks) > settings.search_blocks
+    large = len(equilibrium.free_blocks) > settings.search_blocks
+    very_large = large and len(equilibrium.free_blocks) > settings.sequence_blocks
+    count, turns = (1, VERY_LARGE_TURNS) if very_large else (settings.search_starts, TURNS)
     programs = TwoPrograms(problem.equilibrium, problem.friction)
-    found, candidates = complementary_states(problem, programs, settings.search_starts, large)
+    found, candidates = complementary_states(problem, programs, count, large, turns)
     begin = found[0] if large and found is not None else None
     if begin is not None:
         settings = _shortened(settings)
-    if begin is not None and len(equilibrium.free_blocks) > settings.sequence_blocks:
+    if very_large and (begin is not None or has_complementarity_program(problem.friction)):
         sequence, shift = None, None
         remarks: tuple[str, ...] = (f"{LEFT_OUT}, more than {settings.sequence_blocks}",)
+        if begin is None:
+            remarks = (*remarks, NOTHING_BALANCES)
     else:
         start = optimum if begin is None else begin.forces
         sequence, sequence_remarks = sequence_state(problem, programs, start, settings)
@@ -270,22 +278,31 @@ def highest_multiplier(problem: Problem, programs: TwoPrograms, closed: ClosedSt
     return max(ends)
 
 
+def has_complementarity_program(friction: YieldConditions) -> bool:
+    """Whether joints have nothing but friction and cohesion, which is all that the complementarity program knows."""
+    return not (friction.tension.any() or friction.crushes.any())
+
+
 def complementary_states(
-    problem: Problem, programs: TwoPrograms, count: int, one_is_enough: bool
+    problem: Problem,
+    programs: TwoPrograms,
+    count: int,
+    one_is_enough: bool,
+    turns: int = TURNS,
 ) -> tuple[tuple[ClosedState, ComplementarySolution] | None, list[ClosedState]]:
     """Return the state of the complementarity program and all that `count` starts and the descents from them passed.
 
     The first is where the first start leads that leads to a state, before any descent: a wall and its mirror image have
     the same. None where nothing balances.
     """
-    if problem.friction.tension.any() or problem.friction.crushes.any():
-        return None, []  # the complementarity program knows friction and cohesion only
+    if not has_complementarity_program(problem.friction):
+        return None, []
     passed: list[ClosedState] = []
     first = None
     for start in starts(problem.assemblage, 1, count):
         found, slip = complementary_start(programs, problem.equilibrium, problem.friction, start)
         reached = []
-        for turn in descent(programs, slip, passed=passed):
+        for turn in descent(programs, slip, turns, passed):
             reached.append(turn)
             if turn.balances and one_is_enough:
                 break

@@ -63,8 +63,8 @@ class LimitAnalysisSettings:
     search_blocks: Annotated[int, Ge(1)] = 300
     """larger walls are searched from one start only, and their sequence and shift begin at the state found there"""
     sequence_blocks: Annotated[int, Ge(1)] = 2000
-    """larger walls have the state of the complementarity program alone, unless there is none: their sequence and shift
-    take more than half of the time (2,979 blocks: 88 s of CPU with them, 36 s without) and do not settle"""
+    """larger walls have the state of the complementarity program alone, from one start, or none: their sequence and
+    shift take more than half of the time (2,979 blocks: 88 s of CPU with them, 36 s without) and do not settle"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
