@@ -51,7 +51,7 @@ class MacroblockSettings:
 
     choose: Literal["tolerances", "automatic"] = "automatic"
     """automatic: fewest bodies that keep micro-LA's multiplier; a case file that names a tolerance means tolerances"""
-    margin: Annotated[float, Gt(0), Le(1)] = 0.02
+    margin: Annotated[float, Gt(0), Le(1)] = 0.01
     """of the automatic choice: how far the multiplier of the rigid macroblocks may be from micro-LA's, part of it"""
     scale: Scale = "unit_displacement"
     """of the mechanism: its largest displacement is 1, or "unit_power", as the linear program returns it (N and m)"""
