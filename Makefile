@@ -46,6 +46,8 @@ verify: setup table1 benchmark2
 	$(PYTHON) docs/studies/robustness.py
 	$(PYTHON) docs/studies/limit_analysis.py
 	$(PYTHON) docs/studies/tolerances.py
+	$(PYTHON) docs/studies/locking.py
+	$(PYTHON) docs/studies/benchmark2_seeds.py 1 2
 	$(PYTHON) docs/studies/table1.py
 
 # Cost against blocks and ranks, and of benchmark 1: tables and a plot in benchmarks/.

@@ -117,16 +117,16 @@ def pushed(assemblage: Assemblage, partition: Partition) -> dict[str, Any]:
             "end": curve.stopped_because,
         }
 
-    return stored(RESULTS / "tolerances" / f"{_digest(assemblage, partition)}.json", compute)
+    return stored(kept_file(assemblage, partition), compute)
 
 
-def _digest(assemblage: Assemblage, partition: Partition) -> str:
-    """Return a hash of the wall and of which stones make a body."""
+def kept_file(assemblage: Assemblage, partition: Partition) -> Path:
+    """Return where the figures are kept: the name is a hash of the wall and of which stones make a body."""
     total = hashlib.sha256(partition.body_of_block.tobytes())
     for block in assemblage.wall.blocks:
         total.update(block.polygon.tobytes())
     total.update(repr((assemblage.wall.thickness, assemblage.friction.tolist())).encode())
-    return total.hexdigest()[:16]
+    return RESULTS / "tolerances" / f"{total.hexdigest()[:16]}.json"
 
 
 def rows_of(name: str, wall: Wall) -> Iterator[dict[str, Any]]:
