@@ -15,7 +15,8 @@ import numpy as np
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import Wall
 
-# seed 4: of 1 to 5, the only one besides 1 whose sequence of limit analysis settles, and it still does when rounded
+# seed 4: of 1 to 5, the only one whose sequence of limit analysis settles, and it still does when rounded; the others:
+# docs/studies/benchmark2_seeds.md
 PATTERN = IrregularCourses(
     length=1.4,
     height=2.8,

@@ -1,11 +1,14 @@
-"""Macroblocks without tolerances: the fewest bodies that, as rigid bodies, keep the multiplier of micro limit analysis.
+"""Macroblocks without tolerances: the fewest bodies that, as rigid bodies, keep the states of micro limit analysis.
 
 Two neighbouring bodies that lock together while they move keep their momentum and lose kinetic energy (a perfectly
 plastic collision): nothing if they moved as one body already. Joining again and again the two neighbours that lose
-least leads from every stone to one body. Of these partitions the one with fewest bodies is taken whose load multiplier
-(limit_analysis.merged_blocks) stays within a margin of micro limit analysis; then bodies that the multiplier does not
-need are joined, one pair after the other, as long as it stays within. One body is never taken: it can only slide or
-overturn on its support.
+least leads from every stone to one body. Of these partitions the one with fewest bodies is taken that still has a limit
+state within a margin of micro limit analysis; then bodies that are not needed for it are joined, one pair after the
+other. One body is never taken: it can only slide or overturn on its support.
+
+Non-associative states are not unique, and the finite elements may meet another than the sequence does. Two states are
+therefore kept, each by its own mechanism: the headline of micro limit analysis and the lowest that was found. Both are
+looked for on the bodies by a descent from the slips they had (lower_states), which costs a few milliseconds.
 """
 
 from __future__ import annotations
@@ -17,19 +20,18 @@ from functools import reduce
 
 import numpy as np
 
+from orchestrator.errors import ConvergenceError
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings, Loads, Mechanism
+from orchestrator.limit_analysis import LimitAnalysis, LimitState, Loads, Mechanism
 from orchestrator.limit_analysis.equilibrium import block_areas, block_centroids, block_weights
-from orchestrator.limit_analysis.merged_blocks import merged_multiplier
-from orchestrator.limit_analysis.state import FlowRule
+from orchestrator.limit_analysis.linear_program import solve_limit_lp
+from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
+from orchestrator.limit_analysis.merged_blocks import merged_problem
 from orchestrator.macroblocks import MacroblockSettings, Partition, merged, partition_of
 from orchestrator.masonry.wall import FloatArray, IntArray
 
-QUICK_SEEDS = (1e-1, 1e-2, 1e-3)
-QUICK_TOLERANCE = 1e-4
-QUICK_ITERATIONS = 40
-"""Of the sequence of Eq. (2) while partitions are tried. On those of 26 partitions of benchmarks 1 and 2 where both the
-quick and the full sequence found a multiplier (about 20), they agree within 0.2 %, in a third of the time."""
+ANOTHER = 1e-4
+"""Part of the multiplier by which another state differs at least."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,19 +87,42 @@ def _polar_moment(polygon: FloatArray) -> float:
     return float(cross @ squares) / 12.0
 
 
-def hierarchy(assemblage: Assemblage, mechanism: Mechanism) -> list[IntArray]:
+def hierarchy(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> list[IntArray]:
     """Return the group of every block (n,), first every stone its own, then with two groups joined each time."""
     group = np.arange(len(assemblage.wall.blocks))
     groups = [group]
-    for kept, joined in _joined_in_order(assemblage, mechanism):
+    for kept, joined in _joined_in_order(assemblage, mechanisms):
         group = np.where(group == joined, kept, group)
         groups.append(group)
     return groups
 
 
-def _joined_in_order(assemblage: Assemblage, mechanism: Mechanism) -> Iterator[tuple[int, int]]:
+Motions = tuple[Motion, ...]
+"""of one body, in every mechanism that is to remain possible"""
+
+
+def _motions_of_blocks(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> list[Motions]:
+    """Return the motions of every block, every mechanism with the kinetic energy 1."""
+    found = []
+    for mechanism in mechanisms:
+        blocks = motion_of_blocks(assemblage, mechanism)
+        scale = 1.0 / np.sqrt(sum(block.energy for block in blocks))
+        found.append([replace(m, velocity=scale * m.velocity, rotation=scale * m.rotation) for m in blocks])
+    return list(zip(*found, strict=True))
+
+
+def _together(first: Motions, second: Motions) -> Motions:
+    return tuple(locked(one, other)[0] for one, other in zip(first, second, strict=True))
+
+
+def _loss(first: Motions, second: Motions) -> float:
+    """Return the kinetic energy that locking costs, all mechanisms together."""
+    return sum(locked(one, other)[1] for one, other in zip(first, second, strict=True))
+
+
+def _joined_in_order(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> Iterator[tuple[int, int]]:
     """Yield (new group, old group) twice a join: numbers of groups are those of one of their blocks."""
-    motions = dict(enumerate(motion_of_blocks(assemblage, mechanism)))
+    motions = dict(enumerate(_motions_of_blocks(assemblage, mechanisms)))
     neighbours = _neighbours(assemblage)
     version = dict.fromkeys(motions, 0)
     queue = [_priced(motions, version, i, j) for i, others in neighbours.items() for j in others if i < j]
@@ -106,7 +131,7 @@ def _joined_in_order(assemblage: Assemblage, mechanism: Mechanism) -> Iterator[t
         _, i, j, seen = heapq.heappop(queue)
         if i not in motions or j not in motions or seen != (version[i], version[j]):
             continue
-        motions[i] = locked(motions[i], motions.pop(j))[0]
+        motions[i] = _together(motions[i], motions.pop(j))
         version[i] += 1
         neighbours[i] = (neighbours[i] | neighbours.pop(j)) - {i, j}
         for other in neighbours[i]:
@@ -116,10 +141,10 @@ def _joined_in_order(assemblage: Assemblage, mechanism: Mechanism) -> Iterator[t
 
 
 def _priced(
-    motions: dict[int, Motion], version: dict[int, int], i: int, j: int
+    motions: dict[int, Motions], version: dict[int, int], i: int, j: int
 ) -> tuple[float, int, int, tuple[int, int]]:
     """Return the loss of joining i and j, with what tells later whether either has changed."""
-    return locked(motions[i], motions[j])[1], i, j, (version[i], version[j])
+    return _loss(motions[i], motions[j]), i, j, (version[i], version[j])
 
 
 def _neighbours(assemblage: Assemblage) -> dict[int, set[int]]:
@@ -136,54 +161,78 @@ def macroblocks_of(
     assemblage: Assemblage,
     analysis: LimitAnalysis,
     criteria: MacroblockSettings,
-    settings: LimitAnalysisSettings,
     loads: Loads | None = None,
 ) -> Partition:
     """Return the partition that [macroblocks] asks for: `chosen`, or `merged` (which may raise CaseError)."""
     if criteria.choose == "automatic":
-        return chosen(assemblage, analysis, settings, criteria.margin, loads)
+        return chosen(assemblage, analysis, criteria.margin, loads)
     return merged(assemblage, analysis.headline.mechanism, criteria)
 
 
-def chosen(
-    assemblage: Assemblage,
-    analysis: LimitAnalysis,
-    settings: LimitAnalysisSettings,
-    margin: float,
-    loads: Loads | None = None,
-) -> Partition:
-    """Return the partition whose multiplier is within `margin` (a part of micro-LA's) with the fewest bodies found.
+def states_to_keep(analysis: LimitAnalysis) -> tuple[LimitState, ...]:
+    """Return the headline, and the lowest state found where it is another one: an elastic wall may meet either."""
+    headline, lowest = analysis.headline, analysis.lowest
+    if lowest is None or lowest.load_multiplier >= (1.0 - ANOTHER) * headline.load_multiplier:
+        return (headline,)
+    return headline, lowest
 
-    Every stone stays a body where nothing coarser does; a wall of one block is one body. Non-associative states are not
-    unique: where the sequence settles on one below the margin, the dilation shift may find the one that was looked for
-    (a slender wall of 50 stones as 2 bodies: 0.3570 and 0.3779, every stone 0.3779).
+
+def chosen(assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads: Loads | None = None) -> Partition:
+    """Return the partition with the fewest bodies found that keeps the states of micro-LA within `margin`, part of it.
+
+    Every stone stays a body where nothing coarser does; a wall of one block is one body.
     """
-    micro = analysis.headline
-    quick = replace(
-        settings, seed_cohesions=QUICK_SEEDS, tolerance=QUICK_TOLERANCE, maximum_iterations=QUICK_ITERATIONS
-    )
+    states = states_to_keep(analysis)
+    mechanisms = [state.mechanism for state in states]
 
-    def multiplier(partition: Partition) -> float | None:
-        def by(rule: FlowRule) -> float | None:
-            return merged_multiplier(assemblage, partition.body_of_block, analysis.load_direction, rule, quick, loads)
-
-        found = by(micro.flow_rule)
-        if micro.flow_rule == "sequence" and found is not None and found < (1.0 - margin) * micro.load_multiplier:
-            return max(found, by("dilation_shift") or found)
+    def kept(partition: Partition) -> list[float]:
+        """Return the multipliers found for the states, as far as the first that is lost."""
+        found = []
+        for state in states:
+            multiplier = kept_multiplier(assemblage, analysis, state, partition, margin, loads)
+            if multiplier is None:
+                break
+            found.append(multiplier)
         return found
 
     def keeps(partition: Partition) -> bool:
-        found = multiplier(partition) if partition.count > 1 else None
-        return found is not None and abs(found - micro.load_multiplier) <= margin * micro.load_multiplier
+        return partition.count > 1 and len(kept(partition)) == len(states)
 
-    partition = _coarsest([partition_of(assemblage, g) for g in hierarchy(assemblage, micro.mechanism)][::-1], keeps)
-    partition = _joined_while(keeps, partition, assemblage, micro.mechanism)
-    found = multiplier(partition)
-    words = f"{found:.4f}" if found is not None else "not found"
-    said = (
-        f"chosen automatically: multiplier as rigid bodies {words}, within {margin:.3g} of {micro.load_multiplier:.4f}"
+    partition = _coarsest([partition_of(assemblage, g) for g in hierarchy(assemblage, mechanisms)][::-1], keeps)
+    partition = _joined_while(keeps, partition, assemblage, mechanisms)
+    words = " and ".join(
+        f"{found:.4f} (every stone {state.load_multiplier:.4f})"
+        for found, state in zip(kept(partition), states, strict=False)
     )
+    said = f"chosen automatically: multiplier as rigid bodies {words or 'not found'}, margin {margin:.3g}"
     return replace(partition, remarks=(said, *partition.remarks))
+
+
+def kept_multiplier(
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    state: LimitState,
+    partition: Partition,
+    margin: float,
+    loads: Loads | None = None,
+) -> float | None:
+    """Return the multiplier within `margin` of a state of micro-LA that the bodies have as rigid ones, None if none.
+
+    Non-associative states are not unique: the one that is looked for is reached by a descent from the slips it had.
+    """
+    equilibrium, friction = merged_problem(assemblage, partition.body_of_block, analysis.load_direction, loads)
+    try:
+        if state.flow_rule == "associative":
+            found = [solve_limit_lp(equilibrium, friction).load_multiplier]
+        else:
+            remains = partition.body_of_block[assemblage.block_i] != partition.body_of_block[assemblage.block_j]
+            turns = descent(TwoPrograms(equilibrium, friction), state.mechanism.slip[remains])
+            found = [turn.forces.load_multiplier for turn in turns if turn.balances]
+    except ConvergenceError:
+        return None
+    micro = state.load_multiplier
+    nearest = min(found, key=lambda multiplier: abs(multiplier - micro), default=np.inf)
+    return nearest if abs(nearest - micro) <= margin * micro else None
 
 
 def _coarsest(coarse_to_fine: Sequence[Partition], keeps: Callable[[Partition], bool]) -> Partition:
@@ -202,11 +251,11 @@ def _coarsest(coarse_to_fine: Sequence[Partition], keeps: Callable[[Partition], 
 
 
 def _joined_while(
-    keeps: Callable[[Partition], bool], partition: Partition, assemblage: Assemblage, mechanism: Mechanism
+    keeps: Callable[[Partition], bool], partition: Partition, assemblage: Assemblage, mechanisms: Sequence[Mechanism]
 ) -> Partition:
     """Join pairs of neighbouring bodies, those that lose least energy first, each tried once, while `keeps` holds."""
     group = partition.body_of_block
-    for i, j in _pairs_by_loss(partition, assemblage, mechanism):
+    for i, j in _pairs_by_loss(partition, assemblage, mechanisms):
         kept, joined = group[i], group[j]
         coarser = partition_of(assemblage, np.where(group == joined, kept, group))
         if kept != joined and keeps(coarser):
@@ -214,16 +263,17 @@ def _joined_while(
     return partition
 
 
-def _pairs_by_loss(partition: Partition, assemblage: Assemblage, mechanism: Mechanism) -> list[tuple[int, int]]:
+def _pairs_by_loss(
+    partition: Partition, assemblage: Assemblage, mechanisms: Sequence[Mechanism]
+) -> list[tuple[int, int]]:
     """Return the joints (as pairs of blocks) between neighbouring bodies, one a pair of bodies, least loss first."""
-    body, blocks = partition.body_of_block, motion_of_blocks(assemblage, mechanism)
+    body, blocks = partition.body_of_block, _motions_of_blocks(assemblage, mechanisms)
     motions = [
-        reduce(lambda one, other: locked(one, other)[0], (blocks[k] for k in np.flatnonzero(body == number)))
-        for number in range(partition.count)
+        reduce(_together, (blocks[k] for k in np.flatnonzero(body == number))) for number in range(partition.count)
     ]
     joints: dict[tuple[int, int], tuple[int, int]] = {}
     for i, j in zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), strict=True):
         first, second = sorted((int(body[i]), int(body[j])))
         if first != second and second < partition.count:
             joints[first, second] = (i, j)
-    return [joints[pair] for pair in sorted(joints, key=lambda pair: locked(motions[pair[0]], motions[pair[1]])[1])]
+    return [joints[pair] for pair in sorted(joints, key=lambda pair: _loss(motions[pair[0]], motions[pair[1]]))]

@@ -137,7 +137,7 @@ def segment(case: Case) -> Segmented:
     assemblage, analysis = limit(case)
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
-        partition = macroblocks_of(assemblage, analysis, case.macroblocks, case.limit_analysis, loads)
+        partition = macroblocks_of(assemblage, analysis, case.macroblocks, loads)
     return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
 
 

@@ -5,7 +5,8 @@
 
 Reads table.csv and the runs' macroblocks.json of each folder (default: results/table1, results/benchmark2), computes
 the multiplier of the macroblocks as rigid bodies by the sequence and by the dilation shift, and copies the figures to
-docs/figures. The words around the tables are written by hand: read them again when a number changes.
+docs/figures. The table of macroblocks that choose themselves comes from tolerances.csv beside this file. The words
+around the tables are written by hand: read them again when a number changes.
 """
 
 from __future__ import annotations
@@ -31,6 +32,15 @@ COLUMNS = (
 )  # fmt: skip
 STUDIES = {"table1": "benchmark1", "benchmark2": "benchmark2"}
 """folder of the study and name of its tables and figures -> case file in templates"""
+BENCHMARKS = ("benchmark 1", "benchmark 2")
+SHOWN = ("every stone", "automatic, 1%", "automatic, 2%", "automatic, 5%")
+AUTOMATIC = (
+    "wall", "margin", "bodies", "joints", "FE peak", "of micro-FE", "choosing, s", "FE, s", "time of micro-FE",
+)  # fmt: skip
+JUMPS = (
+    "curve", "increments", "largest fall between two, % of the peak", "from, to, mm",
+    "falls above 0.1 %", "above 0.5 %",
+)  # fmt: skip
 FIGURES = {"table": "sheet", "curves": "curves", "mechanisms": "mechanisms"}
 """picture of a study -> its name in docs/figures"""
 
@@ -45,7 +55,46 @@ def main() -> None:
             raise SystemExit(f"{folder}: no finished study; run make {name} first")
         page = page.replace(f"{{{{{name}}}}}", table(folder, rigid_multipliers(folder, case)))
         copy_figures(folder, name, page)
-    (FOLDER / "table1.md").write_text(page)
+    page = page.replace("{{automatic}}", automatic(FOLDER / "tolerances.csv"))
+    (FOLDER / "table1.md").write_text(page.replace("{{jumps}}", jumps(PROJECT / "tests" / "regression")))
+
+
+def jumps(folder: Path) -> str:
+    """Return how much the base shear of the stored curves falls from one increment to the next, in a table."""
+    rows = []
+    for name in ("benchmark1", "benchmark2"):
+        for model in ("macro", "micro"):
+            curve = np.genfromtxt(folder / name / f"{model}.csv", delimiter=",", names=True)
+            shear, moved = curve["base_shear_N"] / curve["base_shear_N"].max(), curve["control_displacement_m"]
+            steps = np.diff(shear)
+            place = int(steps.argmin())
+            between = f"{1e3 * (moved[place] - moved[0]):.2f} to {1e3 * (moved[place + 1] - moved[0]):.2f}"
+            falls = [f"{np.sum(steps < -part)}" for part in (1e-3, 5e-3)]
+            rows.append([f"{name}, {model}", str(len(shear)), f"{-100 * steps.min():.2f}", between, *falls])
+    lines = [JUMPS, ["---"] * len(JUMPS), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def automatic(file: Path) -> str:
+    """Return the table of macroblocks that choose themselves, benchmarks 1 and 2, from that of all walls."""
+    with file.open(newline="") as opened:
+        records = [r for r in csv.DictReader(opened) if r["wall"] in BENCHMARKS and r["macroblocks"] in SHOWN]
+    rows = [
+        [
+            f"{record['wall']} ({record['stones']} stones)",
+            record["macroblocks"].removeprefix("automatic, "),
+            record["bodies"],
+            record["joints"],
+            f"{float(record['peak']):.4f}",
+            f"{float(record['peak_over_micro']):.3f}",
+            f"{float(record['choosing_s']):.1f}",
+            f"{float(record['FE_s']):.1f}",
+            f"{float(record['time_over_micro']):.2f}",
+        ]
+        for record in records
+    ]
+    lines = [AUTOMATIC, ["---"] * len(AUTOMATIC), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def table(folder: Path, rigid: Callable[[str], str]) -> str:

@@ -36,6 +36,7 @@ from orchestrator.limit_analysis.lower_states import (
     starts,
 )
 from orchestrator.limit_analysis.mechanism import dilation, mechanism_from, power_residual
+from orchestrator.limit_analysis.scattered_starts import scattered_states
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.state import FlowRule, LimitAnalysis, LimitState, LinearProgramRecord
@@ -148,6 +149,9 @@ def analyse(
     if not large:
         for other in (sequence, shift):
             candidates += descent(programs, other.mechanism.slip, passed=candidates) if other is not None else ()
+        if (known := sequence or shift) is not None:
+            slip = known.mechanism.slip
+            candidates += scattered_states(problem.assemblage, 1, programs, slip, settings.search_slips)
     end = lowest(candidates)
     lowest_state = None if end is None else _closed_state(problem, end)
     answer = LimitAnalysis(

@@ -60,6 +60,8 @@ class LimitAnalysisSettings:
     """linear programs of the dilation shift at most"""
     search_starts: Annotated[int, Ge(1)] = 3
     """starts of the complementarity program in the search for lower states"""
+    search_slips: Annotated[int, Ge(0)] = 10
+    """starts around the slips of the state found, in the search for lower states"""
     search_blocks: Annotated[int, Ge(1)] = 300
     """larger walls are searched from one start only, and their sequence and shift begin at the state found there"""
     sequence_blocks: Annotated[int, Ge(1)] = 2000

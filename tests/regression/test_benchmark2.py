@@ -25,11 +25,11 @@ def summary(folder):
 
 
 def test_few_bodies_keep_the_peak(summary):
-    """Chosen automatically, margin 2 % of the rigid-body multiplier: 4 bodies of 173, 3.7 % above micro-FE."""
+    """Chosen automatically, margin 1 % of two rigid-body multipliers: 21 bodies of 173, 1.8 % above micro-FE."""
     macro, micro = summary["pushover"]
     assert micro["bodies"] == 173
-    assert 2 <= macro["bodies"] <= 8
-    assert macro["peak_base_shear"] == pytest.approx(micro["peak_base_shear"], rel=0.05)
+    assert 2 <= macro["bodies"] <= 25
+    assert macro["peak_base_shear"] == pytest.approx(micro["peak_base_shear"], rel=0.025)
     assert micro["peak_base_shear"] / summary["limit_analysis"]["base_shear"] == pytest.approx(1.0, rel=0.02)
 
 

@@ -9,10 +9,11 @@ import pytest
 
 from orchestrator import case as cases
 from orchestrator import driver
-from orchestrator.automatic import Motion, chosen, hierarchy, locked, motion_of_blocks
+from orchestrator.automatic import Motion, chosen, hierarchy, kept_multiplier, locked, motion_of_blocks
 from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.merged_blocks import merged_multiplier
+from orchestrator.macroblocks import partition_of
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.readers import read_blocks
 
@@ -73,7 +74,7 @@ def test_inertia_of_a_rectangle_is_that_of_the_textbook(wall_1):
 
 def test_the_hierarchy_goes_from_every_stone_to_one_body_and_never_through_a_support(wall_1):
     assemblage, analysis = wall_1
-    groups = hierarchy(assemblage, analysis.headline.mechanism)
+    groups = hierarchy(assemblage, [analysis.headline.mechanism])
     fixed = np.array([block.fixed for block in assemblage.wall.blocks])
     assert [len(np.unique(group[~fixed])) for group in groups] == list(range(33, 0, -1))
     assert all(not np.isin(group[fixed], group[~fixed]).any() for group in groups)
@@ -81,41 +82,65 @@ def test_the_hierarchy_goes_from_every_stone_to_one_body_and_never_through_a_sup
 
 @pytest.mark.parametrize("margin", [0.02, 0.002])
 def test_wall_1_few_bodies_and_the_multiplier_within_the_margin(wall_1, margin):
+    """The whole sequence on the bodies knows nothing of how they were chosen."""
     assemblage, analysis = wall_1
-    partition = chosen(assemblage, analysis, LimitAnalysisSettings(), margin)
+    partition = chosen(assemblage, analysis, margin)
     assert 1 < partition.count < 10
     micro = analysis.headline
     found = merged_multiplier(assemblage, partition.body_of_block, 1, micro.flow_rule)
-    assert found == pytest.approx(micro.load_multiplier, rel=margin + 0.002), "and 0.2 % of the quick sequence"
-    assert f"{found:.4f}" in " ".join(partition.remarks)
+    assert found == pytest.approx(micro.load_multiplier, rel=margin)
 
 
 def test_a_smaller_margin_never_gives_fewer_bodies(wall_1):
     assemblage, analysis = wall_1
-    counts = [chosen(assemblage, analysis, LimitAnalysisSettings(), margin).count for margin in (0.1, 0.02, 0.001)]
+    counts = [chosen(assemblage, analysis, margin).count for margin in (0.1, 0.02, 0.001)]
     assert counts == sorted(counts)
 
 
 def test_a_tower_that_overturns_as_one_still_has_two_bodies():
     """One body would do (lambda = b/h = 0.2), but it is no mechanism worth a finite element."""
     assemblage = of_file("tower_5_blocks")
-    partition = chosen(assemblage, analyse(assemblage), LimitAnalysisSettings(), 0.02)
+    partition = chosen(assemblage, analyse(assemblage), 0.02)
     assert partition.count == 2
 
 
-def test_another_state_of_the_same_bodies_does_not_hide_the_one_that_was_found():
-    """Two bodies have a weaker state too (0.3570); micro-FE peaks between them (0.3614, docs/studies/robustness.md)."""
-    assemblage = find_joints(irregular_courses(IrregularCourses(0.7, 1.4, seed=2)), JointSettings())
-    analysis = analyse(assemblage)
-    partition = chosen(assemblage, analysis, LimitAnalysisSettings(), 0.02)
-    assert partition.count == 2
-    states = [merged_multiplier(assemblage, partition.body_of_block, 1, r) for r in ("sequence", "dilation_shift")]
-    assert max(states) == pytest.approx(analysis.headline.load_multiplier, rel=0.02)
+def random_wall(*arguments, **settings):
+    assemblage = find_joints(irregular_courses(IrregularCourses(*arguments, **settings)), JointSettings())
+    return assemblage, analyse(assemblage)
+
+
+SEED_2 = ((0.7, 1.4), {"seed": 2})
+DOOR_AND_WINDOW = ((0.5, 1.0, 0.0, 1.2), (1.6, 2.1, 0.6, 1.3))
+SEED_7 = ((2.6, 1.8), {"openings": DOOR_AND_WINDOW, "widths": (0.2, 0.4), "heights": (0.15, 0.2), "seed": 7})
+
+
+@pytest.mark.parametrize(("pattern", "peak"), [(SEED_2, 0.3614), (SEED_7, 0.3648)])
+def test_the_state_that_the_elastic_wall_meets_stays_possible(pattern, peak):
+    """Peaks of micro-FE, docs/studies/robustness.md; the sequence settles on 0.3779 and 0.4139.
+
+    The lowest state found is not above the peak, and the bodies have it, as well as the sequence's.
+    """
+    assemblage, analysis = random_wall(*pattern[0], **pattern[1])
+    assert analysis.lowest.load_multiplier <= peak <= analysis.headline.load_multiplier
+    partition = chosen(assemblage, analysis, 0.01)
+    assert 1 < partition.count < 10
+    for state in (analysis.headline, analysis.lowest):
+        assert kept_multiplier(assemblage, analysis, state, partition, 0.01) is not None
+
+
+def test_bodies_that_can_only_slide_do_not_keep_a_state_that_turns(wall_1):
+    """Two halves of wall 1 one upon the other: friction 0.65 at the bed joint, 1.6 % above micro-LA's 0.6398."""
+    assemblage, analysis = wall_1
+    middle = np.array([block.polygon[:, 1].mean() > 0.5 for block in assemblage.wall.blocks], int)
+    halves = partition_of(assemblage, middle)
+    assert halves.count == 2
+    assert kept_multiplier(assemblage, analysis, analysis.headline, halves, 0.02) == pytest.approx(0.65, abs=1e-4)
+    assert kept_multiplier(assemblage, analysis, analysis.headline, halves, 0.01) is None
 
 
 def test_a_single_block_stays_one_body():
     assemblage = of_file("single_block_sliding")
-    assert chosen(assemblage, analyse(assemblage), LimitAnalysisSettings(), 0.02).count == 1
+    assert chosen(assemblage, analyse(assemblage), 0.02).count == 1
 
 
 @pytest.mark.parametrize(
@@ -134,4 +159,4 @@ def test_it_is_the_default_of_the_case_file():
     case = cases.read(DATA / "ferris_tinloi_wall1.json", ["macroblocks.margin=0.01"])
     partition = driver.segment(case).partition
     assert partition.tolerances is None
-    assert any("within" in remark for remark in partition.remarks)
+    assert any("chosen automatically" in remark for remark in partition.remarks)

@@ -33,10 +33,17 @@ def test_a_row_is_rounded_for_the_page(table1, tmp_path):
     assert failed == "| none | none | 1 |  | 8 |  |  | 0.2965 / 0.3069 |  |  |  |  |"
 
 
-def test_the_page_is_its_head_and_two_tables():
+def test_the_page_is_its_head_and_its_tables():
     page, head = ((STUDIES / name).read_text() for name in ("table1.md", "table1_head.md"))
-    without = re.sub(r"\| tol_n \|.*?\n\n", "{{}}\n\n", page, flags=re.DOTALL)
+    without = re.sub(r"\| (?:tol_n|wall \| margin|curve) \|.*?\n\n", "{{}}\n\n", page, flags=re.DOTALL)
     assert without == re.sub(r"\{\{\w+\}\}", "{{}}", head)
+
+
+def test_the_table_of_the_automatic_choice_is_that_of_all_walls(table1):
+    """The page cannot show other figures than docs/studies/tolerances.csv."""
+    made = table1["automatic"](STUDIES / "tolerances.csv")
+    assert made in (STUDIES / "table1.md").read_text()
+    assert [line.split(" | ")[2] for line in made.splitlines() if "every stone" in line] == ["146", "173"]
 
 
 def test_a_study_that_is_missing_is_named(table1, monkeypatch, tmp_path):

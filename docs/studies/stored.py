@@ -1,0 +1,49 @@
+"""What studies share: figures that are not computed twice, curves that may stop early, tables."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+from orchestrator import CollapseError, ConvergenceError, PushoverCurve, SteppingSettings
+from orchestrator.pushover.state import Increment
+from orchestrator.pushover.stepping import end_of_curve
+from orchestrator.results import write_json
+
+RESULTS = Path(__file__).parents[2] / "results"
+"""where figures are kept; `make clean` removes them, and so must who changes the mechanics"""
+
+
+def stored(file: Path, compute: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """Return what `file` (JSON) holds, computed and written first if it is not there: a study that stopped goes on."""
+    if not file.exists():
+        write_json(file, compute())
+    return dict(json.loads(file.read_text()))
+
+
+def followed(
+    increments: Iterable[Increment], stepping: SteppingSettings, limit: float = float("inf")
+) -> tuple[PushoverCurve, int, float]:
+    """Return the curve, its contacts and its CPU seconds; it is left after `limit` s, and may end early by itself.
+
+    `stopped_because` of the curve says what ended it.
+    """
+    began, done, stopped = process_time(), list[Increment](), None
+    try:
+        for increment in increments:
+            done.append(increment)
+            if process_time() - began > limit:
+                stopped = f"left after {limit:g} s"
+                break
+    except (CollapseError, ConvergenceError) as error:
+        stopped = str(error)
+    stopped = stopped or end_of_curve(done[-1], stepping) or ""
+    return PushoverCurve.from_increments(done, stopped), len(done[-1].status), process_time() - began
+
+
+def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    return "\n".join(f"| {' | '.join(line)} |" for line in (heads, ["---"] * len(heads), *rows))
