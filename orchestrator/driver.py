@@ -172,12 +172,21 @@ def push(
         if is_root(comm):
             for line in results.provenance((case.file, case.block_file)):
                 logger.info(line)
+            logger.info("settings as run: %s", output / "case.toml")
+            logger.info("micro-LA and macroblocks: %s", _words(segmented))
         pushed: dict[ModelName, Pushed] = {}
         for model in dict.fromkeys(case.run.models):
             began = perf_counter()
             pushed[model] = _push(model, case, segmented, output, resume, comm, report)
             report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
-        return on_root(comm, _finished, case, segmented, pushed, output)
+        outcome = on_root(comm, _finished, case, segmented, pushed, output)
+        for model, done in pushed.items():
+            peak, stopped = done.capacity.peak_base_shear, done.curve.stopped_because
+            logger.info("%s: peak base shear %.6g N; %s", model, peak, stopped)
+        for complaint in outcome.complaints:
+            logger.error("%s", complaint)
+        logger.info("finished: %s", output / "summary.json")
+        return outcome
 
 
 def rebuild_report(run_folder: Path) -> Path:

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 def elastic_step(curve: PushoverCurve) -> int:
     """Return the increment whose shape the equivalent system has: the first at SECANT of the peak, as the bilinear."""
-    return int(curve.step[np.argmax(curve.base_shear_N >= SECANT * curve.base_shear_N.max())])
+    above = int(np.argmax(curve.base_shear_N >= SECANT * curve.base_shear_N.max()))
+    return int(curve.step[max(above, 1)])  # row 0 has not moved
 
 
 def equivalent_system_of(model: ContactModel, gravity: Increment, state: Increment) -> EquivalentSystem:
