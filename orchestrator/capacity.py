@@ -30,6 +30,8 @@ STIFFNESS_FRACTION = 0.1
 """part of the peak base shear (above the gravity row) that counts as the initial branch"""
 STIFFNESS_ROWS = 2
 """lateral rows that the initial branch has at least"""
+SECANT = 0.7
+"""part of the peak base shear that the elastic branch of the bilinear goes through"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +84,7 @@ class Bilinear:
 
 
 def idealise(
-    base_shear: FloatArray, displacement: FloatArray, secant: float = 0.7, strength_drop: float = 0.2
+    base_shear: FloatArray, displacement: FloatArray, secant: float = SECANT, strength_drop: float = 0.2
 ) -> Bilinear:
     """Return the bilinear idealisation of a curve: base_shear (s,) in N, displacement (s,) in m, row 0 = gravity.
 

@@ -86,8 +86,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m orchestrator",
         description="Pushover analysis of masonry, stone by stone. Without a command: run the shipped benchmark 1.",
-        epilog="example: python -m orchestrator run templates/benchmark1.toml --output results/benchmark1; "
-        "exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid",
+        epilog=file_commands.epilog("run templates/benchmark1.toml --output results/benchmark1"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "--print-completion", choices=("bash", "zsh"), action=_Completion, help="print what completes commands (README)"
@@ -95,34 +95,50 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
     parser.set_defaults(action=_run, command=None, case=DEFAULT_CASE, output=None, resume=False, model=None, set=[])
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
-    run = _command(commands, "run", _run, "the whole chain: micro-LA, macroblocks, FE pushover, pictures")
+    run = _command(
+        commands, "run", _run, "the whole chain: micro-LA, macroblocks, FE pushover, pictures", "--set mesh.size=100mm"
+    )
     run.add_argument("--output", type=Path, help="run folder (default: results/NAME OF THE CASE FILE)")
     run.add_argument("--resume", action="store_true", help="go on after the last stored increment")
     run.add_argument("--model", choices=tuple(MODELS), help="instead of the case file's [run] models")
     run.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
-    check = _command(commands, "check", _check, "read, validate and draw the wall with block numbers, nothing else")
+    check = _command(
+        commands,
+        "check",
+        _check,
+        "read, validate and draw the wall with block numbers, nothing else",
+        "--output results/look",
+    )
     check.add_argument(
         "--output", type=Path, help="run folder for the picture (default: results/NAME OF THE CASE FILE)"
     )
-    limit = _command(commands, "limit", _limit, "stop after micro limit analysis")
+    limit = _command(commands, "limit", _limit, "stop after micro limit analysis", "--set wall.friction=0.7")
     limit.add_argument("--output", type=Path, help="folder of the picture (default: results/NAME OF THE CASE FILE)")
     limit.add_argument("--settle", type=int, metavar="ID", help="instead of the live load, let this support give way")
     limit.add_argument("--settle-angle", type=float, default=-90.0, help="degrees from +x (default: -90, downwards)")
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
-    _command(commands, "segment", _segment, "stop after the macroblocks")
+    _command(commands, "segment", _segment, "stop after the macroblocks", "--set macroblocks.centre_distance=300mm")
     file_commands.add_commands(commands)
-    study = _command(commands, "study", _study, "pushover of a grid of macroblock tolerances, and of every stone")
+    study = _command(
+        commands,
+        "study",
+        _study,
+        "pushover of a grid of macroblock tolerances, and of every stone",
+        "--output results/table1",
+    )
     study.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-study)")
     return parser
 
 
-def _command(commands: Any, name: str, action: Callable[..., int], summary: str) -> argparse.ArgumentParser:
+def _command(
+    commands: Any, name: str, action: Callable[..., int], summary: str, example: str
+) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
         help=summary,
         description=summary,
-        epilog=f"{file_commands.EXIT_CODES}; "
-        f"example: python -m orchestrator {name} templates/benchmark1.toml --set mesh.size=100mm",
+        epilog=file_commands.epilog(f"{name} templates/benchmark1.toml {example}"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("case", type=Path, metavar="CASE", help="case file (.toml) or block file (.json)")
     parser.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override one setting")

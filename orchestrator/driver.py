@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
     from orchestrator.pushover.model import ContactModel
     from orchestrator.pushover.nodal_loads import NodalLoads
+    from orchestrator.seismic import EquivalentSystem
 
 logger = logging.getLogger(__name__)
 
@@ -82,6 +83,7 @@ class Pushed:
 
     curve: PushoverCurve
     capacity: Capacity
+    system: EquivalentSystem
     summary: dict[str, Any]
     complaints: tuple[ConvergenceError | ResultError, ...]
 
@@ -170,12 +172,21 @@ def push(
         if is_root(comm):
             for line in results.provenance((case.file, case.block_file)):
                 logger.info(line)
+            logger.info("settings as run: %s", output / "case.toml")
+            logger.info("micro-LA and macroblocks: %s", _words(segmented))
         pushed: dict[ModelName, Pushed] = {}
         for model in dict.fromkeys(case.run.models):
             began = perf_counter()
             pushed[model] = _push(model, case, segmented, output, resume, comm, report)
             report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
-        return on_root(comm, _finished, case, segmented, pushed, output)
+        outcome = on_root(comm, _finished, case, segmented, pushed, output)
+        for model, done in pushed.items():
+            peak, stopped = done.capacity.peak_base_shear, done.curve.stopped_because
+            logger.info("%s: peak base shear %.6g N; %s", model, peak, stopped)
+        for complaint in outcome.complaints:
+            logger.error("%s", complaint)
+        logger.info("finished: %s", output / "summary.json")
+        return outcome
 
 
 def rebuild_report(run_folder: Path) -> Path:
@@ -195,6 +206,7 @@ def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed],
         segmented.analysis,
         segmented.partition,
         {model: (done.curve, done.capacity) for model, done in pushed.items()},
+        {model: done.system for model, done in pushed.items()},
         [done.summary for done in pushed.values()],
     )
     return Outcome(summary, tuple(complaint for done in pushed.values() for complaint in done.complaints))
@@ -354,6 +366,7 @@ def _folded(
     """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
     from orchestrator import report as reporting
     from orchestrator.pushover.stepping import end_of_curve
+    from orchestrator.verification import elastic_step, equivalent_system_of
 
     last = store.last()
     if isinstance(complaint, ConvergenceError):
@@ -371,6 +384,7 @@ def _folded(
     return Pushed(
         curve=curve,
         capacity=capacity,
+        system=equivalent_system_of(contact_model, store.read(int(curve.step[0])), store.read(elastic_step(curve))),
         summary=results.pushover_summary(
             model,
             contact_model.meshes,

@@ -2,7 +2,7 @@
 
 A deck has all bodies as 4-node tetrahedra, supports too, held at every node; one contact pair for the joints in one
 line between two bodies, with slave nodes only where these joints are; a step for gravity and one for the horizontal
-load. SI.
+load. SI. What CalculiX needed to follow a wall to its collapse, with figures: docs/other_programs.md.
 """
 
 from __future__ import annotations
@@ -30,6 +30,9 @@ FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
 """nodes of faces S1 to S4 of C3D4, in both programs (CalculiX 2.20 manual, *SURFACE; Abaqus, solid elements)"""
 STIFFNESS = 10.0
 """normal penalty of CalculiX times element size over elastic modulus; its manual (*SURFACE BEHAVIOR) advises 5 to 50"""
+GROUND = 200.0
+"""1/m; stiffness of all springs to the ground in a CalculiX deck over the weight: they hold loose stones, which have no
+stiffness of their own in statics, and carry 1 % of the weight at 0.05 mm"""
 A_LINE = 16
 """numbers on a line of a deck at most"""
 
@@ -79,6 +82,8 @@ def deck(bodies: Bodies, case: Case, multiplier: float, dialect: Dialect) -> str
     ]
     for number, pair in enumerate(pairs):
         lines += _contact(number, pair, _interaction(pair, bodies, meshes, case, dialect))
+    if dialect == "calculix":
+        lines += _springs(meshes, bodies.moving)
     lines += _step("GRAVITY", 0.0, dialect)
     lines += _step("LATERAL", multiplier, dialect)
     return "\n".join(lines) + "\n"
@@ -150,7 +155,8 @@ def _interaction(pair: ContactPair, bodies: Bodies, meshes: BodyMeshes, case: Ca
     """Return no tension and Coulomb friction, which is reached at the elastic slip of the case.
 
     CalculiX has penalties (N/m3): the normal one follows the element size; the tangential one reaches friction times
-    the mean pressure on the wall's bed at `contact.slip_tolerance`.
+    the mean pressure on the wall's bed at `contact.slip_tolerance`. The normal one is tabular because LINEAR pulls with
+    up to a tension that must not be zero: CalculiX 2.20 puts the elastic modulus over 70000 for it, 50 kPa of stone.
     """
     slip = case.contact.slip_tolerance
     if dialect == "abaqus":
@@ -158,18 +164,34 @@ def _interaction(pair: ContactPair, bodies: Bodies, meshes: BodyMeshes, case: Ca
         return [hard, f"*FRICTION, ELASTIC SLIP={slip:.6g}", f"{pair.friction:.12g},"]
     normal = STIFFNESS * case.elastic.elastic_modulus / case.mesh.size
     stick = min(pair.friction * _bed_pressure(bodies, meshes) / slip, 0.1 * normal)
-    hard = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR"
-    return [hard, f"{normal:.6g}, 0.", "*FRICTION", f"{pair.friction:.12g}, {stick:.6g}"]
+    hard = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR"
+    return [hard, "0., 0.", f"{normal:.6g}, 1.", "*FRICTION", f"{pair.friction:.12g}, {stick:.6g}"]
+
+
+def _springs(meshes: BodyMeshes, moving: int) -> Iterator[str]:
+    """Yield soft springs from every moving node to the ground, alike in all directions."""
+    nodes = np.flatnonzero(meshes.body_of_node < moving)
+    stiffness = GROUND * _weight(meshes, moving) / len(nodes)
+    number = len(meshes.tetrahedra)
+    for direction in (1, 2, 3):
+        yield f"*ELEMENT, TYPE=SPRING1, ELSET=GROUND{direction}"
+        yield from (f"{number + k}, {node + 1}" for k, node in enumerate(nodes, 1))
+        yield from (f"*SPRING, ELSET=GROUND{direction}", f"{direction}", f"{stiffness:.6g}")
+        number += len(nodes)
+
+
+def _weight(meshes: BodyMeshes, moving: int) -> float:
+    """Return the weight of the moving bodies, N."""
+    volume = volumes(meshes.nodes, meshes.tetrahedra)
+    mine = meshes.body_of_tetrahedron < moving
+    return float(volume[mine] @ meshes.unit_weight[meshes.body_of_tetrahedron[mine]])
 
 
 def _bed_pressure(bodies: Bodies, meshes: BodyMeshes) -> float:
     """Return weight over the area of the joints on the supports, N/m2."""
-    volume = volumes(meshes.nodes, meshes.tetrahedra)
-    moving = meshes.body_of_tetrahedron < bodies.moving
-    weight = float(volume[moving] @ meshes.unit_weight[meshes.body_of_tetrahedron[moving]])
     on_support = np.maximum(bodies.body_i, bodies.body_j) >= bodies.moving
     length: FloatArray = np.linalg.norm(bodies.end - bodies.start, axis=1)
-    return weight / (float(length[on_support].sum()) * bodies.thickness)
+    return _weight(meshes, bodies.moving) / (float(length[on_support].sum()) * bodies.thickness)
 
 
 def _step(name: str, multiplier: float, dialect: Dialect) -> Iterator[str]:

@@ -17,7 +17,7 @@ from orchestrator.masonry.readers import refuse_what_is_not_utf8
 
 LISTED = 20
 """remarks that are printed; all stand in the block file"""
-EXIT_CODES = "exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid"
+EXIT_CODES = "0 done, 1 failed while running, 2 bad input, 3 finished but not valid, 130 interrupted"
 IMPORT_OPTIONS = {
     "thickness": ('"300 mm"', "of the wall; needed for drawings and pictures"),
     "unit-weight": ('"20 kN/m3"', "of every block (default 20 kN/m3)"),
@@ -91,9 +91,19 @@ def _add_import(commands: Any) -> None:
         reading.add_argument(f"--{name}", metavar=value, help=text)
 
 
+def epilog(example: str) -> str:
+    """Return the end of a command's help: an example on a line of its own, to be pasted, and the exit codes."""
+    return f"example:\n  .venv/bin/python -m orchestrator {example}\n\nexit codes: {EXIT_CODES}"
+
+
 def _command(commands: Any, name: str, action: Any, summary: str, example: str) -> argparse.ArgumentParser:
-    epilog = f"{EXIT_CODES}; example: python -m orchestrator {example}"
-    parser: argparse.ArgumentParser = commands.add_parser(name, help=summary, description=summary, epilog=epilog)
+    parser: argparse.ArgumentParser = commands.add_parser(
+        name,
+        help=summary,
+        description=summary,
+        epilog=epilog(example),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.set_defaults(action=action)
     return parser
 

@@ -15,6 +15,7 @@ from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import PushoverCurve
+from orchestrator.seismic import EquivalentSystem
 from orchestrator.verification import verify
 
 if TYPE_CHECKING:
@@ -101,12 +102,14 @@ def write_summary(
     analysis: LimitAnalysis,
     partition: Partition,
     curves: Mapping[str, tuple[PushoverCurve, Capacity]],
+    systems: Mapping[str, EquivalentSystem],
     pushovers: list[dict[str, Any]],
 ) -> dict[str, Any]:
     """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
     draw_curves(output / "figures", case.name, analysis, partition, curves, results.reasons(pushovers))
     summary = results.summary(case.name, assemblage, analysis, partition, pushovers)
-    verified = verify(case.seismic, assemblage, analysis, {model: curve for model, (curve, _) in curves.items()})
+    to_verify = {model: (curve, systems[model]) for model, (curve, _) in curves.items()}
+    verified = verify(case.seismic, assemblage, analysis, to_verify)
     summary |= {"seismic": verified} if verified else {}
     results.write_summary(output, summary)
     page.write(output)

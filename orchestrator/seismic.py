@@ -7,7 +7,8 @@ example by hand.
     elastic spectrum      S_e = a_g S (1 + T / T_B (eta F_0 - 1)) up to T_B, a_g S eta F_0 up to T_C, times T_C / T up
                           to T_D, times T_C T_D / T^2 beyond; F_0 = 2.5 in EN 1998-1
                           eta = sqrt(10 / (5 + damping in %)) >= 0.55
-    equivalent system     Gamma = sum(m phi) / sum(m phi^2), m* = sum(m phi), F* = V / Gamma, d* = d / Gamma (B.2)
+    equivalent system     m* = sum(m phi), Gamma = m* / sum(m phi^2), d* = d / Gamma (B.2), F* = sum(F phi): the virtual
+                          work of the load F. It is the clause's V / Gamma where F = m phi, as the clause has it (B.1)
     kinematic             M* = (sum P delta)^2 / (g sum P delta^2), e* = g M* / sum P, a_0* = alpha_0 g / (e* FC)
 """
 
@@ -20,6 +21,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from scipy import sparse
 
 from orchestrator.capacity import Bilinear
 from orchestrator.errors import CaseError
@@ -117,6 +119,21 @@ class Spectrum:
 
 
 @dataclass(frozen=True, slots=True)
+class EquivalentSystem:
+    """One degree of freedom for a wall: Gamma, m* kg, mass of the wall kg, and force_share F*/V."""
+
+    gamma: float
+    mass: float
+    whole_mass: float
+    force_share: float
+
+    @property
+    def effective_mass(self) -> float:
+        """Gamma m* over the mass of the wall, 0 to 1; 1 where the wall moves as one."""
+        return self.gamma * self.mass / self.whole_mass
+
+
+@dataclass(frozen=True, slots=True)
 class Demand:
     """N2: period s of the equivalent system, force_ratio q*, displacement d_t* m."""
 
@@ -155,18 +172,28 @@ def spectrum_of(settings: SeismicSettings, ground_acceleration: float) -> Spectr
     return Spectrum(ground_acceleration, soil, periods[0], periods[1], periods[2], 2.5, eta)
 
 
-def equivalent_system(mass: FloatArray, shape: FloatArray) -> tuple[float, float]:
-    """Return Gamma and m* (kg) of masses (n,) in kg that move with shape (n,), 1 at the control point (B.2)."""
-    return float(mass @ shape / (mass @ shape**2)), float(mass @ shape)
+def equivalent_system(
+    mass: FloatArray | sparse.csr_matrix, shape: FloatArray, load: FloatArray, ground: FloatArray
+) -> EquivalentSystem:
+    """Return the equivalent system of a wall with mass matrix (n, n) in kg under horizontal loads (n,), any unit.
+
+    shape (n,): horizontal displacement along the load over that of the control point. ground (n,): the shape of a wall
+    that moves with the ground, 1 for every mass. With u = shape x d, the virtual work of inertia, load and ground
+    motion along `shape` is m* (d / Gamma)'' + sum(load shape) = -m* a_g.
+    """
+    participating, whole = float(shape @ (mass @ ground)), float(ground @ (mass @ ground))
+    gamma = participating / float(shape @ (mass @ shape))
+    return EquivalentSystem(gamma, participating, whole, float(load @ shape) / float(load @ ground))
 
 
-def demand(spectrum: Spectrum, bilinear: Bilinear, gamma: float, mass: float) -> Demand:
-    """Return the N2 demand on the equivalent system of m* (kg) (EN 1998-1 B.5; C7.3.4.2).
+def demand(spectrum: Spectrum, bilinear: Bilinear, system: EquivalentSystem) -> Demand:
+    """Return the N2 demand on the equivalent system (EN 1998-1 B.5; C7.3.4.2).
 
     T* < T_C and F_y*/m* < S_e: d_t* = d_et*/q (1 + (q - 1) T_C/T*) >= d_et*; else d_t* = d_et*.
     """
-    period = 2.0 * pi * sqrt(mass / bilinear.stiffness)  # d_y* / F_y* = d_y / F_y: Gamma cancels
-    ratio = spectrum.acceleration(period) * mass / (bilinear.yield_force / gamma)
+    force, displacement = bilinear.yield_force * system.force_share, bilinear.yield_displacement / system.gamma
+    period = 2.0 * pi * sqrt(system.mass * displacement / force)
+    ratio = spectrum.acceleration(period) * system.mass / force
     elastic = spectrum.displacement(period)
     if period >= spectrum.period_c or ratio <= 1.0:
         return Demand(period, ratio, elastic)

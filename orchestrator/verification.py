@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from orchestrator.capacity import idealise
+from orchestrator.capacity import SECANT, idealise
 from orchestrator.errors import ResultError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.masonry.geometry import block_areas
-from orchestrator.masonry.wall import GRAVITY, FloatArray
-from orchestrator.pushover.state import PushoverCurve
+from orchestrator.masonry.wall import FloatArray
+from orchestrator.pushover.state import Increment, PushoverCurve
 from orchestrator.seismic import (
+    EquivalentSystem,
     SeismicSettings,
     demand,
     equivalent_system,
@@ -25,9 +26,32 @@ from orchestrator.seismic import (
     spectrum_of,
 )
 
+if TYPE_CHECKING:
+    from orchestrator.pushover.model import ContactModel
+
+
+def elastic_step(curve: PushoverCurve) -> int:
+    """Return the increment whose shape the equivalent system has: the first at SECANT of the peak, as the bilinear."""
+    above = int(np.argmax(curve.base_shear_N >= SECANT * curve.base_shear_N.max()))
+    return int(curve.step[max(above, 1)])  # row 0 has not moved
+
+
+def equivalent_system_of(model: ContactModel, gravity: Increment, state: Increment) -> EquivalentSystem:
+    """Return the equivalent system of a pushover that moves as `state` does since `gravity`.
+
+    Masses and the horizontal part of the live load are those of the finite elements, by node.
+    """
+    moved = (state.displacement - gravity.displacement).ravel()
+    along = model.direction * np.tile([1.0, 0.0, 0.0], len(moved) // 3)
+    ground = np.where(np.arange(len(moved)) < model.meshes.nodes.size, np.abs(along), 0.0)  # edges do not depart
+    return equivalent_system(model.mass, along * moved / float(model.top_row @ moved), along * model.lateral, ground)
+
 
 def verify(
-    settings: SeismicSettings, assemblage: Assemblage, analysis: LimitAnalysis, curves: Mapping[str, PushoverCurve]
+    settings: SeismicSettings,
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    curves: Mapping[str, tuple[PushoverCurve, EquivalentSystem]],
 ) -> dict[str, Any] | None:
     """Return the record `seismic` of the summary, None where no verification is asked for. Raises CaseError."""
     asked = settings.peak_ground_acceleration
@@ -44,36 +68,37 @@ def verify(
             "ground": settings.ground,
             **dict(zip(symbols, asdict(spectrum).values(), strict=True)),
         },
-        "pushover": [_pushover(name, settings, asked, weight[free], curve) for name, curve in curves.items()],
+        "pushover": [_pushover(name, settings, asked, *curve) for name, curve in curves.items()],
         "kinematic": _kinematic(settings, asked, weight[free], free, analysis),
     }
 
 
 def _pushover(
-    name: str, settings: SeismicSettings, asked: float, weight: FloatArray, curve: PushoverCurve
+    name: str, settings: SeismicSettings, asked: float, curve: PushoverCurve, system: EquivalentSystem
 ) -> dict[str, Any]:
-    """Return the N2 verification of one curve. The load is proportional to mass: phi = 1, Gamma = 1 (B.2)."""
-    gamma, mass = equivalent_system(weight / GRAVITY, np.ones(len(weight)))
+    """Return the N2 verification of one curve."""
     try:
         line = idealise(curve.base_shear_N, curve.control_displacement_m)
     except ResultError as error:
         return {"model": name, "remark": str(error)}
-    found = demand(spectrum_of(settings, asked), line, gamma, mass)
-    ultimate = line.ultimate_displacement / gamma
+    found = demand(spectrum_of(settings, asked), line, system)
+    ultimate = line.ultimate_displacement / system.gamma
 
     def passes(ground: float) -> bool:
-        needed = demand(spectrum_of(settings, ground), line, gamma, mass)
+        needed = demand(spectrum_of(settings, ground), line, system)
         return needed.displacement <= ultimate and needed.force_ratio <= settings.largest_force_ratio
 
     capacity = largest_ground_acceleration(passes)
     dropped = "" if line.dropped else "the curve ends before the base shear drops: the capacity is a lower bound"
     return {
         "model": name,
-        "gamma": gamma,
-        "equivalent_mass_kg": mass,
+        "gamma": system.gamma,
+        "equivalent_mass_kg": system.mass,
+        "effective_mass": system.effective_mass,
+        "force_share": system.force_share,
         "stiffness_N_per_m": line.stiffness,
-        "yield_force_N": line.yield_force / gamma,
-        "yield_displacement_m": line.yield_displacement / gamma,
+        "yield_force_N": line.yield_force * system.force_share,
+        "yield_displacement_m": line.yield_displacement / system.gamma,
         "period_s": found.period,
         "force_ratio": found.force_ratio,
         "demand_m": found.displacement,

@@ -1,7 +1,8 @@
 """The collapse as data for the page: outlines of the bodies, displacements and joint states by increment.
 
 Displacements are 16-bit integers in base64, scaled by the largest of their increment; joint states are one digit a
-piece of joint (0 open, 1 stick, 2 slip). Increments are thinned out evenly to fit `room`; peak and ends stay.
+piece of joint (0 open, 1 stick, 2 slip, 3 open by a hair), and so are degrees of damage (0 to 9 for 0 to 1; the empty
+word where nothing is damaged). Increments are thinned out evenly to fit `room`; peak and ends stay.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
-from orchestrator.plots.pushover import front_loops, interface_pieces, nodes_of_contacts
+from orchestrator.plots.pushover import DAMAGED, front_loops, interface_pieces, nodes_of_contacts, shown_status
 from orchestrator.pushover.state import PushoverCurve
 from orchestrator.results import ContactPlaces, StateStore
 
@@ -63,8 +64,15 @@ def _frame(store: StateStore, row: int, curve: PushoverCurve, nodes: IntArray, c
         "moved": float(curve.control_displacement_m[row] - curve.control_displacement_m[0]),
         "scale": scale,
         "displacements": text,
-        "status": "".join(map(str, increment.status[contact].tolist())),
+        "status": "".join(map(str, shown_status(increment)[contact].tolist())),
+        "damage": ninths(increment.damage[contact]),
     }
+
+
+def ninths(degree: FloatArray) -> str:
+    """Return degrees from 0 to 1 as one digit each, 0 for up to DAMAGED and 9 for 1; the empty word for all 0."""
+    digits = np.where(degree >= 1.0, 9, np.where(degree > DAMAGED, np.ceil(8.0 * degree), 0)).astype(int)
+    return "".join(map(str, digits.tolist())) if digits.any() else ""
 
 
 def packed(values: FloatArray) -> tuple[float, str]:

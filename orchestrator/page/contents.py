@@ -150,6 +150,7 @@ def _model(run: StoredRun, model: StoredModel) -> dict[str, Any]:
         "more_damage": rows[SHOWN_DAMAGE:],
         "damage_limit": limit,
         "interfaces": len(model.bodies.joint),
+        "bonded": bool(model.bodies.cohesion.any()),
     }
 
 

@@ -8,6 +8,7 @@ from math import floor, log10
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
@@ -38,11 +39,20 @@ DRAWN_DISPLACEMENT = 0.06
 """largest displacement of a drawn deformed wall, part of the wall's height, where no factor is given"""
 ON_JOINT = 1e-4
 """distance within which a contact lies on an interface, part of the wall's largest dimension"""
+HAIRLINE = 1e-5
+"""m; a joint that is open by less is drawn thin: it is a crack in the model, none that anybody finds on the wall"""
+THIN = 3
+"""status of such a joint in pictures, after those of ContactStatus"""
 LINES = {
     ContactStatus.STICK: (INK, 0.8, "closed (stick)"),
     ContactStatus.SLIP: (BLUE, 2.0, "slipping"),
-    ContactStatus.OPEN: (VERMILLION, 2.0, "open"),
+    THIN: (VERMILLION, 0.8, f"open by less than {1e3 * HAIRLINE:g} mm"),
+    ContactStatus.OPEN: (VERMILLION, 2.2, "open"),
 }
+DAMAGED = 0.01
+"""degree of damage from which a bonded joint is shown as damaged; loading alone leaves less"""
+BAND = 6.0
+"""points; width of the band under a damaged joint"""
 MODELS = ((BLUE, "-"), (VERMILLION, "--"), (GREEN, "-."), (PURPLE, ":"))
 
 
@@ -57,6 +67,8 @@ def deformed(
     amplification: float | None = None,
 ) -> Figure:
     """Draw the outline of every body at z = 0, displaced times `amplification`, and its contacts coloured by status.
+
+    Bonded joints that are damaged have a band under them whose colour is their degree of damage.
 
     contact_points (c, 2) or (c, 3) in m, undeformed; body_slave, body_master (c,): body numbers; all in the order of
     Increment.status. Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
@@ -76,8 +88,8 @@ def deformed(
         axes.add_patch(PathPatch(outline(meshes, number, moved), facecolor=STONE, edgecolor="#888888", linewidth=0.5))
     draw_supports(axes, supports)
     nearest = nodes_of_contacts(meshes, contact_points[:, :2], body_slave)
-    _draw_contacts(axes, bodies, contact_points[:, :2], body_slave, body_master, increment.status, moved[nearest])
-    legend_below(axes)
+    _draw_contacts(axes, bodies, contact_points[:, :2], body_slave, body_master, increment, moved[nearest])
+    legend_below(axes, 3)
     return figure
 
 
@@ -120,6 +132,12 @@ def curves(
         watermark.set(color=VERMILLION, alpha=0.35, fontsize=56, fontweight="bold", zorder=5)
     legend_below(axes, 2)
     return figure
+
+
+def shown_status(increment: Increment) -> IntArray:
+    """Return the status (c,) of the contacts as pictures show it: ContactStatus, or THIN."""
+    thin = (increment.status == ContactStatus.OPEN) & (increment.gap < HAIRLINE)
+    return np.where(thin, THIN, increment.status)
 
 
 def readable_factor(drawn: float, largest: float) -> float:
@@ -229,15 +247,28 @@ def _draw_contacts(
     points: FloatArray,
     body_slave: IntArray,
     body_master: IntArray,
-    status: IntArray,
+    increment: Increment,
     drawn: FloatArray,
 ) -> None:
     """Draw every interface on its slave's displaced face (`drawn` (c, 2): displaced contacts), coloured by status."""
+    status = shown_status(increment)
     contact, before, after = interface_pieces(bodies, points, body_slave, body_master)
     corners = np.stack([0.5 * (drawn[before] + drawn[contact]), 0.5 * (drawn[contact] + drawn[after])], axis=1)
     pieces = {name: corners[status[contact] == name] for name in LINES}
     for name, (colour, width, label) in LINES.items():
         draw_segments(axes, pieces[name], colour, width, label)
+    damage = increment.damage[contact]
+    if (damaged := damage > DAMAGED).any():
+        _draw_damage(axes, corners[damaged], damage[damaged])
+
+
+def _draw_damage(axes: Axes, segments: FloatArray, damage: FloatArray) -> None:
+    """Draw a band under the damaged pieces (k, 2, 2) of joints, coloured by their damage (k,), and its scale."""
+    band = LineCollection(list(segments), array=damage, cmap="YlGnBu", clim=(0.0, 1.0), linewidths=BAND, zorder=2)
+    axes.add_collection(band, autolim=False)
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    figure.colorbar(band, ax=axes, shrink=0.5, label="damage of bonded joints (1: broken)")
 
 
 def _on_segment(

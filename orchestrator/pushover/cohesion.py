@@ -82,7 +82,8 @@ def bond_response(bond: Bond, gap: FloatArray, trial_slip: FloatArray, slip_tole
     opening = np.maximum(gap, 0.0)
     plastic = np.maximum(np.linalg.norm(trial_slip, axis=1) - slip_tolerance, 0.0)
     by_opening = opening >= bond.slip + plastic
-    reached = np.maximum(opening, bond.slip + plastic) / bond.softening
+    bonded = (bond.tension > 0.0) | (bond.cohesion > 0.0)  # others have nothing to lose
+    reached = np.where(bonded, np.maximum(opening, bond.slip + plastic) / bond.softening, 0.0)
     damage = np.minimum(np.maximum(bond.damage, reached), 1.0)
     grows = (reached > bond.damage) & (reached < 1.0)
     return BondResponse(

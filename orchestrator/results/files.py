@@ -128,7 +128,7 @@ class _LogFile(logging.FileHandler):
 
 @contextmanager
 def logging_to(path: Path, level: int = logging.INFO) -> Iterator[None]:
-    """Append everything that `orchestrator` logs at `level` and above to the file `path` (run.log)."""
+    """Append what `orchestrator` logs at `level` and above to the file `path` (run.log), and an error that ends it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handler = _LogFile(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
@@ -138,6 +138,9 @@ def logging_to(path: Path, level: int = logging.INFO) -> Iterator[None]:
     logger.addHandler(handler)
     try:
         yield
+    except BaseException as error:
+        logger.error("stopped by %s: %s", type(error).__name__, error)
+        raise
     finally:
         logger.removeHandler(handler)
         logger.setLevel(before)

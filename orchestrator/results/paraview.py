@@ -29,8 +29,11 @@ if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
 
 NODE_FIELDS = (("displacement_m", "displacement"), ("velocity_m_per_s", "velocity"))
-CONTACT_FIELDS = (("normal_force_N", "normal_force"), ("gap_m", "gap"), ("slip_m", "slip"), ("status", "status"))
-"""name in ParaView, name in states.h5; status: 0 open, 1 stick, 2 slip"""
+CONTACT_FIELDS = (
+    ("normal_force_N", "normal_force"), ("gap_m", "gap"), ("slip_m", "slip"),
+    ("status", "status"), ("damage", "damage"),
+)  # fmt: skip
+"""name in ParaView, name in states.h5; status: 0 open, 1 stick, 2 slip; damage: of bonded joints, 0 to 1"""
 NUMBER_TYPES = {"f": "Float", "i": "Int", "u": "UInt"}
 
 

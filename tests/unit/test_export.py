@@ -91,6 +91,20 @@ def test_abaqus_deck_has_hard_contact_and_both_steps(wall_1):
     assert text.isascii()
 
 
+def test_abaqus_deck_is_read_back_by_another_program(wall_1, tmp_path):
+    """meshio's reader of Abaqus decks: every tetrahedron, the volume of all bodies, supports held and no other node."""
+    case, bodies, meshes = wall_1
+    path = tmp_path / "wall.inp"
+    path.write_text(deck(bodies, case, -0.3, "abaqus"))
+    read = meshio.read(path, file_format="abaqus")
+    assert len(read.cells_dict["tetra"]) == len(meshes.tetrahedra)
+    assert volumes(read.points, read.cells_dict["tetra"]).sum() == pytest.approx((2.0 * 1.05 + 2.4 * 0.175) * 0.1)
+    held = read.point_sets["SUPPORT"]
+    assert read.points[held, 1].max() <= 0.0
+    assert len(held) == np.count_nonzero(meshes.body_of_node >= bodies.moving)
+    assert {f"BODY{k}" for k in range(34)} <= set(read.cell_sets)
+
+
 def test_a_run_folder_can_be_exported(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "run7"

@@ -34,7 +34,7 @@ def help_of(capsys, *command):
     with pytest.raises(SystemExit) as ended:
         call(*command, "--help")
     assert ended.value.code == 0
-    return " ".join(capsys.readouterr().out.split())
+    return capsys.readouterr().out
 
 
 @pytest.mark.parametrize("name", ["wall.dxf", "wall.txt", "wall.json", "wall.png"])
@@ -159,7 +159,7 @@ def test_examples_of_help_work_when_pasted(capsys, monkeypatch, tmp_path, comman
         (tmp_path / name).symlink_to(PROJECT / name)
     monkeypatch.chdir(tmp_path)
     text = help_of(capsys, command)
-    example = re.search(r"example: python -m orchestrator (.*)$", text)[1]
+    (example,) = re.findall(r"^  \.venv/bin/python -m orchestrator (.*)$", text, re.M)
     assert example.startswith(command)
     assert cli.main(shlex.split(example)) == 0
 
@@ -167,7 +167,7 @@ def test_examples_of_help_work_when_pasted(capsys, monkeypatch, tmp_path, comman
 @pytest.mark.parametrize("command", [(), *((command,) for command in COMMANDS)])
 def test_help_documents_the_exit_codes(capsys, command):
     text = help_of(capsys, *command)
-    assert "exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid" in text
+    assert "exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid, 130 interrupted" in text
 
 
 def test_version(capsys):

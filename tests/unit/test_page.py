@@ -10,7 +10,7 @@ import pytest
 
 from orchestrator.errors import CaseError
 from orchestrator.page import read_run
-from orchestrator.page.collapse import chosen_rows, packed
+from orchestrator.page.collapse import chosen_rows, ninths, packed
 from orchestrator.page.damage import damage_sequence
 from orchestrator.page.writing import shown
 from orchestrator.results import ContactPlaces
@@ -18,14 +18,15 @@ from orchestrator.results import ContactPlaces
 LIMIT = 1e-5
 
 
-def states(gaps, slips):
-    """Increments 5, 6, ...: the state under gravity first; gaps, slips (s, c) in m."""
+def states(gaps, slips, damage=None):
+    """Increments 5, 6, ...: the state under gravity first; gaps, slips (s, c) in m, damage (s, c) 0 to 1."""
+    damage = np.zeros(np.shape(gaps)) if damage is None else damage
     return [
         SimpleNamespace(
             number=5 + n, load_multiplier=0.1 * n, base_shear=100.0 * n, control_displacement=1e-4 + 1e-3 * n,
-            gap=np.array(gap), slip=np.array(slip),
+            gap=np.array(gap), slip=np.array(slip), damage=np.array(degree),
         )
-        for n, (gap, slip) in enumerate(zip(gaps, slips, strict=True))
+        for n, (gap, slip, degree) in enumerate(zip(gaps, slips, damage, strict=True))
     ]  # fmt: skip
 
 
@@ -60,6 +61,20 @@ def test_of_joints_that_open_in_one_increment_the_widest_comes_first():
 
 def test_a_contact_that_has_gone_says_nothing():
     assert damage_sequence(states([[0.0], [np.nan]], np.zeros((2, 1))), places([0]), LIMIT) == []
+
+
+def test_a_bonded_joint_cracks_and_breaks_with_its_last_contact():
+    """Joint 0 has two contacts, joint 1 is damaged by half: degrees at the end are the means, 1 and 0.5."""
+    damage = [[0, 0, 0], [0.4, 0, 0], [1, 0.2, 0.5], [1, 1, 0.5]]
+    found = damage_sequence(states(np.zeros((4, 3)), np.zeros((4, 3)), damage), places([0, 0, 1]), LIMIT)
+    assert [(d.interface, d.kind, d.step, d.at_end) for d in found] == [
+        (0, "cracks", 6, 1.0), (1, "cracks", 7, 0.5), (0, "breaks", 8, 1.0),
+    ]  # fmt: skip
+
+
+def test_degrees_of_damage_are_one_digit_each():
+    assert ninths(np.array([0.009, 0.02, 0.5, 0.999, 1.0])) == "01489"
+    assert ninths(np.zeros(4)) == ""
 
 
 def test_packed_displacements_are_read_back_to_one_part_in_30000_of_the_largest():

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_hex, to_rgb
@@ -308,9 +309,9 @@ def increment(model):
     _, meshes = model
     displacement = np.zeros_like(meshes.nodes)
     displacement[meshes.body_of_node == 1] = [0.01, 0.005, 0.0]
-    none, status = np.zeros(6), np.array([1, 2, 0, 0, 0, 0])
+    none, gap, status = np.zeros(6), np.full(6, 0.005), np.array([1, 2, 0, 0, 0, 0])
     return Increment(
-        7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), none, none, none, none,
+        7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), none, none, gap, none,
         status, 100.0, 0.0123, 0.01, 0.0, 1.0, 0.0, 0.0, 0.0, 100.0, 0.0, 3, (0.1,),
     )  # fmt: skip
 
@@ -348,7 +349,29 @@ def test_deformed_colours_joints_by_status_on_the_displaced_slave(model, increme
     assert sorted_ends(INK) == [[(0.0, 0.0), (1.0, 0.0)]]  # half of the base joint sticks, half slips
     assert sorted_ends(BLUE) == [[(1.0, 0.0), (2.0, 0.0)]]
     assert sorted_ends(VERMILLION) == [[(0.1, 1.55), (0.6, 1.55)], [(0.6, 1.55), (1.1, 1.55)]]
-    assert shown(figure)[1] == ["support", "closed (stick)", "slipping", "open"]
+    assert shown(figure)[1] == ["support", "closed (stick)", "slipping", "open by less than 0.01 mm", "open"]
+
+
+def test_a_joint_open_by_a_hair_is_drawn_thinner(model, increment):
+    hair = replace(increment, gap=np.array([0, 0, 5e-6, 5e-6, 0.005, 0.005]))
+    for drawn_increment, widths in ((increment, {2.2}), (hair, {0.8})):
+        axes = plots.deformed(*model, drawn_increment, **CONTACTS, name="frame").axes[0]
+        lines = [c for c in axes.collections if isinstance(c, LineCollection) and len(c.get_segments())]
+        assert {c.get_linewidth()[0] for c in lines if to_hex(c.get_color()[0]) == VERMILLION} == widths
+
+
+def test_damaged_joints_have_a_band_that_a_scale_explains(model, increment):
+    """Half of the base joint is damaged by 0.25; without damage there is neither band nor scale."""
+    assert len(plots.deformed(*model, increment, **CONTACTS, name="frame").axes) == 1
+    damaged = replace(increment, damage=np.array([0.25, 0, 0, 0, 0, 0]))
+    axes, scale = plots.deformed(*model, damaged, **CONTACTS, name="frame").axes
+    (band,) = [c for c in axes.collections if isinstance(c, LineCollection) and c.get_array() is not None]
+    assert band.get_array().tolist() == [0.25]
+    assert sorted(band.get_segments()[0].tolist()) == [[0.0, 0.0], [1.0, 0.0]]
+    assert scale.get_ylabel() == "damage of bonded joints (1: broken)"
+    assert scale.get_ylim() == (0.0, 1.0)
+    drawn(axes.figure)  # colours are mapped when drawing
+    assert to_hex(band.get_color()[0]) == to_hex(colormaps["YlGnBu"](0.25))
 
 
 def test_deformed_chooses_a_readable_factor(model, increment):

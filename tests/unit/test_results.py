@@ -15,6 +15,7 @@ import pytest
 from orchestrator import results
 from orchestrator.bodies import Bodies, Body
 from orchestrator.capacity import Capacity
+from orchestrator.errors import CaseError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, Mechanism
 from orchestrator.macroblocks import MacroblockSettings, Partition
@@ -170,6 +171,14 @@ def test_run_log_takes_the_package_s_messages_and_lets_go_of_the_logger(tmp_path
         ["INFO", "orchestrator.pushover:", message] for message in ("first", "second")
     ]
     assert logging.getLogger("orchestrator").handlers == before
+
+
+def test_run_log_ends_with_what_stopped_the_run(tmp_path):
+    with pytest.raises(CaseError), results.logging_to(tmp_path / "run.log"):
+        raise CaseError("wall.blocks", "has gone", "bring it back", "case.toml")
+    (line,) = (tmp_path / "run.log").read_text().splitlines()
+    assert "ERROR" in line
+    assert line.endswith("stopped by CaseError: case.toml: wall.blocks: has gone; bring it back")
 
 
 # values

@@ -81,41 +81,84 @@ def test_a_spectrum_that_lacks_a_setting_names_it(settings, key):
 LINE = Bilinear(2e7, 80e3, 4e-3, 20e-3, dropped=True)
 
 
-def three_masses():
-    return equivalent_system(np.full(3, 20e3), np.array([1, 2, 3]) / 3)
+def three_masses(load):
+    return equivalent_system(20e3 * np.eye(3), np.array([1, 2, 3]) / 3, np.array(load), np.ones(3))
+
+
+CLAUSE, UNIFORM = three_masses([1.0, 2.0, 3.0]), three_masses([1.0, 1.0, 1.0])
+"""loads m phi, as Annex B has them, and loads proportional to mass, as the pushover has them"""
 
 
 def test_equivalent_system_of_three_masses():
-    gamma, mass = three_masses()
-    assert mass == pytest.approx(40e3)
-    assert gamma == pytest.approx(9 / 7)
+    for system in (CLAUSE, UNIFORM):
+        assert system.mass == pytest.approx(40e3)
+        assert system.gamma == pytest.approx(9 / 7)
+        assert system.effective_mass == pytest.approx(6 / 7)
+    assert CLAUSE.force_share == pytest.approx(1 / CLAUSE.gamma), "F* = V / Gamma of EN 1998-1 B.4"
+    assert UNIFORM.force_share == pytest.approx(2 / 3)
 
 
 def test_demand_by_hand():
-    gamma, mass = three_masses()
-    found = demand(spectrum_of(TYPE_1_B, AG), LINE, gamma, mass)
+    found = demand(spectrum_of(TYPE_1_B, AG), LINE, CLAUSE)
     assert found.period == pytest.approx(0.2810, abs=5e-5)
     assert found.force_ratio == pytest.approx(2.838, abs=5e-4)
     assert found.displacement == pytest.approx(13.29e-3, abs=5e-6)
 
 
+def test_demand_by_hand_under_a_load_proportional_to_mass():
+    found = demand(spectrum_of(TYPE_1_B, AG), LINE, UNIFORM)
+    assert found.period == pytest.approx(0.3035, abs=5e-5)
+    assert found.force_ratio == pytest.approx(3.311, abs=5e-4)
+    assert found.displacement == pytest.approx(14.955e-3, abs=5e-6)
+
+
 def test_capacity_in_terms_of_ground_acceleration_by_hand():
-    gamma, mass = three_masses()
+    def capacity(system):
+        limit = 20e-3 / system.gamma
+        return largest_ground_acceleration(
+            lambda ground: demand(spectrum_of(TYPE_1_B, ground), LINE, system).displacement <= limit
+        )
 
-    def passes(ground):
-        return demand(spectrum_of(TYPE_1_B, ground), LINE, gamma, mass).displacement <= 20e-3 / gamma
+    assert capacity(CLAUSE) == pytest.approx(1.684, abs=5e-4)
+    assert capacity(CLAUSE) / AG == pytest.approx(1.1445, abs=5e-4)
+    assert capacity(UNIFORM) == pytest.approx(1.5235, abs=5e-4)
 
-    assert largest_ground_acceleration(passes) == pytest.approx(1.684, abs=5e-4)
-    assert largest_ground_acceleration(passes) / AG == pytest.approx(1.1445, abs=5e-4)
+
+def test_period_of_a_shear_wall_is_rayleigh_s():
+    """A cantilever that shears (wave speed c), under its own mass: phi = 2 y/H - (y/H)^2, omega^2 = 2.5 (c/H)^2.
+
+    Exact: omega = pi c / 2 H. m* = 2/3 M, sum(m phi^2) = 8/15 M, so Gamma = 5/4. With phi = 1 the period would be 11 %
+    too long, with F* = V/Gamma under this load 9 % too short.
+    """
+    height, speed, mass, count = 3.0, 200.0, 9e3, 400
+    level = height * (np.arange(count) + 0.5) / count
+    shape = 2.0 * (level / height) * (1.0 - 0.5 * level / height)
+    matrix = np.diag(np.full(count, mass / count))
+    stiffness = 2.0 * mass * speed**2 / height**2  # V / u(H) = M a / (a H^2 / 2 c^2)
+    line = Bilinear(stiffness, 1e-2 * stiffness, 1e-2, 1.0, dropped=True)
+    one, exact = np.ones(count), 4.0 * height / speed
+
+    def period_of(system):
+        return demand(spectrum_of(TYPE_1_B, AG), line, system).period
+
+    system = equivalent_system(matrix, shape, one, one)
+    period = period_of(system)
+    assert (system.gamma, system.mass / mass) == (pytest.approx(1.25, rel=1e-4), pytest.approx(2 / 3, rel=1e-4))
+    assert system.effective_mass == pytest.approx(5 / 6, rel=1e-4)
+    assert period == pytest.approx(2 * pi * height / (sqrt(2.5) * speed), rel=1e-4)
+    assert period == pytest.approx(exact, rel=0.01)
+    assert period_of(equivalent_system(matrix, one, one, one)) == pytest.approx(1.111 * exact, rel=2e-3)
+    assert period_of(equivalent_system(matrix, shape, shape, one)) == pytest.approx(0.907 * exact, rel=2e-3)
 
 
 def test_equal_displacements_beyond_the_plateau_and_in_the_elastic_range():
-    spectrum = Spectrum(1.0, 1.0, 0.1, 0.2, 2.0, 2.5, 1.0)
-    soft = demand(spectrum, Bilinear(4e4 * pi**2, 100.0, 2.5e-4, 1.0, dropped=True), 1.0, 1e4)  # T* = 1 s
+    spectrum, one = Spectrum(1.0, 1.0, 0.1, 0.2, 2.0, 2.5, 1.0), np.ones(1)
+    rigid = equivalent_system(np.diag([1e4]), one, one, one)
+    soft = demand(spectrum, Bilinear(4e4 * pi**2, 1e2 * pi**2, 2.5e-3, 1.0, dropped=True), rigid)  # T* = 1 s
     assert soft.period == pytest.approx(1.0)
     assert soft.force_ratio > 1.0
     assert soft.displacement == pytest.approx(spectrum.displacement(1.0))
-    strong = demand(spectrum, Bilinear(1e8, 1e6, 1e-2, 1.0, dropped=True), 1.0, 1e4)
+    strong = demand(spectrum, Bilinear(1e8, 1e6, 1e-2, 1.0, dropped=True), rigid)
     assert strong.displacement == pytest.approx(spectrum.displacement(strong.period))
 
 

@@ -133,6 +133,17 @@ def test_a_slender_block_overturns_at_what_limit_analysis_says():
     assert result.peak < expected
 
 
+def test_dry_joints_beside_bonded_ones_have_no_damage():
+    """Wall 1, head joints bonded, bed joints dry: these slide and open much further."""
+    wall = read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall1.json")
+    model = model_of(wall, joints=JointClass(orientation="head", cohesion=1e3, tensile_strength=500.0))
+    last = run(model, 1e-3, displacement_increment=2e-5).increments[-1]
+    bonded = model.bond.cohesion > 0.0
+    assert last.slip[~bonded].max() > 2e-4, "the softening displacement"
+    assert last.damage[bonded].max() > 0.1
+    assert last.damage[~bonded].max() == 0.0
+
+
 def test_energy_of_a_wall_that_cracks():
     """Dissipation of wall 3, small displacements: the work of friction, cohesion and tension, from forces and slips."""
     wall = read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall3.json")

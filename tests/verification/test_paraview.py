@@ -61,7 +61,7 @@ def test_files_open_and_draw(tmp_path, monkeypatch, order):
         assert values[f"wall_{name}"].shape == (values["size"][1],)
     assert np.all(values["wall_sigma_1_Pa"] >= values["wall_sigma_3_Pa"])
     assert values["wall_von_mises_Pa"].max() > 1e3
-    for name in ("pressure_Pa", "normal_force_N", "gap_m", "slip_m", "status"):
+    for name in ("pressure_Pa", "normal_force_N", "gap_m", "slip_m", "status", "damage"):
         assert values[f"contacts_{name}"].shape == (values["contacts_size"][0],)
     assert np.nanmax(values["contacts_pressure_Pa"]) > 1e3
     drawn = _picture(picture)

@@ -101,6 +101,24 @@ def test_the_slider_moves_the_wall_and_the_point_of_every_model(page):
     assert page.get_log("browser") == []
 
 
+def test_the_drawing_factor_stays_until_the_user_changes_it(page):
+    """One factor for every increment of every model, on the switch and in the line of state; 6 % of the height most."""
+    stated = set()
+    for button in page.find_elements("css selector", "#models button"):
+        button.click()
+        most = int(page.execute_script("return document.getElementById('slider').max"))
+        for value in range(most + 1):
+            set_slider(page, value)
+            stated.add(picture(page)[2].rpartition("drawn × ")[2])
+    (factor,) = stated
+    assert float(factor) > 1
+    switch = page.find_element("id", "factor")
+    assert page.execute_script("return arguments[0].selectedOptions[0].textContent", switch) == f"{factor} (auto)"
+    page.execute_script("arguments[0].value = '50'; arguments[0].dispatchEvent(new Event('change'));", switch)
+    set_slider(page, 3)
+    assert picture(page)[2].endswith("drawn × 50")
+
+
 def test_the_wall_is_drawn_where_its_nodes_are(page, run):
     """At the true scale, the last increment: reach of all outlines against the stored displacements, to 0.02 mm."""
     page.execute_script(
@@ -149,6 +167,38 @@ def test_the_page_is_one_small_file_that_prints(page, run):
     assert (run / "report.html").stat().st_size < 5_000_000
     pdf = page.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True, "printBackground": True})["data"]
     assert pdf.startswith("JVBERi")  # %PDF-
+
+
+@pytest.fixture(scope="module")
+def bonded(tmp_path_factory):
+    """Wall 1 as macroblocks with bonded joints, to 1 mm: they crack and break."""
+    folder = tmp_path_factory.mktemp("bonded")
+    classes = '[[joints.classes]]\ncohesion = "2 kPa"\ntensile_strength = "1 kPa"\n'
+    wall = ROOT / "tests/data/ferris_tinloi_wall1.json"
+    case = (
+        f'[wall]\nblocks = "{wall}"\n[stepping]\nfinal_displacement = "1 mm"\n[macroblocks]\nnormal = 1e-3\n{classes}'
+    )
+    (folder / "case.toml").write_text(case, encoding="utf-8")
+    assert main(["run", str(folder / "case.toml"), "--output", str(folder / "run"), "--model", "macro", "--quiet"]) == 0
+    return folder / "run"
+
+
+def test_damage_of_bonded_joints_is_shown_from_none_to_broken(bonded, run, browser):
+    """Bands, their legend, the line of state and the table; none of it where joints are dry."""
+    browser.get((run / "report.html").as_uri())
+    assert not browser.find_element("id", "damaged").is_displayed()
+    browser.get((bonded / "report.html").as_uri())
+    assert browser.find_element("id", "damaged").is_displayed()
+    bands = "return [...document.querySelectorAll('#picture .damage')].filter((p) => p.getAttribute('d')).length"
+    set_slider(browser, 0)
+    assert browser.execute_script(bands) == 0
+    assert "damaged" not in picture(browser)[2]
+    set_slider(browser, 10**6)
+    assert browser.execute_script(bands) >= 1
+    assert "damaged (" in picture(browser)[2]
+    kinds = [cell.text for cell in browser.find_elements("css selector", "#damage td:nth-child(4)")]
+    assert {"slides", "cracks", "breaks"} <= set(kinds)
+    assert browser.get_log("browser") == []
 
 
 def test_a_result_that_is_not_valid_says_so_at_the_top(run, browser, tmp_path):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from orchestrator.verification import equivalent_system_of
 from tests.verification.pushover_chain import Run, model_of, run, stack
 
 
@@ -36,6 +37,18 @@ def test_multiplier_of_a_rocking_block_falls_to_zero(width, height, direction):
     error = np.abs(multiplier - np.tan(slenderness - theta))[rocking] / np.tan(slenderness)
     assert np.count_nonzero(rocking) > 50
     assert error.max() < 0.005
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_equivalent_system_of_a_rocking_block(direction):
+    """It turns as a whole about its toe: phi = y / h, so m* = M/2, Gamma = (1/2) / (1/3), F*/V = 1/2 under its mass."""
+    model = model_of(stack((0.2, 0.8), friction=5.0), direction=direction)
+    result = run(model, 0.01, displacement_increment=1e-3)
+    system = equivalent_system_of(model, result.under_gravity, result.increments[-1])
+    assert system.whole_mass == pytest.approx(model.weight / 9.81)
+    assert system.mass == pytest.approx(0.5 * system.whole_mass, rel=0.01)
+    assert system.gamma == pytest.approx(1.5, rel=0.01)
+    assert system.force_share == pytest.approx(0.5, rel=0.01)
 
 
 def test_small_displacements_keep_the_multiplier():

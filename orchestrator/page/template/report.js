@@ -3,9 +3,9 @@
   const data = JSON.parse(document.getElementById("data").textContent);
   const byId = (id) => document.getElementById(id);
   const [picture, chart, slider, play, factor] = ["picture", "chart", "slider", "play", "factor"].map(byId);
-  const states = ["open", "stick", "slip"];
+  const states = ["open", "stick", "slip", "hair"];
   const colours = ["#0072b2", "#d55e00"];
-  let model = 0, timer = null, bodies = [], joints = [];
+  let model = 0, timer = null, bodies = [], joints = [], damaged = [];
 
   function element(parent, name, attributes, text) {
     const made = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -32,21 +32,27 @@
     return Math.max(...[1, 2, 5].filter((step) => step * power <= drawn / most * (1 + 1e-9))) * power;
   }
 
+  // one factor for the whole run, of all models: what moves between two increments then is the wall, not the scale
+  const automatic = Math.min(...data.models.map((shown) => {
+    const [low, high] = bounds(shown.nodes)[1];
+    return readable(0.06 * (high - low), Math.max(...shown.frames.map(largest)));
+  }));
+
   function choose(number) {
     model = number;
     const shown = data.models[model];
     for (const [k, button] of [...byId("models").children].entries()) button.setAttribute("aria-pressed", String(k === model));
     const nodes = shown.nodes;
     const [xs, ys] = bounds(nodes.concat(...shown.supports));
-    const height = bounds(nodes)[1];
-    shown.readable = 0.06 * (height[1] - height[0]);
     const margin = 0.12 * Math.max(xs[1] - xs[0], ys[1] - ys[0]);
     picture.setAttribute("viewBox", [xs[0] - margin, -ys[1] - margin, xs[1] - xs[0] + 2 * margin, ys[1] - ys[0] + 1.2 * margin].join(" "));
     picture.replaceChildren();
     for (const ring of shown.supports) element(picture, "path", { class: "support", d: "M" + ring.map((p) => `${p[0]} ${-p[1]}`).join("L") + "Z" });
     bodies = shown.bodies.map(() => element(picture, "path", { class: "body", "fill-rule": "evenodd" }));
+    damaged = Array.from({ length: 9 }, (_, k) => element(picture, "path", { class: "joint damage", "stroke-opacity": (k + 1) / 9 }));
     joints = states.map((name) => element(picture, "path", { class: `joint ${name}` }));
-    picture.append(joints[1], joints[2], joints[0]);
+    picture.append(joints[1], joints[3], joints[2], joints[0]);
+    byId("damaged").hidden = !shown.frames.some((frame) => frame.damage);
     slider.max = shown.frames.length - 1;
     const peak = shown.frames.reduce((best, frame, k) => (frame.shear > shown.frames[best].shear ? k : best), 0);
     slider.value = peak;
@@ -57,21 +63,26 @@
 
   function draw() {
     const shown = data.models[model], frame = shown.frames[Number(slider.value)], u = displacements(frame);
-    const times = factor.value === "auto" ? readable(shown.readable, largest(frame)) : Number(factor.value);
+    const times = factor.value === "auto" ? automatic : Number(factor.value);
     const at = shown.nodes.map((p, k) => [p[0] + times * u[2 * k], -(p[1] + times * u[2 * k + 1])]);
     const text = (p) => `${p[0].toFixed(5)} ${p[1].toFixed(5)}`;
     const middle = (a, b) => [0.5 * (at[a][0] + at[b][0]), 0.5 * (at[a][1] + at[b][1])];
     shown.bodies.forEach((loops, k) => bodies[k].setAttribute("d", loops.map((loop) => "M" + loop.map((n) => text(at[n])).join("L") + "Z").join("")));
-    const lines = ["", "", ""], count = [0, 0, 0];
+    const lines = ["", "", "", ""], count = [0, 0, 0, 0], bands = Array(10).fill("");
     shown.pieces.forEach(([before, node, after], k) => {
       const state = Number(frame.status[k]);
       count[state] += 1;
-      lines[state] += "M" + text(middle(before, node)) + "L" + text(at[node]) + "L" + text(middle(node, after));
+      const line = "M" + text(middle(before, node)) + "L" + text(at[node]) + "L" + text(middle(node, after));
+      lines[state] += line;
+      bands[Number(frame.damage[k] ?? 0)] += line;
     });
     lines.forEach((line, k) => joints[k].setAttribute("d", line));
+    damaged.forEach((path, k) => path.setAttribute("d", bands[k + 1]));
+    const broken = [...frame.damage].filter((digit) => digit === "9").length, some = [...frame.damage].filter((digit) => digit !== "0").length;
     byId("state").textContent = `Increment ${frame.increment} (${frame.row === 0 ? "gravity" : frame.phase}): λ = ${frame.multiplier.toFixed(4)}, `
       + `base shear ${(frame.shear / 1e3).toFixed(4)} kN at ${(1e3 * frame.moved).toPrecision(4)} mm; `
-      + `${count[0]} open, ${count[2]} slipping of ${shown.pieces.length} contact points; displacements drawn × ${times}`;
+      + `${count[0] + count[3]} open (${count[3]} by less than 0.01 mm), ${count[2]} slipping of ${shown.pieces.length} contact points`
+      + `${some ? `, ${some} damaged (${broken} broken)` : ""}; displacements drawn × ${times}`;
     mark(frame);
   }
 
@@ -138,7 +149,8 @@
   });
   for (const value of ["auto", 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]) {
     const option = document.createElement("option");
-    option.value = option.textContent = value;
+    option.value = value;
+    option.textContent = value === "auto" ? `${automatic} (auto)` : value;
     factor.append(option);
   }
   slider.addEventListener("input", () => { stop(); draw(); });
