@@ -285,7 +285,7 @@ def _study_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
         table.add_row(
             str(row["tol_n"]),
             distance if isinstance(distance, str) else f"{1e3 * distance:g}",
-            str(row["bodies"]),
+            str(row["bodies"]) + ", NOT VALID" * (row["valid"] is False),
             str(row["joints"]),
             *(format(row[key] * factor, form) if row[key] != "" else "" for key, form, factor in figures),
         )

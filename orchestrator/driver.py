@@ -366,7 +366,7 @@ def _folded(
     capacity = find_capacity(curve, contact_model.horizontal_load)
     failures = [complaint] if isinstance(complaint, ConvergenceError) else []
     invalid = _check(model, curve, effort, contact_model.horizontal_load)
-    reporting.write_pushover(store, model, bodies, contact_model, curve)
+    reporting.write_pushover(store, model, bodies, contact_model, curve, invalid is None)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     return Pushed(
         curve=curve,
