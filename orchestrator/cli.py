@@ -26,7 +26,7 @@ from orchestrator import case as cases
 from orchestrator import driver, file_commands, plots, results, study_runs
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
-from orchestrator.masonry.drawing import implausible_size
+from orchestrator.masonry.drawing import implausible
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ def _check(options: argparse.Namespace, _: None, console: Console) -> int:
     assemblage = driver.check(cases.read(options.case, options.set))
     figures = (options.output or Path("results") / options.case.stem) / "figures"
     picture, *_rest = plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
-    for warning in implausible_size(assemblage.wall):
+    for warning in implausible(assemblage.wall):
         console.print(f"{options.case}: {warning}", soft_wrap=True)
     free = sum(not block.fixed for block in assemblage.wall.blocks)
     console.print(

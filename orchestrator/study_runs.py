@@ -75,6 +75,7 @@ def _study(
     case: Case, output: Path, spread: Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]], report: Report
 ) -> StudyOutcome:
     began = perf_counter()
+    driver.refuse_size(case)
     assemblage, analysis = driver.limit(case)
     try:
         cells = grid(assemblage, analysis.headline.mechanism, case.macroblocks, case.study)
