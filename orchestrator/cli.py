@@ -55,14 +55,19 @@ def main(arguments: list[str] | None = None) -> int:
     except ResultError as error:
         return ending.together(3, str(error))
     except ConvergenceError as error:
-        return ending.together(1, str(error))
+        return ending.together(1, _one_line(str(error)))
     except OSError as error:
-        return ending.together(1, f"{error.filename or 'file system'}: {error.strerror or error}")
+        return ending.together(1, _one_line(f"{error.filename or 'file system'}: {error.strerror or error}"))
     except KeyboardInterrupt:
         remedy = {_run: "; go on with --resume", _study: "; the same command goes on"}.get(options.action, "")
         return ending.together(130, f"interrupted{remedy}")
     except Exception:  # an error of the program
         return ending.together(1, traceback.format_exc())
+
+
+def _one_line(text: str) -> str:
+    """Return a text without line breaks: PETSc's errors have many, names of files may have some."""
+    return " ".join(text.split("\n"))
 
 
 def _complain(comm: MPI.Comm | None, complaints: Sequence[object]) -> None:
@@ -148,6 +153,8 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
     case = cases.read(options.case, options.set)
     output = options.output or Path("results") / options.case.stem
     if options.settle is not None:
+        if not math.isfinite(options.settle_angle):
+            raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")
         return _settle(options, case, output, console)
     assemblage, analysis = driver.limit(case)
     if options.json:

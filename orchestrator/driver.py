@@ -29,7 +29,7 @@ from orchestrator.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.drawing import implausible, refuse_implausible_size
-from orchestrator.masonry.wall import check_wall
+from orchestrator.masonry.wall import Wall, check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
 from orchestrator.parallel import is_root, on_root, on_root_while, this_rank
 from orchestrator.pushover.state import Increment, PushoverCurve
@@ -106,10 +106,18 @@ def check(case: Case) -> Assemblage:
     return assemblage
 
 
-def refuse_size(case: Case) -> None:
+def refuse_size(case: Case, wall: Wall) -> None:
     """Raise CaseError for a wall that is too large to be one, before its pushover is begun."""
     with naming(case.block_file):
-        refuse_implausible_size(read_wall(case))
+        refuse_implausible_size(wall)
+
+
+def _refuse_own_input(case: Case, output: Path) -> None:
+    """Raise CaseError where a run would write its case.toml or blocks.json over the file that it is given."""
+    for given, name in ((case.file, "case.toml"), (case.block_file, "blocks.json")):
+        if (output / name).exists() and (output / name).samefile(given):
+            problem = "is what this run is given, and would be overwritten"
+            raise CaseError("", problem, "give another folder with --output", str(output / name))
 
 
 def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
@@ -155,8 +163,9 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     began = perf_counter()
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
     on_root(comm, refuse_spectrum, case)
-    on_root(comm, refuse_size, case)
     segmented = on_root(comm, segment, case)
+    on_root(comm, refuse_size, case, segmented.assemblage.wall)
+    on_root(comm, _refuse_own_input, case, output)
     report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
     return push(case, segmented, output, resume, comm, report)
 

@@ -75,8 +75,8 @@ def _study(
     case: Case, output: Path, spread: Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]], report: Report
 ) -> StudyOutcome:
     began = perf_counter()
-    driver.refuse_size(case)
     assemblage, analysis = driver.limit(case)
+    driver.refuse_size(case, assemblage.wall)
     try:
         cells = grid(assemblage, analysis.headline.mechanism, case.macroblocks, case.study)
     except CaseError as error:

@@ -14,7 +14,7 @@ import os
 import shutil
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from orchestrator.errors import CaseError
@@ -45,7 +45,8 @@ def replacing(path: Path) -> Iterator[Path]:
         os.replace(temporary, path)
         _fsync(path.parent)
     except OSError as error:
-        _remove(temporary)
+        with suppress(OSError):  # the folder may be a file, or gone: the error says so
+            temporary.unlink(missing_ok=True)
         raise naming_file(error, path) from error
     except BaseException:
         _remove(temporary)

@@ -14,7 +14,7 @@ from orchestrator.units import Unit
 class ElasticSettings:
     """Isotropic linear elasticity of every stone."""
 
-    elastic_modulus: Annotated[float, Unit("Pa"), Gt(0)] = 3.5e9
+    elastic_modulus: Annotated[float, Unit("Pa"), Ge(1e3), Le(1e15)] = 3.5e9
     """Young's modulus of the stones; joints add only what contact.slip_tolerance says"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
     """lateral contraction over axial strain"""
