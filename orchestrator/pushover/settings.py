@@ -31,7 +31,7 @@ class ContactSettings:
     iterations; macroblocks, with fewer joints, 31.9, 38.9 and 40.5.
     """
 
-    slip_tolerance: Annotated[float, Unit("m"), Gt(0)] = 1e-6
+    slip_tolerance: Annotated[float, Unit("m"), Ge(1e-12), Le(1)] = 1e-6
     """elastic slip at which friction reaches Coulomb's limit; smaller is stiffer before the peak, and slower"""
     softening_displacement: Annotated[float, Unit("m"), Gt(0), Le(1e-3)] = 2e-4
     """opening or slip at which tension and cohesion of a joint (joints.classes) have gone, linearly: its fracture

@@ -14,6 +14,7 @@ import hashlib
 import io
 import json
 import os
+import re
 import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
@@ -59,7 +60,7 @@ class StateStore:
 
     def numbers(self) -> list[int]:
         """Return the numbers of all stored increments, ascending."""
-        single = [int(path.stem) for path in self._parts.glob("[0-9]*.h5")]
+        single = [int(path.stem) for path in self._single()]
         return sorted({*single, *self._assembled_numbers()})
 
     def read(self, number: int) -> Increment:
@@ -79,7 +80,7 @@ class StateStore:
     def assemble(self) -> Path:
         """Gather everything in states.h5 and return its path; the single files are deleted once it is on the disk."""
         path = self.folder / STATES_FILE
-        single = sorted(self._parts.glob("[0-9]*.h5"))
+        single = self._single()
         if single or not path.exists():
             parts = [*single, *[path][: path.exists()]]
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -122,6 +123,10 @@ class StateStore:
     @property
     def _parts(self) -> Path:
         return self.folder / STATES_FOLDER
+
+    def _single(self) -> list[Path]:
+        """Return the single files in order; what else lies in their folder is not theirs."""
+        return sorted(path for path in self._parts.glob("[0-9]*.h5") if re.fullmatch(r"\d{6,}", path.stem))
 
     def _part(self, number: int) -> Path:
         return self._parts / f"{_name(number)}.h5"

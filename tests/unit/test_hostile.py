@@ -91,6 +91,12 @@ def test_stones_of_rubber_or_of_nothing_known_are_refused(wall, capsys, modulus)
     )
 
 
+@pytest.mark.parametrize("tolerance", ["1e-300", "1e9"])
+def test_a_slip_that_no_joint_has_is_refused(wall, capsys, tolerance):
+    setting = f"contact.slip_tolerance={tolerance}"
+    assert "contact.slip_tolerance" in complaint(capsys, 2, "check", wall, "--set", setting)
+
+
 @pytest.mark.parametrize("name", ["no\nsuch.json", "a\0b.json", f"{5000 * 'a'}.json"])
 def test_names_of_files_that_are_none(tmp_path, capsys, name):
     complaint(capsys, 2, "check", tmp_path / name)

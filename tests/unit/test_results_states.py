@@ -187,6 +187,11 @@ def test_the_seal_is_passed_over_by_other_readers_of_hdf5(store):
         np.testing.assert_array_equal(file["000001/displacement"], increment(1).displacement)
 
 
+def test_a_foreign_file_among_the_increments_is_passed_over(store):
+    (store.folder / "states" / "12x.h5").write_text("mine")
+    assert store.numbers() == [0, 1, 2]
+
+
 def test_damage_to_a_single_file_leaves_the_others_readable(store):
     (store.folder / "states" / "000001.h5").write_bytes(b"")
     assert_same(store.read(0), increment(0))
