@@ -43,6 +43,7 @@ lint: setup
 verify: setup table1 benchmark2
 	HYPOTHESIS_CASES=2000 $(PYTHON) -m pytest -q tests/unit/test_bad_input_generated.py
 	$(PYTHON) docs/studies/killed.py
+	$(PYTHON) docs/studies/killed_benchmark1.py
 	$(PYTHON) docs/studies/soak.py
 	$(PYTHON) docs/studies/sensitivity.py
 	$(PYTHON) docs/studies/cohesion.py

@@ -24,7 +24,7 @@ from orchestrator.errors import CaseError, naming
 from orchestrator.joints import JointSettings
 from orchestrator.limit_analysis import LimitAnalysisSettings, LoadSettings
 from orchestrator.macroblocks import TOLERANCES, MacroblockSettings
-from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
+from orchestrator.masonry.readers import read_blocks, refuse_what_is_no_file, refuse_what_is_not_utf8
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
 from orchestrator.pushover.nodal_loads import refuse_upright
@@ -192,8 +192,7 @@ def json_schema() -> dict[str, Any]:
 
 def _toml(path: Path) -> dict[str, Any]:
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise CaseError("", "larger than 1 MB", "is this a case file?")
+        refuse_what_is_no_file(path, LARGEST_FILE, "is this a case file?")
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise CaseError("", "no such file", "give the path of a case file (.toml) or a block file (.json)") from None

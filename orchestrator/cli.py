@@ -26,7 +26,7 @@ from orchestrator import case as cases
 from orchestrator import driver, file_commands, plots, results, study_runs
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
-from orchestrator.masonry.drawing import implausible_size
+from orchestrator.masonry.drawing import implausible
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
 
 if TYPE_CHECKING:
@@ -55,14 +55,19 @@ def main(arguments: list[str] | None = None) -> int:
     except ResultError as error:
         return ending.together(3, str(error))
     except ConvergenceError as error:
-        return ending.together(1, str(error))
+        return ending.together(1, _one_line(str(error)))
     except OSError as error:
-        return ending.together(1, f"{error.filename or 'file system'}: {error.strerror or error}")
+        return ending.together(1, _one_line(f"{error.filename or 'file system'}: {error.strerror or error}"))
     except KeyboardInterrupt:
         remedy = {_run: "; go on with --resume", _study: "; the same command goes on"}.get(options.action, "")
         return ending.together(130, f"interrupted{remedy}")
     except Exception:  # an error of the program
         return ending.together(1, traceback.format_exc())
+
+
+def _one_line(text: str) -> str:
+    """Return a text without line breaks: PETSc's errors have many, names of files may have some."""
+    return " ".join(text.split("\n"))
 
 
 def _complain(comm: MPI.Comm | None, complaints: Sequence[object]) -> None:
@@ -150,7 +155,7 @@ def _check(options: argparse.Namespace, _: None, console: Console) -> int:
     assemblage = driver.check(cases.read(options.case, options.set))
     figures = (options.output or Path("results") / options.case.stem) / "figures"
     picture, *_rest = plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
-    for warning in implausible_size(assemblage.wall):
+    for warning in implausible(assemblage.wall):
         console.print(f"{options.case}: {warning}", soft_wrap=True)
     free = sum(not block.fixed for block in assemblage.wall.blocks)
     console.print(
@@ -164,6 +169,8 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
     case = cases.read(options.case, options.set)
     output = options.output or Path("results") / options.case.stem
     if options.settle is not None:
+        if not math.isfinite(options.settle_angle):
+            raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")
         return _settle(options, case, output, console)
     assemblage, analysis = driver.limit(case)
     if options.json:
@@ -301,7 +308,7 @@ def _study_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
         table.add_row(
             str(row["tol_n"]),
             distance if isinstance(distance, str) else f"{1e3 * distance:g}",
-            str(row["bodies"]),
+            str(row["bodies"]) + ", NOT VALID" * (row["valid"] is False),
             str(row["joints"]),
             *(format(row[key] * factor, form) if row[key] != "" else "" for key, form, factor in figures),
         )

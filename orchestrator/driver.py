@@ -24,12 +24,12 @@ from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, ModelName, read_wall, refuse_spectrum, refuse_what_only_limit_analysis_takes
 from orchestrator.errors import CaseError, CollapseError, ConvergenceError, ResultError, naming
-from orchestrator.estimate import Estimate, estimate, free_memory, warning_of
+from orchestrator.estimate import Estimate, estimate, free_memory, time_in_words, warning_of
 from orchestrator.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
 from orchestrator.macroblocks import Partition, one_body_per_block
-from orchestrator.masonry.drawing import implausible_size
-from orchestrator.masonry.wall import check_wall
+from orchestrator.masonry.drawing import implausible, refuse_implausible_size
+from orchestrator.masonry.wall import Wall, check_wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
 from orchestrator.parallel import is_root, on_root, on_root_while, this_rank
 from orchestrator.pushover.state import Increment, PushoverCurve
@@ -108,6 +108,20 @@ def check(case: Case) -> Assemblage:
     return assemblage
 
 
+def refuse_size(case: Case, wall: Wall) -> None:
+    """Raise CaseError for a wall that is too large to be one, before its pushover is begun."""
+    with naming(case.block_file):
+        refuse_implausible_size(wall)
+
+
+def _refuse_own_input(case: Case, output: Path) -> None:
+    """Raise CaseError where a run would write its case.toml or blocks.json over the file that it is given."""
+    for given, name in ((case.file, "case.toml"), (case.block_file, "blocks.json")):
+        if (output / name).exists() and (output / name).samefile(given):
+            problem = "is what this run is given, and would be overwritten"
+            raise CaseError("", problem, "give another folder with --output", str(output / name))
+
+
 def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
     """Run micro limit analysis on a checked wall. Raises CaseError for a wall that cannot stand."""
     assemblage = check(case)
@@ -152,6 +166,8 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
     on_root(comm, refuse_spectrum, case)
     segmented = on_root(comm, segment, case)
+    on_root(comm, refuse_size, case, segmented.assemblage.wall)
+    on_root(comm, _refuse_own_input, case, output)
     report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
     return push(case, segmented, output, resume, comm, report)
 
@@ -216,7 +232,7 @@ def _words(segmented: Segmented) -> str:
     analysis, partition = segmented.analysis, segmented.partition
     bodies = "1 macroblock" if partition.count == 1 else f"{partition.count} macroblocks"
     found = f"multiplier {analysis.headline.load_multiplier:.4f}, {bodies}"
-    return "; ".join([found, *analysis.remarks, *partition.remarks, *implausible_size(segmented.assemblage.wall)])
+    return "; ".join([found, *analysis.remarks, *partition.remarks, *implausible(segmented.assemblage.wall)])
 
 
 def _push(
@@ -238,8 +254,8 @@ def _push(
     bodies = segmented.bodies if model == "macro" else make_bodies(assemblage, one_body_per_block(assemblage))
     expected = estimate(bodies, case.mesh, case.elastic.element_order)
     warning = on_root(comm, _room_for, expected, case)
-    if warning:
-        report(StageDone(f"{model} FE, before it starts", 0.0, warning))
+    said = "; ".join(filter(None, (f"{expected}, {time_in_words(expected)}", warning)))
+    report(StageDone(f"{model} FE, before it starts", 0.0, said))
     meshes = on_root(comm, _meshed, bodies, case, output / model)
     loads = nodal_loads(assemblage.wall, bodies, meshes, case.load)
     arguments = (model, case, bodies, meshes, loads, output / model, resume)
@@ -379,7 +395,7 @@ def _folded(
     capacity = find_capacity(curve, contact_model.horizontal_load)
     failures = [complaint] if isinstance(complaint, ConvergenceError) else []
     invalid = _check(model, curve, effort, contact_model.horizontal_load)
-    reporting.write_pushover(store, model, bodies, contact_model, curve)
+    reporting.write_pushover(store, model, bodies, contact_model, curve, invalid is None)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     return Pushed(
         curve=curve,

@@ -1,4 +1,4 @@
-"""What a pushover will need, before it is begun: unknowns and memory, against what the machine has.
+"""What a pushover will need, before it is begun: unknowns and memory, against what the machine has, and time.
 
 Unknowns follow from outlines, element size and layers; memory from how much MUMPS stores for them, which grows with
 the power 4/3 of the unknowns of a solid (nested dissection: A. George, SIAM J. Numer. Anal. 10 (1973) 345-363) once
@@ -6,6 +6,11 @@ the factors outgrow everything else. Measured on micro-FE of wall 1 of Ferris an
 
     unknowns       1,817    9,845   19,689   46,437
     MB               163      217      328      603
+
+Time is Newton iterations times what one costs. Walls of one layer of elements are nearly plane: one iteration costs
+3.6 to 5.3 microseconds an unknown from 1,800 to 120,000 of them (benchmarks/scaling.csv); solids of many layers grow
+faster. How many iterations a curve takes is known afterwards: 220 to 1,160 on benchmark 1 (benchmarks/walls.csv). So a
+time is right within a factor of UNCERTAIN, on a processor core of its own.
 """
 
 from __future__ import annotations
@@ -25,6 +30,12 @@ BASE = 150e6
 PER_UNKNOWN = 10e3
 """bytes of one unknown in a system of up to LARGE unknowns"""
 LARGE = 5e4
+PER_ITERATION = 4.6e-6
+"""s of one Newton iteration and unknown"""
+ITERATIONS = 500
+"""Newton iterations of a whole curve, failed attempts included"""
+UNCERTAIN = 5.0
+"""factor by which a time may be less or more"""
 SECOND_ORDER = 6.0
 """unknowns of 10-node tetrahedra over those of 4-node ones"""
 WARNED = 0.5
@@ -40,8 +51,26 @@ class Estimate:
     unknowns: int
     memory: float
 
+    @property
+    def seconds(self) -> tuple[float, float]:
+        """Return between which times (s) the whole curve is computed, on one core."""
+        likely = ITERATIONS * PER_ITERATION * self.unknowns
+        return likely / UNCERTAIN, likely * UNCERTAIN
+
     def __str__(self) -> str:
         return f"about {self.unknowns:,} unknowns, {self.memory / 1e9:.2g} GB"
+
+
+def time_in_words(expected: Estimate) -> str:
+    """Return the expected time, with its uncertainty."""
+    return f"it takes {' to '.join(_readable(seconds) for seconds in expected.seconds)} on a core of its own"
+
+
+def _readable(seconds: float) -> str:
+    for unit, name in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= 1.5 * unit:
+            return f"{seconds / unit:.2g} {name}"
+    return f"{max(seconds, 1.0):.2g} s"
 
 
 def estimate(bodies: Bodies, settings: MeshSettings, element_order: int = 1) -> Estimate:

@@ -110,6 +110,8 @@ def _command(commands: Any, name: str, action: Any, summary: str, example: str) 
 
 def _import(options: argparse.Namespace, _: None, console: Console) -> int:
     given = {name.replace("-", "_"): getattr(options, name.replace("-", "_")) for name in IMPORT_OPTIONS}
+    if options.output.exists() and options.file.exists() and options.output.samefile(options.file):
+        raise CaseError("--output", f"{options.output} is the file to import", "give another name")
     wall, remarks = intake.import_wall(options.file, given)
     written = intake.write_wall(wall, remarks, options.output)
     for remark in remarks[:LISTED]:

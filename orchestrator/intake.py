@@ -11,7 +11,7 @@ from orchestrator import plots
 from orchestrator.case import settings_from
 from orchestrator.errors import CaseError
 from orchestrator.joints import JointSettings, check_assemblage, find_joints
-from orchestrator.masonry.drawing import HealingSettings, Material, implausible_size, wall_of
+from orchestrator.masonry.drawing import HealingSettings, Material, implausible, wall_of
 from orchestrator.masonry.dxf import Layers, read_dxf
 from orchestrator.masonry.picture import PictureSettings, read_picture
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
@@ -56,7 +56,7 @@ def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
     if suffix in BLOCK_FILES + ROWS:
         _refuse(options, f"states everything itself: change it in {path.name}")
         wall = (read_blocks if suffix in BLOCK_FILES else read_rows)(path)
-        return wall, implausible_size(wall)
+        return wall, implausible(wall)
     if suffix not in DRAWINGS + PICTURES:
         known = " ".join(DRAWINGS + ROWS + BLOCK_FILES + PICTURES)
         raise CaseError("", f"files ending in {suffix!r} are not read", f"give one of {known}")

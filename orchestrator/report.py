@@ -61,7 +61,7 @@ def _provenance(case: Case) -> list[str]:
 
 
 def write_pushover(
-    store: results.StateStore, name: str, bodies: Bodies, model: ContactModel, curve: PushoverCurve
+    store: results.StateStore, name: str, bodies: Bodies, model: ContactModel, curve: PushoverCurve, valid: bool
 ) -> None:
     """Write the curve, the ParaView files, what pictures need, and the deformed wall at its peak and its end."""
     results.write_curve(store.folder, curve)
@@ -75,7 +75,7 @@ def write_pushover(
         interface=contacts.interface[:touching],
     )
     results.write_geometry(store, model.meshes, places)
-    draw_moments(store, name, bodies, model.meshes, places, curve)
+    draw_moments(store, name, bodies, model.meshes, places, curve, valid)
 
 
 def draw_moments(
@@ -85,13 +85,16 @@ def draw_moments(
     meshes: BodyMeshes,
     places: results.ContactPlaces,
     curve: PushoverCurve,
+    valid: bool,
 ) -> None:
-    """Draw the deformed wall at the end of the curve and at its peak."""
+    """Draw the deformed wall at the end of the curve and at its peak; stamped where the curve is not valid."""
     moments = {"end": curve.step[-1], "peak": curve.step[curve.base_shear_N.argmax()]}
     for moment, number in moments.items():
         increment, title = store.read(int(number)), f"{name} FE at its {moment}"
         contacts = (places.point, places.slave_body, places.master_body)
         figure = plots.deformed(bodies, meshes, increment, *contacts, title)
+        if not valid:
+            plots.stamp_not_valid(figure)
         plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}")
 
 
@@ -133,7 +136,10 @@ def draw_curves(
     plots.save(plots.curves(labelled, analysis, name, reasons), figures, "curves")
     simple = {label: (curve, page.bilinear_of(curve)) for label, (curve, _) in labelled.items()}
     if drawn := {label: (curve, bilinear) for label, (curve, bilinear) in simple.items() if bilinear}:
-        plots.save(plots.idealised(drawn, name), figures, "bilinear")
+        figure = plots.idealised(drawn, name)
+        if reasons:
+            plots.stamp_not_valid(figure)
+        plots.save(figure, figures, "bilinear")
 
 
 def rebuild(run: Path) -> Path:
@@ -147,7 +153,9 @@ def rebuild(run: Path) -> Path:
     write_mechanism(figures, stored.case, stored.assemblage, stored.analysis)
     plots.save(plots.macroblocks(stored.assemblage, stored.partition), figures, "macroblocks")
     for model in stored.models:
-        draw_moments(model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve)
+        draw_moments(
+            model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve, model.summary["valid"]
+        )
     load = stored.analysis.horizontal_load
     capacities = {model.name: (model.curve, find_capacity(model.curve, load)) for model in stored.models}
     reasons = results.reasons([model.summary for model in stored.models])

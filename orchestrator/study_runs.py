@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 COLUMNS = (
     "tol_n", "tol_D_m", "bodies", "joints", "peak_multiplier", "peak_base_shear_N", "displacement_at_peak_m",
     "initial_stiffness_N_per_m", "seconds", "bodies_over_micro", "peak_over_micro", "stiffness_over_micro",
-    "seconds_over_micro", "run", "stopped_because", "complaints",
+    "seconds_over_micro", "run", "stopped_because", "valid", "complaints",
 )  # fmt: skip
 PRESENTATION = ("cli.py", "report.py", "study_runs.py", "plots")
 """sources that no number depends on"""
@@ -76,6 +76,7 @@ def _study(
 ) -> StudyOutcome:
     began = perf_counter()
     assemblage, analysis = driver.limit(case)
+    driver.refuse_size(case, assemblage.wall)
     try:
         cells = grid(assemblage, analysis.headline.mechanism, case.macroblocks, case.study)
     except CaseError as error:
@@ -157,6 +158,12 @@ def _pushover(run: Run) -> dict[str, Any] | None:
     return results.read_json(path)["pushover"][0] if path.exists() else None
 
 
+def _not_valid(run: Run) -> str:
+    """Return why the curve of a finished run is not valid, "" where it is or there is none."""
+    found = _pushover(run)
+    return (found and found["not_valid_because"]) or ""
+
+
 def _table(cells: Sequence[Cell], micro: Partition, runs: dict[bytes, Run]) -> Iterable[dict[str, Any]]:
     reference = _pushover(runs[key(micro)])
     for cell in cells:
@@ -184,6 +191,7 @@ def _row(run: Run, micro: dict[str, Any] | None) -> dict[str, Any]:
         "initial_stiffness_N_per_m": found["initial_stiffness"],
         "seconds": found["seconds"]["total"],
         "stopped_because": found["stopped_because"],
+        "valid": found["valid"],
     }
     if micro is None:
         return row | figures
@@ -213,7 +221,8 @@ def _draw(
     finished = {partition: curve for partition, run in runs.items() if (curve := _curve(run)) is not None}
     reference = finished.pop(key(micro.segmented.partition), None)
     labelled = [(runs[partition].segmented.partition.count, curve) for partition, curve in finished.items()]
-    plots.save(plots.study_curves(labelled, reference, segmented.analysis, case.name), folder, "curves")
+    wrong = [f"{run.folder.name}: {reason}" for run in runs.values() if (reason := _not_valid(run))]
+    plots.save(plots.study_curves(labelled, reference, segmented.analysis, case.name, wrong), folder, "curves")
 
 
 def _words(cell: Cell) -> str:
@@ -230,4 +239,5 @@ def _curve(run: Run) -> Any:
 
 def _panel(run: Run, segmented: Segmented) -> plots.Panel:
     meshes, last = driver.last_state(run.case, run.segmented.bodies, run.folder / run.model)
-    return plots.deformed_panel(segmented.assemblage, run.segmented.partition, run.segmented.bodies, meshes, last)
+    panel = plots.deformed_panel(segmented.assemblage, run.segmented.partition, run.segmented.bodies, meshes, last)
+    return replace(panel, valid=not _not_valid(run))

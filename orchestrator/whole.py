@@ -14,7 +14,7 @@ import os
 import shutil
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from orchestrator.errors import CaseError
@@ -25,6 +25,8 @@ LOCK = ".lock"
 """name of the file that says which process a run folder belongs to"""
 DIGEST = 32
 """bytes of a sha256"""
+PIECE = 1 << 20
+"""bytes of a file that are in memory at a time"""
 
 logger = logging.getLogger(__name__)
 
@@ -43,7 +45,8 @@ def replacing(path: Path) -> Iterator[Path]:
         os.replace(temporary, path)
         _fsync(path.parent)
     except OSError as error:
-        _remove(temporary)
+        with suppress(OSError):  # the folder may be a file, or gone: the error says so
+            temporary.unlink(missing_ok=True)
         raise naming_file(error, path) from error
     except BaseException:
         _remove(temporary)
@@ -82,6 +85,34 @@ def unsealed(content: bytes) -> bytes:
     if len(seal) < DIGEST or hashlib.sha256(inside).digest() != seal:
         raise ValueError("its content does not match its sha256")
     return inside
+
+
+def seal(path: Path) -> None:
+    """Append the sha256 of a file to it. What follows the end of an HDF5 file, every reader of HDF5 passes over."""
+    digest = _digest(path, path.stat().st_size)
+    with path.open("ab") as file:
+        file.write(digest)
+
+
+def require_seal(path: Path) -> None:
+    """Raise ValueError if a bit of the file has changed since `seal`, OSError if it cannot be read."""
+    inside = path.stat().st_size - DIGEST
+    if inside >= 0:
+        with path.open("rb") as file:
+            file.seek(inside)
+            if file.read() == _digest(path, inside):
+                return
+    raise ValueError("its content does not match its sha256")
+
+
+def _digest(path: Path, size: int) -> bytes:
+    """Return the sha256 of the first `size` bytes of a file, a piece at a time."""
+    total = hashlib.sha256()
+    with path.open("rb") as file:
+        while size > 0 and (piece := file.read(min(size, PIECE))):
+            total.update(piece)
+            size -= len(piece)
+    return total.digest()
 
 
 def sweep(folder: Path) -> None:

@@ -31,7 +31,8 @@ HEAD = """# Killed at any moment
 `docs/studies/killed.py` (part of `make verify`): macroblock FE of wall 1 of Ferris and Tin-Loi is killed (SIGKILL) at
 random times, resumed with `--resume`, and its curve compared with the uninterrupted one. A difference is the largest of
 multiplier, base shear, displacement and energies, over the largest value of each. Files of the exact kind, at which a
-run is killed while it is about to rename them, are in `tests/verification/test_killed.py`.
+run is killed while it is about to rename them, are in `tests/verification/test_killed.py`; benchmark 1 is in
+[killed_benchmark1.md](killed_benchmark1.md).
 
 | ranks | killed after (s) | while it was | difference |
 | ---: | ---: | --- | ---: |

@@ -21,8 +21,11 @@ LARGEST_COUNT = 100_000
 """blocks of one drawing"""
 FAR = 1e4
 """m from the origin beyond which a drawing is moved to it: rounding grows with the coordinates"""
+SLIVER = 150.0
+"""length over width above which a stone is probably an error of the drawing; an invalid pushover is likely (measured:
+100 ran, 200, 400 and 2000 fell out or made their neighbours jump)"""
 PLAUSIBLE = (0.1, 200.0)
-"""m: a wall that is smaller or larger is probably drawn in another unit"""
+"""m: a wall that is smaller or larger is probably drawn in another unit (the tallest of masonry has 169 m)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +88,7 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
     except CaseError as error:
         raise _located(error, wall) from None
     said = [_words(gap, wall) for gap in gaps]
-    return wall, [*drawing.remarks, *left_out, *moved, *implausible_size(wall), *said]
+    return wall, [*drawing.remarks, *left_out, *moved, *implausible(wall), *said]
 
 
 def _located(error: CaseError, wall: Wall) -> CaseError:
@@ -152,12 +155,35 @@ def _near_origin(outlines: list[FloatArray]) -> tuple[list[FloatArray], list[str
     return [outline - origin for outline in outlines], [f"moved by ({-origin[0]:.0f}, {-origin[1]:.0f}) m"]
 
 
-def implausible_size(wall: Wall) -> list[str]:
-    """Return a warning for a wall whose size speaks for another unit than the file's."""
-    size = float(np.ptp(np.vstack([block.polygon for block in wall.blocks]), axis=0).max())
-    if PLAUSIBLE[0] <= size <= PLAUSIBLE[1]:
-        return []
-    return [f"WARNING: the wall measures {size:.3g} m: is the unit right?"]
+def implausible(wall: Wall) -> list[str]:
+    """Return warnings for a wall whose size speaks for another unit than the file's, and for slivers between stones."""
+    size = _size(wall)
+    warnings = [
+        f"WARNING: block {block.id} is {ratio:.0f} times as long as wide: it may fall out of the wall, which ends "
+        "the curve; if it is an error of the drawing, unite it with its neighbour"
+        for block in wall.blocks
+        if not block.fixed and (ratio := _slenderness(block)) > SLIVER
+    ]
+    if not PLAUSIBLE[0] <= size <= PLAUSIBLE[1]:
+        warnings.append(f"WARNING: the wall measures {size:.3g} m: is the unit right?")
+    return warnings
+
+
+def _slenderness(block: Block) -> float:
+    """Return length over width of the rectangle that has the block's area and perimeter, plus 2."""
+    outline = shapely.Polygon(block.polygon)
+    return float((0.5 * outline.length) ** 2 / outline.area)
+
+
+def refuse_implausible_size(wall: Wall) -> None:
+    """Raise CaseError for a wall that no stone would carry: its pushover could only end under its own weight."""
+    if (size := _size(wall)) > PLAUSIBLE[1]:
+        problem = f"the wall measures {size:.3g} m; none above {PLAUSIBLE[1]:g} m is pushed over"
+        raise CaseError("units.length", problem, "state the unit that the coordinates are in (mm, cm, m)")
+
+
+def _size(wall: Wall) -> float:
+    return float(np.ptp(np.vstack([block.polygon for block in wall.blocks]), axis=0).max())
 
 
 def _counter_clockwise(outline: FloatArray) -> FloatArray:

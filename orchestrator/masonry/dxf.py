@@ -21,6 +21,7 @@ from scipy.spatial import cKDTree
 
 from orchestrator.errors import CaseError
 from orchestrator.masonry.drawing import LARGEST_COUNT, Drawing
+from orchestrator.masonry.readers import refuse_what_is_no_file
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.units import Unit
 
@@ -83,8 +84,7 @@ def _opened(path: Path) -> Any:
     import ezdxf
 
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise CaseError("", "larger than 100 MB", "keep only the layers of the wall")
+        refuse_what_is_no_file(path, LARGEST_FILE, "keep only the layers of the wall")
         return ezdxf.readfile(path)
     except FileNotFoundError:
         raise CaseError("", "no such file", "give the path of a DXF drawing") from None

@@ -19,9 +19,12 @@ from scipy import ndimage
 
 from orchestrator.errors import CaseError
 from orchestrator.masonry.drawing import Drawing
+from orchestrator.masonry.readers import refuse_what_is_no_file
 from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.units import Unit
 
+LARGEST_FILE = 1_000_000_000
+"""bytes"""
 LARGEST_PICTURE = 25_000_000
 """pixels"""
 STRAIGHT = 1.5
@@ -59,6 +62,7 @@ def _pixels(path: Path) -> npt.NDArray[np.bool_]:
     from PIL import Image
 
     try:
+        refuse_what_is_no_file(path, LARGEST_FILE, "reduce it; a joint needs about 3 pixels")
         with Image.open(path) as image:
             if image.width * image.height > LARGEST_PICTURE:
                 raise CaseError(

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import stat
 from pathlib import Path
 from typing import Any
 
@@ -47,8 +48,7 @@ def read_blocks(path: Path) -> Wall:
 
 def _record(path: Path) -> dict[str, Any]:
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise CaseError("", "larger than 200 MB", "is this a block file?")
+        refuse_what_is_no_file(path, LARGEST_FILE, "is this a block file?")
         record = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise CaseError("", "no such file", "give the path of a block file") from None
@@ -133,6 +133,15 @@ def _number(record: dict[str, Any], key: str, place: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
         raise CaseError(place + key, f"{value!r} is not a number", "write a number in the file's units")
     return float(value)
+
+
+def refuse_what_is_no_file(path: Path, largest: int, remedy: str) -> None:
+    """Raise CaseError for a file of more than `largest` bytes and for what has no end, as a pipe or a device."""
+    found = path.stat()
+    if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
+        raise CaseError("", "is no file but a pipe or a device", "save what it gives to a file first")
+    if found.st_size > largest:
+        raise CaseError("", f"larger than {largest / 1e6:g} MB", remedy)
 
 
 def refuse_what_is_not_utf8(text: str, key: str) -> None:

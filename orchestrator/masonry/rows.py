@@ -22,6 +22,7 @@ import numpy as np
 
 from orchestrator.errors import CaseError
 from orchestrator.masonry.drawing import LARGEST_COUNT
+from orchestrator.masonry.readers import refuse_what_is_no_file
 from orchestrator.masonry.wall import Block, FloatArray, Wall, read_only
 from orchestrator.units import Unit
 
@@ -41,8 +42,7 @@ def read_rows(path: Path) -> Wall:
 
 def _text(path: Path) -> str:
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise CaseError("", "larger than 10 MB", "is this row notation?")
+        refuse_what_is_no_file(path, LARGEST_FILE, "is this row notation?")
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise CaseError("", "no such file", "give the path of a text file in row notation") from None

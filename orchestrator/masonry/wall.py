@@ -20,6 +20,10 @@ FARTHEST = 1e7
 """largest coordinate, m: a double is exact to 2e-9 m there (UTM reaches it), ten times as far no longer to 1e-8"""
 
 
+EXTREMES = (1e-9, 1e9)
+"""thickness, friction and unit weight (SI) that are computed with: products of others overflow or vanish"""
+
+
 def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike = np.float64) -> np.ndarray:
     """Return a private copy of `values` that cannot be written to (a frozen dataclass alone does not freeze arrays)."""
     array = np.array(values, dtype=dtype)
@@ -59,6 +63,7 @@ def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:
     for key, value in (("thickness", wall.thickness), ("friction", wall.friction)):
         if not 0 < value < np.inf:
             raise CaseError(key, f"{value:g} is not a positive number", "give a value above 0")
+        _refuse_extreme(key, value)
     _refuse_doubled_ids(wall)
     for block in wall.blocks:
         _check_block(block, tolerance)
@@ -67,6 +72,11 @@ def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:
     if all(block.fixed for block in wall.blocks):
         raise CaseError("blocks", "every block is a support", 'leave "fixed" out of the blocks of the wall')
     _refuse_overlaps(wall, tolerance)
+
+
+def _refuse_extreme(key: str, value: float) -> None:
+    if not EXTREMES[0] <= value <= EXTREMES[1]:
+        raise CaseError(key, f"{value:g} is outside {EXTREMES[0]:g} to {EXTREMES[1]:g} (SI)", "is its unit right?")
 
 
 def _refuse_doubled_ids(wall: Wall) -> None:
@@ -94,6 +104,7 @@ def _check_block(block: Block, tolerance: float) -> None:
         raise CaseError(key, problem, "correct it, or lower joints.tolerance")
     if not 0 < block.unit_weight < np.inf:
         raise CaseError(key, f"unit_weight {block.unit_weight:g} is not a positive number", "give a value above 0")
+    _refuse_extreme(key, block.unit_weight)
 
 
 def _refuse_overlaps(wall: Wall, tolerance: float) -> None:

@@ -112,6 +112,14 @@ def legend_below(axes: Axes, columns: int = 4) -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8, frameon=False)
 
 
+def stamp_not_valid(place: Figure | Axes, size: float = 56.0) -> None:
+    """Write NOT VALID across a picture, so that nobody who sees it can overlook it; size in points."""
+    text = place.text(0.5, 0.5, "NOT VALID", ha="center", va="center", rotation=30)
+    text.set(color=VERMILLION, alpha=0.35, fontsize=size, fontweight="bold", zorder=5)
+    if isinstance(place, Axes):
+        text.set_transform(place.transAxes)
+
+
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Write `name`.png and `name`.svg to `folder`, whole or not at all; equal figures give equal files."""
     paths = []

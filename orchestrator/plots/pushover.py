@@ -30,6 +30,7 @@ from orchestrator.plots.canvas import (
     draw_segments,
     draw_supports,
     legend_below,
+    stamp_not_valid,
     wall_figure,
     write_title,
 )
@@ -128,8 +129,7 @@ def curves(
     head = f"Pushover along {direction}, weight {analysis.weight / 1e3:.5g} kN"
     write_title(axes, "\n".join([head, *wrong]), name)
     if wrong:
-        watermark = axes.text(0.5, 0.5, "NOT VALID", transform=axes.transAxes, ha="center", va="center", rotation=30)
-        watermark.set(color=VERMILLION, alpha=0.35, fontsize=56, fontweight="bold", zorder=5)
+        stamp_not_valid(axes)
     legend_below(axes, 2)
     return figure
 

@@ -20,7 +20,7 @@ from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
-from orchestrator.plots.canvas import STONE, draw_supports
+from orchestrator.plots.canvas import STONE, draw_supports, stamp_not_valid, write_title
 from orchestrator.plots.pushover import draw_limit_analysis, outline
 from orchestrator.plots.walls import body_colours, displaced_blocks
 from orchestrator.pushover.state import Increment, PushoverCurve
@@ -31,16 +31,19 @@ CUT = 1.4
 """where the plot of curves ends, times the associative multiplier: few bodies can be far stronger than the wall"""
 PANEL = (1.9, 2.5)
 """width and height of the largest small wall with its title, inches"""
+SMALL = 16.0
+"""points of what is stamped on a small wall"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Panel:
-    """One small wall: displaced outlines (m), their colours, and the supports (n, 2) in m."""
+    """One small wall: displaced outlines (m), their colours, the supports (n, 2) in m, and whether it is a result."""
 
     title: str
     outlines: tuple[Path, ...]
     colours: tuple[str, ...]
     supports: tuple[FloatArray, ...]
+    valid: bool = True
 
 
 def mechanism_panel(assemblage: Assemblage, state: LimitState) -> Panel:
@@ -91,11 +94,15 @@ def panels(sheet: Sequence[Panel], columns: int, name: str) -> Figure:
 
 
 def study_curves(
-    models: Sequence[tuple[int, PushoverCurve]], micro: PushoverCurve | None, analysis: LimitAnalysis, name: str
+    models: Sequence[tuple[int, PushoverCurve]],
+    micro: PushoverCurve | None,
+    analysis: LimitAnalysis,
+    name: str,
+    not_valid: Sequence[str] = (),
 ) -> Figure:
     """Draw base shear against control displacement: models (number of bodies, curve), micro-FE, and micro-LA.
 
-    Displacements are relative to the state under gravity.
+    Displacements are relative to the state under gravity. not_valid: the runs whose curve is not, and why.
     """
     figure = Figure(figsize=(7.5, 5.2), layout="constrained")
     axes = figure.add_subplot()
@@ -116,8 +123,10 @@ def study_curves(
     cut = axes.get_ylim()[1] > largest
     axes.set_ylim(0.0, min(axes.get_ylim()[1], largest))
     axes.grid(color="#dddddd", linewidth=0.6)
-    said = f"{name}\n(cut at {CUT:g} times the associative multiplier)" if cut else name
-    axes.set_title(said, fontsize=10, parse_math=False)
+    said = [f"(cut at {CUT:g} times the associative multiplier)"] if cut else []
+    write_title(axes, "\n".join([*said, *(f"NOT VALID: {reason}" for reason in not_valid)]), name)
+    if not_valid:
+        stamp_not_valid(axes)
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=axes, label="bodies of the macroblock FE")
     bar.set_ticks(sorted(set(counts)), labels=[str(count) for count in sorted(set(counts))], fontsize=7)
     bar.minorticks_off()
@@ -133,6 +142,8 @@ def _draw(axes: Axes, panel: Panel, low: FloatArray, high: FloatArray) -> None:
     for path, colour in zip(panel.outlines, panel.colours, strict=True):
         axes.add_patch(PathPatch(path, facecolor=colour, edgecolor="#555555", linewidth=0.3))
     draw_supports(axes, panel.supports)
+    if not panel.valid:
+        stamp_not_valid(axes, SMALL)
 
 
 def _closed(polygon: FloatArray) -> Path:

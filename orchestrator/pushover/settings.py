@@ -14,7 +14,7 @@ from orchestrator.units import Unit
 class ElasticSettings:
     """Isotropic linear elasticity of every stone."""
 
-    elastic_modulus: Annotated[float, Unit("Pa"), Gt(0)] = 3.5e9
+    elastic_modulus: Annotated[float, Unit("Pa"), Ge(1e3), Le(1e15)] = 3.5e9
     """Young's modulus of the stones; joints add only what contact.slip_tolerance says"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
     """lateral contraction over axial strain"""
@@ -31,7 +31,7 @@ class ContactSettings:
     iterations; macroblocks, with fewer joints, 31.9, 38.9 and 40.5.
     """
 
-    slip_tolerance: Annotated[float, Unit("m"), Gt(0)] = 1e-6
+    slip_tolerance: Annotated[float, Unit("m"), Ge(1e-12), Le(1)] = 1e-6
     """elastic slip at which friction reaches Coulomb's limit; smaller is stiffer before the peak, and slower"""
     softening_displacement: Annotated[float, Unit("m"), Gt(0), Le(1e-3)] = 2e-4
     """opening or slip at which tension and cohesion of a joint (joints.classes) have gone, linearly: its fracture

@@ -1,4 +1,7 @@
-"""geometry.h5: what pictures need of a pushover model (mesh, contact places), so that they can be drawn again later."""
+"""geometry.h5: what pictures need of a pushover model (mesh, contact places), so that they can be drawn again later.
+
+The file is followed by its sha256, as states.h5 is, and read only if it matches.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from orchestrator.errors import CaseError
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.meshing import BodyMeshes
 from orchestrator.results.states import StateStore
-from orchestrator.whole import replacing
+from orchestrator.whole import replacing, require_seal, seal
 
 GEOMETRY_FILE = "geometry.h5"
 
@@ -32,22 +35,25 @@ class ContactPlaces:
 
 def write_geometry(store: StateStore, meshes: BodyMeshes, contacts: ContactPlaces) -> None:
     """Write geometry.h5 into the model's folder."""
-    with replacing(store.folder / GEOMETRY_FILE) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs["fingerprint"] = store.fingerprint
-        for group, value in (("meshes", meshes), ("contacts", contacts)):
-            for field in fields(value):
-                file[f"{group}/{field.name}"] = getattr(value, field.name)
+    with replacing(store.folder / GEOMETRY_FILE) as temporary:
+        with h5py.File(temporary, "w") as file:
+            file.attrs["fingerprint"] = store.fingerprint
+            for group, value in (("meshes", meshes), ("contacts", contacts)):
+                for field in fields(value):
+                    file[f"{group}/{field.name}"] = getattr(value, field.name)
+        seal(temporary)
 
 
 def read_geometry(folder: Path) -> tuple[StateStore, BodyMeshes, ContactPlaces]:
     """Return the stored increments of a model's folder, its meshes and its contacts. Raises CaseError."""
     path = folder / GEOMETRY_FILE
     try:
+        require_seal(path)
         with h5py.File(path, "r") as file:
             store = StateStore(folder, str(file.attrs["fingerprint"]))
             meshes = {field.name: file[f"meshes/{field.name}"][()] for field in fields(BodyMeshes)}
             contacts = {field.name: file[f"contacts/{field.name}"][()] for field in fields(ContactPlaces)}
-    except (OSError, KeyError) as error:
+    except (OSError, KeyError, ValueError) as error:
         problem = "is missing, damaged, or of another version"
         raise CaseError("", problem, "finish the run again, with --resume", str(path)) from error
     return store, _mesh_of(meshes), ContactPlaces(**{n: read_only(v, v.dtype) for n, v in contacts.items()})

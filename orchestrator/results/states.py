@@ -2,9 +2,10 @@
 
 While a model runs, every increment is one small HDF5 file, states/000012.h5, followed by its sha256 and renamed into
 place when it is on the disk; HDF5 itself does not survive a kill inside a write.
-`assemble` copies them into states.h5 (one group per increment,
-named like the files), then deletes them. Reading looks at both, the single files first.
-Every increment carries a sha256 of its content (damage is found) and the fingerprint of its model (strangers are).
+`assemble` copies them into states.h5 (one group per increment, named like the files), also followed by its sha256, then
+deletes them. Reading looks at both, the single files first. A file is opened only if it matches its sha256: HDF5 may
+return other numbers, run for ever or crash on one that is damaged, and its own checksums do not cover its directory.
+Every increment also carries a sha256 of its content, and the fingerprint of its model (strangers are found).
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ import hashlib
 import io
 import json
 import os
+import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -24,7 +27,7 @@ import numpy as np
 
 from orchestrator.errors import CaseError
 from orchestrator.pushover.state import Attempt, Increment
-from orchestrator.whole import TEMPORARY, replacing, require_room, sealed, unsealed, write_bytes
+from orchestrator.whole import TEMPORARY, replacing, require_room, require_seal, seal, sealed, unsealed, write_bytes
 
 STATES_FILE = "states.h5"
 STATES_FOLDER = "states"
@@ -57,26 +60,17 @@ class StateStore:
 
     def numbers(self) -> list[int]:
         """Return the numbers of all stored increments, ascending."""
-        single = [int(path.stem) for path in self._parts.glob("[0-9]*.h5")]
+        single = [int(path.stem) for path in self._single()]
         return sorted({*single, *self._assembled_numbers()})
 
     def read(self, number: int) -> Increment:
         """Return the increment. Raises CaseError if it is damaged or belongs to another model."""
-        part = self._part(number)
-        path = part if part.exists() else self.folder / STATES_FILE
-        with _opened(path) as file:
-            try:
-                return _read(file[_name(number)], self.fingerprint)
-            except _OtherModelError:
-                problem = "was stored by another model (wall, mesh or settings differ)"
-                remedy = "run without --resume or into another folder"
-                raise CaseError(f"increment {number}", problem, remedy, str(path)) from None
-            except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
-                raise _damaged(path, f"increment {number}") from error
+        (increment,) = self._read([number])
+        return increment
 
     def increments(self) -> Iterator[Increment]:
-        """Yield all stored increments in order, one in memory at a time."""
-        return (self.read(number) for number in self.numbers())
+        """Yield all stored increments in order, one in memory at a time. Raises CaseError as `read` does."""
+        return self._read(self.numbers())
 
     def last(self) -> Increment | None:
         """Return the increment to go on from, None where nothing is stored."""
@@ -86,23 +80,53 @@ class StateStore:
     def assemble(self) -> Path:
         """Gather everything in states.h5 and return its path; the single files are deleted once it is on the disk."""
         path = self.folder / STATES_FILE
-        single = sorted(self._parts.glob("[0-9]*.h5"))
+        single = self._single()
         if single or not path.exists():
             parts = [*single, *[path][: path.exists()]]
             self.folder.mkdir(parents=True, exist_ok=True)
             require_room(path, HEADROOM + sum(part.stat().st_size for part in parts))
-            with replacing(path) as temporary, h5py.File(temporary, "w") as target:
-                for number in self.numbers():
-                    part = self._part(number)
-                    with _opened(part if part.exists() else path) as source:
+            numbers = self.numbers()
+            with replacing(path) as temporary:
+                with h5py.File(temporary, "w") as target:
+                    for number, source, _ in self._files(numbers):
                         source.copy(_name(number), target)
+                seal(temporary)
         self._sweep()
         shutil.rmtree(self._parts, ignore_errors=True)
         return path
 
+    def _read(self, numbers: Iterable[int]) -> Iterator[Increment]:
+        for number, file, path in self._files(numbers):
+            try:
+                increment = _read(file[_name(number)], self.fingerprint)
+            except _OtherModelError:
+                problem = "was stored by another model (wall, mesh or settings differ)"
+                remedy = "run without --resume or into another folder"
+                raise CaseError(f"increment {number}", problem, remedy, str(path)) from None
+            except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+                raise _damaged(path, f"increment {number}") from error
+            yield increment
+
+    def _files(self, numbers: Iterable[int]) -> Iterator[tuple[int, h5py.File, Path]]:
+        """Yield each number with the open file that holds it, and its path; states.h5 is opened at most once."""
+        with ExitStack() as stack:
+            assembled: h5py.File | None = None
+            for number in numbers:
+                if (part := self._part(number)).exists():
+                    with _opened(part) as file:
+                        yield number, file, part
+                    continue
+                path = self.folder / STATES_FILE
+                assembled = assembled or stack.enter_context(_opened(path))
+                yield number, assembled, path
+
     @property
     def _parts(self) -> Path:
         return self.folder / STATES_FOLDER
+
+    def _single(self) -> list[Path]:
+        """Return the single files in order; what else lies in their folder is not theirs."""
+        return sorted(path for path in self._parts.glob("[0-9]*.h5") if re.fullmatch(r"\d{6,}", path.stem))
 
     def _part(self, number: int) -> Path:
         return self._parts / f"{_name(number)}.h5"
@@ -130,9 +154,12 @@ class _OtherModelError(Exception):
 
 
 def _opened(path: Path) -> h5py.File:
-    """Open states.h5, or a single increment if it is what was written: HDF5 may crash on files that are not."""
+    """Open states.h5 or a single increment if it is what was written. Raises CaseError."""
     try:
-        return h5py.File(path if path.name == STATES_FILE else io.BytesIO(unsealed(path.read_bytes())), "r")
+        if path.name != STATES_FILE:
+            return h5py.File(io.BytesIO(unsealed(path.read_bytes())), "r")
+        require_seal(path)
+        return h5py.File(path, "r")
     except (OSError, ValueError) as error:
         raise _damaged(path, "") from error
 

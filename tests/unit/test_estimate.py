@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from orchestrator.masonry.readers import read_blocks
 from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.contact_search import find_contacts
 
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 WALL = Path(__file__).parents[1] / "data" / "ferris_tinloi_wall1.json"
 
 
@@ -40,6 +42,32 @@ def test_unknowns_are_known_within_a_factor_of_two_before_meshing(bodies, settin
 def test_memory_is_what_was_measured_within_a_factor_of_two(bodies, size, layers, megabytes):
     expected = estimate.estimate(bodies, MeshSettings(size, layers))
     assert 0.5 < expected.memory / (1e6 * megabytes) < 2.0
+
+
+def test_an_iteration_costs_what_was_measured_and_a_curve_takes_the_time_that_was_said():
+    """One iteration within 1.5 times, from 1,800 to 120,000 unknowns; whole curves of benchmark 1 within the range."""
+    with (BENCHMARKS / "scaling.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 5
+    for row in rows:
+        likely = estimate.PER_ITERATION * float(row["unknowns"])
+        assert 1 / 1.5 < likely / (1e-3 * float(row["per_iteration_ms"])) < 1.5
+    segmented = driver.segment(cases.read(BENCHMARKS.parent / "templates" / "benchmark1.toml"))
+    every_stone = make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))
+    with (BENCHMARKS / "walls.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {row["benchmark 1"] for row in rows} == {"macroblocks", "micro-FE"}
+    for row in rows:
+        bodies = segmented.bodies if row["benchmark 1"] == "macroblocks" else every_stone
+        least, most = estimate.estimate(bodies, MeshSettings()).seconds
+        assert least < float(row["total_s"]) < most, row
+
+
+@pytest.mark.parametrize(
+    ("unknowns", "said"), [(100, "1 s to 1.1 s"), (8000, "3.7 s to 1.5 min"), (10**6, "7.7 min to 3.2 h")]
+)
+def test_a_time_is_said_with_its_uncertainty(unknowns, said):
+    assert estimate.time_in_words(estimate.Estimate(unknowns, 0.0)) == f"it takes {said} on a core of its own"
 
 
 def test_more_than_the_machine_has_is_refused_and_much_of_it_is_said():

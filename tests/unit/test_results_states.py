@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import signal
 import subprocess
@@ -18,7 +19,14 @@ import pytest
 from orchestrator.errors import CaseError
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Attempt, Increment
-from orchestrator.results import StateStore, load_increments, write_paraview
+from orchestrator.results import (
+    ContactPlaces,
+    StateStore,
+    load_increments,
+    read_geometry,
+    write_geometry,
+    write_paraview,
+)
 
 ROOT = Path(__file__).parents[2]
 
@@ -145,6 +153,43 @@ def test_damage_is_found_and_named(store, harm, assembled):
         load_increments(store.folder, "model 1")
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("file", ["states.h5", "states/000001.h5", "geometry.h5"])
+def test_a_bit_flipped_anywhere_is_found_and_named(store, meshes, file):
+    """Superblock, directory, attributes, numbers, seal: fifty places over the whole file, and both of its ends."""
+    if file == "states.h5":
+        store.assemble()
+    places = ContactPlaces(np.zeros((1, 2)), *np.zeros((3, 1), dtype=int))
+    write_geometry(store, meshes, places)
+    path = store.folder / file
+    whole = path.read_bytes()
+    read = (lambda: read_geometry(store.folder)) if file == "geometry.h5" else (lambda: list(store.increments()))
+    read()
+    random = np.random.default_rng(4)
+    for place in [0, len(whole) - 1, *random.integers(0, len(whole), 50)]:
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << random.integers(8)
+        path.write_bytes(damaged)
+        with pytest.raises(CaseError, match="damaged") as caught:
+            read()
+        assert str(path) in str(caught.value)
+        assert "\n" not in str(caught.value)
+    path.write_bytes(whole)
+    read()
+
+
+def test_the_seal_is_passed_over_by_other_readers_of_hdf5(store):
+    """ParaView, h5dump and others read states.h5 without knowing of it."""
+    path = store.assemble()
+    assert path.read_bytes()[-32:] == hashlib.sha256(path.read_bytes()[:-32]).digest()
+    with h5py.File(path) as file:
+        np.testing.assert_array_equal(file["000001/displacement"], increment(1).displacement)
+
+
+def test_a_foreign_file_among_the_increments_is_passed_over(store):
+    (store.folder / "states" / "12x.h5").write_text("mine")
+    assert store.numbers() == [0, 1, 2]
 
 
 def test_damage_to_a_single_file_leaves_the_others_readable(store):

@@ -109,6 +109,20 @@ def moment(folder: Path, model: str) -> str:
     return phases[-1] if phases else "gravity"
 
 
+def stage_of_run(folder: Path, logged: str) -> str:
+    """Return what the last run into a folder was doing when it was killed; logged: what it added to run.log."""
+    lines = logged.splitlines()
+    begun = sum(" expected: " in line for line in lines)
+    if not begun:
+        return "before the finite elements"
+    model = ("macro", "micro")[begun - 1]
+    if (folder / model / "curve.csv").exists():
+        return f"{model}: {moment(folder, model)}"
+    done = [line.split(f": {model} ")[1] for line in lines if f": {model} " in line and ": multiplier" in line]
+    phases = [text.split()[1].rstrip(":") for text in done]
+    return f"{model}: {phases[-1] if phases else 'starting or drawing what was stored'}"
+
+
 def wait_for(condition, seconds: float) -> bool:
     """Return whether `condition()` came true within so many seconds."""
     end = time.monotonic() + seconds

@@ -7,14 +7,13 @@ no list of joints or no analysis can be right, the refusal is part of the list.
 from __future__ import annotations
 
 import json
-from contextlib import suppress
 
 import pytest
 
 from orchestrator import case as cases
-from orchestrator import driver
-from orchestrator.errors import CaseError, ConvergenceError
-from orchestrator.masonry.drawing import implausible_size
+from orchestrator import cli, driver
+from orchestrator.errors import CaseError
+from orchestrator.masonry.drawing import implausible
 
 
 def box(left, right, bottom, top):
@@ -105,6 +104,13 @@ def test_runs_or_is_refused_with_the_reason(name, tmp_path):
     assert pushover["peak_multiplier"] > 0.0
 
 
+@pytest.mark.parametrize(("width", "warned"), [(2e-3, False), (1e-3, True), (1e-4, True)])
+def test_a_sliver_is_warned_about_before_its_pushover(width, warned, tmp_path):
+    """Slivers of 1, 0.5 and 0.1 mm have the right peak (friction), then fall out: their curves are not valid."""
+    said = implausible(driver.check(read(tmp_path, **sliver(width))).wall)
+    assert [text.split(" is ")[0] for text in said] == ["WARNING: block 2"] * warned
+
+
 def test_coordinates_far_from_the_origin_change_nothing(tmp_path):
     """UTM coordinates are 1e-9 m coarse: the multiplier is that of the wall at the origin to 1e-7."""
     here, there = (driver.limit(read(tmp_path, offset=at))[1] for at in ((0, 0), (500_000, 4_500_000)))
@@ -112,12 +118,23 @@ def test_coordinates_far_from_the_origin_change_nothing(tmp_path):
     assert there.headline.load_multiplier == pytest.approx(here.headline.load_multiplier, rel=1e-6)
 
 
-@pytest.mark.parametrize("scale", [1000.0, 0.01])
-def test_a_wall_in_another_unit_is_warned_about(scale, tmp_path):
-    """Before its pushover: that of a wall of 1 km, from millimetres read as metres, stops under its own weight."""
+def test_a_wall_of_two_centimetres_is_warned_about_and_runs(tmp_path):
     texts = []
-    case = read(tmp_path, scale=scale, thickness=0.3 * scale, mesh=0.2 * scale)
-    with suppress(ConvergenceError):
-        driver.run(case, tmp_path / "run", False, None, lambda event: texts.append(getattr(event, "text", "")))
-    assert implausible_size(driver.check(case).wall)
-    assert any("is the unit right?" in text for text in texts)
+    case = read(tmp_path, scale=0.01, thickness=0.003, mesh=0.002)
+    (pushover,) = driver.run(case, tmp_path / "run", False, None, lambda event: texts.append(event)).summary["pushover"]
+    assert pushover["peak_multiplier"] > 0.0
+    assert any("is the unit right?" in getattr(event, "text", "") for event in texts)
+
+
+def test_millimetres_read_as_metres_are_refused_before_the_pushover(tmp_path, capsys):
+    """A wall of 2 km; limit analysis, which knows no size, has its multiplier and points the size out."""
+    read(tmp_path, scale=1000.0)
+    command = [str(tmp_path / "wall.json"), "--output", str(tmp_path / "run")]
+    for pushover in ("run", "study"):
+        assert cli.main([pushover, *command]) == 2
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        (line,) = printed.err.splitlines()
+        assert "wall.json: units.length: the wall measures 2e+03 m" in line
+        assert not (tmp_path / "run" / "summary.json").exists()
+    assert cli.main(["limit", *command]) == 0

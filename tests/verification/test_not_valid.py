@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from orchestrator import cli, plots
 from orchestrator.errors import ResultError
@@ -94,6 +95,22 @@ def test_a_run_whose_energy_is_lost_says_so_everywhere(wrong, tmp_path, monkeypa
     axes = drawn[0].axes[0]
     assert "NOT VALID: micro FE: energy balance" in axes.get_title().replace("\n", " ")
     assert "NOT VALID" in [text.get_text() for text in axes.texts]
+
+
+def test_every_picture_of_what_is_not_valid_is_stamped(tmp_path, monkeypatch):
+    """Deformed walls, bilinear curve; a study's sheet, mechanisms and curves. What no increment enters is not."""
+    saved = {}
+    monkeypatch.setattr(stepping, "increment_of", leaky)
+    monkeypatch.setattr(plots, "save", lambda figure, folder, name: saved.update({name: figure}) or [folder / name])
+    settings = ["--set", "stepping.final_displacement=1mm", "--output", str(tmp_path)]
+    assert cli.main(["run", str(TOWER), "--model", "micro", *settings]) == 3
+    grid = ["--set", "study.normal=['none']", "--set", "study.centre_distance=['none']"]
+    monkeypatch.setattr(plots, "save", lambda figure, folder, name: saved.update({f"{folder.name} {name}": figure}))
+    assert cli.main(["study", str(TOWER), *grid, *settings]) == 3
+    stamped = {name for name, figure in saved.items() if "NOT VALID" in [t.get_text() for t in figure.findobj(Text)]}
+    drawn_before = {"blocks", "mechanism", "macroblocks"}
+    assert {name.split()[-1] for name in stamped} == {name.split()[-1] for name in saved} - drawn_before
+    assert {"curves", "micro_end", "micro_peak", "figures table", "figures mechanisms", "figures curves"} <= stamped
 
 
 def test_a_valid_run_is_marked_nowhere(tmp_path, capsys):
