@@ -167,7 +167,7 @@ def _with_unit(value: Any, unit: Unit | None) -> Any:
     return value if math.isinf(value) else f"{value!r} {unit.symbol}"
 
 
-def settings_from(kind: type[Any], values: dict[str, Any]) -> Any:
+def settings_from(kind: type, values: dict[str, Any]) -> Any:
     """Return settings of the dataclass `kind` from values as a case file has them. Raises CaseError (key only)."""
     try:
         return kind(**_section_model("", kind).model_validate(values).model_dump())
@@ -265,6 +265,7 @@ def _model() -> type[BaseModel]:
     return create_model("CaseFile", __config__=ConfigDict(extra="forbid"), **parts)
 
 
+@cache
 def _section_model(section: str, settings: type) -> type[BaseModel]:
     hints = typing.get_type_hints(settings, include_extras=True)
     parts: dict[str, Any] = {

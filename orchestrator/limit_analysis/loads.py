@@ -12,6 +12,7 @@ wall's mirror image under the opposite load has the same answer.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
@@ -53,20 +54,45 @@ class LiveLoad:
     """on each block at its centroid, in the direction of the live load, at a load multiplier of 1"""
 
 
+Direction = Literal["+x", "-x"]
+Distribution = Literal["mass", "mass_height", "per_block"]
+
+
+@dataclass(frozen=True, slots=True)
+class LoadCase:
+    """One of several load cases of a wall; what is left out is that of [load]."""
+
+    name: Annotated[str, MinLen(1)]
+    """in tables and pictures, and of the load case's folder in the run folder"""
+    direction: Direction | None = None
+    """the live load pushes to the right or to the left"""
+    inclination: Annotated[float, Unit("rad"), Ge(-math.pi / 2), Le(math.pi / 2)] | None = None
+    """angle of the live load above the horizontal"""
+    distribution: Distribution | None = None
+    """proportional to mass, to mass x height above the base, or as given in `live`"""
+    live: tuple[LiveLoad, ...] = ()
+    """forces on named blocks, instead of those of [load]"""
+    dead: tuple[DeadLoad, ...] = ()
+    """extra dead loads, besides those of [load]"""
+
+
 @dataclass(frozen=True, slots=True)
 class LoadSettings:
-    """Direction and distribution of the live load; extra dead loads."""
+    """Direction and distribution of the live load; extra dead loads; several load cases."""
 
-    direction: Literal["+x", "-x"] = "+x"
+    direction: Direction = "+x"
     """the live load pushes to the right or to the left"""
     inclination: Annotated[float, Unit("rad"), Ge(-math.pi / 2), Le(math.pi / 2)] = 0.0
     """angle of the live load above the horizontal: "-90 deg" points down"""
-    distribution: Literal["mass", "mass_height", "per_block"] = "mass"
+    distribution: Distribution = "mass"
     """proportional to mass, to mass x height above the base, or as given in [[load.live]]"""
     live: tuple[LiveLoad, ...] = ()
     """forces on named blocks, each a table [[load.live]] with `blocks` and `force`; for "per_block" only"""
     dead: tuple[DeadLoad, ...] = ()
     """besides weight, each a table [[load.dead]] with `blocks`, `force` or `line_load`, `inertia`"""
+    cases: tuple[LoadCase, ...] = ()
+    """load cases that are run one after the other into folders of their names, each a table [[load.cases]] with `name`
+    and what differs from [load]; none: [load] itself is the only one"""
 
     @property
     def sign(self) -> int:
@@ -84,6 +110,31 @@ class LoadSettings:
         default = LoadSettings()
         keys = ("dead", "distribution", "inclination", "live")
         return next((f"load.{key}" for key in keys if getattr(self, key) != getattr(default, key)), "")
+
+
+NOT_A_FOLDER = ("figures", "macro", "micro", "runs")
+"""names that the run folder uses itself"""
+
+
+def load_cases(settings: LoadSettings) -> dict[str, LoadSettings]:
+    """Return the loads of every load case by its name; {"": settings} where there are none. Raises CaseError."""
+    if not settings.cases:
+        return {"": settings}
+    found: dict[str, LoadSettings] = {}
+    for number, given in enumerate(settings.cases):
+        key = f"load.cases.{number}.name"
+        if given.name in NOT_A_FOLDER or not re.fullmatch(r"[\w+-]([\w+. -]{0,98}[\w+-])?", given.name):
+            remedy = "use letters, digits, + - _ . and spaces, at most 100, and no name of the run folder's own"
+            raise CaseError(key, f"{given.name!r} cannot name a folder", remedy)
+        if given.name.casefold() in {name.casefold() for name in found}:
+            raise CaseError(key, f"{given.name!r} is the name of another one", "give every load case its own name")
+        changed = {
+            name: value
+            for name in ("direction", "inclination", "distribution", "live")
+            if (value := getattr(given, name)) not in (None, ())
+        }
+        found[given.name] = replace(settings, cases=(), dead=(*settings.dead, *given.dead), **changed)
+    return found
 
 
 @dataclass(frozen=True, eq=False, slots=True)

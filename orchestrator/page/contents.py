@@ -70,7 +70,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "headline": run.analysis.headline.flow_rule.replace("_", " "),
         "bodies": _bodies(run),
         "tolerances": run.partition.tolerances,
-        "pictures": {path.stem: _picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
+        "pictures": {path.stem: picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
         "models": [_model(run, model) for model in models],
         "complaints": [(LABELS[m.name], m.summary["complaint"]) for m in models if m.summary.get("complaint")],
         "remarks": remarks,
@@ -201,7 +201,7 @@ def _points(model: StoredModel) -> dict[str, Any]:
     return {"x": np.round(moved, 6), "y": np.round(curve.base_shear_N / 1e3, 6), "bilinear": corners}
 
 
-def _picture(png: Path) -> str:
+def picture(png: Path) -> str:
     """Return a picture as data URL: the drawing, or the raster where the drawing is too large."""
     svg = png.with_suffix(".svg")
     if svg.exists() and svg.stat().st_size <= LARGEST_DRAWING:
