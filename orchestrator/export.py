@@ -21,6 +21,7 @@ from orchestrator.errors import CaseError
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes, mesh_bodies, volumes, write_mesh
+from orchestrator.pushover.constants import constants_of
 from orchestrator.pushover.contact_search import nodes_on, slave_and_master, triangles_on
 from orchestrator.results import replacing, write_text
 
@@ -116,6 +117,7 @@ def _faces(tetrahedra: IntArray) -> dict[tuple[int, ...], tuple[int, int]]:
 
 def _mesh(bodies: Bodies, meshes: BodyMeshes, case: Case) -> Iterator[str]:
     """Yield nodes, elements and material of each body, the sets MOVING and LOADED, and the held SUPPORT."""
+    constants = constants_of(bodies, case.elastic)
     yield "*NODE, NSET=ALL"
     for number, point in enumerate(meshes.nodes, 1):
         yield f"{number}, " + ", ".join(f"{x:.12g}" for x in point)
@@ -124,7 +126,7 @@ def _mesh(bodies: Bodies, meshes: BodyMeshes, case: Case) -> Iterator[str]:
         for element in np.flatnonzero(meshes.body_of_tetrahedron == body):
             yield f"{element + 1}, " + ", ".join(str(node + 1) for node in meshes.tetrahedra[element])
         density = meshes.unit_weight[body] / GRAVITY
-        elastic = f"{case.elastic.elastic_modulus:.12g}, {case.elastic.poisson_ratio:.12g}"
+        elastic = f"{constants.elastic_modulus[body]:.12g}, {constants.poisson_ratio[body]:.12g}"
         yield from (f"*MATERIAL, NAME=STONE{body}", "*ELASTIC", elastic, "*DENSITY", f"{density:.12g}")
         yield f"*SOLID SECTION, ELSET=BODY{body}, MATERIAL=STONE{body}"
     for name in ("MOVING", "LOADED"):

@@ -13,7 +13,7 @@ import numpy as np
 from orchestrator import results
 from orchestrator.capacity import Bilinear, idealise
 from orchestrator.errors import ResultError
-from orchestrator.masonry.geometry import block_areas
+from orchestrator.masonry.geometry import block_areas, block_weights
 from orchestrator.page.collapse import collapse
 from orchestrator.page.damage import Damage, damage_sequence
 from orchestrator.page.stored import StoredModel, StoredRun
@@ -122,7 +122,7 @@ def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
 
 def _bodies(run: StoredRun) -> list[dict[str, Any]]:
     areas, wall = block_areas(run.assemblage.wall), run.assemblage.wall
-    weights = areas * [block.unit_weight for block in wall.blocks] * wall.thickness
+    weights = block_weights(wall)
     members = [np.flatnonzero(run.partition.body_of_block == number) for number in range(run.partition.count)]
     return [
         {
