@@ -25,7 +25,10 @@ IMPORT_OPTIONS = {
     "tolerance": ('"1 mm"', "largest gap or overlap that is closed (default 1 mm; pictures at least 1.5 pixels)"),
     "ground": ('"200 mm"', "put a support under the wall, reaching this far beyond it"),
     "unit": ("mm", "DXF: unit of the coordinates, instead of the header's"),
-    "blocks": ("LAYER", "DXF: layer of the blocks (default blocks; * and ? stand for any letters)"),
+    "blocks": (
+        "LAYERS",
+        "DXF: layers of the blocks, as in stone,timber (default blocks; * and ? stand for any letters)",
+    ),
     "supports": ("LAYER", "DXF: layer of the supports (default supports)"),
     "openings": ("LAYER", "DXF: layer of the openings (default openings)"),
     "scale": ('"2 mm"', "picture: side of a pixel; needed for pictures"),

@@ -30,11 +30,17 @@ STEEP = 1e-9
 """Edges whose outward normal points up by less than this (as a part of 1) are not the top of a block."""
 
 
+AT_LEVEL = 2e-3
+"""m by which the top of a block may be off the level of a floor"""
+
+
 @dataclass(frozen=True, slots=True)
 class DeadLoad:
-    """Extra dead load on blocks, downwards: a force on each, or a line load on their tops (one of the two)."""
+    """Extra dead load on blocks, downwards: a force on each, or a line load on their tops (one of the two).
 
-    blocks: Annotated[tuple[int, ...], MinLen(1)]
+    The blocks are named, or those whose tops lie at a level: a floor that rests on a course."""
+
+    blocks: tuple[int, ...] = ()
     """ids of the blocks"""
     force: Annotated[float, Unit("N"), Gt(0)] | None = None
     """on each block, at its centroid"""
@@ -42,6 +48,8 @@ class DeadLoad:
     """on all edges that face upwards, per metre of horizontal projection, over the wall's whole thickness"""
     inertia: bool = False
     """whether the live load acts on its mass too, where it stands"""
+    level: Annotated[float, Unit("m")] | None = None
+    """height of the blocks' tops (y), instead of `blocks`"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +97,7 @@ class LoadSettings:
     live: tuple[LiveLoad, ...] = ()
     """forces on named blocks, each a table [[load.live]] with `blocks` and `force`; for "per_block" only"""
     dead: tuple[DeadLoad, ...] = ()
-    """besides weight, each a table [[load.dead]] with `blocks`, `force` or `line_load`, `inertia`"""
+    """besides weight, each a table [[load.dead]] with `blocks` or `level`, `force` or `line_load`, `inertia`"""
     cases: tuple[LoadCase, ...] = ()
     """load cases that are run one after the other into folders of their names, each a table [[load.cases]] with `name`
     and what differs from [load]; none: [load] itself is the only one"""
@@ -211,8 +219,14 @@ def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
         remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
         raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
     for number, load in enumerate(settings.dead):
-        if (load.force is None) == (load.line_load is None):
-            raise CaseError(f"load.dead.{number}", "needs one of force and line_load", "give one of the two")
+        for one, other in (("force", "line_load"), ("level", "blocks")):
+            if (getattr(load, one) in (None, ())) == (getattr(load, other) in (None, ())):
+                raise CaseError(f"load.dead.{number}", f"needs one of {one} and {other}", "give one of the two")
+        if load.level is not None and not _at_level(wall, load.level):
+            tops = sorted({round(float(b.polygon[:, 1].max()), 3) for b in wall.blocks if not b.fixed})
+            listed = ", ".join(f"{top:g}" for top in tops[:20])
+            problem = f"no block has its top at {load.level:g} m"
+            raise CaseError(f"load.dead.{number}.level", problem, f"tops are at {listed}{', ...' * (len(tops) > 20)} m")
     free = {block.id: not block.fixed for block in wall.blocks}
     named = {f"load.live.{number}": load.blocks for number, load in enumerate(settings.live)}
     named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(settings.dead)}
@@ -221,6 +235,22 @@ def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
             if not free.get(wanted, False):
                 problem = f"block {wanted} is a support" if wanted in free else f"there is no block {wanted}"
                 raise CaseError(f"{key}.blocks", problem, "name blocks of the wall that can move")
+
+
+def _at_level(wall: Wall, level: float) -> list[int]:
+    """Return the positions of the free blocks all of whose edges that face upwards lie at a level (m)."""
+    return [
+        k
+        for k, block in enumerate(wall.blocks)
+        if not block.fixed and np.abs(block.polygon[_upper_corners(block.polygon), 1] - level).max() < AT_LEVEL
+    ]
+
+
+def _upper_corners(polygon: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which corners of a counter-clockwise polygon are ends of edges that face upwards."""
+    run = np.roll(polygon, -1, axis=0) - polygon
+    above = -run[:, 0] > STEEP * np.linalg.norm(run, axis=1)
+    return above | np.roll(above, 1)
 
 
 def top_of(polygon: FloatArray) -> tuple[float, FloatArray]:
@@ -236,7 +266,8 @@ def _extra(wall: Wall, loads: tuple[DeadLoad, ...]) -> Iterator[tuple[int, Float
     """Yield block position, point of attack (2,) in m, whether it is on top, and weight in N of every extra load."""
     centroids = block_centroids(wall)
     for load in loads:
-        for position in _positions(wall, load.blocks):
+        named = _positions(wall, load.blocks) if load.level is None else _at_level(wall, load.level)
+        for position in named:
             if load.line_load is not None:
                 width, middle = top_of(wall.blocks[position].polygon)
                 yield position, middle, True, load.line_load * width
