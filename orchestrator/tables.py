@@ -160,18 +160,10 @@ def _pushover_row(pushover: dict[str, Any]) -> list[str]:
 def load_cases_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
     """Return the table of several load cases, one row for each curve."""
     table = Table(box=SIMPLE_HEAD, padding=0, title=f"{name}: load cases")
-    columns = (
-        "",
-        "",
-        "micro-LA\nassociative",
-        "\nnon-assoc.",
-        "peak\nmultiplier",
-        "base shear\nkN",
-        "at\nmm",
-        "stiffness\nkN/mm",
-    )
-    for column in columns:
-        table.add_column(column, justify="right" if column else "left")
+    table.add_column("")
+    table.add_column("", no_wrap=True)
+    for column in ("micro-LA\nassoc.", "\nnon-as.", "FE peak\nλ", "shear\nkN", "at\nmm", "stiffness\nkN/mm"):
+        table.add_column(column, justify="right", no_wrap=True)
     figures = (
         ("associative", ".4f", 1.0), ("non_associative", ".4f", 1.0), ("peak_multiplier", ".4f", 1.0),
         ("peak_base_shear_N", ".4f", 1e-3), ("displacement_at_peak_m", ".2f", 1e3),

@@ -29,6 +29,7 @@ from orchestrator.plots.canvas import (
     STONE,
     VERMILLION,
     draw_supports,
+    label_of,
     legend_below,
     write_title,
 )
@@ -156,7 +157,7 @@ def load_case_curves(lines: Sequence[Line], name: str) -> Figure:
     colours = dict(zip(names, LOAD_CASES * len(names), strict=False))
     for line in lines:
         style = {"macro": "-", "micro": "--"}[line.model]
-        said = f"{line.load_case}, {line.model} FE" + ", NOT VALID" * (not line.valid)
+        said = f"{label_of(line.load_case)}, {line.model} FE" + ", NOT VALID" * (not line.valid)
         axes.plot(
             *_shear_against_displacement(line.curve), style, color=colours[line.load_case], linewidth=1.8, label=said
         )

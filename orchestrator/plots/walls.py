@@ -21,6 +21,7 @@ from orchestrator.plots.canvas import (
     draw_polygons,
     draw_segments,
     draw_supports,
+    label_of,
     legend_below,
     number_size,
     wall_figure,
@@ -54,7 +55,7 @@ def blocks(wall: Wall, numbered: bool = False) -> Figure:
     materials = sorted({block.material for block in wall.blocks if not block.fixed})
     for name, fill in zip(materials, MATERIALS * len(materials), strict=False):
         stones = [b.polygon for b in wall.blocks if not b.fixed and b.material == name]
-        draw_polygons(axes, stones, fill).set_label(f"{name} ({len(stones)})" if name else "block")
+        draw_polygons(axes, stones, fill).set_label(f"{label_of(name)} ({len(stones)})" if name else "block")
     draw_supports(axes, [b.polygon for b in wall.blocks if b.fixed])
     if numbered:
         size = number_size(polygons, axes)

@@ -123,6 +123,14 @@ def test_materials_have_colours_of_their_own_and_a_legend(assemblage):
     assert colours[1] == STONE
 
 
+@pytest.mark.parametrize("name", ["$x", "$x_$", "_hidden", "a$\\frac$"])
+def test_materials_may_have_any_name(assemblage, name):
+    named = [replace(block, material=name) for block in assemblage.wall.blocks]
+    figure = plots.blocks(replace(assemblage.wall, blocks=tuple(named)))
+    drawn(figure)
+    assert [label.strip().replace("\\$", "$") for label in shown(figure)[1]] == [f"{name} (3)", "support"]
+
+
 def test_everything_drawn_lies_inside_the_axes(assemblage):
     axes = plots.blocks(assemblage.wall).axes[0]
     assert axes.get_xlim()[0] < 0.0 < 2.0 < axes.get_xlim()[1]
