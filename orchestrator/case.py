@@ -185,6 +185,19 @@ def section_types() -> dict[str, type]:
     return _sections()
 
 
+def table_types() -> dict[str, type]:
+    """Return the settings dataclass of each list of tables, as in "load.dead", those within tables too."""
+    found: dict[str, type] = {}
+    waiting = list(_sections().items())
+    while waiting:
+        name, kind = waiting.pop(0)
+        hints = typing.get_type_hints(kind)
+        rows = [(f"{name}.{f.name}", row) for f in fields(kind) if (row := _row(hints[f.name]))]
+        found |= dict(rows)
+        waiting += rows
+    return found
+
+
 def unit_of(hint: Any) -> Unit | None:
     """Return the unit that a type hint carries."""
     return _unit(hint)

@@ -23,6 +23,7 @@ from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes, mesh_bodies, volumes, write_mesh
 from orchestrator.pushover.constants import constants_of
 from orchestrator.pushover.contact_search import nodes_on, slave_and_master, triangles_on
+from orchestrator.pushover.nodal_loads import departures_from_mean
 from orchestrator.results import replacing, write_text
 
 Dialect = Literal["calculix", "abaqus"]
@@ -57,6 +58,9 @@ def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multip
     bodies = segmented.bodies
     if model == "micro":
         bodies = make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))
+    elif len(departures_from_mean(segmented.assemblage.wall, bodies).block) and kind in ("calculix", "abaqus"):
+        problem = "a deck gives a body one density, and macroblocks join blocks of several"
+        raise CaseError("wall", problem, "use --model micro, or export the mesh", str(case.file))
     if kind in ("vtu", "msh"):
         with replacing(path) as temporary:
             suffixed = temporary.with_suffix(SUFFIX[kind])  # meshio goes by the suffix

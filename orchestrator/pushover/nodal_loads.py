@@ -58,7 +58,7 @@ def nodal_loads(wall: Wall, bodies: Bodies, meshes: BodyMeshes, settings: LoadSe
     if settings.distribution == "mass":  # the free blocks' own masses come first, and the mass matrix has them
         own = sum(not block.fixed for block in wall.blocks)
         live = Placed(live.block[own:], live.point[own:], live.on_top[own:], live.size[own:])
-    uneven = _spread(_departures(wall, bodies), wall, bodies, meshes)
+    uneven = _spread(departures_from_mean(wall, bodies), wall, bodies, meshes)
     with_mass = settings.distribution == "mass"
     return NodalLoads(
         dead=read_only(uneven + _spread(extra_dead_loads(wall, settings.dead), wall, bodies, meshes)),
@@ -68,7 +68,7 @@ def nodal_loads(wall: Wall, bodies: Bodies, meshes: BodyMeshes, settings: LoadSe
     )
 
 
-def _departures(wall: Wall, bodies: Bodies) -> Placed:
+def departures_from_mean(wall: Wall, bodies: Bodies) -> Placed:
     """Return what stones weigh more (or less) than their part of a body whose mass matrix has one density: their sum is
     zero in each body, and brings its weight to the centroid of its stones."""
     even, weight, centroid = np.zeros(len(wall.blocks)), block_weights(wall), block_centroids(wall)
