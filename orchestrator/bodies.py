@@ -126,17 +126,17 @@ def _body(number: int, wall: Wall, blocks: IntArray, joint_ends: FloatArray) -> 
         fixed=stones[0].fixed,
         unit_weight=float(np.dot(volumes, [stone.unit_weight for stone in stones]) / sum(areas)),
         blocks=read_only(blocks, np.int64),
-        parts=_parts(stones, np.array(volumes) / sum(areas)),
+        parts=_parts(stones, volumes, sum(areas)),
     )
 
 
-def _parts(stones: list[Block], shares: FloatArray) -> tuple[Part, ...]:
-    """Return the parts of a body whose stones fill `shares` (n,) of its volume."""
+def _parts(stones: list[Block], volumes: list[float], whole: float) -> tuple[Part, ...]:
+    """Return the parts of a body whose stones fill `volumes` of its `whole` one: exactly 1 where they are all alike."""
     filled: dict[tuple[float | None, float | None], float] = {}
-    for stone, share in zip(stones, shares.tolist(), strict=True):
+    for stone, volume in zip(stones, volumes, strict=True):
         constants = (stone.elastic_modulus, stone.poisson_ratio)
-        filled[constants] = filled.get(constants, 0.0) + share
-    return tuple(Part(share, *constants) for constants, share in filled.items())
+        filled[constants] = filled.get(constants, 0.0) + volume
+    return tuple(Part(volume / whole, *constants) for constants, volume in filled.items())
 
 
 def _name(wall: Wall, blocks: IntArray) -> str:
