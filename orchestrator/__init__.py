@@ -24,8 +24,8 @@ PUBLIC = {
     "errors": ("CaseError", "CollapseError", "ConvergenceError", "ResultError"),
     "joints": ("Assemblage", "JointClass", "JointSettings", "check_assemblage", "find_joints"),
     "limit_analysis": (
-        "DeadLoad", "LimitAnalysis", "LimitAnalysisSettings", "LimitState", "LiveLoad", "LoadSettings", "Loads",
-        "Mechanism", "analyse", "centres_of_rotation", "loads_on", "settle",
+        "DeadLoad", "LimitAnalysis", "LimitAnalysisSettings", "LimitState", "LiveLoad", "LoadCase", "LoadSettings",
+        "Loads", "Mechanism", "analyse", "centres_of_rotation", "loads_on", "settle",
     ),
     "macroblocks": ("MacroblockSettings", "Partition", "merged", "one_body", "one_body_per_block", "partition_of"),
     "masonry.readers": ("read_blocks",),

@@ -13,10 +13,20 @@ import shapely
 
 from orchestrator.joints import Assemblage
 from orchestrator.macroblocks import Partition
-from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
+from orchestrator.masonry.wall import Block, FloatArray, IntArray, Wall, read_only
 
 TOLERANCE = 2e-5
 """distance within which a point lies on an outline, m (twice what joints accept: drawings are rounded)"""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Blocks of a body with the same elastic constants: the share of the body's volume they fill (its area times the
+    wall's thickness, so thinner blocks fill less than they show), modulus in Pa and ratio, None: those of the case."""
+
+    share: float
+    elastic_modulus: float | None
+    poisson_ratio: float | None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -32,8 +42,9 @@ class Body:
     holes: tuple[FloatArray, ...]
     fixed: bool
     unit_weight: float
-    """weight / volume of its blocks, N/m3"""
+    """weight of its blocks over its area times the wall's thickness, N/m3"""
     blocks: IntArray
+    parts: tuple[Part, ...] = (Part(1.0, None, None),)
 
     @property
     def area(self) -> float:
@@ -47,7 +58,8 @@ class Bodies:
 
     body_i, body_j (k,), start, end (k, 2) in m (convention of joints.py: start -> end is counter-clockwise round i, the
     normal points from i to j), friction (k,), joint (k,): the joint of the assemblage it comes from; cohesion,
-    tensile_strength (k,) in N/m2, where one number stands for all.
+    tensile_strength (k,) in N/m2 of the wall's thickness (less than the joint's own where a thinner block meets it),
+    where one number stands for all.
     """
 
     bodies: tuple[Body, ...]
@@ -80,6 +92,7 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
         )
         for number in range(int(partition.body_of_block.max()) + 1)
     )
+    share = assemblage.width / assemblage.wall.thickness
     return Bodies(
         bodies=bodies,
         moving=partition.count,
@@ -90,8 +103,8 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
         end=read_only(assemblage.end[joint]),
         friction=read_only(assemblage.friction[joint]),
         joint=read_only(joint, np.int64),
-        cohesion=read_only(assemblage.cohesion[joint]),
-        tensile_strength=read_only(assemblage.tensile_strength[joint]),
+        cohesion=read_only(assemblage.cohesion[joint] * share[joint]),
+        tensile_strength=read_only(assemblage.tensile_strength[joint] * share[joint]),
     )
 
 
@@ -99,6 +112,8 @@ def _body(number: int, wall: Wall, blocks: IntArray, joint_ends: FloatArray) -> 
     """Return the union of `blocks` with `joint_ends` (p, 2) imprinted."""
     stones = [wall.blocks[k] for k in blocks]
     areas = [shapely.Polygon(stone.polygon).area for stone in stones]
+    thinner = [1.0 if stone.thickness is None else stone.thickness / wall.thickness for stone in stones]
+    volumes = [area * part for area, part in zip(areas, thinner, strict=True)]
     outline = _union([stone.polygon for stone in stones])
     rings = [_with_vertices(np.array(ring.coords)[:-1], joint_ends) for ring in (outline.exterior, *outline.interiors)]
     area = shapely.Polygon(rings[0], rings[1:]).area
@@ -109,9 +124,19 @@ def _body(number: int, wall: Wall, blocks: IntArray, joint_ends: FloatArray) -> 
         exterior=read_only(_oriented(rings[0], counter_clockwise=True)),
         holes=tuple(read_only(_oriented(ring, counter_clockwise=False)) for ring in rings[1:]),
         fixed=stones[0].fixed,
-        unit_weight=float(np.dot(areas, [stone.unit_weight for stone in stones]) / sum(areas)),
+        unit_weight=float(np.dot(volumes, [stone.unit_weight for stone in stones]) / sum(areas)),
         blocks=read_only(blocks, np.int64),
+        parts=_parts(stones, volumes, sum(areas)),
     )
+
+
+def _parts(stones: list[Block], volumes: list[float], whole: float) -> tuple[Part, ...]:
+    """Return the parts of a body whose stones fill `volumes` of its `whole` one: exactly 1 where they are all alike."""
+    filled: dict[tuple[float | None, float | None], float] = {}
+    for stone, volume in zip(stones, volumes, strict=True):
+        constants = (stone.elastic_modulus, stone.poisson_ratio)
+        filled[constants] = filled.get(constants, 0.0) + volume
+    return tuple(Part(volume / whole, *constants) for constants, volume in filled.items())
 
 
 def _name(wall: Wall, blocks: IntArray) -> str:

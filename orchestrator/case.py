@@ -24,6 +24,7 @@ from orchestrator.errors import CaseError, naming
 from orchestrator.joints import JointSettings
 from orchestrator.limit_analysis import LimitAnalysisSettings, LoadSettings
 from orchestrator.macroblocks import TOLERANCES, MacroblockSettings
+from orchestrator.masonry.classes import BlockClass, with_classes
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_no_file, refuse_what_is_not_utf8
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
@@ -55,11 +56,14 @@ class WallSettings:
     blocks: Annotated[str, MinLen(1)]
     """path of the block file, relative to the case file"""
     thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
-    """of the whole wall, out of its plane"""
+    """of the wall, out of its plane"""
     unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
     """of every block, those with a value of their own too"""
     friction: Annotated[float, Gt(0)] | None = None
     """coefficient of friction (tangent of the friction angle) of every joint; [joints] may change some"""
+    classes: tuple[BlockClass, ...] = ()
+    """blocks of one material, each a table [[wall.classes]] with `material` (blocks have it in the block file) and what
+    it has of its own: `unit_weight`, `thickness`, `friction`, `elastic_modulus`, `poisson_ratio`"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,12 +117,13 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Case:
 
 
 def read_wall(case: Case) -> Wall:
-    """Return the wall of a case: its block file with the replacements of [wall]. Raises CaseError."""
+    """Return the wall of a case: its block file with the replacements and block classes of [wall]. Raises CaseError."""
     wall, given = read_blocks(case.block_file), case.wall
     if given.unit_weight is not None:
         wall = replace(wall, blocks=tuple(replace(block, unit_weight=given.unit_weight) for block in wall.blocks))
     replaced = {name: value for name in ("thickness", "friction") if (value := getattr(given, name)) is not None}
-    return replace(wall, **replaced)
+    with naming(case.file):
+        return with_classes(replace(wall, **replaced), given.classes)
 
 
 def refuse_what_only_limit_analysis_takes(case: Case) -> None:
@@ -167,7 +172,7 @@ def _with_unit(value: Any, unit: Unit | None) -> Any:
     return value if math.isinf(value) else f"{value!r} {unit.symbol}"
 
 
-def settings_from(kind: type[Any], values: dict[str, Any]) -> Any:
+def settings_from(kind: type, values: dict[str, Any]) -> Any:
     """Return settings of the dataclass `kind` from values as a case file has them. Raises CaseError (key only)."""
     try:
         return kind(**_section_model("", kind).model_validate(values).model_dump())
@@ -178,6 +183,19 @@ def settings_from(kind: type[Any], values: dict[str, Any]) -> Any:
 def section_types() -> dict[str, type]:
     """Return the settings dataclass of each section of a case file."""
     return _sections()
+
+
+def table_types() -> dict[str, type]:
+    """Return the settings dataclass of each list of tables, as in "load.dead", those within tables too."""
+    found: dict[str, type] = {}
+    waiting = list(_sections().items())
+    while waiting:
+        name, kind = waiting.pop(0)
+        hints = typing.get_type_hints(kind)
+        rows = [(f"{name}.{f.name}", row) for f in fields(kind) if (row := _row(hints[f.name]))]
+        found |= dict(rows)
+        waiting += rows
+    return found
 
 
 def unit_of(hint: Any) -> Unit | None:
@@ -264,6 +282,7 @@ def _model() -> type[BaseModel]:
     return create_model("CaseFile", __config__=ConfigDict(extra="forbid"), **parts)
 
 
+@cache
 def _section_model(section: str, settings: type) -> type[BaseModel]:
     hints = typing.get_type_hints(settings, include_extras=True)
     parts: dict[str, Any] = {

@@ -17,15 +17,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
 
 from orchestrator import case as cases
-from orchestrator import driver, file_commands, plots, results, study_runs
+from orchestrator import driver, file_commands, load_cases, plots, results, study_runs, tables
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
-from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.masonry.drawing import implausible
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
 
@@ -152,14 +149,17 @@ def _command(
 
 
 def _check(options: argparse.Namespace, _: None, console: Console) -> int:
-    assemblage = driver.check(cases.read(options.case, options.set))
+    case = cases.read(options.case, options.set)
+    assemblage = load_cases.check(case)
     figures = (options.output or Path("results") / options.case.stem) / "figures"
     picture, *_rest = plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
     for warning in implausible(assemblage.wall):
         console.print(f"{options.case}: {warning}", soft_wrap=True)
     free = sum(not block.fixed for block in assemblage.wall.blocks)
+    found = f"{free} blocks, {len(assemblage.block_i)} joints"
+    found += f", {len(case.load.cases)} load cases" if case.load.cases else ""
     console.print(
-        f"{options.case}: {free} blocks, {len(assemblage.block_i)} joints, nothing to complain about; {picture}",
+        f"{options.case}: {found}, nothing to complain about; {picture}",
         soft_wrap=True,
     )
     return 0
@@ -172,15 +172,19 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
         if not math.isfinite(options.settle_angle):
             raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")
         return _settle(options, case, output, console)
-    assemblage, analysis = driver.limit(case)
+    records = {}
+    for name, one in load_cases.each(case).items():
+        assemblage, analysis = driver.limit(one)
+        if options.json:
+            records[name] = results.summary("", assemblage, analysis, None, [])["limit_analysis"]
+            continue
+        console.print(tables.limit_table(analysis, name))
+        for remark in analysis.remarks:
+            console.print(remark, soft_wrap=True)
+        picture = driver.draw_mechanism(one, assemblage, analysis, output / name)
+        console.print(f"mechanism: {picture}", soft_wrap=True)
     if options.json:
-        summary = results.summary("", assemblage, analysis, None, [])
-        print(json.dumps(summary["limit_analysis"], indent=1))
-        return 0
-    console.print(_limit_table(analysis))
-    for remark in analysis.remarks:
-        console.print(remark, soft_wrap=True)
-    console.print(f"mechanism: {driver.draw_mechanism(case, assemblage, analysis, output)}", soft_wrap=True)
+        print(json.dumps(records.get("", records), indent=1))
     return 0
 
 
@@ -194,125 +198,71 @@ def _settle(options: argparse.Namespace, case: cases.Case, output: Path, console
     return 0
 
 
-def _limit_table(analysis: LimitAnalysis) -> Table:
-    table = Table(
-        box=SIMPLE_HEAD,
-        padding=0,
-        title=f"Micro limit analysis, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.2f} s",
-    )
-    columns = (
-        "",
-        "multiplier",
-        "base shear\nkN",
-        "tilt\ndeg",
-        "LPs",
-        "time\ns",
-        "residuals:\nequilibrium",
-        "\nyield",
-        "\npower",
-    )
-    for column in columns:
-        table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    names = {
-        "associative": analysis.associative,
-        "sequence": analysis.sequence,
-        "dilation shift": analysis.dilation_shift,
-        "complementarity": analysis.complementarity,
-        "lowest found": analysis.lowest,
-    }
-    for name, state in names.items():
-        table.add_row(name, *(_limit_row(state, analysis) if state else ["none"]))
-    return table
-
-
-def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
-    seconds = sum(record.seconds for record in state.records)
-    residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
-    shear = state.load_multiplier * analysis.horizontal_load / 1e3
-    angle = analysis.tilt_angle(state)
-    tilt = "" if angle is None else f"{math.degrees(angle):.3f}"
-    found = [f"{state.load_multiplier:.5f}", f"{shear:.4f}", tilt, str(len(state.records)), f"{seconds:.2f}"]
-    return found + [f"{residual:.0e}" for residual in residuals]
-
-
 def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
-    segmented = driver.segment(cases.read(options.case, options.set))
-    console.print(_limit_table(segmented.analysis))
-    table = Table(
-        box=SIMPLE_HEAD,
-        padding=0,
-        title=f"{segmented.partition.count} macroblocks, {len(segmented.bodies.joint)} joints between them",
-    )
-    for column in ("body", "blocks", "area m2"):
-        table.add_column(column, justify="right")
-    for body in segmented.bodies.bodies[: segmented.bodies.moving]:
-        table.add_row(str(body.number), str(len(body.blocks)), f"{body.area:.4f}")
-    console.print(table)
-    for remark in (*segmented.analysis.remarks, *segmented.partition.remarks):
-        console.print(remark, soft_wrap=True)
+    for name, one in load_cases.each(cases.read(options.case, options.set)).items():
+        segmented = driver.segment(one)
+        console.print(tables.limit_table(segmented.analysis, name))
+        console.print(tables.bodies_table(segmented.partition, segmented.bodies))
+        for remark in (*segmented.analysis.remarks, *segmented.partition.remarks):
+            console.print(remark, soft_wrap=True)
     return 0
 
 
-def _run(options: argparse.Namespace, comm: MPI.Comm | None, console: Console) -> int:
+def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
     case = on_root(comm, cases.read, options.case, options.set)
     if options.model:
         case = replace(case, run=cases.RunSettings(MODELS[options.model]))
     output = options.output or Path("results") / options.case.stem
     logging.getLogger("orchestrator").propagate = False  # run.log has it
+    if case.load.cases:
+        return _run_load_cases(options, case, output, comm, console)
     with _Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
-    console.print(_table(outcome.summary))
+    console.print(tables.run_table(outcome.summary))
     for reason in results.reasons(outcome.summary["pushover"]):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)
     if "seismic" in outcome.summary:
-        console.print(_seismic_table(outcome.summary["seismic"]))
+        console.print(tables.seismic_table(outcome.summary["seismic"]))
     written = (
         f"report: {output / 'report.html'}; pictures: {output / 'figures'}; all figures: {output / 'summary.json'}"
     )
     console.print(written, soft_wrap=True)
     _complain(comm, outcome.complaints)
-    failed = [1 if isinstance(complaint, ConvergenceError) else 3 for complaint in outcome.complaints]
-    return min(failed, default=0)
+    return _exit_code(outcome.complaints)
+
+
+def _run_load_cases(
+    options: argparse.Namespace, case: cases.Case, output: Path, comm: MPI.Intracomm | None, console: Console
+) -> int:
+    with _Reporter(console) as report:
+        outcome = load_cases.run(case, output, options.resume, comm, report)
+    if outcome is None:
+        return 0
+    console.print(tables.load_cases_table(case.name, outcome.rows))
+    written = f"reports of all load cases: {output / 'report.html'}; table: {output / 'load_cases.csv'}"
+    console.print(written, soft_wrap=True)
+    _complain(comm, outcome.complaints)
+    return _exit_code(outcome.complaints)
+
+
+def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:
+    """Return 1 if a pushover stopped early, else 3 if one is not valid, else 0."""
+    return min((1 if isinstance(complaint, ConvergenceError) else 3 for complaint in complaints), default=0)
 
 
 def _study(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
     case = on_root(comm, cases.read, options.case, options.set)
+    load_cases.refuse_several(case, "study")
     output = options.output or Path("results") / f"{options.case.stem}-study"
     logging.getLogger("orchestrator").propagate = False
     with _Reporter(console) as report:
         outcome = study_runs.study(case, output, comm, report)
     if outcome is None:
         return 0
-    console.print(_study_table(case.name, outcome.rows))
+    console.print(tables.study_table(case.name, outcome.rows))
     console.print(f"table: {output / 'table.csv'}; pictures: {output / 'figures'}", soft_wrap=True)
     _complain(comm, outcome.complaints)
     return 3 if outcome.complaints else 0
-
-
-def _study_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
-    """Return the table of a study; the last row is micro-FE, to which ratios refer."""
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{name}: peak, stiffness and time as parts of micro-FE's")
-    columns = (
-        "tol_n", "tol_D\nmm", "bodies", "joints", "peak\nmultiplier", "of\nmicro", "stiffness\nkN/mm", "of\nmicro",
-        "time\ns", "of\nmicro",
-    )  # fmt: skip
-    for column in columns:
-        table.add_column(column, justify="right", no_wrap=True)
-    for row in rows:
-        distance = row["tol_D_m"]
-        figures = (
-            ("peak_multiplier", ".4f", 1.0), ("peak_over_micro", ".3f", 1.0),
-            ("initial_stiffness_N_per_m", ".2f", 1e-6), ("stiffness_over_micro", ".2f", 1.0),
-            ("seconds", ".1f", 1.0), ("seconds_over_micro", ".2f", 1.0),
-        )  # fmt: skip
-        table.add_row(
-            str(row["tol_n"]),
-            distance if isinstance(distance, str) else f"{1e3 * distance:g}",
-            str(row["bodies"]) + ", NOT VALID" * (row["valid"] is False),
-            str(row["joints"]),
-            *(format(row[key] * factor, form) if row[key] != "" else "" for key, form, factor in figures),
-        )
-    return table
 
 
 class _Reporter:
@@ -354,65 +304,3 @@ class _Reporter:
         if not self._console.is_terminal and event.seconds - self._last_line > 5.0:
             self._console.print(f"{event.model} FE: {state}, {event.seconds:.0f} s", soft_wrap=True)
             self._last_line = event.seconds
-
-
-def _table(summary: dict[str, Any]) -> Table:
-    """Return the short table at the end of a run."""
-    title = [f"{summary['case']}: weight {summary['wall']['weight'] / 1e3:.3f} kN"]
-    kinematics = dict.fromkeys(pushover["displacements"] for pushover in summary["pushover"])
-    table = Table(box=SIMPLE_HEAD, padding=0, title=", ".join([*title, *(f"{k} displacements" for k in kinematics)]))
-    columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
-    for column in columns:
-        table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    limit = summary["limit_analysis"]
-    horizontal_load = limit["base_shear"] / (limit["non_associative"] or limit["associative"])
-    rows = {"associative": limit["associative"], "non-assoc.": limit["non_associative"]}
-    for rule, multiplier in rows.items():
-        found = (
-            [f"{multiplier:.4f}", f"{multiplier * horizontal_load / 1e3:.4f}"]
-            if multiplier is not None
-            else ["none found", ""]
-        )
-        seconds = f"{limit['seconds']:.1f}" if rule == "associative" else ""
-        table.add_row(f"micro-LA {rule}", str(summary["wall"]["blocks"]), *found, "", "", seconds)
-    for pushover in summary["pushover"]:
-        table.add_row(*_pushover_row(pushover))
-    return table
-
-
-def _seismic_table(record: dict[str, Any]) -> Table:
-    """Return the seismic verification: demand, capacity, capacity in terms of ag and safety ratio of each approach."""
-    ground = record["spectrum"]["ag_m_per_s2"]
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"Seismic verification, ag {ground:.3g} m/s2")
-    for column in ("", "demand", "capacity", "capacity ag\nm/s2", "safety\nratio"):
-        table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    for row in record["pushover"]:
-        name = f"N2, {row['model']} FE"
-        if "safety_ratio" not in row:
-            table.add_row(name, "none")
-            continue
-        lengths = (f"{1e3 * row['demand_m']:.3g} mm", f"{1e3 * row['capacity_m']:.3g} mm")
-        table.add_row(name, *lengths, f"{row['capacity_ag_m_per_s2']:.3f}", f"{row['safety_ratio']:.2f}")
-    kinematic, linear, turning = record["kinematic"], record["kinematic"]["linear"], record["kinematic"]["nonlinear"]
-    table.add_row(
-        "kinematic, linear", f"{linear['demand_m_per_s2']:.3g} m/s2", f"{kinematic['a0_star_m_per_s2']:.3g} m/s2",
-        f"{linear['capacity_ag_m_per_s2']:.3f}", f"{linear['safety_ratio']:.2f}",
-    )  # fmt: skip
-    if turning:
-        table.add_row(
-            "kinematic, non-linear", f"{1e3 * turning['demand_m']:.3g} mm", f"{1e3 * turning['du_star_m']:.3g} mm",
-            f"{turning['capacity_ag_m_per_s2']:.3f}", f"{turning['safety_ratio']:.2f}",
-        )  # fmt: skip
-    return table
-
-
-def _pushover_row(pushover: dict[str, Any]) -> list[str]:
-    return [
-        {"macro": "macroblock FE", "micro": "micro-FE"}[pushover["model"]] + ", NOT VALID" * (not pushover["valid"]),
-        str(pushover["bodies"]),
-        f"{pushover['peak_multiplier']:.4f}",
-        f"{pushover['peak_base_shear'] / 1e3:.4f}",
-        f"{1e3 * pushover['displacement_at_peak']:.2f}",
-        f"{pushover['initial_stiffness'] / 1e6:.3f}",
-        f"{pushover['seconds']['total']:.1f}",
-    ]

@@ -364,6 +364,7 @@ def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:
     total = hashlib.sha256(repr(settings).encode())
     for array in (meshes.nodes, meshes.tetrahedra, meshes.unit_weight, bodies.start, bodies.end, bodies.friction):
         total.update(array.tobytes())
+    total.update(repr([body.parts for body in bodies.bodies]).encode())
     for strength in (bodies.cohesion, bodies.tensile_strength):
         total.update(strength.tobytes())
     return total.hexdigest()

@@ -21,7 +21,9 @@ from orchestrator.errors import CaseError
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes, mesh_bodies, volumes, write_mesh
+from orchestrator.pushover.constants import constants_of
 from orchestrator.pushover.contact_search import nodes_on, slave_and_master, triangles_on
+from orchestrator.pushover.nodal_loads import departures_from_mean
 from orchestrator.results import replacing, write_text
 
 Dialect = Literal["calculix", "abaqus"]
@@ -59,6 +61,9 @@ def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multip
     bodies = segmented.bodies
     if model == "micro":
         bodies = make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))
+    elif len(departures_from_mean(segmented.assemblage.wall, bodies).block) and kind in ("calculix", "abaqus"):
+        problem = "a deck gives a body one density, and macroblocks join blocks of several"
+        raise CaseError("wall", problem, "use --model micro, or export the mesh", str(case.file))
     if kind in ("vtu", "msh"):
         with replacing(path) as temporary:
             suffixed = temporary.with_suffix(SUFFIX[kind])  # meshio goes by the suffix
@@ -121,6 +126,7 @@ def _faces(tetrahedra: IntArray) -> dict[tuple[int, ...], tuple[int, int]]:
 
 def _mesh(bodies: Bodies, meshes: BodyMeshes, case: Case) -> Iterator[str]:
     """Yield nodes, elements and material of each body, the sets MOVING and LOADED, and the held SUPPORT."""
+    constants = constants_of(bodies, case.elastic)
     yield "*NODE, NSET=ALL"
     for number, point in enumerate(meshes.nodes, 1):
         yield f"{number}, " + ", ".join(f"{x:.12g}" for x in point)
@@ -129,7 +135,7 @@ def _mesh(bodies: Bodies, meshes: BodyMeshes, case: Case) -> Iterator[str]:
         for element in np.flatnonzero(meshes.body_of_tetrahedron == body):
             yield f"{element + 1}, " + ", ".join(str(node + 1) for node in meshes.tetrahedra[element])
         density = meshes.unit_weight[body] / GRAVITY
-        elastic = f"{case.elastic.elastic_modulus:.12g}, {case.elastic.poisson_ratio:.12g}"
+        elastic = f"{constants.elastic_modulus[body]:.12g}, {constants.poisson_ratio[body]:.12g}"
         yield from (f"*MATERIAL, NAME=STONE{body}", "*ELASTIC", elastic, "*DENSITY", f"{density:.12g}")
         yield f"*SOLID SECTION, ELSET=BODY{body}, MATERIAL=STONE{body}"
     for name in ("MOVING", "LOADED"):

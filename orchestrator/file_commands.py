@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import Console
 
 from orchestrator import case as cases
-from orchestrator import driver, intake, reference, results
+from orchestrator import driver, intake, load_cases, reference, results
 from orchestrator import export as exports
 from orchestrator.errors import CaseError
 from orchestrator.masonry.readers import refuse_what_is_not_utf8
@@ -25,7 +25,10 @@ IMPORT_OPTIONS = {
     "tolerance": ('"1 mm"', "largest gap or overlap that is closed (default 1 mm; pictures at least 1.5 pixels)"),
     "ground": ('"200 mm"', "put a support under the wall, reaching this far beyond it"),
     "unit": ("mm", "DXF: unit of the coordinates, instead of the header's"),
-    "blocks": ("LAYER", "DXF: layer of the blocks (default blocks; * and ? stand for any letters)"),
+    "blocks": (
+        "LAYERS",
+        "DXF: layers of the blocks, as in stone,timber (default blocks; * and ? stand for any letters)",
+    ),
     "supports": ("LAYER", "DXF: layer of the supports (default supports)"),
     "openings": ("LAYER", "DXF: layer of the openings (default openings)"),
     "scale": ('"2 mm"', "picture: side of a pixel; needed for pictures"),
@@ -145,6 +148,7 @@ def _new(options: argparse.Namespace, _: None, console: Console) -> int:
 def _export(options: argparse.Namespace, _: None, console: Console) -> int:
     source = options.case / "case.toml" if options.case.is_dir() else options.case
     case = cases.read(source, options.set)
+    load_cases.refuse_several(case, "export")
     name = options.case.resolve().name if options.case.is_dir() else options.case.stem
     output = options.output or Path(f"{name}_{options.model}{exports.SUFFIX[options.format]}")
     refuse_what_is_not_utf8(str(output), "--output")
@@ -156,7 +160,8 @@ def _export(options: argparse.Namespace, _: None, console: Console) -> int:
 
 
 def _report(options: argparse.Namespace, _: None, console: Console) -> int:
-    console.print(str(driver.rebuild_report(options.run)), soft_wrap=True, markup=False)
+    rebuild = load_cases.rebuild if load_cases.are_in(options.run) else driver.rebuild_report
+    console.print(str(rebuild(options.run)), soft_wrap=True, markup=False)
     return 0
 
 

@@ -16,7 +16,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from orchestrator.errors import CaseError
-from orchestrator.masonry.geometry import Outlines, outlines_of
+from orchestrator.masonry.geometry import Outlines, block_thicknesses, outlines_of
 from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only, shapes
 from orchestrator.units import Unit
 
@@ -81,6 +81,12 @@ class Assemblage:
         return np.linalg.norm(self.end - self.start, axis=1)
 
     @property
+    def width(self) -> FloatArray:
+        """Joint widths (k,) in m, out of the wall's plane: the thickness of the thinner block."""
+        thickness = block_thicknesses(self.wall)
+        return np.minimum(thickness[self.block_i], thickness[self.block_j])
+
+    @property
     def tangent(self) -> FloatArray:
         """Unit tangents (k, 2), from start to end."""
         return (self.end - self.start) / self.length[:, None]
@@ -103,13 +109,14 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
     Joints are sorted by block i, block j and position along block i's outline; two supports have none.
     """
     block_i, block_j, start, end = _shared(wall, *_neighbours(wall, settings.tolerance), settings)
+    friction = np.array([wall.friction if block.friction is None else block.friction for block in wall.blocks])
     assemblage = Assemblage(
         wall=wall,
         block_i=read_only(block_i, np.int64),
         block_j=read_only(block_j, np.int64),
         start=read_only(start),
         end=read_only(end),
-        friction=read_only(np.full(len(block_i), wall.friction)),
+        friction=read_only(np.minimum(friction[block_i], friction[block_j])),
         cohesion=read_only(np.zeros(len(block_i))),
     )
     for number, given in enumerate(settings.classes):

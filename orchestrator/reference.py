@@ -52,6 +52,14 @@ def sections() -> tuple[Section, ...]:
     )
 
 
+def tables() -> tuple[Section, ...]:
+    """Return every list of tables of a case file, named as in "load.dead", with the keys of one table."""
+    return tuple(
+        Section(name, " ".join(inspect.cleandoc(kind.__doc__ or "").split()), tuple(settings_of(kind)))
+        for name, kind in cases.table_types().items()
+    )
+
+
 def commented_case(name: str, block_file: str) -> str:
     """Return a case file for the wall in `block_file` that states every default, its unit and its meaning."""
     lines = [
@@ -75,7 +83,8 @@ def schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of a case file, for editors; quantities are numbers or texts with unit."""
     described = cases.json_schema()
     parts = described["$defs"]
-    for section, kind in zip(sections(), cases.section_types().values(), strict=True):
+    kinds = [*cases.section_types().values(), *cases.table_types().values()]
+    for kind, section in dict(zip(kinds, (*sections(), *tables()), strict=True)).items():
         part = parts[kind.__name__]
         part["description"] = section.meaning
         for setting in section.settings:
@@ -84,10 +93,12 @@ def schema() -> dict[str, Any]:
 
 
 def reference_page() -> str:
-    """Return the settings reference (Markdown): a table per section."""
+    """Return the settings reference (Markdown): a table per section, and per list of tables."""
     lines = ["# Settings", "", "Every section and key of a case file, written from the program itself.", ""]
-    for section in sections():
-        lines += [f"## `[{section.name}]`", "", section.meaning, ""]
+    headed = [(f"[{section.name}]", section) for section in sections()]
+    headed += [(f"[[{table.name}]]", table) for table in tables() if table.name.count(".") == 1]
+    for heading, section in headed:
+        lines += [f"## `{heading}`", "", section.meaning, ""]
         lines += ["| key | default | unit | range | meaning |", "|---|---|---|---|---|"]
         for one in section.settings:
             default = f"`{one.default}`" if one.default else "left out"

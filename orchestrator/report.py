@@ -28,7 +28,7 @@ def write_segmentation(
     """Write what is known before the finite elements; the summary of an earlier run goes."""
     output.mkdir(parents=True, exist_ok=True)
     (output / "summary.json").unlink(missing_ok=True)
-    results.write_case(output, "\n".join([as_toml(case, "blocks.json"), "# As run, with:", *_provenance(case), ""]))
+    results.write_case(output, as_run(case))
     results.write_blocks(output, assemblage.wall)
     results.write_joints(output, assemblage)
     results.write_limit_analysis(output, assemblage.wall, analysis)
@@ -52,6 +52,11 @@ def write_settlement(figures: Path, assemblage: Assemblage, state: LimitState, a
     reaction = f"least reaction {-state.load_multiplier / 1e3:.4g} kN"
     figure = plots.mechanism(assemblage, state, 1, angle, "settlement", reaction)
     return plots.save(figure, figures, "settlement")
+
+
+def as_run(case: Case) -> str:
+    """Return case.toml of a run folder: all settings, and what they were run with."""
+    return "\n".join([as_toml(case, "blocks.json"), "# As run, with:", *_provenance(case), ""])
 
 
 def _provenance(case: Case) -> list[str]:

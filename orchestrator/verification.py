@@ -12,7 +12,7 @@ from orchestrator.capacity import SECANT, idealise
 from orchestrator.errors import ResultError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import LimitAnalysis
-from orchestrator.masonry.geometry import block_areas
+from orchestrator.masonry.geometry import block_weights
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.pushover.state import Increment, PushoverCurve
 from orchestrator.seismic import (
@@ -59,7 +59,7 @@ def verify(
         return None
     wall = assemblage.wall
     free = np.array([not block.fixed for block in wall.blocks])
-    weight = block_areas(wall) * [block.unit_weight for block in wall.blocks] * wall.thickness
+    weight = block_weights(wall)
     spectrum = spectrum_of(settings, asked)
     symbols = ("ag_m_per_s2", "S", "TB_s", "TC_s", "TD_s", "F0", "eta")
     return {

@@ -1,7 +1,7 @@
 """Micro limit analysis: rigid blocks, Coulomb joints, linear programs."""
 
 from orchestrator.limit_analysis.analysis import analyse
-from orchestrator.limit_analysis.loads import DeadLoad, LiveLoad, Loads, LoadSettings, loads_on
+from orchestrator.limit_analysis.loads import DeadLoad, LiveLoad, LoadCase, Loads, LoadSettings, load_cases, loads_on
 from orchestrator.limit_analysis.mechanism import centres_of_rotation
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings
 from orchestrator.limit_analysis.settlement import settle
@@ -14,11 +14,13 @@ __all__ = [
     "LimitState",
     "LinearProgramRecord",
     "LiveLoad",
+    "LoadCase",
     "LoadSettings",
     "Loads",
     "Mechanism",
     "analyse",
     "centres_of_rotation",
+    "load_cases",
     "loads_on",
     "settle",
 ]

@@ -12,6 +12,7 @@ wall's mirror image under the opposite load has the same answer.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
@@ -29,11 +30,17 @@ STEEP = 1e-9
 """Edges whose outward normal points up by less than this (as a part of 1) are not the top of a block."""
 
 
+AT_LEVEL = 2e-3
+"""m by which the top of a block may be off the level of a floor"""
+
+
 @dataclass(frozen=True, slots=True)
 class DeadLoad:
-    """Extra dead load on blocks, downwards: a force on each, or a line load on their tops (one of the two)."""
+    """Extra dead load on blocks, downwards: a force on each, or a line load on their tops (one of the two).
 
-    blocks: Annotated[tuple[int, ...], MinLen(1)]
+    The blocks are named, or those whose tops lie at a level: a floor that rests on a course."""
+
+    blocks: tuple[int, ...] = ()
     """ids of the blocks"""
     force: Annotated[float, Unit("N"), Gt(0)] | None = None
     """on each block, at its centroid"""
@@ -41,6 +48,8 @@ class DeadLoad:
     """on all edges that face upwards, per metre of horizontal projection, over the wall's whole thickness"""
     inertia: bool = False
     """whether the live load acts on its mass too, where it stands"""
+    level: Annotated[float, Unit("m")] | None = None
+    """height of the blocks' tops (y), instead of `blocks`"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,20 +62,45 @@ class LiveLoad:
     """on each block at its centroid, in the direction of the live load, at a load multiplier of 1"""
 
 
+Direction = Literal["+x", "-x"]
+Distribution = Literal["mass", "mass_height", "per_block"]
+
+
+@dataclass(frozen=True, slots=True)
+class LoadCase:
+    """One of several load cases of a wall; what is left out is that of [load]."""
+
+    name: Annotated[str, MinLen(1)]
+    """in tables and pictures, and of the load case's folder in the run folder"""
+    direction: Direction | None = None
+    """the live load pushes to the right or to the left"""
+    inclination: Annotated[float, Unit("rad"), Ge(-math.pi / 2), Le(math.pi / 2)] | None = None
+    """angle of the live load above the horizontal"""
+    distribution: Distribution | None = None
+    """proportional to mass, to mass x height above the base, or as given in `live`"""
+    live: tuple[LiveLoad, ...] = ()
+    """forces on named blocks, instead of those of [load]"""
+    dead: tuple[DeadLoad, ...] = ()
+    """extra dead loads, besides those of [load]"""
+
+
 @dataclass(frozen=True, slots=True)
 class LoadSettings:
-    """Direction and distribution of the live load; extra dead loads."""
+    """Direction and distribution of the live load; extra dead loads; several load cases."""
 
-    direction: Literal["+x", "-x"] = "+x"
+    direction: Direction = "+x"
     """the live load pushes to the right or to the left"""
     inclination: Annotated[float, Unit("rad"), Ge(-math.pi / 2), Le(math.pi / 2)] = 0.0
     """angle of the live load above the horizontal: "-90 deg" points down"""
-    distribution: Literal["mass", "mass_height", "per_block"] = "mass"
+    distribution: Distribution = "mass"
     """proportional to mass, to mass x height above the base, or as given in [[load.live]]"""
     live: tuple[LiveLoad, ...] = ()
     """forces on named blocks, each a table [[load.live]] with `blocks` and `force`; for "per_block" only"""
     dead: tuple[DeadLoad, ...] = ()
-    """besides weight, each a table [[load.dead]] with `blocks`, `force` or `line_load`, `inertia`"""
+    """besides weight, each a table [[load.dead]] with `blocks` or `level`, `force` or `line_load`, `inertia`"""
+    cases: tuple[LoadCase, ...] = ()
+    """load cases that are run one after the other into folders of their names, each a table [[load.cases]] with `name`
+    and what differs from [load]; none: [load] itself is the only one"""
 
     @property
     def sign(self) -> int:
@@ -84,6 +118,31 @@ class LoadSettings:
         default = LoadSettings()
         keys = ("dead", "distribution", "inclination", "live")
         return next((f"load.{key}" for key in keys if getattr(self, key) != getattr(default, key)), "")
+
+
+NOT_A_FOLDER = ("figures", "macro", "micro", "runs")
+"""names that the run folder uses itself"""
+
+
+def load_cases(settings: LoadSettings) -> dict[str, LoadSettings]:
+    """Return the loads of every load case by its name; {"": settings} where there are none. Raises CaseError."""
+    if not settings.cases:
+        return {"": settings}
+    found: dict[str, LoadSettings] = {}
+    for number, given in enumerate(settings.cases):
+        key = f"load.cases.{number}.name"
+        if given.name in NOT_A_FOLDER or not re.fullmatch(r"[\w+-]([\w+. -]{0,98}[\w+-])?", given.name):
+            remedy = "use letters, digits, + - _ . and spaces, at most 100, and no name of the run folder's own"
+            raise CaseError(key, f"{given.name!r} cannot name a folder", remedy)
+        if given.name.casefold() in {name.casefold() for name in found}:
+            raise CaseError(key, f"{given.name!r} is the name of another one", "give every load case its own name")
+        changed = {
+            name: value
+            for name in ("direction", "inclination", "distribution", "live")
+            if (value := getattr(given, name)) not in (None, ())
+        }
+        found[given.name] = replace(settings, cases=(), dead=(*settings.dead, *given.dead), **changed)
+    return found
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -160,8 +219,14 @@ def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
         remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
         raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
     for number, load in enumerate(settings.dead):
-        if (load.force is None) == (load.line_load is None):
-            raise CaseError(f"load.dead.{number}", "needs one of force and line_load", "give one of the two")
+        for one, other in (("force", "line_load"), ("level", "blocks")):
+            if (getattr(load, one) in (None, ())) == (getattr(load, other) in (None, ())):
+                raise CaseError(f"load.dead.{number}", f"needs one of {one} and {other}", "give one of the two")
+        if load.level is not None and not _at_level(wall, load.level):
+            tops = sorted({round(float(b.polygon[:, 1].max()), 3) for b in wall.blocks if not b.fixed})
+            listed = ", ".join(f"{top:g}" for top in tops[:20])
+            problem = f"no block has its top at {load.level:g} m"
+            raise CaseError(f"load.dead.{number}.level", problem, f"tops are at {listed}{', ...' * (len(tops) > 20)} m")
     free = {block.id: not block.fixed for block in wall.blocks}
     named = {f"load.live.{number}": load.blocks for number, load in enumerate(settings.live)}
     named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(settings.dead)}
@@ -170,6 +235,22 @@ def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
             if not free.get(wanted, False):
                 problem = f"block {wanted} is a support" if wanted in free else f"there is no block {wanted}"
                 raise CaseError(f"{key}.blocks", problem, "name blocks of the wall that can move")
+
+
+def _at_level(wall: Wall, level: float) -> list[int]:
+    """Return the positions of the free blocks all of whose edges that face upwards lie at a level (m)."""
+    return [
+        k
+        for k, block in enumerate(wall.blocks)
+        if not block.fixed and np.abs(block.polygon[_upper_corners(block.polygon), 1] - level).max() < AT_LEVEL
+    ]
+
+
+def _upper_corners(polygon: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which corners of a counter-clockwise polygon are ends of edges that face upwards."""
+    run = np.roll(polygon, -1, axis=0) - polygon
+    above = -run[:, 0] > STEEP * np.linalg.norm(run, axis=1)
+    return above | np.roll(above, 1)
 
 
 def top_of(polygon: FloatArray) -> tuple[float, FloatArray]:
@@ -185,7 +266,8 @@ def _extra(wall: Wall, loads: tuple[DeadLoad, ...]) -> Iterator[tuple[int, Float
     """Yield block position, point of attack (2,) in m, whether it is on top, and weight in N of every extra load."""
     centroids = block_centroids(wall)
     for load in loads:
-        for position in _positions(wall, load.blocks):
+        named = _positions(wall, load.blocks) if load.level is None else _at_level(wall, load.level)
+        for position in named:
             if load.line_load is not None:
                 width, middle = top_of(wall.blocks[position].polygon)
                 yield position, middle, True, load.line_load * width

@@ -129,7 +129,7 @@ def coulomb(assemblage: Assemblage, carried: float | None = None) -> YieldCondit
 
     carried is the whole dead load in N (none given: the weight of the free blocks).
     """
-    area = assemblage.length * assemblage.wall.thickness
+    area = assemblage.length * assemblage.width
     free = [not block.fixed for block in assemblage.wall.blocks]
     carried = block_weights(assemblage.wall)[free].sum() if carried is None else carried
     tension, crushing = assemblage.tensile_strength * area, assemblage.compressive_strength * area

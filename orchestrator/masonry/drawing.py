@@ -52,12 +52,14 @@ class HealingSettings:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Drawing:
-    """Outlines (n, 2) in m, in any order and orientation: stones, supports, openings; `remarks` about the reading."""
+    """Outlines (n, 2) in m, in any order and orientation: stones, supports, openings; `remarks` about the reading;
+    `materials` of the stones, none where the drawing does not tell any."""
 
     stones: tuple[FloatArray, ...]
     supports: tuple[FloatArray, ...] = ()
     openings: tuple[FloatArray, ...] = ()
     remarks: tuple[str, ...] = field(default=())
+    materials: tuple[str, ...] = ()
 
 
 def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSettings) -> tuple[Wall, list[str]]:
@@ -67,7 +69,8 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
     CaseError for a drawing without blocks or supports and for blocks that overlap by more than the tolerance.
     """
     _refuse_sizes(drawing)
-    stones, left_out = _outside_openings(drawing)
+    kept, left_out = _outside_openings(drawing)
+    stones = [drawing.stones[k] for k in kept]
     supports = list(drawing.supports)
     if settings.ground is not None:
         if supports:
@@ -75,12 +78,15 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
         supports.append(_ground(np.vstack(stones), settings.ground))
     if not supports:
         raise CaseError("supports", "the drawing has none", 'draw them on their own layer, or give --ground "200 mm"')
-    stones, supports = _sorted(stones, settings.tolerance), _sorted(supports, settings.tolerance)
-    outlines, moved = _near_origin([*supports, *stones])
+    order = _order(stones, settings.tolerance)
+    outlines, moved = _near_origin(
+        [*(supports[k] for k in _order(supports, settings.tolerance)), *(stones[k] for k in order)]
+    )
     outlines, gaps = heal(outlines, settings.tolerance)
+    told = [drawing.materials[kept[k]] for k in order] if drawing.materials else [""] * len(order)
     blocks = tuple(
-        Block(k, _counter_clockwise(outline), k < len(supports), material.unit_weight)
-        for k, outline in enumerate(outlines)
+        Block(k, _counter_clockwise(outline), k < len(supports), material.unit_weight, name)
+        for k, (outline, name) in enumerate(zip(outlines, [""] * len(supports) + told, strict=True))
     )
     wall = Wall(name, blocks, material.thickness, material.friction)
     try:
@@ -115,10 +121,10 @@ def _refuse_sizes(drawing: Drawing) -> None:
             )
 
 
-def _outside_openings(drawing: Drawing) -> tuple[list[FloatArray], list[str]]:
-    """Return the stones that lie outside every opening; one that lies half in is drawn wrong (CaseError)."""
+def _outside_openings(drawing: Drawing) -> tuple[list[int], list[str]]:
+    """Return which stones lie outside every opening; one that lies half in is drawn wrong (CaseError)."""
     if not drawing.openings:
-        return list(drawing.stones), []
+        return list(range(len(drawing.stones))), []
     void = shapely.union_all([shapely.Polygon(outline) for outline in drawing.openings])
     polygons = [shapely.Polygon(outline) for outline in drawing.stones]
     part = [void.intersection(polygon).area / polygon.area for polygon in polygons]
@@ -126,7 +132,7 @@ def _outside_openings(drawing: Drawing) -> tuple[list[FloatArray], list[str]]:
         if 0.1 < inside < 0.9:
             x, y = polygon.centroid.x, polygon.centroid.y
             raise CaseError(f"block at ({x:.4g}, {y:.4g}) m", f"lies by {inside:.0%} in an opening", "cut it there")
-    kept = [outline for outline, inside in zip(drawing.stones, part, strict=True) if inside < 0.5]
+    kept = [k for k, inside in enumerate(part) if inside < 0.5]
     left_out = len(drawing.stones) - len(kept)
     if not kept:
         raise CaseError("openings", "every block lies in one", "is an outline of the wall drawn on their layer?")
@@ -138,13 +144,13 @@ def _ground(corners: FloatArray, beyond: float) -> FloatArray:
     return np.array([[left, top - beyond], [right, top - beyond], [right, top], [left, top]])
 
 
-def _sorted(outlines: list[FloatArray], tolerance: float) -> list[FloatArray]:
-    """Return outlines course by course from below (lower edges within ten tolerances are one course), left to right."""
+def _order(outlines: list[FloatArray], tolerance: float) -> list[int]:
+    """Return the order by courses from below (lower edges within ten tolerances are one course), left to right."""
     lower = np.array([outline[:, 1].min() for outline in outlines])
     order = np.argsort(lower, kind="stable")
     course = np.empty(len(outlines))
     course[order] = np.cumsum(np.diff(lower[order], prepend=lower[order[:1]]) > 10 * tolerance)
-    return [outlines[k] for k in np.lexsort((np.array([o[:, 0].min() for o in outlines]), course))]
+    return np.lexsort((np.array([o[:, 0].min() for o in outlines]), course)).tolist()
 
 
 def _near_origin(outlines: list[FloatArray]) -> tuple[list[FloatArray], list[str]]:

@@ -1,7 +1,8 @@
 """DXF drawings -> Drawing: closed outlines, and lines and arcs that close, on the layer of the blocks (ezdxf).
 
-Layers are chosen by name (shell patterns, whatever the case). Entities inside block references are read too; texts,
-dimensions and hatches are passed over.
+Layers are chosen by name (shell patterns separated by commas, whatever the case). Where blocks are on several layers,
+the layer is a block's material. Entities inside block references are read too; texts, dimensions and hatches are passed
+over.
 """
 
 from __future__ import annotations
@@ -33,11 +34,13 @@ LARGEST_FILE = 100_000_000
 LARGEST_CORNERS = 2_000_000
 LARGEST_ENTITIES = 2 * LARGEST_COUNT
 DEEPEST = 50
+OnLayer = tuple[str, FloatArray]
+"""layer and points (n, 2) or (n, 3)"""
 
 
 @dataclass(frozen=True, slots=True)
 class Layers:
-    """Names of layers; `*` and `?` stand for any letters."""
+    """Names of layers, separated by commas; `*` and `?` stand for any letters."""
 
     blocks: str = "blocks"
     supports: str = "supports"
@@ -65,19 +68,28 @@ def _drawing(path: Path, layers: Layers, tolerance: float, unit: str) -> Drawing
         raise
     except Exception as error:  # ezdxf checks little: a damaged entity fails with whatever Python raises
         raise CaseError("", f"an entity cannot be read ({_short(error)})", "repair the drawing (AUDIT)") from None
-    on: dict[str, list[FloatArray]] = {}
+    on: dict[str, list[OnLayer]] = {}
     for role in ("blocks", "supports", "openings"):
-        pattern = getattr(layers, role).lower()
-        on[role] = [factor * points for name, points in paths if fnmatchcase(name.lower(), pattern)]
+        patterns = [pattern.strip() for pattern in getattr(layers, role).lower().split(",")]
+        on[role] = [
+            (name, factor * points)
+            for name, points in paths
+            if any(fnmatchcase(name.lower(), pattern) for pattern in patterns)
+        ]
     if not on["blocks"]:
         found = ", ".join(sorted({name for name, _ in paths})[:20]) or "none with lines"
         problem = f"nothing is drawn on layer {layers.blocks!r}"
         raise CaseError("blocks", problem, f"choose one with --blocks NAME; the drawing's layers: {found}")
     _refuse_depth(on, tolerance)
-    closed = {role: _closed([points[:, :2] for points in drawn], role, tolerance) for role, drawn in on.items()}
+    flat = {role: [(name, points[:, :2]) for name, points in drawn] for role, drawn in on.items()}
+    closed = {role: _closed(drawn, role, tolerance) for role, drawn in flat.items()}
     remarks = [remark, *(text for _, texts in closed.values() for text in texts)]
-    stones, supports, openings = (tuple(closed[role][0]) for role in ("blocks", "supports", "openings"))
-    return Drawing(stones, supports, openings, tuple(remarks))
+    stones, supports, openings = (
+        tuple(outline for _, outline in closed[role][0]) for role in ("blocks", "supports", "openings")
+    )
+    several = len({name for name, _ in on["blocks"]}) > 1
+    materials = tuple(name for name, _ in closed["blocks"][0]) if several else ()
+    return Drawing(stones, supports, openings, tuple(remarks), materials)
 
 
 def _opened(path: Path) -> Any:
@@ -108,7 +120,7 @@ def _factor(document: Any, unit: str) -> tuple[float, str]:
     return HEADER_UNITS[code], f"drawing unit {HEADER_UNITS[code]:g} m, from its header"
 
 
-def _paths(document: Any, chord: float) -> list[tuple[str, FloatArray]]:
+def _paths(document: Any, chord: float) -> list[OnLayer]:
     """Return layer and points (n, 3) of everything drawn, in drawing units; the first point is repeated if closed."""
     from ezdxf.disassemble import recursive_decompose
     from ezdxf.path import make_path
@@ -146,28 +158,48 @@ def _expanded(entities: Any, document: Any, known: dict[str, int], depth: int = 
     return total
 
 
-def _refuse_depth(on: dict[str, list[FloatArray]], tolerance: float) -> None:
-    points = np.vstack([points for drawn in on.values() for points in drawn])
+def _refuse_depth(on: dict[str, list[OnLayer]], tolerance: float) -> None:
+    points = np.vstack([points for drawn in on.values() for _, points in drawn])
     if not (np.abs(points) < 1e9).all():
         raise CaseError("", "a coordinate is not a number below 1e9 m", "correct the drawing, or its unit with --unit")
     if np.ptp(points[:, 2]) > tolerance:
         raise CaseError("", f"depth varies by {np.ptp(points[:, 2]):.3g} m", "draw the wall in the xy plane")
 
 
-def _closed(paths: list[FloatArray], role: str, tolerance: float) -> tuple[list[FloatArray], list[str]]:
-    """Return the closed outlines (n, 2) among `paths` and those their open ones form, and remarks on the rest."""
+def _closed(drawn: list[OnLayer], role: str, tolerance: float) -> tuple[list[OnLayer], list[str]]:
+    """Return the closed outlines (n, 2) in what is `drawn` and those its open lines form, and remarks on the rest."""
     is_closed = [
-        len(path) > 3 and np.linalg.norm(path[0] - path[-1]) <= tolerance < np.ptp(path, axis=0).max() for path in paths
+        len(path) > 3 and np.linalg.norm(path[0] - path[-1]) <= tolerance < np.ptp(path, axis=0).max()
+        for _, path in drawn
     ]
-    outlines = [path[:-1] for path, closed in zip(paths, is_closed, strict=True) if closed]
-    lines = [path for path, closed in zip(paths, is_closed, strict=True) if not closed]
-    faces, rest = _faces(lines, tolerance)
-    distinct, twice = _without_duplicates([*map(_without_repeats, outlines), *faces])
+    outlines = [(name, path[:-1]) for (name, path), closed in zip(drawn, is_closed, strict=True) if closed]
+    lines = [one for one, closed in zip(drawn, is_closed, strict=True) if not closed]
+    faces, rest = _faces([path for _, path in lines], tolerance)
+    along = _layers_along(faces, lines, tolerance)
+    named = [(name, _without_repeats(outline)) for name, outline in outlines]
+    distinct, twice = _without_duplicates([*named, *zip(along, faces, strict=True)])
     remarks = [f"{role}: {twice} outlines drawn twice, kept once"] if twice else []
     if rest:
         x, y = shapely.get_coordinates(rest[0])[0]
         remarks.append(f"{role}: WARNING: {len(rest)} lines close no outline, the first at ({x:.4g}, {y:.4g}) m")
     return distinct, remarks
+
+
+def _layers_along(faces: list[FloatArray], lines: list[OnLayer], tolerance: float) -> list[str]:
+    """Return for each face (n, 2) the layer that most of its boundary is drawn on, "" where two have as much."""
+    names = sorted({name for name, _ in lines})
+    if len(names) < 2:
+        return names * len(faces)
+    bands = [
+        shapely.union_all([shapely.LineString(path) for on, path in lines if on == name]).buffer(tolerance)
+        for name in names
+    ]
+    found = []
+    for ring in map(shapely.LinearRing, faces):
+        length = np.array([ring.intersection(band).length for band in bands])
+        most = np.flatnonzero(length > 0.99 * length.max())
+        found.append(names[most[0]] if len(most) == 1 else "")
+    return found
 
 
 def _faces(lines: list[FloatArray], tolerance: float) -> tuple[list[FloatArray], list[shapely.Geometry]]:
@@ -193,12 +225,12 @@ def _met(points: FloatArray, tolerance: float) -> FloatArray:
     return np.column_stack([np.bincount(group, points[:, k]) / size for k in (0, 1)])[group]
 
 
-def _without_duplicates(outlines: Iterable[FloatArray]) -> tuple[list[FloatArray], int]:
-    found: dict[bytes, FloatArray] = {}
+def _without_duplicates(outlines: Iterable[OnLayer]) -> tuple[list[OnLayer], int]:
+    found: dict[bytes, OnLayer] = {}
     count = 0
-    for outline in outlines:
+    for name, outline in outlines:
         count += 1
-        found.setdefault(np.unique(np.round(outline, 6) + 0.0, axis=0).tobytes(), outline)
+        found.setdefault(np.unique(np.round(outline, 6) + 0.0, axis=0).tobytes(), (name, outline))
     return list(found.values()), count - len(found)
 
 

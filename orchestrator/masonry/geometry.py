@@ -67,6 +67,11 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
+def block_thicknesses(wall: Wall) -> FloatArray:
+    """Thicknesses (n,) in m: the wall's where a block has none of its own."""
+    return np.array([wall.thickness if block.thickness is None else block.thickness for block in wall.blocks])
+
+
 def block_weights(wall: Wall) -> FloatArray:
     """Weights (n,) in N, supports included."""
-    return block_areas(wall) * wall.thickness * np.array([block.unit_weight for block in wall.blocks])
+    return block_areas(wall) * block_thicknesses(wall) * np.array([block.unit_weight for block in wall.blocks])

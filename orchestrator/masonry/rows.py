@@ -8,6 +8,7 @@
     support = 200                 # the ground reaches this far beyond the wall on both sides
     175: 200 400 400 400 400 200  # height of the course, then widths from the left
     175: 400 400 -400 400 400     # negative: opening
+    175: 200 1600/timber 200      # a block of another material
 
 Courses stand on each other; each begins at x = 0, the lowest at y = 0.
 """
@@ -28,6 +29,8 @@ from orchestrator.units import Unit
 
 UNITS = {"thickness": "m", "support": "m", "unit_weight": "N/m3", "friction": ""}
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+Course = tuple[float, list[tuple[float, str]]]
+"""height in m; width in m and material of each block, a negative width for an opening"""
 LARGEST_FILE = 10_000_000
 """bytes; a course of twenty blocks takes about a hundred"""
 
@@ -52,7 +55,7 @@ def _text(path: Path) -> str:
 
 def parse_rows(text: str, name: str) -> Wall:
     """Return the wall that `text` describes (see above); blocks are numbered from 1, the support is 0."""
-    unit, given, courses = "", dict[str, float](), list[tuple[float, list[float]]]()
+    unit, given, courses = "", dict[str, float](), list[Course]()
     for number, line in enumerate(text.split("\n"), 1):
         words, place = line.partition("#")[0].strip(), f"line {number}"
         if "=" in words:
@@ -71,29 +74,38 @@ def parse_rows(text: str, name: str) -> Wall:
     return _stacked(name, courses, given)
 
 
-def _stacked(name: str, courses: list[tuple[float, list[float]]], given: dict[str, float]) -> Wall:
+def _stacked(name: str, courses: list[Course], given: dict[str, float]) -> Wall:
     polygons: list[FloatArray] = []
+    materials: list[str] = []
     level = 0.0
-    for height, widths in courses:
-        ends = np.concatenate([[0.0], np.cumsum(np.abs(widths))])
-        for left, right, width in zip(ends[:-1], ends[1:], widths, strict=True):
+    for height, stones in courses:
+        ends = np.concatenate([[0.0], np.cumsum([abs(width) for width, _ in stones])])
+        for left, right, (width, material) in zip(ends[:-1], ends[1:], stones, strict=True):
             if width > 0:
                 polygons.append(_rectangle(left, right, level, level + height))
+                materials.append(material)
         if len(polygons) > LARGEST_COUNT:
             raise CaseError("courses", f"more than {LARGEST_COUNT} blocks", "divide the wall")
         level += height
-    length, beyond = max(sum(map(abs, widths)) for _, widths in courses), given["support"]
+    length, beyond = max(sum(abs(width) for width, _ in stones) for _, stones in courses), given["support"]
     ground = _rectangle(-beyond, length + beyond, -courses[0][0], 0.0)
-    blocks = tuple(Block(n, p, n == 0, given["unit_weight"]) for n, p in enumerate([ground, *polygons]))
+    of = zip([ground, *polygons], ["", *materials], strict=True)
+    blocks = tuple(Block(n, p, n == 0, given["unit_weight"], material) for n, (p, material) in enumerate(of))
     return Wall(name, blocks, given["thickness"], given["friction"])
 
 
-def _course(words: str, unit: str, place: str) -> tuple[float, list[float]]:
-    numbers = [_number(word, place) for word in words.replace(":", " ", 1).split()]
+def _course(words: str, unit: str, place: str) -> Course:
+    first, *rest = words.replace(":", " ", 1).split() or ["0"]
+    pairs = [(first, "", ""), *(word.partition("/") for word in rest)]
+    numbers = [_number(number, place) for number, _, _ in pairs]
     if len(numbers) < 2 or numbers[0] <= 0 or 0.0 in numbers:
         raise CaseError(place, "is not a course", "write its height above 0, then widths: 175: 400 -800 400")
+    for number, (_, slash, material) in zip(numbers, pairs, strict=True):
+        if slash and (not material or number < 0):
+            remedy = "write it behind the width of a block, as in 1600/timber"
+            raise CaseError(place, f"{material[:40]!r} is no block's material", remedy)
     height, *widths = (number * _factor(unit, place) for number in numbers)
-    return height, widths
+    return height, list(zip(widths, [material for _, _, material in pairs[1:]], strict=True))
 
 
 def _setting(key: str, value: str, unit: str, place: str) -> float:

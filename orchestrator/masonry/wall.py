@@ -35,18 +35,23 @@ def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike = np.float64) -> np.nd
 class Block:
     """One stone: `polygon` (n, 2) in m, counter-clockwise, not closed; `unit_weight` in N/m3; `fixed` for supports.
 
-    `material` is a name that joint classes refer to."""
+    `material` is a name that block and joint classes refer to. None: thickness (m) and friction are the wall's,
+    elastic_modulus (Pa) and poisson_ratio those of the case."""
 
     id: int
     polygon: FloatArray
     fixed: bool
     unit_weight: float
     material: str = ""
+    thickness: float | None = None
+    friction: float | None = None
+    elastic_modulus: float | None = None
+    poisson_ratio: float | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Wall:
-    """Blocks of one thickness (m); one coefficient of friction for all joints that no joint class gives another."""
+    """Blocks, with the thickness (m) and the coefficient of friction of all that have none of their own."""
 
     name: str
     blocks: tuple[Block, ...]

@@ -2,6 +2,6 @@
 
 from orchestrator.page.contents import bilinear_of
 from orchestrator.page.stored import StoredModel, StoredRun, read_run
-from orchestrator.page.writing import write
+from orchestrator.page.writing import write, write_index
 
-__all__ = ["StoredModel", "StoredRun", "bilinear_of", "read_run", "write"]
+__all__ = ["StoredModel", "StoredRun", "bilinear_of", "read_run", "write", "write_index"]

@@ -13,7 +13,7 @@ import numpy as np
 from orchestrator import results
 from orchestrator.capacity import Bilinear, idealise
 from orchestrator.errors import ResultError
-from orchestrator.masonry.geometry import block_areas
+from orchestrator.masonry.geometry import block_areas, block_weights
 from orchestrator.page.collapse import collapse
 from orchestrator.page.damage import Damage, damage_sequence
 from orchestrator.page.stored import StoredModel, StoredRun
@@ -70,7 +70,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "headline": run.analysis.headline.flow_rule.replace("_", " "),
         "bodies": _bodies(run),
         "tolerances": run.partition.tolerances,
-        "pictures": {path.stem: _picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
+        "pictures": {path.stem: picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
         "models": [_model(run, model) for model in models],
         "complaints": [(LABELS[m.name], m.summary["complaint"]) for m in models if m.summary.get("complaint")],
         "remarks": remarks,
@@ -122,7 +122,7 @@ def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
 
 def _bodies(run: StoredRun) -> list[dict[str, Any]]:
     areas, wall = block_areas(run.assemblage.wall), run.assemblage.wall
-    weights = areas * [block.unit_weight for block in wall.blocks] * wall.thickness
+    weights = block_weights(wall)
     members = [np.flatnonzero(run.partition.body_of_block == number) for number in range(run.partition.count)]
     return [
         {
@@ -202,7 +202,7 @@ def _points(model: StoredModel) -> dict[str, Any]:
     return {"x": np.round(moved, 6), "y": np.round(curve.base_shear_N / 1e3, 6), "bilinear": corners}
 
 
-def _picture(png: Path) -> str:
+def picture(png: Path) -> str:
     """Return a picture as data URL: the drawing, or the raster where the drawing is too large."""
     svg = png.with_suffix(".svg")
     if svg.exists() and svg.stat().st_size <= LARGEST_DRAWING:

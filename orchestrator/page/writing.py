@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
-from orchestrator.page.contents import contents
+from orchestrator.page.contents import contents, picture
 from orchestrator.page.stored import read_run
 from orchestrator.results.files import plain, write_text
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 
 def write(folder: Path) -> Path:
@@ -18,8 +23,25 @@ def write(folder: Path) -> Path:
     return path
 
 
+def write_index(folder: Path, case: str, rows: Sequence[dict[str, Any]]) -> Path:
+    """Write report.html of a run of several load cases: their table (rows of load_cases.csv), their curves
+    (figures/curves), and a link to the report of each. Return its path."""
+    path = folder / "report.html"
+    reports = {row["load_case"]: f"{quote(row['load_case'])}/report.html" for row in rows if row["model"]}
+    curves = picture(folder / "figures" / "curves.png")
+    write_text(
+        path,
+        _environment().get_template("load_cases.html.j2").render(case=case, rows=rows, reports=reports, curves=curves),
+    )
+    return path
+
+
 def render(values: dict[str, Any]) -> str:
     """Return the page."""
+    return _environment().get_template("report.html.j2").render(plain_collapse(values))
+
+
+def _environment() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined  # 0.07 s that `limit` need not wait for
 
     environment = Environment(
@@ -31,7 +53,7 @@ def render(values: dict[str, Any]) -> str:
     )
     environment.filters |= {"shown": shown, "fixed": fixed, "small": small}
     environment.policies["json.dumps_function"] = _compact
-    return environment.get_template("report.html.j2").render(plain_collapse(values))
+    return environment
 
 
 def plain_collapse(values: dict[str, Any]) -> dict[str, Any]:

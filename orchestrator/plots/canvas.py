@@ -120,6 +120,12 @@ def stamp_not_valid(place: Figure | Axes, size: float = 56.0) -> None:
         text.set_transform(place.transAxes)
 
 
+def label_of(text: str) -> str:
+    """Return a name from a file as the label of a legend: short, `$` only a dollar, and not left out for its `_`."""
+    short = textwrap.shorten(text, 40, placeholder="…").replace("$", r"\$")
+    return f" {short}" if short.startswith("_") else short
+
+
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Write `name`.png and `name`.svg to `folder`, whole or not at all; equal figures give equal files."""
     paths = []

@@ -1,4 +1,4 @@
-"""Pictures of a tolerance study: many small walls on one sheet, many curves in one plot."""
+"""Pictures of many runs: the small walls of a tolerance study on one sheet, curves of a study or of load cases."""
 
 from __future__ import annotations
 
@@ -20,7 +20,20 @@ from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
-from orchestrator.plots.canvas import STONE, draw_supports, stamp_not_valid, write_title
+from orchestrator.plots.canvas import (
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    STONE,
+    VERMILLION,
+    draw_supports,
+    label_of,
+    legend_below,
+    stamp_not_valid,
+    write_title,
+)
 from orchestrator.plots.pushover import draw_limit_analysis, outline
 from orchestrator.plots.walls import body_colours, displaced_blocks
 from orchestrator.pushover.state import Increment, PushoverCurve
@@ -33,6 +46,7 @@ PANEL = (1.9, 2.5)
 """width and height of the largest small wall with its title, inches"""
 SMALL = 16.0
 """points of what is stamped on a small wall"""
+LOAD_CASES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, INK)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,6 +58,16 @@ class Panel:
     colours: tuple[str, ...]
     supports: tuple[FloatArray, ...]
     valid: bool = True
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Line:
+    """The curve of one model ("macro" or "micro") of a load case, and whether its result is valid."""
+
+    load_case: str
+    model: str
+    valid: bool
+    curve: PushoverCurve
 
 
 def mechanism_panel(assemblage: Assemblage, state: LimitState) -> Panel:
@@ -131,6 +155,30 @@ def study_curves(
     bar.set_ticks(sorted(set(counts)), labels=[str(count) for count in sorted(set(counts))], fontsize=7)
     bar.minorticks_off()
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8, frameon=False)
+    return figure
+
+
+def load_case_curves(lines: Sequence[Line], name: str) -> Figure:
+    """Draw base shear against control displacement of load cases, each along its own load: macroblocks solid, micro-FE
+    dashed, both in the load case's colour. Displacements are relative to the state under gravity."""
+    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
+    axes = figure.add_subplot()
+    names = list(dict.fromkeys(line.load_case for line in lines))
+    colours = dict(zip(names, LOAD_CASES * len(names), strict=False))
+    for line in lines:
+        style = {"macro": "-", "micro": "--"}[line.model]
+        said = f"{label_of(line.load_case)}, {line.model} FE" + ", NOT VALID" * (not line.valid)
+        axes.plot(
+            *_shear_against_displacement(line.curve), style, color=colours[line.load_case], linewidth=1.8, label=said
+        )
+    axes.set_xlabel("control displacement along the load (mm)")
+    axes.set_ylabel("base shear (kN)")
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(bottom=0.0)
+    axes.grid(color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+    write_title(axes, f"Pushover under {len(names)} load cases", name)
+    legend_below(axes, 2)
     return figure
 
 

@@ -21,6 +21,7 @@ from orchestrator.plots.canvas import (
     draw_polygons,
     draw_segments,
     draw_supports,
+    label_of,
     legend_below,
     number_size,
     wall_figure,
@@ -36,6 +37,8 @@ BODY_COLOURS = (
     "#99ddff", "#eedd88", "#44bb99", "#ffaabb", "#bbcc33", "#77aadd", "#ee8866", "#dddddd", "#aaaa00",
 )  # fmt: skip
 """Paul Tol's light scheme: fills with dark text on them, distinguishable by colour-blind readers"""
+MATERIALS = (STONE, "#ee8866", "#77aadd", "#eedd88", "#44bb99", "#ffaabb", "#bbcc33", "#99ddff", "#aaaa00")
+"""fills of blocks by material: that of stone, then Tol's"""
 ARROW = 0.12
 """length of the load arrow, part of the wall's largest dimension"""
 WIDEST, THINNEST = 5.0, 0.5
@@ -43,13 +46,16 @@ WIDEST, THINNEST = 5.0, 0.5
 
 
 def blocks(wall: Wall, numbered: bool = False) -> Figure:
-    """Draw the blocks as they stand, supports hatched, with their ids if `numbered`."""
+    """Draw the blocks as they stand, a colour for each material, supports hatched, with their ids if `numbered`."""
     polygons = [block.polygon for block in wall.blocks]
     free = sum(not block.fixed for block in wall.blocks)
     supports = len(polygons) - free
     title = f"{free} block{'s' * (free != 1)}, {supports} support{'s' * (supports != 1)}"
     figure, axes = wall_figure(np.vstack(polygons), title, wall.name)
-    draw_polygons(axes, [b.polygon for b in wall.blocks if not b.fixed], STONE).set_label("block")
+    materials = sorted({block.material for block in wall.blocks if not block.fixed})
+    for name, fill in zip(materials, MATERIALS * len(materials), strict=False):
+        stones = [b.polygon for b in wall.blocks if not b.fixed and b.material == name]
+        draw_polygons(axes, stones, fill).set_label(f"{label_of(name)} ({len(stones)})" if name else "block")
     draw_supports(axes, [b.polygon for b in wall.blocks if b.fixed])
     if numbered:
         size = number_size(polygons, axes)

@@ -35,7 +35,8 @@ def pushover_increments(
 ) -> Iterator[Increment]:
     """Yield the converged increments: gravity, ramp, displacement control.
 
-    mesh: settings, or meshes of `mesh_bodies`. direction: load along +x (1) or -x (-1). Raises ConvergenceError when no
+    mesh: settings, or meshes of `mesh_bodies`. direction: load along +x (1) or -x (-1). A body has one density, that of
+    its stones in the mean. Raises ConvergenceError when no
     further increment converges, CollapseError when a body has lost every contact; what was yielded stays valid.
     """
     stepping, alone = stepping or SteppingSettings(), this_rank()

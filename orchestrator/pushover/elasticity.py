@@ -16,6 +16,7 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import dolfinx
 import numpy as np
@@ -28,8 +29,8 @@ from petsc4py import PETSc
 
 from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.constants import ElasticConstants
 from orchestrator.pushover.edges import TETRAHEDRON_EDGES, edges_of, on_outline
-from orchestrator.pushover.settings import ElasticSettings
 
 assert PETSc.ScalarType is np.float64, "this program needs PETSc built for real numbers (python3-dolfinx-real)"
 
@@ -55,16 +56,16 @@ class Elasticity:
 
 
 @_quiet_compiler()
-def assemble(meshes: BodyMeshes, elastic: ElasticSettings, comm: MPI.Comm) -> Elasticity:
+def assemble(meshes: BodyMeshes, constants: ElasticConstants, element_order: int, comm: MPI.Comm) -> Elasticity:
     """Return stiffness and mass in the node order of `meshes`, the same on every rank."""
     mesh = _distributed_mesh(meshes, comm)
-    space = fem.VectorFunctionSpace(mesh, ("Lagrange", elastic.element_order))
+    space = fem.VectorFunctionSpace(mesh, ("Lagrange", element_order))
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    first, second = _lame(elastic)
+    first, second = _lame(mesh, meshes, constants)
     strain_u, strain_v = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))
     stiffness = 2 * second * ufl.inner(strain_u, strain_v) + first * ufl.tr(strain_u) * ufl.tr(strain_v)
-    inertia = _density(mesh, meshes) * ufl.inner(u, v)
-    edges = edges_of(meshes.tetrahedra) if elastic.element_order == 2 else np.zeros((0, 2), np.int64)
+    inertia = _of_cells(mesh, meshes, meshes.unit_weight / GRAVITY) * ufl.inner(u, v)
+    edges = edges_of(meshes.tetrahedra) if element_order == 2 else np.zeros((0, 2), np.int64)
     numbering = _input_numbering(space, edges, len(meshes.nodes))
     curved = ~on_outline(edges, meshes)
     basis = _hierarchical_basis(edges, curved, len(meshes.nodes))
@@ -88,9 +89,14 @@ def _hierarchical_basis(edges: IntArray, curved: npt.NDArray[np.bool_], nodes: i
     return sparse.kron(sparse.csr_matrix((value, (row, column)), shape), sparse.identity(3), format="csr")
 
 
-def _lame(elastic: ElasticSettings) -> tuple[float, float]:
-    modulus, ratio = elastic.elastic_modulus, elastic.poisson_ratio
-    return modulus * ratio / ((1 + ratio) * (1 - 2 * ratio)), modulus / (2 * (1 + ratio))
+def _lame(mesh: dolfinx.mesh.Mesh, meshes: BodyMeshes, constants: ElasticConstants) -> tuple[Any, Any]:
+    """Return lambda and mu: numbers where all bodies have the same, else functions that are constant on each cell."""
+    moving = len(meshes.unit_weight)
+    modulus, ratio = constants.elastic_modulus[:moving], constants.poisson_ratio[:moving]
+    first, second = modulus * ratio / ((1 + ratio) * (1 - 2 * ratio)), modulus / (2 * (1 + ratio))
+    if np.ptp(modulus) == 0.0 and np.ptp(ratio) == 0.0:
+        return float(first[0]), float(second[0])
+    return _of_cells(mesh, meshes, first), _of_cells(mesh, meshes, second)
 
 
 def _distributed_mesh(meshes: BodyMeshes, comm: MPI.Comm) -> dolfinx.mesh.Mesh:
@@ -113,12 +119,12 @@ def _rank_of_body(body_of_tetrahedron: IntArray, ranks: int) -> IntArray:
     return before * ranks // len(body_of_tetrahedron)
 
 
-def _density(mesh: dolfinx.mesh.Mesh, meshes: BodyMeshes) -> fem.Function:
-    """Return the density (kg/m3) of each cell. Rank 0 handed over all cells, so original numbers are the input's."""
-    density = fem.Function(fem.FunctionSpace(mesh, ("DG", 0)))
+def _of_cells(mesh: dolfinx.mesh.Mesh, meshes: BodyMeshes, of_body: FloatArray) -> fem.Function:
+    """Return values (bodies,) on each cell. Rank 0 handed over all cells, so original numbers are the input's."""
+    values = fem.Function(fem.FunctionSpace(mesh, ("DG", 0)))
     body = meshes.body_of_tetrahedron[np.array(mesh.topology.original_cell_index)]
-    density.x.array[:] = meshes.unit_weight[body] / GRAVITY
-    return density
+    values.x.array[:] = of_body[body]
+    return values
 
 
 def _input_numbering(space: fem.FunctionSpace, edges: IntArray, nodes: int) -> IntArray:

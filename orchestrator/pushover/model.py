@@ -12,6 +12,7 @@ from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.cohesion import Bond, find_bond
+from orchestrator.pushover.constants import ElasticConstants, constants_of
 from orchestrator.pushover.contact_search import Contacts, find_contacts
 from orchestrator.pushover.contact_tracking import Frames, Tracking, find_possible_contacts, fit_frames, track
 from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
@@ -61,7 +62,7 @@ class ContactModel:
     rows: IntArray
     bodies: int
     body_names: tuple[str, ...]
-    elastic: ElasticSettings
+    elastic: ElasticConstants
     tracking: Tracking | None
     bond: Bond | None = None
 
@@ -100,7 +101,8 @@ def build_model(
 
     Without `loads` the wall carries its weight, and the live load is the weight turned to +x or -x (`direction`).
     """
-    elasticity = assemble(meshes, elastic, comm)
+    constants = constants_of(bodies, elastic)
+    elasticity = assemble(meshes, constants, elastic.element_order, comm)
     stiffness = elasticity.stiffness
     if large_displacement:
         stiffness = stiffness.tobsr((3, 3)).tocsr()  # the pattern of the turned one
@@ -132,7 +134,7 @@ def build_model(
         rows=np.arange(len(contacts)),
         bodies=bodies.moving,
         body_names=tuple(body.name for body in bodies.bodies),
-        elastic=elastic,
+        elastic=constants,
         tracking=find_possible_contacts(bodies, meshes, contacts) if large_displacement else None,
     )
     bond = find_bond(bodies, meshes, contacts, len(model.possible), contact.softening_displacement)

@@ -16,6 +16,7 @@ import shapely
 from orchestrator.bodies import Bodies
 from orchestrator.errors import CaseError
 from orchestrator.limit_analysis.loads import STEEP, LoadSettings, Placed, extra_dead_loads, live_loads
+from orchestrator.masonry.geometry import block_areas, block_centroids, block_weights
 from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
 from orchestrator.meshing import BodyMeshes
 
@@ -23,6 +24,8 @@ POINTS_ON_EDGE = 8
 POINTS_THROUGH_THICKNESS = 4
 IN_TRIANGLE = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
 """barycentric weights of three points of equal weight, exact for polynomials of degree 2"""
+ROUNDING = 1e-9
+"""part of a stone's weight by which it may differ from its part of its body's before that is a load of its own"""
 UPRIGHT = 1e-6
 """a live load with a horizontal part below this one has no base shear to report"""
 
@@ -55,12 +58,26 @@ def nodal_loads(wall: Wall, bodies: Bodies, meshes: BodyMeshes, settings: LoadSe
     if settings.distribution == "mass":  # the free blocks' own masses come first, and the mass matrix has them
         own = sum(not block.fixed for block in wall.blocks)
         live = Placed(live.block[own:], live.point[own:], live.on_top[own:], live.size[own:])
+    uneven = _spread(departures_from_mean(wall, bodies), wall, bodies, meshes)
+    with_mass = settings.distribution == "mass"
     return NodalLoads(
-        dead=read_only(_spread(extra_dead_loads(wall, settings.dead), wall, bodies, meshes)),
-        live=read_only(_spread(live, wall, bodies, meshes)),
+        dead=read_only(uneven + _spread(extra_dead_loads(wall, settings.dead), wall, bodies, meshes)),
+        live=read_only(with_mass * uneven + _spread(live, wall, bodies, meshes)),
         of_mass=settings.distribution == "mass",
         inclination=settings.inclination,
     )
+
+
+def departures_from_mean(wall: Wall, bodies: Bodies) -> Placed:
+    """Return what stones weigh more (or less) than their part of a body whose mass matrix has one density: their sum is
+    zero in each body, and brings its weight to the centroid of its stones."""
+    even, weight, centroid = np.zeros(len(wall.blocks)), block_weights(wall), block_centroids(wall)
+    for body in bodies.bodies:
+        even[body.blocks] = body.unit_weight * bodies.thickness
+    departure = weight - even * block_areas(wall)
+    fixed = np.array([block.fixed for block in wall.blocks])
+    block = np.flatnonzero(~fixed & (np.abs(departure) > ROUNDING * weight))
+    return Placed(block, centroid[block], np.zeros(len(block), bool), departure[block])
 
 
 def refuse_upright(settings: LoadSettings) -> None:

@@ -15,16 +15,16 @@ import numpy as np
 from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.constants import ElasticConstants
 from orchestrator.pushover.contact_search import Contacts, triangles_on
 from orchestrator.pushover.contact_tracking import fit_frames
 from orchestrator.pushover.edges import TETRAHEDRON_EDGES, edges_of, on_outline
-from orchestrator.pushover.settings import ElasticSettings
 
 
 def element_stress(
-    meshes: BodyMeshes, elastic: ElasticSettings, displacement: FloatArray, large_displacement: bool
+    meshes: BodyMeshes, elastic: ElasticConstants, displacement: FloatArray, large_displacement: bool
 ) -> FloatArray:
-    """Return stress tensors (t, 3, 3) in Pa, tension positive.
+    """Return stress tensors (t, 3, 3) in Pa over the wall's thickness, tension positive.
 
     displacement (n, 3) in m: nodes, then curved edges. In large displacements the axes are those of each body, which
     turn with it.
@@ -37,9 +37,11 @@ def element_stress(
         pairs = slopes[:, TETRAHEDRON_EDGES].sum(axis=2)
         gradient += np.einsum("tea,teb->tab", _departures(meshes, local), pairs)
     strain = 0.5 * (gradient + gradient.transpose(0, 2, 1))
-    modulus, ratio = elastic.elastic_modulus, elastic.poisson_ratio
+    modulus, ratio = (
+        of_body[meshes.body_of_tetrahedron] for of_body in (elastic.elastic_modulus, elastic.poisson_ratio)
+    )
     volumetric = modulus * ratio / ((1 + ratio) * (1 - 2 * ratio)) * np.trace(strain, axis1=1, axis2=2)
-    return modulus / (1 + ratio) * strain + volumetric[:, None, None] * np.eye(3)
+    return (modulus / (1 + ratio))[:, None, None] * strain + volumetric[:, None, None] * np.eye(3)
 
 
 def barycentric_slopes(corners: FloatArray) -> FloatArray:

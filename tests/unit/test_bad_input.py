@@ -89,7 +89,7 @@ CASES = {
     "blocks nowhere": ("[wall]\nblocks = ''", "wall.blocks", "not empty"),
     "joints of a metre": ("[joints]\ntolerance = 1", "joints.tolerance", "less than or equal to 0.01"),
     "dead load without a unit": ('[[load.dead]]\nblocks = [1]\nforce = "5"', "load.dead.0.force", "use one of N, kN"),
-    "dead load on nothing": ("[[load.dead]]\nblocks = []\nforce = 5", "load.dead.0.blocks", "at least one"),
+    "dead load on nothing": ("[[load.dead]]\nblocks = []\nforce = 5", "load.dead.0", "give one of the two"),
     "unknown key of a load": ("[[load.dead]]\nblocks = [1]\nforc = 5", "load.dead.0.forc", "did you mean force"),
     "crushing in the pushover": (
         '[[joints.classes]]\ncompressive_strength = "1 MPa"',

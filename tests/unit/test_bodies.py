@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from orchestrator.bodies import make_bodies
+from orchestrator.bodies import Part, make_bodies
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.macroblocks import Partition, one_body, one_body_per_block
 from orchestrator.masonry.patterns import running_bond
@@ -142,3 +142,13 @@ def test_unit_weight_is_weight_over_volume():
     wall = Wall("two", (Block(0, rectangle(-1, -1, 5, 0), True, 1.0), light, heavy), 0.1, 0.6)
     assemblage = find_joints(wall, JointSettings())
     assert make_bodies(assemblage, one_body(assemblage)).bodies[0].unit_weight == pytest.approx(17.5e3)
+
+
+def test_bodies_of_one_material_have_exactly_the_constants_of_the_case():
+    """Not but for rounding: constants that differ in the last digit would change every result in the last digits."""
+    assemblage = find_joints(read_blocks(PROJECT / "tests" / "data" / "ferris_tinloi_wall3.json"), JointSettings())
+    for bodies in (
+        make_bodies(assemblage, one_body(assemblage)),
+        make_bodies(assemblage, one_body_per_block(assemblage)),
+    ):
+        assert {body.parts for body in bodies.bodies} == {(Part(1.0, None, None),)}

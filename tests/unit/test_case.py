@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -154,3 +155,57 @@ def test_no_record_gets_further_than_a_case_error(record):
     except CaseError as error:
         said = str(error)
     assert "\n" not in said
+
+
+CLASSES = """
+[wall]
+blocks = "door.json"
+friction = 0.5
+[[wall.classes]]
+material = "timber"
+unit_weight = "6 kN/m3"
+thickness = "20 cm"
+friction = 0.4
+elastic_modulus = "11 GPa"
+poisson_ratio = 0.3
+"""
+
+
+def door(folder):
+    ground = {"id": 0, "polygon": [[-1, -1], [3, -1], [3, 0], [-1, 0]], "fixed": True}
+    jamb = {"id": 1, "polygon": [[0, 0], [1, 0], [1, 1], [0, 1]], "material": "stone"}
+    lintel = {"id": 2, "polygon": [[0, 1], [1, 1], [1, 2], [0, 2]], "material": "timber"}
+    units = {"length": "m", "unit_weight": "kN/m3"}
+    wall = {"units": units, "thickness": 0.3, "unit_weight": 20, "friction": 0.7, "blocks": [ground, jamb, lintel]}
+    (folder / "door.json").write_text(json.dumps(wall))
+    return folder / "door.toml"
+
+
+def test_block_classes_change_the_blocks_of_their_material_and_are_written_back(tmp_path):
+    door(tmp_path).write_text(CLASSES)
+    case = cases.read(tmp_path / "door.toml")
+    _, jamb, lintel = cases.read_wall(case).blocks
+    assert (jamb.unit_weight, jamb.thickness, jamb.friction, jamb.elastic_modulus) == (20e3, None, None, None)
+    found = (lintel.unit_weight, lintel.thickness, lintel.friction, lintel.elastic_modulus, lintel.poisson_ratio)
+    assert found == pytest.approx((6e3, 0.2, 0.4, 11e9, 0.3))
+    assert driver.check(case).friction == pytest.approx([0.5, 0.4])
+    (tmp_path / "written.toml").write_text(cases.as_toml(case, "door.json"))
+    assert cases.read(tmp_path / "written.toml").wall.classes == case.wall.classes
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ('"timber"', '"timbre"', "wall.classes.0.material: no block is of 'timbre'; materials are stone, timber"),
+        ('"timber"', '""', "wall.classes.0.material: '' is not accepted; write a text that is not empty"),
+        ("unit_weight", "unit_wieght", "wall.classes.0.unit_wieght: is not a known key; did you mean unit_weight?"),
+        ('"20 cm"', '"0 cm"', "wall.classes.0.thickness: 0.0 is not accepted; input should be greater than 0"),
+        ('"11 GPa"', '"11 kN"', "wall.classes.0.elastic_modulus: unit 'kN' does not fit; use one of Pa"),
+        ("poisson_ratio = 0.3", "poisson_ratio = 0.5", "wall.classes.0.poisson_ratio: 0.5 is not accepted"),
+    ],
+)
+def test_block_classes_that_cannot_be(tmp_path, old, new, complaint):
+    door(tmp_path).write_text(CLASSES.replace(old, new))
+    with pytest.raises(CaseError) as raised:
+        cases.read_wall(cases.read(tmp_path / "door.toml"))
+    assert f"door.toml: {complaint}" in str(raised.value)

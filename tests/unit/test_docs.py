@@ -56,6 +56,10 @@ def test_every_equation_is_mathml_and_every_module_named_has_a_page(site):
 
 def test_the_settings_page_has_every_key(site):
     html = (site / "settings.html").read_text()
+    for table in ("wall.classes", "load.dead", "load.live", "load.cases", "joints.classes"):
+        assert f"[[{table}]]" in html
+        for key in cases.table_types()[table].__dataclass_fields__:
+            assert f"<code>{key}</code>" in html, (table, key)
     for section, kind in cases.section_types().items():
         assert f"[{section}]" in html
         assert all(f"<code>{key}</code>" in html for key in kind.__dataclass_fields__), section

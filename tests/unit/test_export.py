@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import meshio
@@ -45,6 +47,20 @@ def test_decks_refuse_loads_that_they_would_leave_out(tmp_path, capsys):
     assert main(arguments) == 2
     assert "load.inclination: decks carry weight" in capsys.readouterr().err
     assert not path.exists()
+
+
+def test_decks_refuse_macroblocks_of_stones_of_different_weight(tmp_path, capsys):
+    record = json.loads(WALL_1.read_text())
+    record["blocks"][-1]["unit_weight"] = 50
+    (tmp_path / "wall.json").write_text(json.dumps(record))
+    path = tmp_path / "wall.inp"
+    arguments = ["export", str(tmp_path / "wall.json"), "--format", "calculix", "--output", str(path)]
+    assert main(arguments) == 2
+    assert "wall: a deck gives a body one density, and macroblocks join" in capsys.readouterr().err
+    assert not path.exists()
+    assert main([*arguments, "--model", "micro"]) == 0
+    densities = [line for before, line in pairwise(path.read_text().splitlines()) if before == "*DENSITY"]
+    assert sorted({round(float(density) * 9.81) for density in densities}) == [25000, 50000]
 
 
 def test_contact_pairs_cover_the_joints_and_nothing_else(wall_1):

@@ -141,13 +141,20 @@ def test_schema_accepts_what_is_accepted_and_refuses_what_is_refused(capsys):
     validate = fastjsonschema.compile(json.loads(as_draft_7.replace("$defs", "definitions")))
     for text in ((PROJECT / "templates" / "benchmark1.toml").read_text(), reference.commented_case("x", "x.json")):
         validate(tomllib.loads(text))
+    timber = {"material": "timber", "unit_weight": "6 kN/m3", "elastic_modulus": "11 GPa", "friction": 0.4}
+    floor = {"level": "2.8 m", "line_load": "6 kN/m", "inertia": True}
     good = {"wall": {"blocks": "wall.json"}}
+    validate({"wall": {"blocks": "wall.json", "classes": [timber]}, "load": {"dead": [floor]}})
+    validate(good | {"load": {"cases": [{"name": "+x"}, {"name": "-x", "direction": "-x", "dead": [floor]}]}})
     for bad in (
         {},
         good | {"mash": {}},
         good | {"mesh": {"size": "3 kN"}},
         good | {"mesh": {"size": -1}},
         good | {"load": {"direction": "up"}},
+        good | {"load": {"cases": [{"direction": "-x"}]}},
+        good | {"load": {"dead": [floor | {"level": "2.8 kN"}]}},
+        {"wall": {"blocks": "wall.json", "classes": [timber | {"unit_weight": "6 kN/m2"}]}},
     ):
         with pytest.raises(fastjsonschema.JsonSchemaValueException):
             validate(bad)

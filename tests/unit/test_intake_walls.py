@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import ezdxf
@@ -13,6 +14,7 @@ from PIL import Image, ImageDraw
 
 from orchestrator.case import LoadSettings
 from orchestrator.errors import CaseError
+from orchestrator.intake import write_wall
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.masonry.drawing import Drawing, HealingSettings, Material, wall_of
@@ -118,6 +120,46 @@ def test_wall_1_comes_back_from_a_drawing(tmp_path, as_drawn):
     assert_same_wall(wall, WALL_1)
     assert associative(wall) == pytest.approx(PUBLISHED, abs=5e-4)
     assert remarks == ["drawing unit 0.001 m, from its header"]
+
+
+LINTEL = (0.0, 0.4, 1.2, 0.1)
+JAMBS = [(0.0, 0.0, 0.3, 0.4), (0.9, 0.0, 0.3, 0.4)]
+
+
+def rectangle(x, y, width, height):
+    return 1000 * np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
+
+
+def test_layers_are_materials_where_blocks_are_on_several(tmp_path):
+    def draw(space, _):
+        for jamb in JAMBS:
+            space.add_lwpolyline(rectangle(*jamb), close=True, dxfattribs={"layer": "Stone"})
+        space.add_lwpolyline(rectangle(*LINTEL), close=True, dxfattribs={"layer": "Timber"})
+
+    path = written(tmp_path / "door.dxf", draw)
+    wall, _ = imported(path, layers=Layers(blocks="stone, timber"), ground=0.2)
+    assert [block.material for block in wall.blocks] == ["", "Stone", "Stone", "Timber"]
+    wall, _ = imported(path, layers=Layers(blocks="timber,st*", openings="none"), ground=0.2)
+    assert [block.material for block in wall.blocks] == ["", "Stone", "Stone", "Timber"]
+    with pytest.raises(CaseError, match="nothing is drawn on layer 'brick, wood'"):
+        imported(path, layers=Layers(blocks="brick, wood"), ground=0.2)
+
+
+def test_a_block_of_lines_is_of_the_layer_that_most_of_its_outline_is_drawn_on(tmp_path):
+    """The bed between jambs and lintel is drawn once, with the jambs; the rest of the lintel on its own layer."""
+
+    def draw(space, _):
+        def line(layer, *points):
+            for a, b in pairwise(points):
+                space.add_line(*((1000 * p[0], 1000 * p[1]) for p in (a, b)), dxfattribs={"layer": layer})
+
+        for x in (0.0, 0.9):
+            line("stone", (x, 0.4), (x, 0), (x + 0.3, 0), (x + 0.3, 0.4), (x, 0.4))
+        line("timber", (0, 0.4), (0, 0.5), (1.2, 0.5), (1.2, 0.4))
+        line("timber", (0.3, 0.4), (0.9, 0.4))
+
+    wall, _ = imported(written(tmp_path / "door.dxf", draw), layers=Layers(blocks="stone,timber"), ground=0.2)
+    assert [block.material for block in wall.blocks] == ["", "stone", "stone", "timber"]
 
 
 def test_gaps_and_overlaps_of_a_drawing_are_healed_and_listed(tmp_path):
@@ -274,6 +316,19 @@ def test_negative_widths_are_openings_and_numbers_may_carry_units():
     )
     assert [tuple(block.polygon.min(axis=0)) for block in wall.blocks] == [(-0.1, -0.2), (0.0, 0.0), (1.5, 0.0)]
     assert wall.thickness == pytest.approx(0.3)
+
+
+def test_row_notation_names_materials(tmp_path):
+    head = "unit=m\nthickness=.3\nunit_weight=20 kN/m3\nfriction=.6\nsupport=.1\n"
+    wall = parse_rows(head + ".4: .3/stone -.6 .3\n.1: 1.2/timber\n", "door")
+    assert [block.material for block in wall.blocks] == ["", "stone", "", "timber"]
+    write_wall(wall, [], tmp_path / "door.json")
+    assert [block.material for block in read_blocks(tmp_path / "door.json").blocks] == ["", "stone", "", "timber"]
+    for words in (".4: .3/ .3", ".4: .3 -.6/stone .3"):
+        with pytest.raises(CaseError, match=r"line 6: .* is no block's material; write it behind the width"):
+            parse_rows(head + words, "door")
+    with pytest.raises(CaseError, match=r"line 6: '\.4/stone' is not a number"):
+        parse_rows(head + ".4/stone: .3", "door")
 
 
 @pytest.mark.parametrize(

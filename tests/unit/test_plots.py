@@ -113,6 +113,25 @@ def test_every_block_is_drawn_where_it_stands_and_supports_are_hatched(assemblag
     assert figure.axes[0].get_title() == "hand made\n3 blocks, 1 support"
 
 
+def test_materials_have_colours_of_their_own_and_a_legend(assemblage):
+    ground, *stones = assemblage.wall.blocks
+    named = [replace(block, material=name) for block, name in zip(stones, ("brick", "", "brick"), strict=True)]
+    figure = plots.blocks(replace(assemblage.wall, blocks=(ground, *named)))
+    assert shown(figure)[1] == ["block", "brick (2)", "support"]
+    places = [block.polygon.mean(axis=0) for block in stones]
+    colours = [pixel(figure, *place) for place in places]
+    assert colours[0] == colours[2] != colours[1]
+    assert colours[1] == STONE
+
+
+@pytest.mark.parametrize("name", ["$x", "$x_$", "_hidden", "a$\\frac$"])
+def test_materials_may_have_any_name(assemblage, name):
+    named = [replace(block, material=name) for block in assemblage.wall.blocks]
+    figure = plots.blocks(replace(assemblage.wall, blocks=tuple(named)))
+    drawn(figure)
+    assert [label.strip().replace("\\$", "$") for label in shown(figure)[1]] == [f"{name} (3)", "support"]
+
+
 def test_everything_drawn_lies_inside_the_axes(assemblage):
     axes = plots.blocks(assemblage.wall).axes[0]
     assert axes.get_xlim()[0] < 0.0 < 2.0 < axes.get_xlim()[1]

@@ -51,6 +51,24 @@ def test_dead_load_with_inertia_pushes_where_it_stands():
     assert centroid == pytest.approx([b / h] * 3, abs=1e-6)
 
 
+def test_a_floor_rests_on_the_course_whose_tops_are_at_its_level():
+    """Two towers of three blocks; a floor at 2h with inertia: each, b wide, turns about its toe, nothing slides.
+
+    lambda (W 3h/2 + q b 2h) = (W + q b) b/2, with W of three blocks; the levels between and above carry nothing.
+    """
+    b, h, q = 0.4, 0.5, 3e3
+    stones = [box(x, h * level, b, h) for x in (0.0, 1.0) for level in range(3)]
+    wall = assemblage_of([FLOOR, *stones], friction=5.0)
+    floor = LoadSettings(dead=(DeadLoad(level=2 * h, line_load=q, inertia=True),))
+    loads = loads_on(wall.wall, floor)
+    extra = loads.dead - loads_on(wall.wall).dead
+    assert np.flatnonzero(extra[:, 1]).tolist() == [2, 5]
+    assert extra[[2, 5], 1] == pytest.approx(-q * b)
+    W = 3 * 20e3 * b * h
+    turning = (W + q * b) * b / 2 / (W * 1.5 * h + q * b * 2 * h)
+    assert multipliers(wall, floor) == pytest.approx([turning] * 3, abs=1e-6)
+
+
 def test_line_load_acts_on_the_edges_that_face_upwards_only():
     """A right-angled triangle's hypotenuse is its top: middle at half its width, a third away from the centroid's."""
     triangle = assemblage_of([FLOOR, [(0, 0), (1.2, 0), (0, 0.6)]])
@@ -119,6 +137,12 @@ def test_mirror_image_of_an_unsymmetrically_loaded_wall():
         (LoadSettings(dead=(DeadLoad((0,), force=1.0),)), r"load\.dead\.0\.blocks: block 0 is a support"),
         (LoadSettings(dead=(DeadLoad((1,)),)), r"load\.dead\.0: needs one of force and line_load"),
         (LoadSettings(dead=(DeadLoad((1,), 1.0, 1.0),)), r"load\.dead\.0: needs one of force and line_load"),
+        (
+            LoadSettings(dead=(DeadLoad(level=0.7, force=1.0),)),
+            r"load\.dead\.0\.level: no block .* 0\.7 m; tops are at 1 m",
+        ),
+        (LoadSettings(dead=(DeadLoad((1,), force=1.0, level=1.0),)), r"load\.dead\.0: needs one of level and blocks"),
+        (LoadSettings(dead=(DeadLoad(force=1.0),)), r"load\.dead\.0: needs one of level and blocks"),
         (LoadSettings(distribution="per_block"), r"load\.live: 0 given"),
         (LoadSettings(live=(LiveLoad((1,), 1.0),)), r"load\.live: 1 given"),
     ],

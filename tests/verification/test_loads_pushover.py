@@ -55,6 +55,22 @@ def test_dead_load_against_overturning(large_displacement):
     assert pushed == pytest.approx((W + P) * b / (W * h + 2 * P * h), rel=5e-3)
 
 
+@pytest.mark.parametrize("merged", [False, True])
+def test_a_floor_at_a_level_is_carried_and_pushed_where_it_rests(merged):
+    """Two blocks, a floor between them (at h, with inertia): lambda (2 W h + P h) = (2 W + P) b/2."""
+    b, h, P = 0.4, 0.5, 700.0
+    weight = 25e3 * 0.1 * b * h
+    wall = stack((b, h), (b, h), friction=3.0)
+    assemblage = assemblage_of(wall)
+    partition = partition_of(assemblage, np.array([1, 0, 0])) if merged else one_body_per_block(assemblage)
+    floor = LoadSettings(dead=(DeadLoad(level=h, line_load=P / b, inertia=True),))
+    result = run(model_of(wall, partition, loads=floor), final_displacement=2e-3)
+    assert result.peak == pytest.approx((2 * weight + P) * b / 2 / (2 * weight * h + P * h), rel=2e-3)
+    assert result.model.weight == pytest.approx(2 * weight + P, rel=1e-9)
+    reaction = result.under_gravity.normal_force @ result.model.support_side
+    assert reaction == pytest.approx(2 * weight + P, rel=1e-7)
+
+
 def test_mass_times_height():
     """Two blocks: forces 1 : 3 of the resultant at h/2 and 3h/2, so at 5h/4."""
     b, h = 0.4, 0.5

@@ -8,6 +8,7 @@ from scipy.sparse.linalg import spsolve
 from orchestrator.bodies import make_bodies
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.constants import ElasticConstants
 from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
@@ -23,7 +24,8 @@ def bar(size):
 
 
 def of_order(order, meshes, poisson_ratio=0.2):
-    return assemble(meshes, ElasticSettings(1e9, poisson_ratio, order), MPI.COMM_SELF)
+    constants = ElasticConstants(np.array([1e9]), np.array([poisson_ratio]))
+    return assemble(meshes, constants, order, MPI.COMM_SELF)
 
 
 def with_departures(field, elasticity):

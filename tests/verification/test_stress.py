@@ -97,7 +97,7 @@ def test_stress_by_hand_agrees_with_the_stiffness_of_dolfinx():
     _, model = column(1)
     displacement = 1e-5 * np.random.default_rng(2).standard_normal((len(model.meshes.nodes), 3))
     stress = element_stress(model.meshes, model.elastic, displacement, False)
-    modulus, ratio = model.elastic.elastic_modulus, model.elastic.poisson_ratio
+    modulus, ratio = 3.5e9, 0.2
     trace = np.trace(stress, axis1=1, axis2=2)
     strain = (1 + ratio) / modulus * stress - ratio / modulus * trace[:, None, None] * np.eye(3)
     energy = 0.5 * np.sum(stress * strain, axis=(1, 2)) @ volumes(model.meshes)

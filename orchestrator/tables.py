@@ -1,0 +1,177 @@
+"""Tables that the commands print (rich), made from results; cli.py prints them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from orchestrator.bodies import Bodies
+from orchestrator.limit_analysis import LimitAnalysis, LimitState
+from orchestrator.macroblocks import Partition
+
+
+def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
+    """Return multiplier, base shear, effort and residuals of every rule."""
+    title = f"Micro limit analysis{', ' * bool(load_case)}{escape(load_case)}"
+    table = Table(
+        box=SIMPLE_HEAD,
+        padding=0,
+        title=f"{title}, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.2f} s",
+    )
+    columns = (
+        "",
+        "multiplier",
+        "base shear\nkN",
+        "tilt\ndeg",
+        "LPs",
+        "time\ns",
+        "residuals:\nequilibrium",
+        "\nyield",
+        "\npower",
+    )
+    for column in columns:
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    names = {
+        "associative": analysis.associative,
+        "sequence": analysis.sequence,
+        "dilation shift": analysis.dilation_shift,
+        "complementarity": analysis.complementarity,
+        "lowest found": analysis.lowest,
+    }
+    for name, state in names.items():
+        table.add_row(name, *(_limit_row(state, analysis) if state else ["none"]))
+    return table
+
+
+def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
+    seconds = sum(record.seconds for record in state.records)
+    residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
+    shear = state.load_multiplier * analysis.horizontal_load / 1e3
+    angle = analysis.tilt_angle(state)
+    tilt = "" if angle is None else f"{math.degrees(angle):.3f}"
+    found = [f"{state.load_multiplier:.5f}", f"{shear:.4f}", tilt, str(len(state.records)), f"{seconds:.2f}"]
+    return found + [f"{residual:.0e}" for residual in residuals]
+
+
+def bodies_table(partition: Partition, bodies: Bodies) -> Table:
+    """Return the macroblocks with their blocks and areas."""
+    title = f"{partition.count} macroblocks, {len(bodies.joint)} joints between them"
+    table = Table(box=SIMPLE_HEAD, padding=0, title=title)
+    for column in ("body", "blocks", "area m2"):
+        table.add_column(column, justify="right")
+    for body in bodies.bodies[: bodies.moving]:
+        table.add_row(str(body.number), str(len(body.blocks)), f"{body.area:.4f}")
+    return table
+
+
+def study_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
+    """Return the table of a study; the last row is micro-FE, to which ratios refer."""
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{name}: peak, stiffness and time as parts of micro-FE's")
+    columns = (
+        "tol_n", "tol_D\nmm", "bodies", "joints", "peak\nmultiplier", "of\nmicro", "stiffness\nkN/mm", "of\nmicro",
+        "time\ns", "of\nmicro",
+    )  # fmt: skip
+    for column in columns:
+        table.add_column(column, justify="right", no_wrap=True)
+    for row in rows:
+        distance = row["tol_D_m"]
+        figures = (
+            ("peak_multiplier", ".4f", 1.0), ("peak_over_micro", ".3f", 1.0),
+            ("initial_stiffness_N_per_m", ".2f", 1e-6), ("stiffness_over_micro", ".2f", 1.0),
+            ("seconds", ".1f", 1.0), ("seconds_over_micro", ".2f", 1.0),
+        )  # fmt: skip
+        table.add_row(
+            str(row["tol_n"]),
+            distance if isinstance(distance, str) else f"{1e3 * distance:g}",
+            str(row["bodies"]) + ", NOT VALID" * (row["valid"] is False),
+            str(row["joints"]),
+            *(format(row[key] * factor, form) if row[key] != "" else "" for key, form, factor in figures),
+        )
+    return table
+
+
+def run_table(summary: dict[str, Any]) -> Table:
+    """Return the short table at the end of a run."""
+    title = [f"{summary['case']}: weight {summary['wall']['weight'] / 1e3:.3f} kN"]
+    kinematics = dict.fromkeys(pushover["displacements"] for pushover in summary["pushover"])
+    table = Table(box=SIMPLE_HEAD, padding=0, title=", ".join([*title, *(f"{k} displacements" for k in kinematics)]))
+    columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
+    for column in columns:
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    limit = summary["limit_analysis"]
+    horizontal_load = limit["base_shear"] / (limit["non_associative"] or limit["associative"])
+    rows = {"associative": limit["associative"], "non-assoc.": limit["non_associative"]}
+    for rule, multiplier in rows.items():
+        found = (
+            [f"{multiplier:.4f}", f"{multiplier * horizontal_load / 1e3:.4f}"]
+            if multiplier is not None
+            else ["none found", ""]
+        )
+        seconds = f"{limit['seconds']:.1f}" if rule == "associative" else ""
+        table.add_row(f"micro-LA {rule}", str(summary["wall"]["blocks"]), *found, "", "", seconds)
+    for pushover in summary["pushover"]:
+        table.add_row(*_pushover_row(pushover))
+    return table
+
+
+def seismic_table(record: dict[str, Any]) -> Table:
+    """Return the seismic verification: demand, capacity, capacity in terms of ag and safety ratio of each approach."""
+    ground = record["spectrum"]["ag_m_per_s2"]
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"Seismic verification, ag {ground:.3g} m/s2")
+    for column in ("", "demand", "capacity", "capacity ag\nm/s2", "safety\nratio"):
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    for row in record["pushover"]:
+        name = f"N2, {row['model']} FE"
+        if "safety_ratio" not in row:
+            table.add_row(name, "none")
+            continue
+        lengths = (f"{1e3 * row['demand_m']:.3g} mm", f"{1e3 * row['capacity_m']:.3g} mm")
+        table.add_row(name, *lengths, f"{row['capacity_ag_m_per_s2']:.3f}", f"{row['safety_ratio']:.2f}")
+    kinematic, linear, turning = record["kinematic"], record["kinematic"]["linear"], record["kinematic"]["nonlinear"]
+    table.add_row(
+        "kinematic, linear", f"{linear['demand_m_per_s2']:.3g} m/s2", f"{kinematic['a0_star_m_per_s2']:.3g} m/s2",
+        f"{linear['capacity_ag_m_per_s2']:.3f}", f"{linear['safety_ratio']:.2f}",
+    )  # fmt: skip
+    if turning:
+        table.add_row(
+            "kinematic, non-linear", f"{1e3 * turning['demand_m']:.3g} mm", f"{1e3 * turning['du_star_m']:.3g} mm",
+            f"{turning['capacity_ag_m_per_s2']:.3f}", f"{turning['safety_ratio']:.2f}",
+        )  # fmt: skip
+    return table
+
+
+def _pushover_row(pushover: dict[str, Any]) -> list[str]:
+    return [
+        {"macro": "macroblock FE", "micro": "micro-FE"}[pushover["model"]] + ", NOT VALID" * (not pushover["valid"]),
+        str(pushover["bodies"]),
+        f"{pushover['peak_multiplier']:.4f}",
+        f"{pushover['peak_base_shear'] / 1e3:.4f}",
+        f"{1e3 * pushover['displacement_at_peak']:.2f}",
+        f"{pushover['initial_stiffness'] / 1e6:.3f}",
+        f"{pushover['seconds']['total']:.1f}",
+    ]
+
+
+def load_cases_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
+    """Return the table of several load cases, one row for each curve."""
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{name}: load cases")
+    table.add_column("")
+    table.add_column("", no_wrap=True)
+    for column in ("micro-LA\nassoc.", "\nnon-as.", "FE peak\nλ", "shear\nkN", "at\nmm", "stiffness\nkN/mm"):
+        table.add_column(column, justify="right", no_wrap=True)
+    figures = (
+        ("associative", ".4f", 1.0), ("non_associative", ".4f", 1.0), ("peak_multiplier", ".4f", 1.0),
+        ("peak_base_shear_N", ".4f", 1e-3), ("displacement_at_peak_m", ".2f", 1e3),
+        ("initial_stiffness_N_per_m", ".3f", 1e-6),
+    )  # fmt: skip
+    for row in rows:
+        model = f"{row['model']} FE" if row["model"] else "no curve"
+        marked = model + ", NOT VALID" * (row["valid"] is False)
+        cells = [format(row[key] * factor, form) if row[key] != "" else "" for key, form, factor in figures]
+        table.add_row(escape(row["load_case"]), marked, *cells)
+    return table

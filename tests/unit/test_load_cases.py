@@ -1,0 +1,225 @@
+"""Several load cases in one file: a stone with one leaning side, pushed both ways, and its mirror image.
+
+The stone is 0.6 m wide below, 0.3 m above and 0.9 m high, with its upright side on the left: its centroid is 0.7/3 m
+from that side and 0.4 m high. It overturns, with much friction, at (distance of the centroid from the toe) / height.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+
+import pytest
+
+from orchestrator import case as cases
+from orchestrator import driver, load_cases
+from orchestrator.cli import main
+from orchestrator.errors import CaseError, ConvergenceError
+from tests.unit.test_parallel import ENVIRONMENT, PROJECT
+
+TO_THE_RIGHT, TO_THE_LEFT = (0.6 - 0.7 / 3) / 0.4, (0.7 / 3) / 0.4
+CASE = """
+[wall]
+blocks = "{blocks}.json"
+[load]
+{common}
+[[load.cases]]
+name = "+x mass"
+[[load.cases]]
+name = "-x mass"
+direction = "-x"
+[stepping]
+final_displacement = "3 mm"
+[run]
+models = ["macro"]
+"""
+
+
+def quiet(event):
+    pass
+
+
+def stone(mirror):
+    turned = [(-x, y) for x, y in reversed(SHAPE)] if mirror else SHAPE
+    ground = [(-2, -0.2), (2, -0.2), (2, 0), (-2, 0)]
+    return {
+        "units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.1, "unit_weight": 25, "friction": 1.5,
+        "blocks": [{"id": 0, "polygon": ground, "fixed": True}, {"id": 1, "polygon": turned}],
+    }  # fmt: skip
+
+
+SHAPE = [(0, 0), (0.6, 0), (0.3, 0.9), (0, 0.9)]
+
+
+@pytest.fixture(scope="module")
+def walls(tmp_path_factory):
+    """Case files of the stone and of its mirror image."""
+    folder = tmp_path_factory.mktemp("walls")
+    for name, mirror in (("stone", False), ("image", True)):
+        (folder / f"{name}.json").write_text(json.dumps(stone(mirror)))
+        (folder / f"{name}.toml").write_text(CASE.format(blocks=name, common=""))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def runs(walls):
+    """The run folders of both, each with both load cases."""
+    for name in ("stone", "image"):
+        assert main(["run", str(walls / f"{name}.toml"), "--output", str(walls / name), "-q"]) == 0
+    return walls
+
+
+def table(folder):
+    with (folder / "load_cases.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_each_direction_has_its_closed_form_and_the_mirror_image_swaps_them(runs):
+    expected = {"stone": (TO_THE_RIGHT, TO_THE_LEFT), "image": (TO_THE_LEFT, TO_THE_RIGHT)}
+    for name, values in expected.items():
+        rows = table(runs / name)
+        assert [row["load_case"] for row in rows] == ["+x mass", "-x mass"]
+        for row, value in zip(rows, values, strict=True):
+            assert float(row["associative"]) == pytest.approx(value, rel=1e-6)
+            assert float(row["peak_multiplier"]) == pytest.approx(value, rel=1e-2)  # P-delta takes some of it
+    found = [{row["load_case"]: float(row["peak_base_shear_N"]) for row in table(runs / name)} for name in expected]
+    assert found[0]["+x mass"] == pytest.approx(found[1]["-x mass"], rel=1e-3)
+    assert found[0]["-x mass"] == pytest.approx(found[1]["+x mass"], rel=1e-3)
+
+
+def test_a_load_case_is_a_run_of_its_own_and_the_same_as_alone(runs, tmp_path):
+    folder = runs / "stone" / "-x mass"
+    assert {"case.toml", "blocks.json", "summary.json", "report.html", "macro", "figures"} <= {
+        path.name for path in folder.iterdir()
+    }
+    single = CASE.split("[[load.cases]]")[0].format(blocks="stone", common='direction = "-x"')
+    alone = runs / "alone.toml"
+    alone.write_text(single + "[stepping]" + CASE.split("[stepping]")[1])
+    assert main(["run", str(alone), "--output", str(tmp_path), "-q"]) == 0
+    assert (tmp_path / "macro" / "curve.csv").read_text() == (folder / "macro" / "curve.csv").read_text()
+    assert not (tmp_path / "load_cases.csv").exists(), "a file without load cases is run as ever"
+
+
+def test_the_index_page_links_every_report_and_shows_the_curves(runs):
+    page = (runs / "stone" / "report.html").read_text()
+    for name in ("+x mass", "-x mass"):
+        assert f'href="{name.replace(" ", "%20").replace("+", "%2B")}/report.html"' in page
+    assert "data:image/svg+xml;base64," in page
+    assert {path.name for path in (runs / "stone" / "figures").iterdir()} == {"curves.png", "curves.svg"}
+
+
+def test_report_rebuilds_all_pages_from_stored_results_alone(runs, capsys):
+    pages = [runs / "image" / "report.html", runs / "image" / "+x mass" / "report.html"]
+    for page in pages:
+        page.unlink()
+    assert main(["report", str(runs / "image")]) == 0
+    assert str(pages[0]) in capsys.readouterr().out
+    assert all(page.is_file() for page in pages)
+
+
+def test_resume_leaves_finished_load_cases_alone_and_finishes_the_others(walls, tmp_path, monkeypatch):
+    case, run = cases.read(walls / "stone.toml"), driver.run
+    started = []
+
+    def killed_in_the_second(case, *rest):
+        started.append(case.load.direction)
+        if len(started) == 2:
+            raise KeyboardInterrupt
+        return run(case, *rest)
+
+    monkeypatch.setattr(driver, "run", killed_in_the_second)
+    with pytest.raises(KeyboardInterrupt):
+        load_cases.run(case, tmp_path, False, None, quiet)
+    outcome = load_cases.run(case, tmp_path, True, None, quiet)
+    assert started == ["+x", "-x", "-x"]
+    assert [done.summary["limit_analysis"]["associative"] for done in outcome.done] == pytest.approx(
+        [TO_THE_RIGHT, TO_THE_LEFT], rel=1e-6
+    )
+
+
+def test_a_load_case_without_a_curve_is_a_complaint_and_the_others_are_run(walls, tmp_path, monkeypatch):
+    run = driver.run
+
+    def first_fails(case, *rest):
+        if case.load.direction == "+x":
+            raise ConvergenceError("macro FE", "stopped before any increment")
+        return run(case, *rest)
+
+    monkeypatch.setattr(driver, "run", first_fails)
+    outcome = load_cases.run(cases.read(walls / "stone.toml"), tmp_path, False, None, quiet)
+    assert [str(complaint) for complaint in outcome.complaints] == [
+        "load case +x mass: macro FE: stopped before any increment"
+    ]
+    first, second = table(tmp_path)
+    assert (first["peak_multiplier"], first["complaint"]) == ("", "macro FE: stopped before any increment")
+    assert float(second["peak_multiplier"]) == pytest.approx(TO_THE_LEFT, rel=1e-2)
+
+
+@pytest.mark.parametrize("shared", [0, 10**6])
+def test_ranks_change_no_number(runs, tmp_path, shared):
+    """Load cases are spread over the ranks, or all ranks share each one's linear system."""
+    command = ["mpirun", "--oversubscribe", "-n", "3", sys.executable, "-m", "orchestrator", "run"]
+    command += [str(runs / "stone.toml"), "--output", str(tmp_path), "--set", f"newton.distribute_above={shared}"]
+    done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=200)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.count("load_cases.csv") == 1, "only one rank prints"
+    for here, there in zip(table(tmp_path), table(runs / "stone"), strict=True):
+        assert here["load_case"] == there["load_case"]
+        assert float(here["peak_base_shear_N"]) == pytest.approx(float(there["peak_base_shear_N"]), rel=1e-6)
+
+
+def test_limit_and_segment_answer_for_every_load_case(walls, capsys, tmp_path):
+    assert main(["limit", str(walls / "stone.toml"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {name: one["associative"] for name, one in found.items()} == pytest.approx(
+        {"+x mass": TO_THE_RIGHT, "-x mass": TO_THE_LEFT}, rel=1e-6
+    )
+    assert main(["limit", str(walls / "stone.toml"), "--output", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert all(text in printed for text in ("+x mass", "-x mass", "0.91667", "0.58333"))
+    for name in ("+x mass", "-x mass"):
+        assert (tmp_path / name / "figures" / "mechanism.png").is_file()
+    assert main(["segment", str(walls / "stone.toml")]) == 0
+    assert capsys.readouterr().out.count("1 macroblocks") == 2
+    assert main(["check", str(walls / "stone.toml"), "--output", str(tmp_path)]) == 0
+    assert "2 load cases" in capsys.readouterr().out
+
+
+def test_what_is_left_out_is_that_of_the_load_section(walls):
+    common = 'inclination = "-5 deg"\n[[load.dead]]\nblocks = [1]\nforce = "1 kN"'
+    text = CASE.format(blocks="stone", common=common).replace(
+        'direction = "-x"', 'direction = "-x"\ndistribution = "mass_height"\ndead = [{blocks = [1], force = "2 kN"}]'
+    )
+    (walls / "own.toml").write_text(text)
+    first, second = load_cases.each(cases.read(walls / "own.toml")).values()
+    assert (first.load.direction, second.load.direction) == ("+x", "-x")
+    assert (first.load.distribution, second.load.distribution) == ("mass", "mass_height")
+    assert first.load.inclination == second.load.inclination != 0.0
+    assert [load.force for load in first.load.dead] == [1e3]
+    assert [load.force for load in second.load.dead] == [1e3, 2e3], "dead loads of a load case come on top"
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (("-x mass", "+x mass"), r"load\.cases\.1\.name: '\+x mass' is the name of another one"),
+        (("-x mass", "a/b"), r"load\.cases\.1\.name: 'a/b' cannot name a folder"),
+        (("-x mass", ".."), r"load\.cases\.1\.name: '\.\.' cannot name a folder"),
+        (("-x mass", "figures"), r"load\.cases\.1\.name: 'figures' cannot name a folder"),
+        (('direction = "-x"', 'direction = "x"'), r"load\.cases\.1\.direction: 'x' is not accepted"),
+        (('direction = "-x"', 'distribution = "per_block"'), r"load\.live: 0 given"),
+    ],
+)
+def test_load_cases_that_cannot_be(walls, tmp_path, change, complaint):
+    (walls / "wrong.toml").write_text(CASE.format(blocks="stone", common="").replace(*change))
+    with pytest.raises(CaseError, match=rf"wrong\.toml: {complaint}"):
+        load_cases.run(cases.read(walls / "wrong.toml"), tmp_path, False, None, quiet)
+    assert not list(tmp_path.iterdir()), "nothing is begun"
+
+
+@pytest.mark.parametrize("command", ["study", "export"])
+def test_commands_that_take_one_load_case_say_so(walls, capsys, command):
+    assert main([command, str(walls / "stone.toml")]) == 2
+    assert f"stone.toml: load.cases: {command} takes one load case; " in capsys.readouterr().err
