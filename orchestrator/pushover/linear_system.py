@@ -75,7 +75,7 @@ def make_pattern(model: ContactModel) -> Pattern:
     width = model.unknowns
     row, column, value, coefficient = _entries(model)
     elastic = model.stiffness.tocoo()
-    key = np.concatenate([row, elastic.row]) * np.int64(width) + np.concatenate([column, elastic.col])
+    key = _keys(np.concatenate([row, elastic.row]), np.concatenate([column, elastic.col]), width)
     slots, slot = np.unique(key, return_inverse=True)
     return Pattern(
         indptr=np.searchsorted(slots // width, np.arange(width + 1)).astype(np.int32),
@@ -158,9 +158,14 @@ def _connect_alike(first: ContactModel, second: ContactModel) -> bool:
     return np.array_equal(first.rows, second.rows) and same_nodes
 
 
+def _keys(row: IntArray, column: IntArray, width: int) -> IntArray:
+    """Return one number for each place of a matrix; the product of 46,341 rows and columns exceeds 32 bits."""
+    return row.astype(np.int64) * width + column
+
+
 def _in_slots(matrix: sparse.csr_matrix, slots: IntArray, width: int) -> FloatArray:
     entries = matrix.tocoo()
-    slot = np.searchsorted(slots, entries.row * np.int64(width) + entries.col)
+    slot = np.searchsorted(slots, _keys(entries.row, entries.col, width))
     return np.bincount(slot, entries.data, len(slots)).astype(float)
 
 

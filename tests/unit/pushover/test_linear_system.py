@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sparse
 
+from orchestrator.masonry.patterns import running_bond
 from orchestrator.pushover.linear_system import coefficients, make_pattern
 from orchestrator.pushover.newton import Problem, evaluate
 from tests.verification.pushover_chain import model_of, stack
@@ -54,3 +55,14 @@ def test_matrix_is_the_derivative_of_the_residual(mean_displacement):
     ahead, behind = residual(model, problem, x + step * direction)[0], residual(model, problem, x - step * direction)[0]
     assert matrix @ direction == pytest.approx((ahead - behind) / (2 * step), rel=1e-4, abs=1e-3)
     assert np.abs(matrix @ direction).max() > kappa * 1e-6, "the direction must matter"
+
+
+def test_a_large_wall_has_every_mass_in_its_place():
+    model = model_of(running_bond(40, 24))
+    n, width = len(model.gravity), model.unknowns
+    assert n * width > 2**31, "row x width + column of a mass must not fit into 32 bits"
+    pattern = make_pattern(model)
+    mass = sparse.csr_matrix((pattern.mass, pattern.indices, pattern.indptr), shape=(width, width))
+    acceleration = np.random.default_rng(3).normal(size=width)
+    inertia = np.concatenate([model.mass @ acceleration[:n], np.zeros(width - n)])
+    assert mass @ acceleration == pytest.approx(inertia, rel=1e-12, abs=1e-12 * np.abs(inertia).max())
