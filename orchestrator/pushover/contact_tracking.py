@@ -346,9 +346,13 @@ class Tracked:
 
 
 def track(tracking: Tracking, meshes: BodyMeshes, frames: Frames, displacement: FloatArray) -> Tracked:
-    """Return the contacts of the wall displaced by `displacement` (>= m, 3) in m."""
+    """Return the contacts of the wall displaced by `displacement` (>= m, 3) in m.
+
+    Bodies turn in the wall's plane only, so that equilibrium out of it is that of the undeformed wall: points keep
+    their z. (A slave's z taken with its displacement, its master's without, once made a leaning wall sway for ever.)
+    """
     possible, faces = tracking.possible, tracking.faces
-    moved = meshes.nodes + displacement[: len(meshes.nodes)]
+    moved = meshes.nodes + displacement[: len(meshes.nodes)] * [1.0, 1.0, 0.0]
     on_support = possible.slave_node == SUPPORT_POINT
     point = np.where(on_support[:, None], possible.point, moved[possible.slave_node])
     home = _pulled_back(point, frames, possible.master_body)
