@@ -237,6 +237,7 @@ class _Surface:
 
     def __init__(self, bodies: Bodies, meshes: BodyMeshes, faces: Faces) -> None:
         self.bodies, self.meshes, self.faces = bodies, meshes, faces
+        self.normal, self.tangent = faces.normal, faces.tangent
         by_body = [meshes.side_triangles[meshes.body_of_side == b] for b in range(bodies.moving)]
         self.triangles: list[IntArray] = []
         self.nodes: list[IntArray] = []
@@ -251,7 +252,7 @@ class _Surface:
     def slave_and_master_faces(self, touching: Contacts) -> list[tuple[int, int]]:
         """Return all pairs of facing faces, the slave's first: as in the contacts that touch, or by their rule."""
         known = set(_keys(touching.slave_body, touching.master_body, touching.normal))
-        normal = self.faces.normal
+        normal = self.normal
         pairs = []
         for first, second in _facing(self.faces, self.bodies.moving):
             both = [(first, second), (second, first)]
@@ -287,8 +288,8 @@ class _Surface:
             "slave_node": nodes,
             "slave_body": np.full(count, faces.body[slave]),
             "master_body": np.full(count, faces.body[master]),
-            "normal": np.tile(faces.normal[master], (count, 1)),
-            "tangent": np.tile(faces.tangent[master], (count, 1)),
+            "normal": np.tile(self.normal[master], (count, 1)),
+            "tangent": np.tile(self.tangent[master], (count, 1)),
             "point": point,
             "slave_face": np.full(count, slave),
             "master_face": np.full(count, master),
