@@ -23,8 +23,8 @@ from time import perf_counter, process_time
 import numpy as np
 
 FOLDER = Path(__file__).parent
-SIZES = {33: (5, 6), 105: (10, 10), 512: (20, 25), 1012: (40, 25), 2012: (80, 25)}
-"""blocks: (blocks per course, courses) of a running bond wall; none higher than 4.4 m, as they are 0.1 m thick"""
+SIZES = {33: (5, 6), 147: (10, 14), 512: (20, 25), 1012: (40, 25), 2012: (80, 25)}
+"""blocks: (blocks per course, courses) of a running bond wall"""
 INCREMENTS = 25
 """increments of the scaling runs, gravity included"""
 ELSEWHERE = {"CalculiX, wall 6, penalty node-to-surface": 157.0, "rigid-block non-smooth dynamics, wall 6": 56.0}
