@@ -39,8 +39,8 @@ class ContactModel:
 
     meshes: BodyMeshes
     contacts: Contacts
-    stiffness: sparse.csr_matrix
-    stiffness_magnitude: sparse.csr_matrix
+    stiffness: sparse.bsr_matrix
+    stiffness_magnitude: sparse.bsr_matrix
     mass: sparse.csr_matrix
     body: IntArray
     gravity: FloatArray
@@ -101,9 +101,7 @@ def build_model(
     Without `loads` the wall carries its weight, and the live load is the weight turned to +x or -x (`direction`).
     """
     elasticity = assemble(meshes, elastic, comm)
-    stiffness = elasticity.stiffness
-    if large_displacement:
-        stiffness = stiffness.tobsr((3, 3)).tocsr()  # the pattern of the turned one
+    stiffness = elasticity.stiffness.tobsr((3, 3))
     gravity, lateral, weight = _loads(elasticity.mass, meshes, direction, loads)
     horizontal = float(np.abs((lateral[: meshes.nodes.size] * np.tile([1.0, 0.0, 0.0], len(meshes.nodes))).sum()))
     contacts = find_contacts(bodies, meshes)
@@ -208,14 +206,13 @@ def _padded(values: FloatArray, length: int) -> FloatArray:
     return np.concatenate([values, np.zeros(length - len(values))])
 
 
-def _turned(stiffness: sparse.csr_matrix, rotation: FloatArray) -> sparse.csr_matrix:
+def _turned(blocks: sparse.bsr_matrix, rotation: FloatArray) -> sparse.bsr_matrix:
     """Return R K R^T; rotation (n / 3, 2, 2), the same for all rows of a body. The pattern stays that of K."""
-    blocks = stiffness.tobsr((3, 3))
     node = np.repeat(np.arange(len(rotation)), np.diff(blocks.indptr))
     turn = np.zeros((len(node), 3, 3))
     turn[:, :2, :2], turn[:, 2, 2] = rotation[node], 1.0
     turned = turn @ blocks.data @ turn.transpose(0, 2, 1)
-    return sparse.bsr_matrix((turned, blocks.indices, blocks.indptr), shape=stiffness.shape).tocsr()
+    return sparse.bsr_matrix((turned, blocks.indices, blocks.indptr), shape=blocks.shape)
 
 
 def top_weights(meshes: BodyMeshes) -> FloatArray:
