@@ -1,5 +1,10 @@
 """The Newton matrix against finite differences of the residual it is meant to be the derivative of."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 import scipy.sparse as sparse
@@ -17,6 +22,13 @@ from orchestrator.pushover.newton_matrix import (
     values,
 )
 from tests.verification.pushover_chain import model_of, stack
+
+PROJECT = Path(__file__).parents[3]
+ENVIRONMENT = os.environ | {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMP_NUM_THREADS": "1",
+}
 
 
 def residual(model, problem, x):
@@ -113,3 +125,32 @@ def test_a_large_wall_has_every_mass_in_its_place():
     acceleration = np.random.default_rng(3).normal(size=n + 1)
     inertia = np.append(model.mass @ acceleration[:n], 0.0)
     assert found @ acceleration == pytest.approx(inertia, rel=1e-12, abs=1e-12 * np.abs(inertia).max())
+
+
+TWO_BODIES = """
+import numpy as np
+from mpi4py import MPI
+from orchestrator.pushover.linear_system import LinearSystem
+from tests.unit.pushover.test_linear_system import state
+model, problem, _, _, contact = state(1e-4)
+right = np.random.default_rng(6).normal(size=model.unknowns)
+solutions = []
+for comm in (MPI.COMM_SELF, MPI.COMM_WORLD):
+    with LinearSystem(model, comm) as system:
+        solutions.append(system.solve(contact, problem.time_step, right))
+difference = np.linalg.norm(solutions[1] - solutions[0]) / np.linalg.norm(solutions[0])
+everywhere = MPI.COMM_WORLD.gather((model.bodies, difference, solutions[1].tobytes()))
+if everywhere:
+    print(everywhere[0][0], max(each[1] for each in everywhere), len({each[2] for each in everywhere}))
+"""
+
+
+def test_two_bodies_on_three_ranks_have_the_solution_of_one():
+    """Either body is larger than a rank's share; the right-hand side moves the blocks by metres: 1e-8 is rounding."""
+    command = ["mpirun", "--oversubscribe", "-n", "3", sys.executable, "-c", TWO_BODIES]
+    done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=200)
+    assert done.returncode == 0, done.stderr
+    bodies, difference, different = done.stdout.split()
+    assert int(bodies) == 2
+    assert float(difference) < 1e-8
+    assert int(different) == 1, "every rank must have the same bits"
