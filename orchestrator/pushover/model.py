@@ -13,9 +13,10 @@ from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.cohesion import Bond, find_bond
 from orchestrator.pushover.contact_search import Contacts, find_contacts
-from orchestrator.pushover.contact_tracking import Frames, Tracking, find_possible_contacts, fit_frames, track
+from orchestrator.pushover.contact_tracking import Frames, Tracking, fit_frames, track
 from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
 from orchestrator.pushover.nodal_loads import NodalLoads
+from orchestrator.pushover.possible_contacts import find_possible_contacts
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
 
 
