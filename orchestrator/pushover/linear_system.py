@@ -10,7 +10,7 @@ leaves about 1 / penalty of the error each time: two rounds end at the rounding 
 
 from __future__ import annotations
 
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 from mpi4py import MPI
@@ -49,6 +49,8 @@ class LinearSystem:
         self._comm = comm.Dup()
         self.seconds = 0.0
         """time spent in `solve` so far"""
+        self.together = 0.0
+        """CPU seconds of this rank in what all ranks do together, waiting included: MUMPS and the exchange around it"""
         self._model = model
         self._pattern = self._open()
 
@@ -99,7 +101,9 @@ class LinearSystem:
         """Return the solution (unknowns,) for `right` (unknowns,). Raises ConvergenceError if MUMPS fails."""
         began = perf_counter()
         if self._comm.size > 1:
+            before = process_time()
             refuse_disagreement(self._comm, np.append(right, time_step).tobytes(), "the increment to be solved")
+            self.together += process_time() - before
         pattern, model = self._pattern, self._model
         self._matrix.setValuesCSR(pattern.indptr, pattern.indices, values(pattern, model, contact, time_step))
         self._matrix.assemble()
@@ -120,8 +124,15 @@ class LinearSystem:
             raise ConvergenceError("linear solver", f"refinement ends at {least:.0e} of {size:.0e}")
         return solution
 
+    @property
+    def share(self) -> float:
+        """Part of the last factorisation's operations that this rank did (RINFO(3) over RINFOG(3) of MUMPS)."""
+        factor = self._solver.getPC().getFactorMatrix()
+        return float(factor.getMumpsRinfo(3) / factor.getMumpsRinfog(3))
+
     def _condensed(self, right: FloatArray) -> FloatArray:
         """Return the solution (n + 1,) of the factorised matrix on every rank."""
+        began = process_time()
         self._right.setArray(right[slice(*self._right.getOwnershipRange())])
         try:
             self._solver.solve(self._right, self._solution)
@@ -129,6 +140,7 @@ class LinearSystem:
             raise ConvergenceError("linear solver", f"MUMPS failed ({error})") from error
         reason = self._solver.getConvergedReason()
         solution = np.concatenate(self._comm.allgather(self._solution.getArray()))
+        self.together += process_time() - began
         if reason < 0 or not np.isfinite(solution).all():
             raise ConvergenceError("linear solver", f"MUMPS failed (PETSc reason {reason})")
         return solution

@@ -138,10 +138,12 @@ solutions = []
 for comm in (MPI.COMM_SELF, MPI.COMM_WORLD):
     with LinearSystem(model, comm) as system:
         solutions.append(system.solve(contact, problem.time_step, right))
+        share = system.share
 difference = np.linalg.norm(solutions[1] - solutions[0]) / np.linalg.norm(solutions[0])
-everywhere = MPI.COMM_WORLD.gather((model.bodies, difference, solutions[1].tobytes()))
+everywhere = MPI.COMM_WORLD.gather((model.bodies, difference, solutions[1].tobytes(), share))
 if everywhere:
     print(everywhere[0][0], max(each[1] for each in everywhere), len({each[2] for each in everywhere}))
+    print(sum(each[3] for each in everywhere))
 """
 
 
@@ -150,7 +152,8 @@ def test_two_bodies_on_three_ranks_have_the_solution_of_one():
     command = ["mpirun", "--oversubscribe", "-n", "3", sys.executable, "-c", TWO_BODIES]
     done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=200)
     assert done.returncode == 0, done.stderr
-    bodies, difference, different = done.stdout.split()
+    bodies, difference, different, shares = done.stdout.split()
     assert int(bodies) == 2
     assert float(difference) < 1e-8
     assert int(different) == 1, "every rank must have the same bits"
+    assert float(shares) == pytest.approx(1.0), "of the operations of the factorisation"
