@@ -14,9 +14,10 @@ from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.cohesion import Bond, find_bond
 from orchestrator.pushover.constants import ElasticConstants, constants_of
 from orchestrator.pushover.contact_search import Contacts, find_contacts
-from orchestrator.pushover.contact_tracking import Frames, Tracking, find_possible_contacts, fit_frames, track
+from orchestrator.pushover.contact_tracking import Frames, Tracking, fit_frames, track
 from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
 from orchestrator.pushover.nodal_loads import NodalLoads
+from orchestrator.pushover.possible_contacts import find_possible_contacts
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
 
 
@@ -40,8 +41,8 @@ class ContactModel:
 
     meshes: BodyMeshes
     contacts: Contacts
-    stiffness: sparse.csr_matrix
-    stiffness_magnitude: sparse.csr_matrix
+    stiffness: sparse.bsr_matrix
+    stiffness_magnitude: sparse.bsr_matrix
     mass: sparse.csr_matrix
     body: IntArray
     gravity: FloatArray
@@ -103,9 +104,7 @@ def build_model(
     """
     constants = constants_of(bodies, elastic)
     elasticity = assemble(meshes, constants, elastic.element_order, comm)
-    stiffness = elasticity.stiffness
-    if large_displacement:
-        stiffness = stiffness.tobsr((3, 3)).tocsr()  # the pattern of the turned one
+    stiffness = elasticity.stiffness.tobsr((3, 3))
     gravity, lateral, weight = _loads(elasticity.mass, meshes, direction, loads)
     horizontal = float(np.abs((lateral[: meshes.nodes.size] * np.tile([1.0, 0.0, 0.0], len(meshes.nodes))).sum()))
     contacts = find_contacts(bodies, meshes)
@@ -210,14 +209,13 @@ def _padded(values: FloatArray, length: int) -> FloatArray:
     return np.concatenate([values, np.zeros(length - len(values))])
 
 
-def _turned(stiffness: sparse.csr_matrix, rotation: FloatArray) -> sparse.csr_matrix:
+def _turned(blocks: sparse.bsr_matrix, rotation: FloatArray) -> sparse.bsr_matrix:
     """Return R K R^T; rotation (n / 3, 2, 2), the same for all rows of a body. The pattern stays that of K."""
-    blocks = stiffness.tobsr((3, 3))
     node = np.repeat(np.arange(len(rotation)), np.diff(blocks.indptr))
     turn = np.zeros((len(node), 3, 3))
     turn[:, :2, :2], turn[:, 2, 2] = rotation[node], 1.0
     turned = turn @ blocks.data @ turn.transpose(0, 2, 1)
-    return sparse.bsr_matrix((turned, blocks.indices, blocks.indptr), shape=stiffness.shape).tocsr()
+    return sparse.bsr_matrix((turned, blocks.indices, blocks.indptr), shape=blocks.shape)
 
 
 def top_weights(meshes: BodyMeshes) -> FloatArray:

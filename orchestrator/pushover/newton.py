@@ -24,8 +24,9 @@ from orchestrator.errors import ConvergenceError
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.pushover.cohesion import Bond, BondResponse, bond_response
 from orchestrator.pushover.contact_law import FrictionResponse, friction_response
-from orchestrator.pushover.linear_system import LinearSystem, coefficients
+from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel
+from orchestrator.pushover.newton_matrix import Coefficients, coefficients
 from orchestrator.pushover.settings import NewtonSettings
 
 LINE_SEARCH_SHARE = 0.03
@@ -167,7 +168,7 @@ def iterates(model: ContactModel, system: LinearSystem, problem: Problem, first:
         current = replace(_advanced(model, problem, current, step), number=current.number + 1)
 
 
-def _newton_coefficients(model: ContactModel, problem: Problem, current: Iterate) -> FloatArray:
+def _newton_coefficients(model: ContactModel, problem: Problem, current: Iterate) -> Coefficients:
     response = current.response
     if problem.reference_force and current.number == 0:
         count = len(current.gap)

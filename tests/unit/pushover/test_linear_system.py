@@ -1,13 +1,34 @@
 """The Newton matrix against finite differences of the residual it is meant to be the derivative of."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+from mpi4py import MPI
 
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.pushover.linear_system import coefficients, make_pattern
+from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.newton import Problem, evaluate
+from orchestrator.pushover.newton_matrix import (
+    coefficients,
+    condensed_right,
+    expanded,
+    make_pattern,
+    product,
+    values,
+)
 from tests.verification.pushover_chain import model_of, stack
+
+PROJECT = Path(__file__).parents[3]
+ENVIRONMENT = os.environ | {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMP_NUM_THREADS": "1",
+}
 
 
 def residual(model, problem, x):
@@ -21,8 +42,8 @@ def residual(model, problem, x):
     return np.concatenate([iterate.force_residual, contact, [control]]), iterate
 
 
-@pytest.mark.parametrize("mean_displacement", [None, 1e-4])
-def test_matrix_is_the_derivative_of_the_residual(mean_displacement):
+def state(mean_displacement):
+    """Return model, problem, a state x between stick, slip and opening, and the coefficients of its matrix."""
     model = model_of(stack((0.4, 0.3), (0.2, 0.3), friction=0.6), slip_tolerance=1e-5)
     n, c = len(model.gravity), len(model.contacts)
     random = np.random.default_rng(2)
@@ -34,35 +55,105 @@ def test_matrix_is_the_derivative_of_the_residual(mean_displacement):
         time_step=0.05,
         mean_displacement=mean_displacement,
     )
-    kappa = model.contact_stiffness
     displacement = random.normal(size=n) * 1e-5
     closed = model.normal_rows @ displacement < 0  # an open contact carries nothing, as after any Newton step
     x = np.concatenate([displacement, np.where(closed, random.uniform(1e-6, 1e-5, c), 0.0), [0.1]])
     _, iterate = residual(model, problem, x)
     assert 0 < iterate.active.sum() < c
     assert 0 < iterate.response.sliding.sum() < c
-    pattern = make_pattern(model)
     control = mean_displacement is not None
-    data = pattern.stiffness + pattern.mass / problem.time_step**2
-    data = data + pattern.scatter @ coefficients(
-        iterate.response, iterate.active, iterate.carrying, iterate.pull_slope, control
-    )
-    matrix = sparse.csr_matrix((data, pattern.indices, pattern.indptr))
-    direction = random.normal(size=n + c + 1) * 1e-5
+    contact = coefficients(iterate.response, iterate.active, iterate.carrying, iterate.pull_slope, control)
+    return model, problem, x, closed, contact
+
+
+@pytest.mark.parametrize("mean_displacement", [None, 1e-4])
+def test_matrix_is_the_derivative_of_the_residual(mean_displacement):
+    model, problem, x, closed, contact = state(mean_displacement)
+    n, c, kappa = len(model.gravity), len(model.contacts), model.contact_stiffness
+    direction = np.random.default_rng(5).normal(size=n + c + 1) * 1e-5
     direction[n:-1] *= closed
-    direction[-1] = 0.01 if control else 0.0
+    direction[-1] = 0.01 if mean_displacement is not None else 0.0
     step = 1e-5
     ahead, behind = residual(model, problem, x + step * direction)[0], residual(model, problem, x - step * direction)[0]
-    assert matrix @ direction == pytest.approx((ahead - behind) / (2 * step), rel=1e-4, abs=1e-3)
-    assert np.abs(matrix @ direction).max() > kappa * 1e-6, "the direction must matter"
+    found = product(model, contact, problem.time_step, direction)
+    assert found == pytest.approx((ahead - behind) / (2 * step), rel=1e-4, abs=1e-3)
+    assert np.abs(found).max() > kappa * 1e-6, "the direction must matter"
+
+
+@pytest.mark.parametrize("mean_displacement", [None, 1e-4])
+def test_solution_times_matrix_is_the_right_hand_side(mean_displacement):
+    model, problem, _, _, contact = state(mean_displacement)
+    right = np.random.default_rng(6).normal(size=model.unknowns)
+    with LinearSystem(model, MPI.COMM_SELF) as system:
+        solution = system.solve(contact, problem.time_step, right)
+    found = product(model, contact, problem.time_step, solution)
+    assert np.linalg.norm(found - right) < 1e-10 * np.linalg.norm(right)
+
+
+@pytest.mark.parametrize("mean_displacement", [None, 1e-4])
+def test_condensed_matrix_is_the_newton_matrix_with_a_penalty(mean_displacement):
+    """Eliminating the multipliers of (Newton matrix + kappa / penalty where active) leaves the rows of both ranks."""
+    model, problem, _, _, contact = state(mean_displacement)
+    n, count = len(model.gravity), len(model.body)
+    parts = []
+    for first, last in ((0, count // 3), (count // 3, count)):
+        pattern = make_pattern(model, first, last)
+        data = values(pattern, model, contact, problem.time_step)
+        parts.append(sparse.csr_matrix((data, pattern.indices, pattern.indptr), (len(pattern.indptr) - 1, n + 1)))
+    condensed = sparse.vstack(parts).tocsr()
+    x = np.random.default_rng(7).normal(size=model.unknowns)
+    penalty = np.zeros_like(x)
+    penalty[n:-1] = model.contact_stiffness * (contact.compliance - ~contact.active)
+    right = product(model, contact, problem.time_step, x) + penalty * x
+    reduced = condensed_right(model, contact, right)
+    # entries of 1e15 N/m cancel
+    assert condensed @ np.append(x[:n], x[-1]) == pytest.approx(reduced, rel=1e-6, abs=1e-8 * np.abs(reduced).max())
+    found = expanded(model, contact, right, np.append(x[:n], x[-1]))
+    assert found == pytest.approx(x, rel=1e-6, abs=1e-6)
 
 
 def test_a_large_wall_has_every_mass_in_its_place():
-    model = model_of(running_bond(40, 24))
-    n, width = len(model.gravity), model.unknowns
-    assert n * width > 2**31, "row x width + column of a mass must not fit into 32 bits"
-    pattern = make_pattern(model)
-    mass = sparse.csr_matrix((pattern.mass, pattern.indices, pattern.indptr), shape=(width, width))
-    acceleration = np.random.default_rng(3).normal(size=width)
-    inertia = np.concatenate([model.mass @ acceleration[:n], np.zeros(width - n)])
-    assert mass @ acceleration == pytest.approx(inertia, rel=1e-12, abs=1e-12 * np.abs(inertia).max())
+    model = model_of(running_bond(42, 24))
+    pattern = make_pattern(model, 0, len(model.body))
+    n = len(model.gravity)
+    assert n * n > 2**31, "row x width + column of a mass must not fit into 32 bits"
+    mass = np.zeros((len(pattern.mass), 9))
+    mass[:, [0, 4, 8]] = pattern.mass[:, None]
+    data = np.zeros(len(pattern.indices))
+    data[pattern.place] = mass.ravel()
+    found = sparse.csr_matrix((data, pattern.indices, pattern.indptr), shape=(n + 1, n + 1))
+    acceleration = np.random.default_rng(3).normal(size=n + 1)
+    inertia = np.append(model.mass @ acceleration[:n], 0.0)
+    assert found @ acceleration == pytest.approx(inertia, rel=1e-12, abs=1e-12 * np.abs(inertia).max())
+
+
+TWO_BODIES = """
+import numpy as np
+from mpi4py import MPI
+from orchestrator.pushover.linear_system import LinearSystem
+from tests.unit.pushover.test_linear_system import state
+model, problem, _, _, contact = state(1e-4)
+right = np.random.default_rng(6).normal(size=model.unknowns)
+solutions = []
+for comm in (MPI.COMM_SELF, MPI.COMM_WORLD):
+    with LinearSystem(model, comm) as system:
+        solutions.append(system.solve(contact, problem.time_step, right))
+        share = system.share
+difference = np.linalg.norm(solutions[1] - solutions[0]) / np.linalg.norm(solutions[0])
+everywhere = MPI.COMM_WORLD.gather((model.bodies, difference, solutions[1].tobytes(), share))
+if everywhere:
+    print(everywhere[0][0], max(each[1] for each in everywhere), len({each[2] for each in everywhere}))
+    print(sum(each[3] for each in everywhere))
+"""
+
+
+def test_two_bodies_on_three_ranks_have_the_solution_of_one():
+    """Either body is larger than a rank's share; the right-hand side moves the blocks by metres: 1e-8 is rounding."""
+    command = ["mpirun", "--oversubscribe", "-n", "3", sys.executable, "-c", TWO_BODIES]
+    done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=200)
+    assert done.returncode == 0, done.stderr
+    bodies, difference, different, shares = done.stdout.split()
+    assert int(bodies) == 2
+    assert float(difference) < 1e-8
+    assert int(different) == 1, "every rank must have the same bits"
+    assert float(shares) == pytest.approx(1.0), "of the operations of the factorisation"
