@@ -54,7 +54,16 @@ def test_decks_refuse_macroblocks_of_stones_of_different_weight(tmp_path, capsys
     record["blocks"][-1]["unit_weight"] = 50
     (tmp_path / "wall.json").write_text(json.dumps(record))
     path = tmp_path / "wall.inp"
-    arguments = ["export", str(tmp_path / "wall.json"), "--format", "calculix", "--output", str(path)]
+    arguments = [
+        "export",
+        str(tmp_path / "wall.json"),
+        "--format",
+        "calculix",
+        "--output",
+        str(path),
+        "--set",
+        "macroblocks.normal=1",
+    ]
     assert main(arguments) == 2
     assert "wall: a deck gives a body one density, and macroblocks join" in capsys.readouterr().err
     assert not path.exists()
