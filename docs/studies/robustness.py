@@ -27,7 +27,7 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings, New
 from orchestrator.pushover.stepping import Pushover, end_of_curve
 
 FOLDER = Path(__file__).parent
-LIMIT = 90.0
+LIMIT = 240.0
 OPENING = ((0.475, 0.925, 1.0, 1.7),)
 TWO = ((0.5, 1.0, 0.0, 1.2), (1.6, 2.1, 0.6, 1.3))
 WALLS = [
