@@ -1,4 +1,4 @@
-"""Gravity, load ramp, displacement control: one generator each of converged increments, and `pushover`, their chain.
+"""Gravity, load ramp, displacement control: one generator each of converged increments, and `Pushover`, their chain.
 
 Every increment solves R_u = 0 of newton.py with a different inertia reference:
 
@@ -25,6 +25,7 @@ import numpy as np
 
 from orchestrator.errors import CollapseError, ConvergenceError
 from orchestrator.masonry.wall import FloatArray, read_only
+from orchestrator.pushover.increment_size import FOLLOWED, Policy, follow, snapped
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, displaced, largest_turn
 from orchestrator.pushover.newton import Problem, evaluate, solve_increment
@@ -34,46 +35,17 @@ from orchestrator.pushover.state import Attempt, ContactStatus, Increment, Phase
 
 logger = logging.getLogger(__name__)
 
-EASY = 8
-"""iterations up to which the next increment may grow"""
-
-
 TURN = 5e-4
 """an increment whose bodies turn by more than this (rad) from the predicted geometry is solved again on its own"""
 GEOMETRY_PASSES = 4
 FALLING = 0.05
 """a part that moves by this share of the wall's height under its own weight falls"""
-FOLLOWED = "followed a snap"
 VISCOUS_FORCE = 0.01
 """a contact that slides by the whole increment resists with this share of the weight when a snap begins"""
 NEAR_REST = 5e-5
 """a state of rest is looked for when the viscous force of a contact has fallen to this share of the weight"""
 SNAP = 4e-3
 """an increment below this share of the largest one that still fails is a snap"""
-
-
-@dataclass(frozen=True, slots=True)
-class Policy:
-    """How increments shrink after a failure and grow after success; smaller than `smallest` is giving up.
-
-    In the unit of the increment: share of gravity, time in s, or mean displacement in m.
-    """
-
-    largest: float
-    smallest: float
-    shrink: float
-    grow: float
-
-    def reduced(self, size: float, error: ConvergenceError) -> float:
-        """Return the next smaller size. Raises ConvergenceError from `error` below the smallest."""
-        smaller = size * self.shrink
-        if smaller < self.smallest:
-            raise ConvergenceError("stepping", f"no increment above {self.smallest:g} converges ({error})") from error
-        return smaller
-
-    def after(self, iterations: int, size: float) -> float:
-        """Return the size after an increment that took so many iterations."""
-        return min(size * self.grow, self.largest) if iterations <= EASY else size
 
 
 def at_rest(model: ContactModel) -> Increment:
@@ -120,31 +92,8 @@ def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
     return None
 
 
-def snapped(state: Increment) -> bool:
-    """Return whether the increment followed a snap; where joints stick and slip in turn, one snap follows another."""
-    return bool(state.attempts) and state.attempts[-1].action == FOLLOWED
-
-
 ProblemFrom = Callable[..., Problem]
 """the problem of an increment from a state, and with a viscosity (N/m) other than 0"""
-SolveStep = Callable[[Increment, float], Increment]
-
-
-def follow(state: Increment, size: float, solve_step: SolveStep, policy: Policy) -> Iterator[Increment]:
-    """Yield converged increments for ever; after a failure try again smaller. Raises ConvergenceError at the end."""
-    attempts: tuple[Attempt, ...] = ()
-    while True:
-        try:
-            solved = solve_step(state, size)
-        except ConvergenceError as error:
-            smaller = policy.reduced(size, error)
-            attempts += (Attempt(str(error), size, f"retried with {smaller:g}", error.iterations),)
-            size = smaller
-            continue
-        following = policy.after(0 if snapped(solved) else solved.iterations, size)
-        state = replace(solved, attempts=attempts + solved.attempts, step=(following, size))
-        size, attempts = following, ()
-        yield state
 
 
 @dataclass(frozen=True, slots=True)

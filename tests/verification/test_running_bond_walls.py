@@ -61,6 +61,16 @@ def test_a_tall_thin_wall_rests_under_its_weight():
     assert tops[1] == pytest.approx(tops[0], rel=0.01, abs=2e-6)
 
 
+def test_courses_that_slide_in_large_displacements_reach_the_end():
+    """Contacts of all courses stick and slip in turn at one multiplier, where plain Newton goes in circles."""
+    wall = running_bond(5, 6)
+    result = run(model_of(wall, large_displacement=True), final_displacement=20e-3)
+    assert result.curve.control_displacement_m[-1] == pytest.approx(20e-3, rel=2e-3)
+    assert result.peak == pytest.approx(0.65, rel=1e-3), "the whole wall slides at the coefficient of friction"
+    effort = effort_of(result.increments)
+    check(result.curve, effort.max_penetration, effort.energy_error, result.model.weight)
+
+
 def test_curve_is_quasi_static_and_in_equilibrium(wide):
     effort = effort_of(wide.increments)
     check(wide.curve, effort.max_penetration, effort.energy_error, wide.model.weight)
