@@ -185,7 +185,7 @@ def _damage(run: StoredRun, model: StoredModel, damage: Damage) -> dict[str, Any
 def _checks(summary: dict[str, Any]) -> list[dict[str, Any]]:
     """Return what `pushover.checks` asks of a curve, with the figures of the summary."""
     asked = (
-        ("equilibrium", "equilibrium_residual", checks.EQUILIBRIUM, "largest |λ H − V| / H, H: horizontal load at λ = 1"),
+        ("equilibrium", "equilibrium_residual", checks.EQUILIBRIUM, "largest |λ H − V| / H, H: horizontal live load"),
         ("quasi-static", "max_kinetic_over_internal", checks.KINETIC, "largest kinetic / internal energy to the peak"),
         ("penetration", "max_penetration", checks.PENETRATION, "largest overlap of two bodies, m"),
         ("energy balance", "energy_error", checks.ENERGY, "largest imbalance of work and energies"),
