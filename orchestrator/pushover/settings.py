@@ -27,8 +27,8 @@ class ContactSettings:
     """Friction is a penalty that reaches Coulomb's limit at an elastic slip of `slip_tolerance`.
 
     The peak does not feel it, the initial stiffness does: every joint is as soft as tolerance over friction x force.
-    On benchmark 1 micro-FE has 19.8, 34.4 and 38.8 kN/mm at 0.01, 0.001 and 0.0001 mm, in 459, 1,041 and 1,679
-    iterations; macroblocks, with fewer joints, 31.9, 38.9 and 40.5.
+    On benchmark 1 micro-FE has 19.8, 34.4 and 38.8 kN/mm at 0.01, 0.001 and 0.0001 mm; macroblocks, with fewer joints,
+    32.6, 39.4 and 41.4.
     """
 
     slip_tolerance: Annotated[float, Unit("m"), Ge(1e-12), Le(1)] = 1e-6
