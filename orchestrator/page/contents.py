@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 from orchestrator import results
 from orchestrator.capacity import Bilinear, idealise
 from orchestrator.errors import ResultError
+from orchestrator.limit_analysis import LoadSettings
 from orchestrator.masonry.geometry import block_areas, block_weights
 from orchestrator.page.collapse import collapse
 from orchestrator.page.damage import Damage, damage_sequence
@@ -66,6 +68,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
             "materials": sorted({block.material for block in wall.blocks if block.material}),
             "supports": int((~free).sum()),
         },
+        "load": {"direction": run.case.load.direction, "words": in_words(run.case.load)},
         "limit_states": list(_limit_states(run)),
         "headline": run.analysis.headline.flow_rule.replace("_", " "),
         "bodies": _bodies(run),
@@ -87,6 +90,16 @@ def contents(run: StoredRun) -> dict[str, Any]:
             "limit": {"associative": run.summary["limit_analysis"]["associative"] * run.analysis.horizontal_load},
         },
     }
+
+
+def in_words(load: LoadSettings) -> str:
+    """Return what the live load is like."""
+    shape = {
+        "mass": "proportional to mass",
+        "mass_height": "proportional to mass × height above the base",
+        "per_block": "given block by block",
+    }[load.distribution]
+    return shape + (f", {math.degrees(load.inclination):g}° above the horizontal" if load.inclination else "")
 
 
 def _settings(record: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
@@ -172,7 +185,7 @@ def _damage(run: StoredRun, model: StoredModel, damage: Damage) -> dict[str, Any
 def _checks(summary: dict[str, Any]) -> list[dict[str, Any]]:
     """Return what `pushover.checks` asks of a curve, with the figures of the summary."""
     asked = (
-        ("equilibrium", "equilibrium_residual", checks.EQUILIBRIUM, "largest |λ W − V| / W"),
+        ("equilibrium", "equilibrium_residual", checks.EQUILIBRIUM, "largest |λ H − V| / H, H: horizontal live load"),
         ("quasi-static", "max_kinetic_over_internal", checks.KINETIC, "largest kinetic / internal energy to the peak"),
         ("penetration", "max_penetration", checks.PENETRATION, "largest overlap of two bodies, m"),
         ("energy balance", "energy_error", checks.ENERGY, "largest imbalance of work and energies"),

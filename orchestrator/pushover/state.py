@@ -42,9 +42,9 @@ class Increment:
     gap (c,): m, NaN where a possible contact does not exist. overlap (c,): m, what its gap was short of (or beyond)
     closure when sliding made the contact, taken as closed. status (c,): ContactStatus.
     base_shear: horizontal reaction of the supports against the load, N.
-    control_displacement: mean displacement of the top along the load, m. mean_displacement: mass-weighted mean
-    displacement along the load, m. Energies in J, work and dissipation accumulated (record.py). largest_base_shear: up
-    to here, N.
+    control_displacement: mean displacement of the top along the load, m. mean_displacement: mean displacement along
+    the live load, weighted by it, m. Energies in J, work and dissipation accumulated (record.py).
+    largest_base_shear: up to here, N.
     time: s; under gravity the share of the weight that acts. step: size and time of the next increment and of this one
     (stepping.Step), what the stepping needs to go on. attempts: the journal of failed tries before this increment.
     """

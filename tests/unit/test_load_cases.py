@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 import subprocess
 import sys
 
@@ -117,6 +118,21 @@ def test_report_rebuilds_all_pages_from_stored_results_alone(runs, capsys):
     assert main(["report", str(runs / "image")]) == 0
     assert str(pages[0]) in capsys.readouterr().out
     assert all(page.is_file() for page in pages)
+
+
+def test_a_report_names_the_load_that_its_case_has(runs, tmp_path):
+    folder = tmp_path / "by height"
+    shutil.copytree(runs / "stone" / "-x mass", folder)
+    case = (folder / "case.toml").read_text()
+    changed = case.replace('distribution = "mass"', 'distribution = "mass_height"')
+    changed = changed.replace('inclination = "0.0 rad"', 'inclination = "10 deg"')
+    assert changed.count("mass_height") > case.count("mass_height")
+    before, after = "proportional to mass", "proportional to mass × height above the base, 10° above the horizontal"
+    assert (folder / "report.html").read_text().count(before) == 2
+    (folder / "case.toml").write_text(changed)
+    assert main(["report", str(folder)]) == 0
+    page = (folder / "report.html").read_text()
+    assert page.count(after) == page.count(before) == 2
 
 
 def test_resume_leaves_finished_load_cases_alone_and_finishes_the_others(walls, tmp_path, monkeypatch):
