@@ -36,8 +36,8 @@ ACCURACY = 1e-11
 """residual of the solution over the right-hand side at which refinement ends"""
 ROUNDS = 6
 """refinements at most"""
-STALLED = 0.1
-"""a refinement that leaves more than this share of the residual is the last one"""
+GAINED = 0.1
+"""a refinement of what is not useless that leaves less than this share of the residual is the last one, too"""
 USELESS = 1e-6
 """a residual larger than this share of the right-hand side is a failure"""
 
@@ -117,7 +117,7 @@ class LinearSystem:
             if not left < least:
                 break
             solution, before, least = refined, least, left
-            if least <= max(ACCURACY * size, STALLED * before * (before < USELESS * size)):
+            if least <= max(ACCURACY * size, GAINED * before * (before < USELESS * size)):
                 break
         self.seconds += perf_counter() - began
         if not least <= USELESS * size:

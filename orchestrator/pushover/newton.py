@@ -208,7 +208,7 @@ def _advanced(model: ContactModel, problem: Problem, current: Iterate, step: Flo
 def _out_of_work(model: ContactModel, current: Iterate, at: Callable[[float], Iterate], change: FloatArray) -> Iterate:
     """Return the iterate on the step at which the out-of-balance forces do (almost) no more work along it.
 
-    With given pressures of friction that is the lowest energy along the step: Newton cannot go in circles.
+    With given pressures of friction and a given load that is the lowest energy along the step.
     M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Structures 1, Wiley 1991, section 9.2.
     """
     start = _work(model, current, change)
@@ -264,14 +264,15 @@ def solve_increment(
     """Return the converged iterate.
 
     Where Newton goes in circles, the problem is solved roughly with friction that sees given normal forces (Tresca's,
-    a convex problem, in which Newton with its line search hardly fails), first those of the start, and Newton starts
+    a convex problem, in which Newton with its line search seldom fails), first those of the start, and Newton starts
     again from there; with the forces that came out, and so on.
 
     Contacts at the edge of closing or sliding may change their state for ever at the level of the tolerance: the best
     iterate is then accepted within `settings.acceptable` tolerances (its residual is recorded in the increment). Raises
     ConvergenceError when no pass comes that near.
     """
-    start, pressure, spent = first, first.normal_force, 0
+    start, spent = first, 0
+    pressure = np.maximum(first.normal_force, problem.reference_force)
     for left in reversed(range(PASSES)):
         tried = _tried(model, system, problem, start, settings, 1.0)
         spent += tried.last.number
@@ -279,7 +280,8 @@ def solve_increment(
             return replace(tried.best, number=spent)
         if not left:
             break
-        fixed = replace(problem, pressure=np.maximum(pressure, 0.0), reference_force=0.0)
+        problem = replace(problem, reference_force=0.0)
+        fixed = replace(problem, pressure=np.maximum(pressure, 0.0))
         eased = _tried(model, system, fixed, _of(model, fixed, first), settings, ROUGH)
         spent += eased.last.number
         start, pressure = _of(model, problem, eased.best), eased.best.normal_force

@@ -174,9 +174,10 @@ def make_pattern(model: ContactModel, first: int, last: int) -> Pattern:
     elastic_slot, pair_slot = np.split(slot, [len(elastic_row)])
     layout = _layout(model, first, last, slots)
     inertia = model.mass[3 * first : 3 * last : 3, ::3].tocoo()
-    mass = np.bincount(
-        np.searchsorted(slots, (inertia.row.astype(np.int64) + first) * count + inertia.col), inertia.data, len(slots)
-    )
+    mass_key = (inertia.row.astype(np.int64) + first) * count + inertia.col
+    mass_slot = np.searchsorted(slots, mass_key)
+    assert np.array_equal(slots[mass_slot], mass_key), "masses stand where stiffness does"
+    mass = np.bincount(mass_slot, inertia.data, len(slots))
     order = np.lexsort((pairs // 16, pair_slot))
     pairs, pair_slot = pairs[order], pair_slot[order]
     return Pattern(
