@@ -1,24 +1,22 @@
 """Case file (TOML) -> Case: everything the user asked, defaults filled in, units converted, bounds checked.
 
-Each section is a settings dataclass declared beside the mechanics that use it; this module nests them, and turns every
-complaint into one line with file, key and remedy. `inf` (or "none") switches a macroblock tolerance off.
+Each section is a settings dataclass declared beside the mechanics that use it; this module nests them, sections.py
+checks each against its dataclass. `inf` (or "none") switches a macroblock tolerance off.
 """
 
 from __future__ import annotations
 
-import difflib
-import math
 import tomllib
 import typing
 from collections.abc import Sequence
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
 from annotated_types import Gt, MinLen
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, create_model
+from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
 from orchestrator.errors import CaseError, naming
 from orchestrator.joints import JointSettings
@@ -30,23 +28,14 @@ from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
 from orchestrator.pushover.nodal_loads import refuse_upright
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.sections import as_settings, first_complaint, row_type, section_model, written
 from orchestrator.seismic import SeismicSettings, spectrum_of
 from orchestrator.study import StudySettings
-from orchestrator.units import Unit, as_number
+from orchestrator.units import Unit
 
 ModelName = Literal["macro", "micro"]
 MAY_BE_INFINITE = ("macroblocks", "study", "seismic")
 LARGEST_FILE = 1_000_000  # bytes
-REMEDIES = {
-    "model_type": "it is a section: write [{key}] and its keys below",
-    "tuple_type": "write a list, in square brackets",
-    "too_short": "write a list of at least one",
-    "string_too_short": "write a text that is not empty",
-    "string_type": 'write a text, in "quotes"',
-    "float_type": "write a number",
-    "float_parsing": "write a number",
-}
-"""what to do, by pydantic's kinds of complaint, where its own words are a programmer's"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,61 +135,29 @@ def refuse_spectrum(case: Case) -> None:
 def as_toml(case: Case, block_file: str) -> str:
     """Return a case file that reads back as `case` with its blocks in `block_file`; all defaults filled in."""
     record: dict[str, Any] = {"name": case.name}
-    for section in _sections():
-        record[section] = _written_settings(getattr(case, section))
+    for section in section_types():
+        record[section] = written(getattr(case, section))
     record["wall"]["blocks"] = block_file
     return tomli_w.dumps(record)
 
 
-def _written_settings(settings: Any) -> dict[str, Any]:
-    """Return settings as they stand in a case file; what is None is left out."""
-    values = {f.name: getattr(settings, f.name) for f in fields(settings)}
-    return {name: _written(settings, name, value) for name, value in values.items() if value is not None}
-
-
-def _written(settings: Any, name: str, value: Any) -> Any:
-    """Return a value as it stands in a case file, with its unit."""
-    unit = _unit(typing.get_type_hints(type(settings), include_extras=True)[name])
-    if isinstance(value, tuple):
-        return [_written_settings(item) if is_dataclass(item) else _with_unit(item, unit) for item in value]
-    return _with_unit(value, unit)
-
-
-def _with_unit(value: Any, unit: Unit | None) -> Any:
-    if unit is None or value is None:
-        return value
-    return value if math.isinf(value) else f"{value!r} {unit.symbol}"
-
-
-def settings_from(kind: type, values: dict[str, Any]) -> Any:
-    """Return settings of the dataclass `kind` from values as a case file has them. Raises CaseError (key only)."""
-    try:
-        return kind(**_section_model("", kind).model_validate(values).model_dump())
-    except ValidationError as error:
-        raise _first_complaint(error) from None
-
-
 def section_types() -> dict[str, type]:
     """Return the settings dataclass of each section of a case file."""
-    return _sections()
+    hints = typing.get_type_hints(Case)
+    return {f.name: hints[f.name] for f in fields(Case) if f.name not in ("name", "file")}
 
 
 def table_types() -> dict[str, type]:
     """Return the settings dataclass of each list of tables, as in "load.dead", those within tables too."""
     found: dict[str, type] = {}
-    waiting = list(_sections().items())
+    waiting = list(section_types().items())
     while waiting:
         name, kind = waiting.pop(0)
         hints = typing.get_type_hints(kind)
-        rows = [(f"{name}.{f.name}", row) for f in fields(kind) if (row := _row(hints[f.name]))]
+        rows = [(f"{name}.{f.name}", row) for f in fields(kind) if (row := row_type(hints[f.name]))]
         found |= dict(rows)
         waiting += rows
     return found
-
-
-def unit_of(hint: Any) -> Unit | None:
-    """Return the unit that a type hint carries."""
-    return _unit(hint)
 
 
 def json_schema() -> dict[str, Any]:
@@ -242,138 +199,19 @@ def _case(record: dict[str, Any]) -> Case:
     try:
         validated = _model().model_validate(record)
     except ValidationError as error:
-        raise _first_complaint(error) from None
-    sections = {name: _settings(cls, getattr(validated, name)) for name, cls in _sections().items()}
+        raise first_complaint(error, {"name": str, **section_types()}) from None
+    sections = {name: as_settings(kind, getattr(validated, name)) for name, kind in section_types().items()}
     given = validated.macroblocks.model_fields_set  # type: ignore[attr-defined]
     if "choose" not in given and given & set(TOLERANCES):
         sections["macroblocks"] = replace(sections["macroblocks"], choose="tolerances")
     return Case(name=validated.name, **sections)  # type: ignore[attr-defined]
 
 
-def _settings(cls: type, validated: BaseModel) -> Any:
-    """Return the settings dataclass of a validated section, the tables in its lists too."""
-    hints = typing.get_type_hints(cls)
-
-    def plain(name: str, value: Any) -> Any:
-        rows = isinstance(value, tuple) and _row(hints[name])
-        return tuple(_settings(rows, member) for member in value) if rows else value
-
-    return cls(**{f.name: plain(f.name, getattr(validated, f.name)) for f in fields(cls)})
-
-
-def _row(hint: Any) -> Any:
-    """Return the settings dataclass that a list of tables is made of (`tuple[DeadLoad, ...]`), else None."""
-    member = next(iter(typing.get_args(hint)), None)
-    return member if typing.get_origin(hint) is tuple and is_dataclass(member) else None
-
-
-def _sections() -> dict[str, type]:
-    hints = typing.get_type_hints(Case)
-    return {f.name: hints[f.name] for f in fields(Case) if f.name not in ("name", "file")}
-
-
 @cache
 def _model() -> type[BaseModel]:
     """Return the pydantic model of a case file, made from the settings dataclasses."""
     parts: dict[str, Any] = {"name": (str, "")}
-    for name, settings in _sections().items():
-        part = _section_model(name, settings)
+    for name, kind in section_types().items():
+        part = section_model(kind, name in MAY_BE_INFINITE)
         parts[name] = (part, ...) if name == "wall" else (part, part())
     return create_model("CaseFile", __config__=ConfigDict(extra="forbid"), **parts)
-
-
-@cache
-def _section_model(section: str, settings: type) -> type[BaseModel]:
-    hints = typing.get_type_hints(settings, include_extras=True)
-    parts: dict[str, Any] = {
-        f.name: (_validated(hints[f.name], section in MAY_BE_INFINITE), ... if f.default is MISSING else f.default)
-        for f in fields(settings)
-    }
-    return create_model(settings.__name__, __config__=ConfigDict(extra="forbid", strict=False), **parts)
-
-
-def _validated(hint: Any, may_be_infinite: bool) -> Any:
-    """Return the type hint with the conversion of its unit and the refusal of nan (and inf) in front."""
-    if row := _row(hint):
-        return tuple[_section_model("", row), ...]  # type: ignore[misc]
-    if typing.get_origin(_plain_type(hint)) is tuple:
-        return _validated_list(hint, may_be_infinite)
-    if _plain_type(hint) is not float:
-        return Annotated[hint, BeforeValidator(_whole_number)] if _plain_type(hint) is int else hint
-    unit = _unit(hint)
-
-    def number(value: Any) -> Any:
-        if value is None:
-            return None
-        if value == "none" and may_be_infinite:
-            return math.inf
-        if unit is None and (isinstance(value, bool) or not isinstance(value, int | float)):
-            raise ValueError(f"{value!r} is not a number; write a number without unit")
-        result = as_number(value) if unit is None else unit.parse(value)
-        if math.isnan(result) or (math.isinf(result) and not may_be_infinite):
-            raise ValueError(f"{value!r} is not a finite number; write a finite one")
-        return result
-
-    return Annotated[hint, BeforeValidator(number)]
-
-
-def _validated_list(hint: Any, may_be_infinite: bool) -> Any:
-    """Return the type hint of a list with `_validated` members."""
-    member, *_ = typing.get_args(_plain_type(hint))
-    members = tuple.__class_getitem__((_validated(member, may_be_infinite), ...))
-    conditions = typing.get_args(hint)[1:] if typing.get_origin(hint) is Annotated else ()
-    return Annotated[members, *conditions] if conditions else members
-
-
-def _whole_number(value: Any) -> Any:
-    whole = (isinstance(value, int) and not isinstance(value, bool)) or (
-        isinstance(value, float) and value.is_integer()
-    )
-    if not whole or abs(value) >= 1e9:
-        raise ValueError(f"{str(value)[:40]} is not a whole number; write one, without unit, below 1e9")
-    return value
-
-
-def _plain_type(hint: Any) -> Any:
-    """Return float for `Annotated[float, ...]` and `Annotated[float, ...] | None`, else the bare type."""
-    members = [member for member in typing.get_args(hint) if member is not type(None)]
-    if typing.get_origin(hint) is Annotated or type(None) in typing.get_args(hint):
-        return _plain_type(members[0])
-    return hint
-
-
-def _unit(hint: Any) -> Unit | None:
-    for member in typing.get_args(hint):
-        found = member if isinstance(member, Unit) else _unit(member)
-        if found is not None:
-            return found
-    return None
-
-
-def _first_complaint(error: ValidationError) -> CaseError:
-    """Return the first complaint as key, problem, remedy."""
-    first = error.errors()[0]
-    place = [str(part) for part in first["loc"]]
-    key = ".".join(place)
-    if first["type"] == "extra_forbidden":
-        known = _known_keys(place[:-1])
-        near = difflib.get_close_matches(place[-1], known, 1)
-        return CaseError(key, "is not a known key", f"did you mean {near[0]}?" if near else f"use {', '.join(known)}")
-    if first["type"] == "missing":
-        return CaseError(key, "is missing", "see templates/benchmark1.toml for an example")
-    if first["type"] in REMEDIES:
-        return CaseError(key, f"{first['input']!r} is not accepted", REMEDIES[first["type"]].format(key=key))
-    message = first["msg"].removeprefix("Value error, ")
-    if "; " in message:
-        problem, _, remedy = message.partition("; ")
-        return CaseError(key, problem, remedy)
-    return CaseError(key, f"{first['input']!r} is not accepted", message[:1].lower() + message[1:])
-
-
-def _known_keys(place: list[str]) -> list[str]:
-    if not place:
-        return ["name", *_sections()]
-    section: Any = _sections().get(place[0])
-    for key in place[1:]:
-        section = section if key.isdigit() else _row(typing.get_type_hints(section).get(key))
-    return [f.name for f in fields(section)] if section else []

@@ -25,6 +25,7 @@ from orchestrator import driver, file_commands, load_cases, plots, results, stud
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.masonry.drawing import implausible
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
+from orchestrator.progress import IncrementDone, StageDone
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -285,14 +286,14 @@ class _Reporter:
     def __exit__(self, *_: object) -> None:
         self._progress.stop()
 
-    def __call__(self, event: driver.StageDone | driver.IncrementDone) -> None:
-        if isinstance(event, driver.StageDone):
+    def __call__(self, event: StageDone | IncrementDone) -> None:
+        if isinstance(event, StageDone):
             self._console.print(f"{event.stage}: {event.text} ({event.seconds:.1f} s)", soft_wrap=True)
             self._last_line = 0.0
         else:
             self._show(event)
 
-    def _show(self, event: driver.IncrementDone) -> None:
+    def _show(self, event: IncrementDone) -> None:
         increment = event.increment
         state = (
             f"{increment.number} {increment.phase}: λ {increment.load_multiplier:.4f}, "

@@ -16,7 +16,7 @@ import numpy as np
 
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.case import Case, ModelName
-from orchestrator.driver import Segmented, mesh_cache
+from orchestrator.driver import Segmented
 from orchestrator.errors import CaseError
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray
@@ -24,6 +24,7 @@ from orchestrator.meshing import BodyMeshes, mesh_bodies, volumes, write_mesh
 from orchestrator.pushover.constants import constants_of
 from orchestrator.pushover.contact_search import nodes_on, slave_and_master, triangles_on
 from orchestrator.pushover.nodal_loads import departures_from_mean
+from orchestrator.pushover_run import mesh_cache
 from orchestrator.results import replacing, write_text
 
 Dialect = Literal["calculix", "abaqus"]

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from orchestrator import plots
-from orchestrator.case import settings_from
 from orchestrator.errors import CaseError
 from orchestrator.joints import JointSettings, check_assemblage, find_joints
 from orchestrator.masonry.drawing import HealingSettings, Material, implausible, wall_of
@@ -19,6 +18,7 @@ from orchestrator.masonry.rows import read_rows
 from orchestrator.masonry.wall import Wall, check_wall
 from orchestrator.results.files import write_json
 from orchestrator.results.values import blocks_record
+from orchestrator.sections import settings_from
 
 DRAWINGS, ROWS, BLOCK_FILES = (".dxf",), (".txt", ".rows"), (".json",)
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif")

@@ -10,16 +10,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from orchestrator import driver, page, plots, results
+from orchestrator import driver, page, plots, pushover_run, results
 from orchestrator.bodies import make_bodies
 from orchestrator.case import Case
-from orchestrator.driver import Outcome, Report, StageDone
+from orchestrator.driver import Outcome
 from orchestrator.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.estimate import estimate
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import load_cases, loads_on
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.parallel import on_root, on_root_while, workers
+from orchestrator.progress import Report, StageDone
 from orchestrator.report import as_run
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, repo
     assemblage = on_root(comm, check, case)
     runs = [LoadCaseRun(name, one, output / name, resume) for name, one in each(case).items()]
     if comm is not None and comm.size > 1:
-        driver.start_finite_elements()
+        pushover_run.start_finite_elements()
         if not _is_large(case, assemblage):
             return _spread(case, runs, output, comm, report)
     with on_root_while(comm, results.locked(output)):

@@ -15,6 +15,7 @@ from typing import Any, Literal
 import annotated_types as bounds
 
 from orchestrator import case as cases
+from orchestrator.sections import unit_of
 from orchestrator.units import FACTORS
 
 REQUIRED = "required"
@@ -113,7 +114,7 @@ def settings_of(kind: type[Any]) -> Iterator[Setting]:
     hints = typing.get_type_hints(kind, include_extras=True)
     meanings = _meanings(kind)
     for one in fields(kind):
-        unit = cases.unit_of(hints[one.name])
+        unit = unit_of(hints[one.name])
         symbol = unit.symbol if unit else ""
         yield Setting(one.name, _default(one, symbol), symbol, _range(hints[one.name]), meanings.get(one.name, ""))
 

@@ -18,13 +18,14 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from orchestrator import driver, plots, results
+from orchestrator import driver, plots, pushover_run, results
 from orchestrator.bodies import make_bodies
 from orchestrator.case import Case, RunSettings
-from orchestrator.driver import Report, Segmented, StageDone
+from orchestrator.driver import Segmented
 from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.macroblocks import MacroblockSettings, Partition, one_body_per_block
 from orchestrator.parallel import workers
+from orchestrator.progress import Report, StageDone
 from orchestrator.study import Cell, StudySettings, distinct, grid, key
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ class StudyOutcome:
 
 def study(case: Case, output: Path, comm: MPI.Intracomm | None, report: Report) -> StudyOutcome | None:
     """Run the grid of [study] into the folder `output`; None on the ranks that only work. Raises CaseError."""
-    driver.start_finite_elements()
+    pushover_run.start_finite_elements()
     with workers(comm) as spread:
         if spread is None:
             return None
@@ -238,6 +239,6 @@ def _curve(run: Run) -> Any:
 
 
 def _panel(run: Run, segmented: Segmented) -> plots.Panel:
-    meshes, last = driver.last_state(run.case, run.segmented.bodies, run.folder / run.model)
+    meshes, last = pushover_run.last_state(run.case, run.segmented.bodies, run.folder / run.model)
     panel = plots.deformed_panel(segmented.assemblage, run.segmented.partition, run.segmented.bodies, meshes, last)
     return replace(panel, valid=not _not_valid(run))

@@ -14,7 +14,9 @@ from pathlib import Path
 
 import atheris
 
-with atheris.instrument_imports(include=["orchestrator.masonry", "orchestrator.case", "ezdxf", "tomllib"]):
+with atheris.instrument_imports(
+    include=["orchestrator.masonry", "orchestrator.case", "orchestrator.sections", "ezdxf", "tomllib"]
+):
     from orchestrator import case as cases
     from orchestrator.masonry.drawing import HealingSettings, Material, wall_of
     from orchestrator.masonry.dxf import Layers, read_dxf

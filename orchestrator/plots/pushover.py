@@ -114,12 +114,7 @@ def curves(
         said = f"peak {peak[1]:.4g} kN (λ = {capacity.peak_multiplier:.4f}) at {peak[0]:.3g} mm"
         axes.plot(*peak, "o", color=colour, markeredgecolor="white", markersize=8, label=said, zorder=4)
     draw_limit_analysis(axes, analysis)
-    axes.set_xlabel("control displacement (mm)")
-    axes.set_ylabel("base shear (kN)")
-    axes.set_xlim(left=0.0)
-    axes.set_ylim(0.0, 1.08 * axes.get_ylim()[1])
-    axes.grid(color="#dddddd", linewidth=0.6)
-    axes.set_axisbelow(True)
+    _frame_curves(axes)
     kilonewtons = analysis.horizontal_load / 1e3
     multiplier = axes.secondary_yaxis("right", functions=(_times(1.0 / kilonewtons), _times(kilonewtons)))
     of_weight = abs(analysis.horizontal_load - analysis.weight) < 1e-6 * analysis.weight
@@ -230,12 +225,7 @@ def idealised(models: Mapping[str, tuple[PushoverCurve, Bilinear]], name: str) -
         force = bilinear.yield_force / 1e3
         said = f"bilinear: {force:.4g} kN, yields at {corners[1]:.3g} mm, ends at {corners[2]:.3g} mm"
         axes.plot(corners, [0.0, force, force], style, color=colour, linewidth=2.2, marker="s", ms=5, label=said)
-    axes.set_xlabel("control displacement (mm)")
-    axes.set_ylabel("base shear (kN)")
-    axes.set_xlim(left=0.0)
-    axes.set_ylim(0.0, 1.08 * axes.get_ylim()[1])
-    axes.grid(color="#dddddd", linewidth=0.6)
-    axes.set_axisbelow(True)
+    _frame_curves(axes)
     write_title(axes, "Bilinear idealisation", name)
     legend_below(axes, 2)
     return figure
@@ -282,6 +272,16 @@ def _on_segment(
     slack = tolerance / float(np.linalg.norm(chord))
     on = (away <= tolerance) & (along >= -slack) & (along <= 1.0 + slack)
     return candidates[on], np.clip(along[on], 0.0, 1.0)
+
+
+def _frame_curves(axes: Axes) -> None:
+    """Label, limit and grid axes of base shear over control displacement; the curves are drawn."""
+    axes.set_xlabel("control displacement (mm)")
+    axes.set_ylabel("base shear (kN)")
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(0.0, 1.08 * axes.get_ylim()[1])
+    axes.grid(color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
 
 
 def _times(factor: float) -> Callable[[npt.ArrayLike], npt.ArrayLike]:

@@ -4,8 +4,8 @@
     curve = pushover_curve(bodies)                    every setting has the default of the case file
     for increment in pushover_increments(bodies):     the same, increment by increment
 
-Every process works for itself. driver.py does the same for the command line, where all ranks may share one model, and
-stores, resumes and checks.
+Every process works for itself. pushover_run.py does the same for the command line, where all ranks may share one model,
+and stores, resumes and checks.
 """
 
 from __future__ import annotations

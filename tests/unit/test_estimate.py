@@ -17,6 +17,7 @@ from orchestrator.joints import JointSettings, find_joints
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.masonry.readers import read_blocks
 from orchestrator.meshing import MeshSettings, mesh_bodies
+from orchestrator.progress import IncrementDone
 from orchestrator.pushover.contact_search import find_contacts
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
@@ -110,7 +111,7 @@ def test_memory_does_not_grow_with_the_number_of_increments(tmp_path):
 
     def report(event):
         nonlocal size
-        if isinstance(event, driver.IncrementDone):
+        if isinstance(event, IncrementDone):
             seen[event.increment.number] = resident()
             values = (getattr(event.increment, name) for name in event.increment.__slots__)
             size = sum(value.nbytes for value in values if isinstance(value, np.ndarray))

@@ -9,6 +9,7 @@ import pytest
 
 from orchestrator import case, driver
 from orchestrator.errors import CaseError
+from orchestrator.progress import IncrementDone
 
 PROJECT = Path(__file__).parents[2]
 
@@ -25,7 +26,7 @@ def micro_case(*overrides):
 
 def run(folder, resume=False, killed_after=None, **changes):
     def report(event):
-        if isinstance(event, driver.IncrementDone) and event.increment.number == killed_after:
+        if isinstance(event, IncrementDone) and event.increment.number == killed_after:
             raise Killed
 
     return driver.run(replace(micro_case(), **changes), folder, resume, None, report)
