@@ -37,7 +37,11 @@ def solved(monkeypatch, *forces, rounding=0.0, states=1, **settings):
         contacts=SimpleNamespace(slave_body=np.zeros(2, int), master_body=np.ones(2, int)), body_names=("a", "b")
     )
     return newton.solve_increment(
-        model, None, None, FakeIterate(0, (forces[0], 0.0, 0.0, 0.0)), NewtonSettings(**settings)
+        model,
+        None,
+        SimpleNamespace(reference_force=0.0),
+        FakeIterate(0, (forces[0], 0.0, 0.0, 0.0)),
+        NewtonSettings(**settings),
     )
 
 
