@@ -178,7 +178,20 @@ def test_a_run_without_a_curve_is_a_complaint_and_an_empty_cell(case, tmp_path, 
 
 
 def test_ranks_share_the_runs_and_change_no_number(folder, outcome, tmp_path):
-    command = ["mpirun", "--oversubscribe", "-n", "3", sys.executable, "-m", "orchestrator", "study", str(WALL)]
+    command = [
+        "mpirun",
+        "--mca",
+        "mpi_yield_when_idle",
+        "0",
+        "--oversubscribe",
+        "-n",
+        "3",
+        sys.executable,
+        "-m",
+        "orchestrator",
+        "study",
+        str(WALL),
+    ]
     command += ["--output", str(tmp_path), *(part for text in SETTINGS for part in ("--set", text))]
     done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=200)
     assert done.returncode == 0, done.stdout + done.stderr
