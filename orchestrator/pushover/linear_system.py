@@ -80,7 +80,7 @@ class LinearSystem:
         self._values = np.ones(len(pattern.indices))
         csr = (pattern.indptr, pattern.indices, self._values)
         create = PETSc.Mat().createAIJWithArrays if ranks == 1 else PETSc.Mat().createAIJ
-        self._matrix = create((local, local), csr, comm=self._comm)
+        self._matrix = create((local, local), csr=csr, comm=self._comm)
         self._right, self._solution = self._matrix.createVecs()
         self._solver = PETSc.KSP().create(self._comm)
         self._solver.setOperators(self._matrix)
