@@ -29,12 +29,14 @@ SIZES = {33: (5, 6), 147: (10, 14), 512: (20, 25), 1012: (40, 25), 2012: (80, 25
 """blocks: (blocks per course, courses) of a running bond wall"""
 INCREMENTS = 25
 """increments of the scaling runs, gravity included"""
+WHOLE = (33, 147, 512, 1012)
+"""blocks of the walls that are pushed to 20 mm, through their peak"""
 ELSEWHERE = {"CalculiX, wall 6, penalty node-to-surface": 157.0, "rigid-block non-smooth dynamics, wall 6": 56.0}
 """CPU seconds on one core, measured once on a similar machine with the same mesh size; the first misses the peak"""
 
 
-def scaling(blocks: int) -> dict[str, float]:
-    """Push one wall for INCREMENTS increments on all ranks of this process group.
+def scaling(blocks: int, increments: int | None = INCREMENTS) -> dict[str, float]:
+    """Push one wall for so many increments, or to 20 mm, on all ranks of this process group.
 
     alone_ms, together_ms: CPU per iteration of what a rank does for itself (the slowest one) and of what all do
     together (MUMPS, with waiting); largest_share: largest part of the factorisation that a rank does.
@@ -59,11 +61,13 @@ def scaling(blocks: int) -> dict[str, float]:
     meshes = mesh_bodies(bodies, MeshSettings(), None)
     model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), 1, MPI.COMM_WORLD, True)
     built, started = seconds(), process_time()
-    iterations = 0
+    stepping = SteppingSettings(largest_increments=increments) if increments else SteppingSettings()
+    iterations = failed = 0
     with LinearSystem(model, MPI.COMM_WORLD) as system:
-        pushover = Pushover(model, system, NewtonSettings(), SteppingSettings(largest_increments=INCREMENTS))
+        pushover = Pushover(model, system, NewtonSettings(), stepping)
         for increment in pushover.increments():
             iterations += increment.iterations + sum(attempt.iterations for attempt in increment.attempts)
+            failed += len(increment.attempts)
         share = MPI.COMM_WORLD.allreduce(system.share, MPI.MAX)
         alone = MPI.COMM_WORLD.allreduce(process_time() - started - system.together, MPI.MAX)
     total = seconds() - began
@@ -72,6 +76,8 @@ def scaling(blocks: int) -> dict[str, float]:
         "unknowns": model.unknowns,
         "contacts": len(model.contacts),
         "iterations": iterations,
+        "failed_attempts": failed,
+        "displacement_mm": 1e3 * increment.control_displacement,
         "set_up_s": built - began,
         "total_s": total,
         "per_iteration_ms": 1e3 * (total - (built - began)) / iterations,
@@ -207,10 +213,13 @@ def main() -> None:
     parser.add_argument("--ranks", type=int, metavar="BLOCKS", help="compare two ranks with one on this wall only")
     parser.add_argument("--repeat", type=int, default=3, help="runs of benchmark 1, medians are shown (default 3)")
     parser.add_argument("--scaling", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--to-the-end", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--benchmark1", choices=("small", "large"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.scaling:
         on_first_rank(scaling(arguments.scaling))
+    elif arguments.to_the_end:
+        on_first_rank(scaling(arguments.to_the_end, None))
     elif arguments.ranks:
         compare_ranks(arguments.ranks)
     elif arguments.benchmark1:

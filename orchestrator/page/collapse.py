@@ -15,7 +15,7 @@ import numpy as np
 from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
-from orchestrator.plots.pushover import DAMAGED, front_loops, interface_pieces, nodes_of_contacts, shown_status
+from orchestrator.plots.joint_pieces import DAMAGED, front_loops, interface_pieces, nodes_of_contacts, shown_status
 from orchestrator.pushover.state import PushoverCurve
 from orchestrator.results import ContactPlaces, StateStore
 

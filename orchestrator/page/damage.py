@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.masonry.wall import FloatArray
-from orchestrator.plots.pushover import DAMAGED
+from orchestrator.plots.joint_pieces import DAMAGED
 from orchestrator.pushover.state import Increment
 from orchestrator.results import ContactPlaces
 

@@ -1,17 +1,24 @@
-"""Pictures: each function takes values and returns a matplotlib Figure; `save` writes it as PNG and SVG."""
+"""Pictures: each function takes values and returns a matplotlib Figure; `save` writes it as PNG and SVG.
 
-from orchestrator.plots.canvas import save, stamp_not_valid
-from orchestrator.plots.pushover import curves, deformed, idealised
-from orchestrator.plots.study import (
-    Line,
-    Panel,
-    deformed_panel,
-    load_case_curves,
-    mechanism_panel,
-    panels,
-    study_curves,
-)
-from orchestrator.plots.walls import blocks, macroblocks, mechanism
+matplotlib takes a tenth of the time of `limit` to load: it is when the first picture is drawn.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from orchestrator.plots.canvas import save, stamp_not_valid
+    from orchestrator.plots.pushover import curves, deformed, idealised
+    from orchestrator.plots.study import (
+        Line,
+        Panel,
+        deformed_panel,
+        load_case_curves,
+        mechanism_panel,
+        panels,
+        study_curves,
+    )
+    from orchestrator.plots.walls import blocks, macroblocks, mechanism
 
 __all__ = [
     "Line",
@@ -30,3 +37,12 @@ __all__ = [
     "stamp_not_valid",
     "study_curves",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Load the module that has the function (PEP 562)."""
+    if name in __all__:
+        for module in ("canvas", "pushover", "study", "walls"):
+            if hasattr(found := import_module(f"{__name__}.{module}"), name):
+                return getattr(found, name)
+    raise AttributeError(f"module {__name__} has no {name}")

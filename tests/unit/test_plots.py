@@ -27,7 +27,8 @@ from orchestrator.macroblocks import Partition
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import BodyMeshes
 from orchestrator.plots.canvas import BLUE, INK, STONE, VERMILLION
-from orchestrator.plots.pushover import closed_loops, nodes_of_contacts, outline, readable_factor, shares_of_interface
+from orchestrator.plots.joint_pieces import closed_loops, nodes_of_contacts, shares_of_interface
+from orchestrator.plots.pushover import outline, readable_factor
 from orchestrator.plots.thrust import carrying, thrust
 from orchestrator.plots.walls import centroid, colours_of_bodies, hinge_ends, load_arrow, rigid_displacement
 from orchestrator.pushover.state import Increment, PushoverCurve
