@@ -151,7 +151,8 @@ class LinearSystem:
         except PETSc.Error as error:
             raise ConvergenceError("linear solver", f"MUMPS failed ({error})") from error
         reason = self._solver.getConvergedReason()
-        solution = np.concatenate(self._comm.allgather(self._solution.getArray()))
+        solution = np.empty(len(right))
+        self._comm.Allgatherv(self._solution.getArray(), (solution, np.diff(self._matrix.getOwnershipRanges())))
         self.together += process_time() - began
         if reason < 0 or not np.isfinite(solution).all():
             raise ConvergenceError("linear solver", f"MUMPS failed (PETSc reason {reason})")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sparse
@@ -21,7 +22,7 @@ from orchestrator.pushover.possible_contacts import find_possible_contacts
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class ContactModel:
     """All that an increment needs; the same on every rank. n = 3 x (nodes + curved edges), c contacts.
 
@@ -66,6 +67,16 @@ class ContactModel:
     elastic: ElasticConstants
     tracking: Tracking | None
     bond: Bond | None = None
+
+    @cached_property
+    def normal_columns(self) -> sparse.csc_matrix:
+        """B_n^T (n, c): making it takes longer than a product with it."""
+        return self.normal_rows.T
+
+    @cached_property
+    def tangential_columns(self) -> sparse.csc_matrix:
+        """B_t^T (n, 2 c)."""
+        return self.tangential_rows.T
 
     @property
     def possible(self) -> Contacts:

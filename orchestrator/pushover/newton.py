@@ -126,8 +126,8 @@ def evaluate(
         + model.mass @ (displacement - problem.inertia_reference) / problem.time_step**2
         - problem.gravity_share * model.gravity
         - multiplier * model.lateral
-        - model.normal_rows.T @ normal_force
-        + model.tangential_rows.T @ response.traction.ravel()
+        - model.normal_columns @ normal_force
+        + model.tangential_columns @ response.traction.ravel()
     )
     weight = float(np.linalg.norm(model.gravity))
     return Iterate(

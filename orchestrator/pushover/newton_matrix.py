@@ -88,8 +88,8 @@ def product(model: ContactModel, contact: Coefficients, time_step: float, x: Flo
     forces = (
         model.stiffness @ change
         + model.mass @ (change / time_step**2)
-        + model.tangential_rows.T @ traction.ravel()
-        - model.normal_rows.T @ (kappa * multiplier)
+        + model.tangential_columns @ traction.ravel()
+        - model.normal_columns @ (kappa * multiplier)
     )
     gap = contact.gap_slope * (model.normal_rows @ change) + ~contact.active * multiplier
     if contact.displacement_control:
@@ -102,7 +102,7 @@ def condensed_right(model: ContactModel, contact: Coefficients, right: FloatArra
     n = len(model.gravity)
     multiplier = right[n:-1] / contact.compliance
     pressed = (contact.pressure_slope * multiplier[:, None]).ravel()
-    forces = right[:n] + model.normal_rows.T @ multiplier - model.tangential_rows.T @ pressed
+    forces = right[:n] + model.normal_columns @ multiplier - model.tangential_columns @ pressed
     return np.append(forces, right[-1])
 
 

@@ -114,8 +114,8 @@ def _work_of_internal_forces(
     forces = (
         model.stiffness @ (iterate.displacement - model.rigid)
         + model.mass @ (iterate.displacement - problem.inertia_reference) / problem.time_step**2
-        - model.normal_rows.T @ iterate.normal_force
-        + model.tangential_rows.T @ iterate.response.traction.ravel()
+        - model.normal_columns @ iterate.normal_force
+        + model.tangential_columns @ iterate.response.traction.ravel()
     )
     return float(forces @ change) - 0.5 * float((load - earlier) @ change)
 
