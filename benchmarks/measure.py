@@ -1,12 +1,12 @@
 """What a pushover costs: against the number of blocks, on two ranks, and on benchmark 1 (`make bench`).
 
 Every measurement is a process of its own, so that peak memory is its own too. The scaling runs take gravity and a fixed
-number of further increments of running bond walls of the same stones; `--quick` measures the two smallest only. Times
-are CPU seconds of one process. Two ranks are compared with one by wall-clock, which needs a quiet machine, and by the
-CPU seconds of the slower rank without waiting: what a rank does for itself is measured, MUMPS takes the time of one
-rank x the share of the operations that the rank has (`--ranks BLOCKS` measures this only). Writes scaling.csv,
-walls.csv and scaling.png beside this file. Timings of one run may be compared, as ratios, with one another; not with
-those of another day.
+number of further increments of running bond walls of the same stones; four of the walls then go to 20 mm (the largest
+takes ten minutes). `--quick` measures the two smallest only, without that. Times are CPU seconds of one process. Two
+ranks are compared with one by wall-clock, which needs a quiet machine, and by the CPU seconds of the slower rank without
+waiting: what a rank does for itself is measured, MUMPS takes the time of one rank x the share of the operations that the
+rank has (`--ranks BLOCKS` measures this only). Writes scaling.csv, whole.csv, walls.csv and scaling.png beside this file.
+Timings of one run may be compared, as ratios, with one another; not with those of another day.
 """
 
 from __future__ import annotations
@@ -147,9 +147,9 @@ def in_own_process(*arguments: str, ranks: int = 1) -> dict:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def exponent(rows: list[dict[str, float]], name: str) -> float:
-    """Return the slope of log(name) over log(blocks), least squares over the walls above 100 blocks."""
-    used = [row for row in rows if row["blocks"] > 100] if len(rows) > 2 else rows
+def exponent(rows: list[dict[str, float]], name: str, least: int = 100) -> float:
+    """Return the slope of log(name) over log(blocks), least squares over the walls of at least so many blocks."""
+    used = [row for row in rows if row["blocks"] >= least] if len(rows) > 2 else rows
     return float(np.polyfit(np.log([r["blocks"] for r in used]), np.log([r[name] for r in used]), 1)[0])
 
 
@@ -240,6 +240,10 @@ def measure(quick: bool, repeat: int) -> None:
     compare_ranks(largest["blocks"])
     if quick:
         return
+    whole = [in_own_process("--to-the-end", str(blocks)) for blocks in WHOLE]
+    write("whole.csv", whole)
+    for name in ("iterations", "total_s", "peak_memory_MB"):
+        print(f"to 20 mm, exponent of {name} over blocks: {exponent(whole, name, WHOLE[0]):.2f}")
     walls = []
     for kinematics in ("small", "large"):
         runs = [in_own_process("--benchmark1", kinematics) for _ in range(repeat)]
