@@ -1,12 +1,13 @@
 """What a pushover costs: against the number of blocks, on two ranks, and on benchmark 1 (`make bench`).
 
-Every measurement is a process of its own, so that peak memory is its own too. The scaling runs take gravity and a fixed
-number of further increments of running bond walls of the same stones; four of the walls then go to 20 mm (the largest
-takes ten minutes). `--quick` measures the two smallest only, without that. Times are CPU seconds of one process. Two
-ranks are compared with one by wall-clock, which needs a quiet machine, and by the CPU seconds of the slower rank without
-waiting: what a rank does for itself is measured, MUMPS takes the time of one rank x the share of the operations that the
-rank has (`--ranks BLOCKS` measures this only). Writes scaling.csv, whole.csv, walls.csv and scaling.png beside this file.
-Timings of one run may be compared, as ratios, with one another; not with those of another day.
+Every measurement is a process of its own, so that peak memory is its own too. The scaling runs take gravity and a
+fixed number of further increments of running bond walls of the same stones; four of the walls then go to 20 mm (the
+largest takes ten minutes). `--quick` measures the two smallest only, without that. Times are CPU seconds of one
+process. Two ranks are compared with one by wall-clock, which needs a quiet machine, and by the CPU seconds of the
+slower rank without waiting: what a rank does for itself is measured, MUMPS takes the time of one rank x the share of
+the operations that the rank has (`--ranks BLOCKS` measures this only). Writes scaling.csv, whole.csv, walls.csv and
+scaling.png beside this file. Timings of one run may be compared, as ratios, with one another; not with those of
+another day.
 """
 
 from __future__ import annotations
