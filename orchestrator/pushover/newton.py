@@ -18,12 +18,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from orchestrator.errors import ConvergenceError
 from orchestrator.masonry.wall import FloatArray
-from orchestrator.pushover.cohesion import Bond, BondResponse, bond_response
-from orchestrator.pushover.contact_law import FrictionResponse, friction_response
+from orchestrator.pushover.contact_law import friction_response
+from orchestrator.pushover.iterate import Iterate, Problem, control_error, evaluate
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.newton_matrix import Coefficients, coefficients
@@ -42,119 +41,6 @@ ROUGH = 1e4
 """tolerances within which friction with given normal forces is solved"""
 REPETITION = 0.95
 """an iterate that returns to earlier contact states with more than this share of their error: Newton goes in circles"""
-EPSILON = float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Problem:
-    """What one increment asks for (n displacements, c contacts).
-
-    gravity_share: part of the own weight that acts. displacement (n,) and elastic_slip (c, 2) at the start, m.
-    inertia_reference (n,) = u_ref, time_step dt in s: inertia M (u - u_ref)/dt^2. Either `mean_displacement` (m) is
-    prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
-    that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
-    contacts resist slip by viscosity x (slip since the start of the increment) besides friction, and bonded ones
-    opening likewise. bond: strengths and history of the contacts, None where no joint has any. pressure (c,): normal
-    forces (N) that friction sees (Tresca's friction), None: those of the iterate (Coulomb's).
-    """
-
-    gravity_share: float
-    displacement: FloatArray
-    elastic_slip: FloatArray
-    inertia_reference: FloatArray
-    time_step: float
-    mean_displacement: float | None
-    reference_force: float = 0.0
-    viscosity: float = 0.0
-    bond: Bond | None = None
-    pressure: FloatArray | None = None
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Iterate:
-    """displacement (n,), normal_force (c,), load multiplier, and what follows from them.
-
-    force_residual (n,) in N, gap (c,) in m, active (c,). `norms`: force residual / weight, largest |gap| of an active
-    contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). rounding: what
-    summing K u leaves of the force residual / weight in double precision, a bound that thin walls reach. pull (c,) in
-    N: tension that a contact carries when it opens, its slope pull_slope (c,) in N/m; bond: the rest of that, or None.
-    """
-
-    displacement: FloatArray
-    normal_force: FloatArray
-    load_multiplier: float
-    force_residual: FloatArray
-    gap: FloatArray
-    active: npt.NDArray[np.bool_]
-    response: FrictionResponse
-    norms: tuple[float, float, float, float]
-    rounding: float
-    pull: FloatArray
-    pull_slope: FloatArray
-    bond: BondResponse | None
-    number: int = 0
-
-    @property
-    def carrying(self) -> npt.NDArray[np.bool_]:
-        """(c,): contacts that take shear."""
-        return self.active if self.bond is None else self.active | self.bond.intact
-
-
-def evaluate(
-    model: ContactModel, problem: Problem, displacement: FloatArray, normal_force: FloatArray, multiplier: float
-) -> Iterate:
-    """Return residuals and contact response of a trial state."""
-    gap = model.normal_rows @ displacement + model.gap_offset
-    slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
-    trial = problem.elastic_slip + slip
-    pressure = normal_force if problem.pressure is None else problem.pressure
-    response = friction_response(trial, pressure, model.contacts.friction, model.slip_tolerance)
-    bond, carrying = None, np.zeros(len(gap), bool)
-    pull = pull_slope = np.zeros(len(gap))
-    if problem.bond is not None:
-        bond, carrying = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
-        response = response.bonded(trial, pressure, model.contacts.friction, bond)
-        pull = bond.tension + problem.viscosity * carrying * (gap - problem.bond.opening)
-        pull_slope = bond.tension_slope + problem.viscosity * carrying
-    active = normal_force + pull - model.contact_stiffness * gap >= 0.0
-    if problem.pressure is not None:
-        response = replace(response, pressure_slope=np.zeros_like(response.pressure_slope))
-    response = response.damped(slip * (active | carrying)[:, None], problem.viscosity)
-    strained = displacement - model.rigid
-    residual = (
-        model.stiffness @ strained
-        + model.mass @ (displacement - problem.inertia_reference) / problem.time_step**2
-        - problem.gravity_share * model.gravity
-        - multiplier * model.lateral
-        - model.normal_columns @ normal_force
-        + model.tangential_columns @ response.traction.ravel()
-    )
-    weight = float(np.linalg.norm(model.gravity))
-    return Iterate(
-        displacement=displacement,
-        normal_force=normal_force,
-        load_multiplier=multiplier,
-        force_residual=residual,
-        gap=gap,
-        active=active,
-        response=response,
-        norms=(
-            float(np.linalg.norm(residual)) / weight,
-            float(np.max(np.abs(gap[active]), initial=0.0)),
-            float(np.max(np.abs((normal_force + pull)[~active]), initial=0.0) / model.weight),
-            abs(_control_error(model, problem, displacement)),
-        ),
-        rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(strained))) / weight,
-        pull=pull,
-        pull_slope=pull_slope,
-        bond=bond,
-    )
-
-
-def _control_error(model: ContactModel, problem: Problem, displacement: FloatArray) -> float:
-    if problem.mean_displacement is None:
-        return 0.0
-    return problem.mean_displacement - float(model.mean_row @ displacement)
 
 
 def iterates(model: ContactModel, system: LinearSystem, problem: Problem, first: Iterate) -> Iterator[Iterate]:
@@ -162,10 +48,31 @@ def iterates(model: ContactModel, system: LinearSystem, problem: Problem, first:
     current = first
     while True:
         yield current
-        step = system.solve(
-            _newton_coefficients(model, problem, current), problem.time_step, _right_side(model, problem, current)
-        )
-        current = replace(_advanced(model, problem, current, step), number=current.number + 1)
+        right_side = _right_side(model, problem, current)
+        step = system.solve(_newton_coefficients(model, problem, current), problem.time_step, right_side)
+        following, steps = _advanced(model, problem, current, step), 1
+        if _climbs(model, problem, current, step, following):
+            eased = _newton_coefficients(model, problem, _eased(current))
+            step = system.solve(eased, problem.time_step, right_side)
+            following, steps = _advanced(model, problem, current, step), 2
+        current = replace(following, number=current.number + steps)
+
+
+def _eased(iterate: Iterate) -> Iterate:
+    """Return the iterate with friction that does not follow the pressure: its matrix is never unstable."""
+    response = replace(iterate.response, pressure_slope=np.zeros_like(iterate.response.pressure_slope))
+    return replace(iterate, response=response)
+
+
+def _climbs(model: ContactModel, problem: Problem, current: Iterate, step: FloatArray, following: Iterate) -> bool:
+    """Return whether the out-of-balance forces are worked against, and grow.
+
+    The matrix of friction that follows the pressure may be unstable where the wall is not.
+    """
+    if current.as_before or problem.bond is not None or not current.response.pressure_slope.any():
+        return False
+    climbs = _work(model, current, step[: len(current.displacement)]) >= 0.0
+    return climbs and _merit(model, following) > _merit(model, current)
 
 
 def _newton_coefficients(model: ContactModel, problem: Problem, current: Iterate) -> Coefficients:
@@ -182,7 +89,7 @@ def _newton_coefficients(model: ContactModel, problem: Problem, current: Iterate
 def _right_side(model: ContactModel, problem: Problem, current: Iterate) -> FloatArray:
     kappa = model.contact_stiffness
     contact = np.where(current.active, -kappa * current.gap, -(current.normal_force + current.pull))
-    control = kappa * _control_error(model, problem, current.displacement)
+    control = kappa * control_error(model, problem, current.displacement)
     return np.concatenate([-current.force_residual, contact, [control]])
 
 
@@ -200,6 +107,8 @@ def _advanced(model: ContactModel, problem: Problem, current: Iterate, step: Flo
             current.load_multiplier + share * change_alpha,
         )
 
+    if current.as_before:
+        return at(1.0)
     if problem.bond is not None:
         return _less_out_of_balance(model, current, at)
     return _out_of_work(model, current, at, change_u)

@@ -19,8 +19,8 @@ import numpy.typing as npt
 
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.pushover.cohesion import dissipation, stored
+from orchestrator.pushover.iterate import Iterate, Problem
 from orchestrator.pushover.model import ContactModel
-from orchestrator.pushover.newton import Iterate, Problem
 from orchestrator.pushover.state import ContactStatus, Increment, Phase
 
 
@@ -98,6 +98,16 @@ def without_jumps(model: ContactModel, state: Increment) -> ContactModel:
     come = np.isnan(state.gap[model.rows])
     overlap = np.where(come, np.where(takes_over, gap, np.minimum(gap, 0.0)), state.overlap[model.rows])
     return replace(model, gap_offset=model.gap_offset - overlap, overlap=overlap)
+
+
+def contact_states(state: Increment) -> FloatArray:
+    """Return (possible, 3): 1 for the ContactStatus of each contact, 0 for all three where it does not exist."""
+    return np.eye(len(ContactStatus))[state.status] * ~np.isnan(state.gap)[:, None]
+
+
+def states_of(iterate: Iterate) -> FloatArray:
+    """Return (c, 3): 1 for the ContactStatus of each contact."""
+    return np.eye(len(ContactStatus))[_status(iterate.active, iterate.response.sliding)]
 
 
 def scattered(values: npt.NDArray, rows: IntArray, part: npt.NDArray) -> npt.NDArray:

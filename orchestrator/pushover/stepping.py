@@ -26,10 +26,12 @@ import numpy as np
 from orchestrator.errors import CollapseError, ConvergenceError
 from orchestrator.masonry.wall import FloatArray, read_only
 from orchestrator.pushover.increment_size import FOLLOWED, Policy, follow, snapped
+from orchestrator.pushover.iterate import Problem, as_before, evaluate
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, displaced, largest_turn
-from orchestrator.pushover.newton import Problem, evaluate, solve_increment
-from orchestrator.pushover.record import increment_of, scattered, without_jumps
+from orchestrator.pushover.newton import solve_increment
+from orchestrator.pushover.prediction import carried_on
+from orchestrator.pushover.record import contact_states, increment_of, scattered, states_of, without_jumps
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.state import Attempt, ContactStatus, Increment, Phase
 
@@ -245,7 +247,7 @@ class Pushover:
             )
 
         share = size / mean_change if mean_change > 0 else 0.0
-        predicted = state.displacement.ravel() + min(share, 2.0) * last_change
+        predicted = carried_on(self.model, state.displacement.ravel(), last_change, min(share, 2.0))
         small = size <= SNAP * self.stepping.displacement_increment or (snapped(state) and size <= 2 * state.step[1])
         time = state.time + proximal_time
         solved = self._solved_or_snapped(state, problem, predicted, "displacement", time, small)
@@ -321,17 +323,20 @@ class Pushover:
         time: float,
     ) -> Increment:
         """Solve on the geometry of the predicted displacement, again where bodies have turned away from it."""
-        force, spent = state.normal_force, 0
+        force, before, spent = state.normal_force, contact_states(state), 0
         for _ in range(GEOMETRY_PASSES):
             model = without_jumps(displaced(self.model, predicted), state)
             self.system.follow(model)
             bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, state.gap)
             here = replace(problem, elastic_slip=model.on_its_contacts(problem.elastic_slip), bond=bond)
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
+            if phase == "displacement" and bond is None:
+                first = as_before(model, here, first, model.on_its_contacts(before))
             iterate = solve_increment(model, self.system, here, first, self.newton)
             spent += iterate.number
             if largest_turn(self.model, predicted, iterate.displacement) < TURN:
                 break
             predicted, multiplier = iterate.displacement, iterate.load_multiplier
             force = scattered(state.normal_force, model.rows, iterate.normal_force)
+            before = scattered(before, model.rows, states_of(iterate))
         return increment_of(model, state, here, replace(iterate, number=spent), phase, time)

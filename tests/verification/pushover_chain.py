@@ -13,9 +13,10 @@ from orchestrator.limit_analysis import LoadSettings
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.iterate import Problem, evaluate
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, build_model
-from orchestrator.pushover.newton import Problem, evaluate, solve_increment
+from orchestrator.pushover.newton import solve_increment
 from orchestrator.pushover.nodal_loads import nodal_loads
 from orchestrator.pushover.record import increment_of
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings

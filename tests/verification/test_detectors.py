@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from orchestrator.errors import ConvergenceError
-from orchestrator.pushover import newton
+from orchestrator.pushover import iterate
 from orchestrator.pushover.contact_law import friction_response
 from tests.unit.pushover import test_linear_system
 from tests.verification import test_nafems_cgs4, test_stacked_blocks
@@ -24,7 +24,7 @@ def wrong_friction(factor):
 
 
 def test_friction_off_by_ten_percent_is_noticed(monkeypatch):
-    monkeypatch.setattr(newton, "friction_response", wrong_friction(1.1))
+    monkeypatch.setattr(iterate, "friction_response", wrong_friction(1.1))
     with pytest.raises(AssertionError):
         test_stacked_blocks.test_block_slides_at_its_coefficient_of_friction(0.3, 1)
     with pytest.raises(AssertionError):
@@ -46,6 +46,6 @@ def test_a_dropped_pressure_term_is_noticed(monkeypatch):
         response = friction_response(*arguments)
         return replace(response, pressure_slope=np.zeros_like(response.pressure_slope))
 
-    monkeypatch.setattr(newton, "friction_response", law)
+    monkeypatch.setattr(iterate, "friction_response", law)
     with pytest.raises(AssertionError):
         test_linear_system.test_matrix_is_the_derivative_of_the_residual(None)

@@ -18,9 +18,10 @@ from mpi4py import MPI
 from orchestrator.bodies import make_bodies
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.meshing import BodyMeshes, MeshSettings, mesh_bodies, volumes
+from orchestrator.pushover.iterate import Problem, evaluate
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, build_model
-from orchestrator.pushover.newton import Problem, evaluate, solve_increment
+from orchestrator.pushover.newton import solve_increment
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings
 from orchestrator.pushover.stepping import at_rest
 from tests.verification.pushover_chain import assemblage_of, stack

@@ -11,8 +11,8 @@ import scipy.sparse as sparse
 from mpi4py import MPI
 
 from orchestrator.masonry.patterns import running_bond
+from orchestrator.pushover.iterate import Problem, evaluate
 from orchestrator.pushover.linear_system import LinearSystem
-from orchestrator.pushover.newton import Problem, evaluate
 from orchestrator.pushover.newton_matrix import (
     coefficients,
     condensed_right,

@@ -1,0 +1,163 @@
+"""State of a trial solution of one increment: residuals and contact response (equations in newton.py)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from orchestrator.masonry.wall import FloatArray
+from orchestrator.pushover.cohesion import Bond, BondResponse, bond_response
+from orchestrator.pushover.contact_law import FrictionResponse, friction_response
+from orchestrator.pushover.model import ContactModel
+from orchestrator.pushover.state import ContactStatus
+
+EPSILON = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Problem:
+    """What one increment asks for (n displacements, c contacts).
+
+    gravity_share: part of the own weight that acts. displacement (n,) and elastic_slip (c, 2) at the start, m.
+    inertia_reference (n,) = u_ref, time_step dt in s: inertia M (u - u_ref)/dt^2. Either `mean_displacement` (m) is
+    prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
+    that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
+    contacts resist slip by viscosity x (slip since the start of the increment) besides friction, and bonded ones
+    opening likewise. bond: strengths and history of the contacts, None where no joint has any. pressure (c,): normal
+    forces (N) that friction sees (Tresca's friction), None: those of the iterate (Coulomb's).
+    """
+
+    gravity_share: float
+    displacement: FloatArray
+    elastic_slip: FloatArray
+    inertia_reference: FloatArray
+    time_step: float
+    mean_displacement: float | None
+    reference_force: float = 0.0
+    viscosity: float = 0.0
+    bond: Bond | None = None
+    pressure: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Iterate:
+    """displacement (n,), normal_force (c,), load multiplier, and what follows from them.
+
+    force_residual (n,) in N, gap (c,) in m, active (c,). `norms`: force residual / weight, largest |gap| of an active
+    contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). rounding: what
+    summing K u leaves of the force residual / weight in double precision, a bound that thin walls reach. pull (c,) in
+    N: tension that a contact carries when it opens, its slope pull_slope (c,) in N/m; bond: the rest of that, or None.
+    as_before: contacts have the states from before the increment, not those that follow.
+    """
+
+    displacement: FloatArray
+    normal_force: FloatArray
+    load_multiplier: float
+    force_residual: FloatArray
+    gap: FloatArray
+    active: npt.NDArray[np.bool_]
+    response: FrictionResponse
+    norms: tuple[float, float, float, float]
+    rounding: float
+    pull: FloatArray
+    pull_slope: FloatArray
+    bond: BondResponse | None
+    number: int = 0
+    as_before: bool = False
+
+    @property
+    def carrying(self) -> npt.NDArray[np.bool_]:
+        """(c,): contacts that take shear."""
+        return self.active if self.bond is None else self.active | self.bond.intact
+
+
+def evaluate(
+    model: ContactModel, problem: Problem, displacement: FloatArray, normal_force: FloatArray, multiplier: float
+) -> Iterate:
+    """Return residuals and contact response of a trial state."""
+    gap = model.normal_rows @ displacement + model.gap_offset
+    slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
+    trial = problem.elastic_slip + slip
+    pressure = normal_force if problem.pressure is None else problem.pressure
+    response = friction_response(trial, pressure, model.contacts.friction, model.slip_tolerance)
+    bond, carrying = None, np.zeros(len(gap), bool)
+    pull = pull_slope = np.zeros(len(gap))
+    if problem.bond is not None:
+        bond, carrying = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
+        response = response.bonded(trial, pressure, model.contacts.friction, bond)
+        pull = bond.tension + problem.viscosity * carrying * (gap - problem.bond.opening)
+        pull_slope = bond.tension_slope + problem.viscosity * carrying
+    active = normal_force + pull - model.contact_stiffness * gap >= 0.0
+    if problem.pressure is not None:
+        response = replace(response, pressure_slope=np.zeros_like(response.pressure_slope))
+    response = response.damped(slip * (active | carrying)[:, None], problem.viscosity)
+    strained = displacement - model.rigid
+    residual = (
+        model.stiffness @ strained
+        + model.mass @ (displacement - problem.inertia_reference) / problem.time_step**2
+        - problem.gravity_share * model.gravity
+        - multiplier * model.lateral
+        - model.normal_columns @ normal_force
+        + model.tangential_columns @ response.traction.ravel()
+    )
+    weight = float(np.linalg.norm(model.gravity))
+    return Iterate(
+        displacement=displacement,
+        normal_force=normal_force,
+        load_multiplier=multiplier,
+        force_residual=residual,
+        gap=gap,
+        active=active,
+        response=response,
+        norms=(
+            float(np.linalg.norm(residual)) / weight,
+            float(np.max(np.abs(gap[active]), initial=0.0)),
+            float(np.max(np.abs((normal_force + pull)[~active]), initial=0.0) / model.weight),
+            abs(control_error(model, problem, displacement)),
+        ),
+        rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(strained))) / weight,
+        pull=pull,
+        pull_slope=pull_slope,
+        bond=bond,
+    )
+
+
+def as_before(model: ContactModel, problem: Problem, first: Iterate, before: FloatArray) -> Iterate:
+    """Return a first iterate whose contacts are open, stick or slide as they did before the increment.
+
+    A prediction is exact to some micrometres only, but friction is mobilised within the slip tolerance, one micrometre:
+    its own contact states, those of a wall that shakes, would lead Newton astray. before (c, 3): 1 for the
+    ContactStatus a contact had, 0 for all three where it is new and its own state counts. The traction of a contact
+    that sticks is linear in its slip here, without a limit.
+    """
+    was = before > 0.0
+    sticks = was[:, ContactStatus.STICK, None]
+    tolerance, response = model.slip_tolerance, first.response
+    slip = (model.tangential_rows @ (first.displacement - problem.displacement)).reshape(-1, 2)
+    stiffness = response.limit[:, None] / tolerance
+    elastic = stiffness * (problem.elastic_slip + slip) + problem.viscosity * slip
+    traction = np.where(sticks, elastic, response.traction)
+    pressed = np.where(first.normal_force > 0.0, model.contacts.friction, 0.0)[:, None]
+    slope = np.where(sticks, pressed * problem.elastic_slip / tolerance, response.pressure_slope)
+    tangent = (stiffness + problem.viscosity)[:, :, None] * np.eye(2)
+    return replace(
+        first,
+        active=np.where(was.any(axis=1), ~was[:, ContactStatus.OPEN], first.active),
+        force_residual=first.force_residual + model.tangential_columns @ (traction - response.traction).ravel(),
+        response=replace(
+            response,
+            traction=traction,
+            slip_stiffness=np.where(sticks[:, :, None], tangent, response.slip_stiffness),
+            pressure_slope=slope,
+        ),
+        as_before=True,
+    )
+
+
+def control_error(model: ContactModel, problem: Problem, displacement: FloatArray) -> float:
+    """Return what the mean displacement is short of the prescribed one, m."""
+    if problem.mean_displacement is None:
+        return 0.0
+    return problem.mean_displacement - float(model.mean_row @ displacement)
