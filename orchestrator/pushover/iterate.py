@@ -49,7 +49,7 @@ class Iterate:
     contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). rounding: what
     summing K u leaves of the force residual / weight in double precision, a bound that thin walls reach. pull (c,) in
     N: tension that a contact carries when it opens, its slope pull_slope (c,) in N/m; bond: the rest of that, or None.
-    as_before: contacts have the states from before the increment, not those that follow.
+    as_before: contacts have the states from before the increment, not their own.
     """
 
     displacement: FloatArray

@@ -36,7 +36,9 @@ WORK_LEFT = 0.3
 """share of the work at the start of a step that may be left where the line search ends"""
 TRIALS = 8
 PASSES = 3
-"""times that Newton is tried on an increment"""
+"""times that Newton is tried on a small increment"""
+LOST = 100.0
+"""an iterate with so many times the error of the best one: Newton has gone astray (1 of 357 passes came back)"""
 ROUGH = 1e4
 """tolerances within which friction with given normal forces is solved"""
 REPETITION = 0.95
@@ -168,9 +170,14 @@ def _merit(model: ContactModel, iterate: Iterate) -> float:
 
 
 def solve_increment(
-    model: ContactModel, system: LinearSystem, problem: Problem, first: Iterate, settings: NewtonSettings
+    model: ContactModel,
+    system: LinearSystem,
+    problem: Problem,
+    first: Iterate,
+    settings: NewtonSettings,
+    passes: int = PASSES,
 ) -> Iterate:
-    """Return the converged iterate.
+    """Return the converged iterate; Newton is tried `passes` times.
 
     Where Newton goes in circles, the problem is solved roughly with friction that sees given normal forces (Tresca's,
     a convex problem, in which Newton with its line search seldom fails), first those of the start, and Newton starts
@@ -182,7 +189,7 @@ def solve_increment(
     """
     start, spent = first, 0
     pressure = np.maximum(first.normal_force, problem.reference_force)
-    for left in reversed(range(PASSES)):
+    for left in reversed(range(passes)):
         tried = _tried(model, system, problem, start, settings, 1.0)
         spent += tried.last.number
         if tried.error < settings.acceptable:
@@ -229,8 +236,9 @@ def _tried(
         if iterate.number and error < least:
             best, least = iterate, error
         before, state = state, np.packbits([iterate.active, iterate.response.sliding]).tobytes()
+        astray = error > LOST * least
         circles = state != before and error > REPETITION * seen.get(state, np.inf)
-        if least < enough or iterate.number >= settings.iterations or circles or not np.isfinite(error):
+        if least < enough or iterate.number >= settings.iterations or circles or astray or not np.isfinite(error):
             break
         seen[state] = error
     return _Tried(best, least, earlier, iterate)

@@ -32,7 +32,6 @@ def solved(monkeypatch, *forces, rounding=0.0, states=1, **settings):
             yield FakeIterate(number, (forces[min(number, len(forces) - 1)], 0.0, 0.0, 0.0), rounding, active)
 
     monkeypatch.setattr(newton, "iterates", iterates)
-    monkeypatch.setattr(newton, "PASSES", 1)
     model = SimpleNamespace(
         contacts=SimpleNamespace(slave_body=np.zeros(2, int), master_body=np.ones(2, int)), body_names=("a", "b")
     )
@@ -42,6 +41,7 @@ def solved(monkeypatch, *forces, rounding=0.0, states=1, **settings):
         SimpleNamespace(reference_force=0.0),
         FakeIterate(0, (forces[0], 0.0, 0.0, 0.0)),
         NewtonSettings(**settings),
+        passes=1,
     )
 
 
