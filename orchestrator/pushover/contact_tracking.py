@@ -189,14 +189,15 @@ def _within(tracking: Tracking, frames: Frames, position: FloatArray) -> npt.NDA
     """Return which possible contacts lie within their master's face, corners only where no primary contact is near."""
     length = tracking.faces.length[tracking.master_face]
     primary = tracking.corner == 0
-    inside = (position >= -END) & (position <= length + END) & (_overlap(tracking, frames) > END)[tracking.pair]
+    overlapping = (_overlap(tracking, frames) > END)[tracking.pair]
+    inside = (position >= -END) & (position <= length + END) & overlapping
     place = tracking.pair, tracking.level
     covered = np.zeros((int(tracking.pair.max()) + 1, int(tracking.level.max()) + 1, 3), bool)
     for corner, distance in ((1, position), (2, length - position)):
         close = primary & inside & (np.abs(distance) <= COVER)
         covered[tracking.pair[close], tracking.level[close], corner] = True
     strictly = (position > END) & (position < length - END)
-    return np.where(primary, inside, strictly & ~covered[*place, tracking.corner])
+    return np.where(primary, inside, (strictly | inside) & ~covered[*place, tracking.corner])
 
 
 def _overlap(tracking: Tracking, frames: Frames) -> FloatArray:

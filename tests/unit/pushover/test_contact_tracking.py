@@ -5,7 +5,7 @@ import pytest
 
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.pushover.model import displaced
-from tests.verification.pushover_chain import model_of
+from tests.verification.pushover_chain import model_of, stack
 
 
 @pytest.mark.parametrize("tilt", [0.0, 2e-3])
@@ -21,3 +21,22 @@ def test_motion_out_of_the_plane_moves_no_contact(tilt):
     assert abs(moved.normal_rows - model.normal_rows).max() < 1e-12
     assert abs(moved.tangential_rows - model.tangential_rows).max() < 1e-12
     assert np.abs(moved.normal_rows @ forward.ravel() + moved.gap_offset).max() < 1e-12
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2e-3, -2e-3])
+def test_a_block_that_slides_over_the_end_of_another_is_held_there_all_the_way(yaw):
+    """The lower block has turned about the vertical, so that its front lies ahead of its back by `yaw` (m).
+
+    The upper one's end passes front and back of the lower one's at different times: at either, a contact must be there.
+    """
+    model = model_of(stack((0.4, 0.3), (0.4, 0.3), friction=0.6), large_displacement=True)
+    nodes, body = model.meshes.nodes, model.meshes.body_of_node
+    for slid in np.arange(0.0, 6e-3, 1e-4):
+        moved = np.zeros_like(nodes)
+        moved[body == 1, 0] = slid
+        moved[body == 0, 0] = yaw * (nodes[body == 0, 2] - 0.05) / 0.1
+        contacts = displaced(model, moved.ravel()).contacts
+        between = (contacts.slave_body < 2) & (contacts.master_body < 2)
+        for side in (1, -1):
+            at_end = between & (side * contacts.point[:, 0] > 0.19)
+            assert set(np.round(contacts.point[at_end, 2], 6)) == {0.0, 0.1}, (slid, side)
