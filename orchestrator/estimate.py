@@ -8,8 +8,8 @@ the factors outgrow everything else. Measured on micro-FE of wall 1 of Ferris an
     MB               163      217      328      603
 
 Time is Newton iterations times what one costs. Walls of one layer of elements are nearly plane: one iteration costs
-3.6 to 5.3 microseconds an unknown from 1,800 to 120,000 of them (benchmarks/scaling.csv); solids of many layers grow
-faster. How many iterations a curve takes is known afterwards: 220 to 1,160 on benchmark 1 (benchmarks/walls.csv). So a
+2.7 to 3.7 microseconds an unknown from 1,800 to 120,000 of them (benchmarks/scaling.csv); solids of many layers grow
+faster. How many iterations a curve takes is known afterwards: 199 to 443 on benchmark 1 (benchmarks/walls.csv). So a
 time is right within a factor of UNCERTAIN, on a processor core of its own.
 """
 
@@ -30,7 +30,7 @@ BASE = 150e6
 PER_UNKNOWN = 10e3
 """bytes of one unknown in a system of up to LARGE unknowns"""
 LARGE = 5e4
-PER_ITERATION = 4.6e-6
+PER_ITERATION = 3.2e-6
 """s of one Newton iteration and unknown"""
 ITERATIONS = 500
 """Newton iterations of a whole curve, failed attempts included"""

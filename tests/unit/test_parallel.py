@@ -77,8 +77,8 @@ from orchestrator import cli
 from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.pushover import stepping
 solve, calls = stepping.solve_increment, []
-def changed(model, system, problem, first, settings):
-    return model, system, problem, replace(first, displacement=first.displacement * (1 + 1e-12)), settings
+def changed(model, system, problem, first, *others):
+    return model, system, problem, replace(first, displacement=first.displacement * (1 + 1e-12)), *others
 def solved(*arguments):
     calls.append(1)
     if MPI.COMM_WORLD.rank == 1 and len(calls) == 4:
