@@ -65,7 +65,7 @@ def test_an_iteration_costs_what_was_measured_and_a_curve_takes_the_time_that_wa
 
 
 @pytest.mark.parametrize(
-    ("unknowns", "said"), [(100, "1 s to 1.1 s"), (8000, "3.7 s to 1.5 min"), (10**6, "7.7 min to 3.2 h")]
+    ("unknowns", "said"), [(200, "1 s to 1.6 s"), (8000, "2.6 s to 64 s"), (10**6, "5.3 min to 2.2 h")]
 )
 def test_a_time_is_said_with_its_uncertainty(unknowns, said):
     assert estimate.time_in_words(estimate.Estimate(unknowns, 0.0)) == f"it takes {said} on a core of its own"
