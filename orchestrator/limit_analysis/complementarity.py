@@ -62,7 +62,7 @@ class ComplementarySolution:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Problem:
+class ScaledProblem:
     """The scaled problem: forces over the mean block weight, moments over a block length, lambda times the number of
     blocks; places (rows, columns) of the joints' 3 x 3 matrices in a block-diagonal one."""
 
@@ -104,7 +104,7 @@ def solve_complementarity(
     Never raises: a run that stalls returns where it stopped, with `converged` False.
     """
     started = perf_counter()
-    problem = _scaled(equilibrium, coulomb)
+    problem = scaled_problem(equilibrium, coulomb)
     iterate = _first(problem, start_normal)
     iterations, converged = 0, False
     gaps: list[float] = []
@@ -136,11 +136,12 @@ def _stalled(gaps: Sequence[float]) -> bool:
     return len(recent) == STALL and max(recent) <= (1.0 + STANDSTILL) * min(recent)
 
 
-def _scaled(equilibrium: Equilibrium, coulomb: YieldConditions) -> _Problem:
+def scaled_problem(equilibrium: Equilibrium, coulomb: YieldConditions) -> ScaledProblem:
+    """Scale the problem of a wall whose joints have friction and cohesion."""
     scale, w = equilibrium.row_scale, equilibrium.mean_weight
     B = (sp.diags(scale) @ equilibrium.matrix).tocsr()
     unknowns = np.arange(B.shape[1]).reshape(-1, 3)
-    return _Problem(
+    return ScaledProblem(
         B=B,
         B_T=B.T.tocsr(),
         dead=scale * equilibrium.dead_load / w,
@@ -151,7 +152,7 @@ def _scaled(equilibrium: Equilibrium, coulomb: YieldConditions) -> _Problem:
     )
 
 
-def _first(problem: _Problem, start_normal: FloatArray | float) -> _Iterate:
+def _first(problem: ScaledProblem, start_normal: FloatArray | float) -> _Iterate:
     """Equal compression at both ends of every joint, no shear, no motion of blocks, every product 1."""
     joints = len(problem.friction)
     forces = np.zeros((joints, 3))
@@ -172,7 +173,7 @@ def _opening_and_slip(rates: FloatArray) -> FloatArray:
     return np.column_stack([rates[:, :2], rates[:, 2] - rates[:, 3]])
 
 
-def _errors(problem: _Problem, iterate: _Iterate) -> tuple[FloatArray, FloatArray, float]:
+def _errors(problem: ScaledProblem, iterate: _Iterate) -> tuple[FloatArray, FloatArray, float]:
     """What is missing in equilibrium (3m,), in the joints' rates (k, 3) and in the live load's power."""
     unbalanced = problem.dead + iterate.multiplier * problem.live - problem.B @ iterate.forces.ravel()
     incompatible = -(problem.B_T @ iterate.velocities).reshape(-1, 3) - _opening_and_slip(iterate.rates)
@@ -184,13 +185,13 @@ def _gap(iterate: _Iterate) -> float:
     return float(np.sum(iterate.strength * iterate.rates) / max(abs(iterate.multiplier), 1e-3))
 
 
-def _size(problem: _Problem, iterate: _Iterate, errors: tuple[FloatArray, FloatArray, float]) -> float:
+def _size(problem: ScaledProblem, iterate: _Iterate, errors: tuple[FloatArray, FloatArray, float]) -> float:
     unbalanced, incompatible, power = errors
     largest = np.abs(problem.B_T @ iterate.velocities).max()
     return float(max(np.abs(unbalanced).max(), np.abs(incompatible).max() / max(largest, 1e-300), abs(power)))
 
 
-def _next(problem: _Problem, iterate: _Iterate, errors: tuple[FloatArray, FloatArray, float]) -> _Iterate:
+def _next(problem: ScaledProblem, iterate: _Iterate, errors: tuple[FloatArray, FloatArray, float]) -> _Iterate:
     """One predictor and one corrector; where these get nowhere, one step towards the middle."""
     products = iterate.strength * iterate.rates
     mean = float(products.mean())
@@ -214,7 +215,7 @@ def _next(problem: _Problem, iterate: _Iterate, errors: tuple[FloatArray, FloatA
     return iterate.moved(direction, step)
 
 
-def _joint_flexibilities(problem: _Problem, stiffness: FloatArray) -> sp.csr_matrix:
+def _joint_flexibilities(problem: ScaledProblem, stiffness: FloatArray) -> sp.csr_matrix:
     """Block-diagonal inverse (3k, 3k) of the rates that forces at joints cause: F diag(z/y) G, G = dy/dq, no dilation.
 
     Per joint F diag(d) G = [[d1, 0, 0], [0, d2, 0], [c, c, d3 + d4]] with c = mu (d3 - d4).
@@ -231,7 +232,7 @@ def _joint_flexibilities(problem: _Problem, stiffness: FloatArray) -> sp.csr_mat
 class _Newton:
     """The linearised problem at one iterate, factorised."""
 
-    problem: _Problem
+    problem: ScaledProblem
     iterate: _Iterate
     errors: tuple[FloatArray, FloatArray, float]
     stiffness: FloatArray
