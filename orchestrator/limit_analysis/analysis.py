@@ -6,6 +6,7 @@ the complementarity program - a search for lower states from all of these.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -155,8 +156,7 @@ def analyse(
         if (known := sequence or shift) is not None:
             slip = known.mechanism.slip
             candidates += scattered_states(problem.assemblage, 1, programs, slip, settings.search_slips)
-    end = lowest(candidates)
-    lowest_state = None if end is None else _closed_state(problem, end)
+    lowest_state = lowest_valid(problem, candidates)
     answer = LimitAnalysis(
         load_direction=1,
         weight=problem.equilibrium.total_weight,
@@ -316,7 +316,7 @@ def complementary_states(
             if turn.balances and one_is_enough:
                 break
         passed.extend(reached)
-        if first is None and (state := first_tight(reached)) is not None:
+        if first is None and (state := first_tight(valid(problem, reached))) is not None:
             first = state, found
 
     for start in starts(problem.assemblage, 1, count):
@@ -328,6 +328,25 @@ def complementary_states(
         found = push_elastic_joints(equilibrium, friction, equilibrium.block_length + height.max() - height)
         descended(found, found.slip)
     return first, passed
+
+
+def valid(problem: Problem, states: Iterable[ClosedState]) -> list[ClosedState]:
+    """Return the states that balance and pass the check without the solver.
+
+    Power may balance to 1e-8 while an end that carries little opens: it does little work.
+    """
+    return [state for state in states if state.balances and not problem.complaints(_closed_state(problem, state))]
+
+
+def lowest_valid(problem: Problem, states: Sequence[ClosedState]) -> LimitState | None:
+    """Return the lowest of the states that balance and pass the check without the solver, or None."""
+    left = list(states)
+    while (end := lowest(left)) is not None:
+        state = _closed_state(problem, end)
+        if not problem.complaints(state):
+            return state
+        left.remove(end)
+    return None
 
 
 def _closed_state(problem: Problem, closed: ClosedState, found: ComplementarySolution | None = None) -> LimitState:
