@@ -66,18 +66,18 @@ def test_lowest_state_that_goes_with_its_mechanism_is_the_published_one(name, pu
 
 
 @pytest.mark.parametrize(
-    ("seed", "direction", "before"), [(33, -1, None), (7, 1, 0.46975), (31, 1, 0.33898), (17, 1, 0.27534)]
+    ("seed", "direction", "at_most"),
+    [(33, -1, np.inf), (7, 1, 0.46975 - 1e-3), (31, 1, 0.33898 - 1e-3), (17, 1, 0.27535)],
 )
-def test_irregular_walls_get_a_state_or_a_lower_one(seed, direction, before):
-    """`before`: the lowest state that was found without this start (None: none at all)."""
+def test_irregular_walls_get_a_state_or_a_lower_one(seed, direction, at_most):
+    """Without this start 33 has none, 7 and 31 have 0.46975 and 0.33898. 17: lower ones balance but dilate by 1e-4."""
     wall = find_joints(random_wall(seed), JointSettings())
     found = analyse(wall, load_direction=direction)
-    states = [found.complementarity] if before is None else [found.lowest]
-    for state in states:
+    for state in (found.complementarity, found.lowest):
         assert state.converged
         checked = validate(wall, assemble_equilibrium(wall, direction), coulomb(wall), state)
         assert checked.complaints == ()
-    assert before is None or states[0].load_multiplier < before - 1e-3
+    assert found.lowest.load_multiplier < at_most
 
 
 def test_a_block_that_hangs_by_friction_alone_is_not_stood_up():
