@@ -16,10 +16,10 @@ from orchestrator.pushover.model import ContactModel
 def carried_on(model: ContactModel, displacement: FloatArray, last_change: FloatArray, share: float) -> FloatArray:
     """Return the displacement (n,) after `share` times the last change (n,), in m, which ended with `displacement`.
 
-    The last motion of a body in the wall's plane, points as complex numbers, is x -> exp(i a) x + t and a change of its
-    strain that turns with it. `share` times that is a turn by share x a about the same point: exp(i share a) x + s t,
-    with s = (exp(i share a) - 1) / (exp(i a) - 1), a geometric series, share for a = 0. In small displacements (no
-    tracking) every node moves on straight, and out of the plane in any case.
+    The last motion of a body in the wall's plane is x -> R(a) x + t and a change of its strain that turns with it.
+    `share` times that is a turn by share x a about the same point: x -> R(share a) x + s R((share - 1) a / 2) t, with
+    s = sin(share a / 2) / sin(a / 2), share for a = 0 (sum of a geometric series). In small displacements (no tracking)
+    every node moves on straight, and out of the plane in any case.
     """
     now, change = displacement.reshape(-1, 3), last_change.reshape(-1, 3)
     predicted = now + share * change
@@ -27,19 +27,25 @@ def carried_on(model: ContactModel, displacement: FloatArray, last_change: Float
         return predicted.ravel()
     old, new = (fit_frames(model.meshes, u, model.bodies) for u in (now - change, now))
     angle = new.angle - old.angle
-    shift = _complex(new.translation) - np.exp(1j * angle) * _complex(old.translation)
-    series = share * np.exp(0.5j * (share - 1) * angle)
-    series = series * np.sinc(0.5 * share * angle / np.pi) / np.sinc(0.5 * angle / np.pi)
-    home = np.zeros(len(now), complex)  # departures of curved edges are vectors: they turn, and have no place
-    home[: len(model.meshes.nodes)] = _complex(model.meshes.nodes)
-    placed = np.arange(len(now)) < len(model.meshes.nodes)
-    point, before = home + _complex(now), home + _complex(now - change)
-    strain = point - np.exp(1j * angle)[model.body] * before - shift[model.body] * placed
-    turned = np.exp(1j * share * angle)[model.body] * (point + share * strain)
-    moved = turned + (series * shift)[model.body] * placed - home
-    predicted[:, 0], predicted[:, 1] = moved.real, moved.imag
+    shift = new.translation - _turned(old.translation, angle)
+    series = share * np.sinc(0.5 * share * angle / np.pi) / np.sinc(0.5 * angle / np.pi)
+    going_on = series[:, None] * _turned(shift, 0.5 * (share - 1) * angle)
+    home = np.zeros((len(now), 2))  # departures of curved edges are vectors: they turn, and have no place
+    home[: len(model.meshes.nodes)] = model.meshes.nodes[:, :2]
+    placed = np.arange(len(now))[:, None] < len(model.meshes.nodes)
+    point, before = home + now[:, :2], home + (now - change)[:, :2]
+    strain = point - _turned(before, angle[model.body]) - shift[model.body] * placed
+    turned = _turned(point + share * strain, share * angle[model.body])
+    predicted[:, :2] = turned + going_on[model.body] * placed - home
     return predicted.ravel()
 
 
-def _complex(points: FloatArray) -> np.typing.NDArray[np.complex128]:
-    return points[:, 0] + 1j * points[:, 1]
+def _turned(points: FloatArray, angle: FloatArray) -> FloatArray:
+    """Return points (k, 2) turned by angle (k,).
+
+    Not with complex numbers: whether NumPy rounds their products once or twice depends on where small arrays lie in
+    memory, and equal ranks would come to unequal numbers.
+    """
+    cosine, sine = np.cos(angle), np.sin(angle)
+    x, y = points[:, 0], points[:, 1]
+    return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
