@@ -6,18 +6,16 @@ the complementarity program - a search for lower states from all of these.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
 from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.complementarity import ComplementarySolution
 from orchestrator.limit_analysis.dilation_shift import run_dilation_shift
-from orchestrator.limit_analysis.elastic_joints import push_elastic_joints
-from orchestrator.limit_analysis.equilibrium import Equilibrium, assemble_equilibrium
+from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import (
     InfeasibleError,
     LimitSolution,
@@ -26,25 +24,14 @@ from orchestrator.limit_analysis.linear_program import (
     solve_limit_lp,
 )
 from orchestrator.limit_analysis.loads import Loads
-from orchestrator.limit_analysis.lower_states import (
-    TURNS,
-    ClosedState,
-    TwoPrograms,
-    closing,
-    complementary_start,
-    descent,
-    first_tight,
-    lowest,
-    starts,
-)
-from orchestrator.limit_analysis.mechanism import dilation, mechanism_from, power_residual
+from orchestrator.limit_analysis.lower_states import ClosedState, TwoPrograms, closing, descent
+from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.scattered_starts import scattered_states
+from orchestrator.limit_analysis.search import Search, closed_state, has_complementarity_program, lowest_valid
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.standard_view import standard_view
-from orchestrator.limit_analysis.state import FlowRule, LimitAnalysis, LimitState, LinearProgramRecord
-from orchestrator.limit_analysis.validation import validate
-from orchestrator.limit_analysis.yield_conditions import YieldConditions, coulomb
-from orchestrator.masonry.wall import FloatArray, read_only
+from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
+from orchestrator.limit_analysis.yield_conditions import coulomb
 
 GRAVITY_TOLERANCE = 1e-6
 """Missing force, in mean block weights, that passes in the gravity check as rounding of the drawing (polygons rounded
@@ -54,61 +41,12 @@ FACE_BALANCE = 1e-5
 by up to 2e-6 with the mechanism's rounding (wall 3: 1e-6 out of balance at 0.40265)."""
 SHORT = 6
 """Programs at most of a sequence or shift that begins at a state of the complementarity program."""
-VERY_LARGE_TURNS = 4
-"""Turns at most of a descent on walls above `sequence_blocks`: some 25 s of CPU each at 10,050 blocks."""
-PUSHED_BLOCKS = 500
-"""Larger walls are pushed with elastic joints only if nothing else leads to a state: 3.5 s of CPU at 418 blocks, 12 s
-at 997."""
+NEARLY = 1e-2
+"""Largest power out of balance of forces and mechanism that are shown, as not converged, where there is no state."""
 LEFT_OUT = "sequence and dilation shift left out for so many blocks"
 NOTHING_BALANCES = "no non-associative solution found: complementarity program: no forces and mechanism that balance"
 NAMED_BLOCKS = 8
 """How many falling blocks an error message names."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Problem:
-    """What all flow rules share: the assemblage, its equilibrium and Coulomb's law in its joints."""
-
-    assemblage: Assemblage
-    equilibrium: Equilibrium
-    friction: YieldConditions
-
-    @property
-    def no_dilatancy(self) -> FloatArray:
-        """Dilatancy (k,) of a non-associative mechanism."""
-        return np.zeros_like(self.friction.slope)
-
-    def complaints(self, state: LimitState) -> tuple[str, ...]:
-        """What the check without the solver finds wrong with a non-associative state."""
-        return validate(self.assemblage, self.equilibrium, self.friction, state).complaints
-
-    def state(
-        self,
-        flow_rule: FlowRule,
-        dilatancy: FloatArray,
-        forces_of: LimitSolution,
-        mechanism_of: LimitSolution,
-        records: tuple[LinearProgramRecord, ...],
-        converged: bool = True,
-        multiplier_range: tuple[float, float] | None = None,
-    ) -> LimitState:
-        """Put a state together and check it; sliding joints of its mechanism open by dilatancy (k,) times |slip|."""
-        equilibrium, friction = self.equilibrium, self.friction
-        load_multiplier, forces = forces_of.load_multiplier, forces_of.joint_forces
-        mechanism = mechanism_from(self.assemblage.wall, equilibrium, mechanism_of.velocities)
-        return LimitState(
-            flow_rule=flow_rule,
-            load_multiplier=load_multiplier,
-            joint_forces=read_only(forces),
-            mechanism=mechanism,
-            records=records,
-            converged=converged,
-            equilibrium_residual=equilibrium.residual(forces, load_multiplier),
-            yield_residual=friction.excess(forces) / equilibrium.mean_weight,
-            power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),
-            dilation=dilation(equilibrium, friction, forces, mechanism),
-            multiplier_range=multiplier_range or (load_multiplier, load_multiplier),
-        )
 
 
 def analyse(
@@ -136,7 +74,9 @@ def analyse(
     large = len(equilibrium.free_blocks) > settings.search_blocks
     very_large = large and len(equilibrium.free_blocks) > settings.sequence_blocks
     programs = TwoPrograms(problem.equilibrium, problem.friction)
-    found, candidates = complementary_states(problem, programs, settings)
+    search = Search(problem, programs, settings)
+    search.run(optimum)
+    found, candidates = search.first, search.passed
     begin = found[0] if large and found is not None else None
     if begin is not None:
         settings = _shortened(settings)
@@ -157,17 +97,21 @@ def analyse(
             slip = known.mechanism.slip
             candidates += scattered_states(problem.assemblage, 1, programs, slip, settings.search_slips)
     lowest_state = lowest_valid(problem, candidates)
+    complementarity = found and closed_state(problem, *found)
+    if lowest_state is None and (sequence or shift) is None:
+        complementarity, remark = nearest_state(problem, candidates)
+        remarks += remark
     answer = LimitAnalysis(
         load_direction=1,
         weight=problem.equilibrium.total_weight,
         horizontal_load=problem.equilibrium.base_shear,
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
-        associative=problem.state("associative", problem.friction.slope, optimum, optimum, (_record(optimum, 0.0),)),
+        associative=problem.state("associative", problem.friction.slope, optimum, optimum, (record_of(optimum, 0.0),)),
         sequence=sequence,
         dilation_shift=shift,
         remarks=remarks,
         seconds=perf_counter() - started,
-        complementarity=found and _closed_state(problem, *found),
+        complementarity=complementarity,
         lowest=lowest_state,
     )
     return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
@@ -230,8 +174,8 @@ def sequence_state(
         mechanism = programs.mechanism(confirmation.normal)
     except ConvergenceError as error:
         return None, (f"no non-associative solution found: {error}",)
-    records = [_record(iterate.solution, iterate.seed) for iterate in iterates]
-    records += [_record(confirmation, 0.0), _record(mechanism, 0.0)]
+    records = [record_of(iterate.solution, iterate.seed) for iterate in iterates]
+    records += [record_of(confirmation, 0.0), record_of(mechanism, 0.0)]
     state = problem.state("sequence", problem.no_dilatancy, confirmation, mechanism, tuple(records))
     if state.power_residual > settings.power_tolerance:
         imbalance = f"the power of what it settled on is out of balance by {state.power_residual:.1e}"
@@ -257,7 +201,7 @@ def dilation_shift_state(
     except ConvergenceError as error:
         return None, (f"no solution by the dilation shift: {error}",)
     solutions = [*(iterate.solution for iterate in run.iterates), run.final]
-    records = tuple(_record(solution, settings.shift_relaxation) for solution in solutions)
+    records = tuple(record_of(solution, settings.shift_relaxation) for solution in solutions)
     state = problem.state("dilation_shift", problem.no_dilatancy, run.final, run.final, records, run.settled)
     remark = f"dilation shift not settled after {len(run.iterates)} linear programs: "
     remark += f"the dilation left takes {run.iterates[-1].error:.1e} of the live load's power"
@@ -266,7 +210,7 @@ def dilation_shift_state(
     closed = closing(programs, run.final.rates[:, 2])
     if closed is None:
         return replace(state, converged=False), ("dilation shift settled on no limit state: power does not balance",)
-    records += (_record(closed.forces, settings.shift_relaxation), _record(closed.mechanism, settings.shift_relaxation))
+    records += tuple(record_of(solved, settings.shift_relaxation) for solved in (closed.forces, closed.mechanism))
     found = (closed.forces.load_multiplier, highest_multiplier(problem, programs, closed))
     state = problem.state("dilation_shift", problem.no_dilatancy, closed.forces, closed.mechanism, records, True, found)
     if not (wrong := problem.complaints(state)):
@@ -285,83 +229,10 @@ def highest_multiplier(problem: Problem, programs: TwoPrograms, closed: ClosedSt
     return max(ends)
 
 
-def has_complementarity_program(friction: YieldConditions) -> bool:
-    """Whether joints have nothing but friction and cohesion, which is all that the complementarity program knows."""
-    return not (friction.tension.any() or friction.crushes.any())
-
-
-def complementary_states(
-    problem: Problem, programs: TwoPrograms, settings: LimitAnalysisSettings
-) -> tuple[tuple[ClosedState, ComplementarySolution] | None, list[ClosedState]]:
-    """Return the state of the complementarity program and all that its starts and the descents from them passed.
-
-    The first is where the first start leads that leads to a state, before any descent: a wall and its mirror image have
-    the same. None where nothing balances. A large wall needs only one. The wall is pushed with elastic joints as well
-    if that costs little, or if nothing balances and it is not very large.
-    """
-    if not has_complementarity_program(problem.friction):
-        return None, []
-    passed: list[ClosedState] = []
-    first = None
-    equilibrium, friction = problem.equilibrium, problem.friction
-    blocks = len(equilibrium.free_blocks)
-    one_is_enough, very_large = blocks > settings.search_blocks, blocks > settings.sequence_blocks
-    count, turns = (1, VERY_LARGE_TURNS) if very_large else (settings.search_starts, TURNS)
-
-    def descended(found: ComplementarySolution, slip: FloatArray) -> None:
-        nonlocal first
-        reached = []
-        for turn in descent(programs, slip, turns, passed):
-            reached.append(turn)
-            if turn.balances and one_is_enough:
-                break
-        passed.extend(reached)
-        if first is None and (state := first_tight(valid(problem, reached))) is not None:
-            first = state, found
-
-    for start in starts(problem.assemblage, 1, count):
-        descended(*complementary_start(programs, equilibrium, friction, start))
-        if first is not None and one_is_enough:
-            break
-    if blocks <= PUSHED_BLOCKS or (first is None and not very_large):
-        height = problem.assemblage.midpoint[:, 1]
-        found = push_elastic_joints(equilibrium, friction, equilibrium.block_length + height.max() - height)
-        descended(found, found.slip)
-    return first, passed
-
-
-def valid(problem: Problem, states: Iterable[ClosedState]) -> list[ClosedState]:
-    """Return the states that balance and pass the check without the solver.
-
-    Power may balance to 1e-8 while an end that carries little opens: it does little work.
-    """
-    return [state for state in states if state.balances and not problem.complaints(_closed_state(problem, state))]
-
-
-def lowest_valid(problem: Problem, states: Sequence[ClosedState]) -> LimitState | None:
-    """Return the lowest of the states that balance and pass the check without the solver, or None."""
-    left = list(states)
-    while (end := lowest(left)) is not None:
-        state = _closed_state(problem, end)
-        if not problem.complaints(state):
-            return state
-        left.remove(end)
-    return None
-
-
-def _closed_state(problem: Problem, closed: ClosedState, found: ComplementarySolution | None = None) -> LimitState:
-    """Return a state of the search; its records are the complementarity program and the two programs that closed it."""
-    records = (
-        ()
-        if found is None
-        else (LinearProgramRecord(found.load_multiplier, 0.0, found.iterations, found.seconds, "complementarity"),)
-    )
-    solved = (_record(closed.forces, 0.0), _record(closed.mechanism, 0.0))
-    return problem.state("complementarity", problem.no_dilatancy, closed.forces, closed.mechanism, (*records, *solved))
-
-
-def _record(solution: LimitSolution, parameter: float) -> LinearProgramRecord:
-    """Return what one linear program gave and cost."""
-    return LinearProgramRecord(
-        solution.load_multiplier, parameter, solution.iterations, solution.seconds, solution.status
-    )
+def nearest_state(problem: Problem, states: Sequence[ClosedState]) -> tuple[LimitState | None, tuple[str, ...]]:
+    """Return what is out of balance by least, not converged, if that is not more than NEARLY, and a remark."""
+    nearest = min(states, key=lambda state: state.imbalance, default=None)
+    if nearest is None or nearest.imbalance > NEARLY:
+        return None, ()
+    text = f"complementarity program: the nearest forces and mechanism are out of balance by {nearest.imbalance:.1e}"
+    return replace(closed_state(problem, nearest), converged=False), (text,)

@@ -10,11 +10,8 @@ are solved with, on an unsymmetric matrix: every product is driven to a common t
 forces and rates are eliminated joint by joint, which leaves 3 unknowns a block: the pattern of a stiffness matrix.
 The problem is not monotone, hence neither is the result unique nor is convergence certain: a run that stalls says so,
 and `lower_states` closes any run with linear programs. Cost: 10-80 factorisations, 0.03 s at 146 blocks, 0.8 s at 997.
-Very large walls end with a gap, as parts of the live load's power: running bond, 2,979 blocks, 0.018, and 10,050
-blocks, 0.5, which two programs close to 2e-6 and 2.5e-2, not to what passes. Neither separate steps of forces and
-rates, nor a bound on the smallest product, nor products set back to their mean where steps become short get it
-further; dilatancy that falls from mu to 0 with the gap does (0.006 and 0.16), not far enough. Factors are not what
-limits: MUMPS needs 0.06 s for SuperLU's 0.5 s at 10,050 blocks, and stops at the same gap at 2,979.
+Very large walls end with a gap, as parts of the live load's power: running bond, 2,979 blocks, 0.018, which still
+closes; 10,050 blocks 0.5, which does not. Where nothing closes, `smoothed_complementarity` goes on.
 Sources: Ferris and Tin-Loi 2001 (complementarity); Mehrotra 1992 (predictor, corrector); own combination.
 """
 
@@ -61,6 +58,10 @@ class ComplementarySolution:
     converged: bool
 
 
+Errors = tuple[FloatArray, FloatArray, float]
+"""What is missing in equilibrium (3m,), in the joints' rates (k, 3) and in the live load's power."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class ScaledProblem:
     """The scaled problem: forces over the mean block weight, moments over a block length, lambda times the number of
@@ -76,7 +77,7 @@ class ScaledProblem:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Iterate:
+class Iterate:
     """lambda, u (3m,), q (k, 3), y (k, 4) the left sides of the complementarity conditions and z (k, 4) the right."""
 
     multiplier: float
@@ -85,9 +86,9 @@ class _Iterate:
     strength: FloatArray
     rates: FloatArray
 
-    def moved(self, along: _Iterate, step: float) -> _Iterate:
+    def moved(self, along: Iterate, step: float) -> Iterate:
         """Go `step` times `along`; rounding must not make y or z vanish."""
-        return _Iterate(
+        return Iterate(
             self.multiplier + step * along.multiplier,
             self.velocities + step * along.velocities,
             self.forces + step * along.forces,
@@ -105,17 +106,17 @@ def solve_complementarity(
     """
     started = perf_counter()
     problem = scaled_problem(equilibrium, coulomb)
-    iterate = _first(problem, start_normal)
+    iterate = first_iterate(problem, start_normal)
     iterations, converged = 0, False
     gaps: list[float] = []
-    while iterations < MAXIMUM_ITERATIONS and not _stalled(gaps):
-        errors = _errors(problem, iterate)
-        gaps.append(_gap(iterate))
+    while iterations < MAXIMUM_ITERATIONS and not stalled(gaps):
+        errors = errors_of(problem, iterate)
+        gaps.append(gap_of(iterate))
         if gaps[-1] <= GAP and _size(problem, iterate, errors) <= ERROR:
             converged = True
             break
         try:
-            iterate = _next(problem, iterate, errors)
+            iterate = next_iterate(problem, iterate, errors)
         except RuntimeError:  # the matrix is singular to rounding
             break
         iterations += 1
@@ -123,21 +124,21 @@ def solve_complementarity(
         load_multiplier=iterate.multiplier * equilibrium.mean_weight / equilibrium.live_total,
         normal=equilibrium.mean_weight * iterate.forces[:, :2].sum(axis=1),
         slip=(iterate.rates[:, 2] - iterate.rates[:, 3]) / equilibrium.live_total,
-        gap=_gap(iterate),
+        gap=gap_of(iterate),
         iterations=iterations,
         seconds=perf_counter() - started,
         converged=converged,
     )
 
 
-def _stalled(gaps: Sequence[float]) -> bool:
+def stalled(gaps: Sequence[float]) -> bool:
     """Whether the gap has not moved for STALL iterations: steps have become too short to lead anywhere."""
     recent = gaps[-STALL:]
     return len(recent) == STALL and max(recent) <= (1.0 + STANDSTILL) * min(recent)
 
 
 def scaled_problem(equilibrium: Equilibrium, coulomb: YieldConditions) -> ScaledProblem:
-    """Scale the problem of a wall whose joints have friction and cohesion."""
+    """Return the scaled problem."""
     scale, w = equilibrium.row_scale, equilibrium.mean_weight
     B = (sp.diags(scale) @ equilibrium.matrix).tocsr()
     unknowns = np.arange(B.shape[1]).reshape(-1, 3)
@@ -152,58 +153,50 @@ def scaled_problem(equilibrium: Equilibrium, coulomb: YieldConditions) -> Scaled
     )
 
 
-def _first(problem: ScaledProblem, start_normal: FloatArray | float) -> _Iterate:
+def first_iterate(problem: ScaledProblem, start_normal: FloatArray | float) -> Iterate:
     """Equal compression at both ends of every joint, no shear, no motion of blocks, every product 1."""
     joints = len(problem.friction)
     forces = np.zeros((joints, 3))
     forces[:, :2] = np.broadcast_to(start_normal, joints)[:, None]
-    strength = _strength(problem.friction, forces)
+    strength = strength_of(problem.friction, forces)
     strength[:, 2:] += problem.cohesion[:, None]
-    return _Iterate(0.0, np.zeros(problem.B.shape[0]), forces, strength, 1.0 / strength)
+    return Iterate(0.0, np.zeros(problem.B.shape[0]), forces, strength, 1.0 / strength)
 
 
-def _strength(friction: FloatArray, forces: FloatArray) -> FloatArray:
+def strength_of(friction: FloatArray, forces: FloatArray) -> FloatArray:
     """Left sides (k, 4) without cohesion: n_start, n_end, mu N + s, mu N - s."""
     limit, shear = friction * forces[:, :2].sum(axis=1), forces[:, 2]
     return np.column_stack([forces[:, :2], limit + shear, limit - shear])
 
 
-def _opening_and_slip(rates: FloatArray) -> FloatArray:
+def opening_and_slip(rates: FloatArray) -> FloatArray:
     """Rates (k, 3) that z (k, 4) stands for."""
     return np.column_stack([rates[:, :2], rates[:, 2] - rates[:, 3]])
 
 
-def _errors(problem: ScaledProblem, iterate: _Iterate) -> tuple[FloatArray, FloatArray, float]:
+def errors_of(problem: ScaledProblem, iterate: Iterate) -> Errors:
     """What is missing in equilibrium (3m,), in the joints' rates (k, 3) and in the live load's power."""
     unbalanced = problem.dead + iterate.multiplier * problem.live - problem.B @ iterate.forces.ravel()
-    incompatible = -(problem.B_T @ iterate.velocities).reshape(-1, 3) - _opening_and_slip(iterate.rates)
+    incompatible = -(problem.B_T @ iterate.velocities).reshape(-1, 3) - opening_and_slip(iterate.rates)
     return unbalanced, incompatible, 1.0 - float(problem.live @ iterate.velocities)
 
 
-def _gap(iterate: _Iterate) -> float:
+def gap_of(iterate: Iterate) -> float:
     """Sum of products over the live load's power."""
     return float(np.sum(iterate.strength * iterate.rates) / max(abs(iterate.multiplier), 1e-3))
 
 
-def _size(problem: ScaledProblem, iterate: _Iterate, errors: tuple[FloatArray, FloatArray, float]) -> float:
+def _size(problem: ScaledProblem, iterate: Iterate, errors: Errors) -> float:
     unbalanced, incompatible, power = errors
     largest = np.abs(problem.B_T @ iterate.velocities).max()
     return float(max(np.abs(unbalanced).max(), np.abs(incompatible).max() / max(largest, 1e-300), abs(power)))
 
 
-def _next(problem: ScaledProblem, iterate: _Iterate, errors: tuple[FloatArray, FloatArray, float]) -> _Iterate:
+def next_iterate(problem: ScaledProblem, iterate: Iterate, errors: Errors) -> Iterate:
     """One predictor and one corrector; where these get nowhere, one step towards the middle."""
     products = iterate.strength * iterate.rates
     mean = float(products.mean())
-    stiffness = np.clip(iterate.rates / iterate.strength, 1.0 / STIFFNESS, STIFFNESS)
-    flexible = _joint_flexibilities(problem, stiffness)
-    factors = splu(
-        (problem.B @ flexible @ problem.B_T).tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.01,
-        options={"SymmetricMode": True},
-    )
-    newton = _Newton(problem, iterate, errors, stiffness, flexible, factors)
+    newton = linearised(problem, iterate, errors)
     predicted = newton.direction(-products)
     reached = float(_product_mean(iterate, predicted, _step(iterate, predicted, 1.0)))
     centring = float(np.clip((reached / mean) ** 3, 1e-8, 0.9)) if reached > 0 else 0.5
@@ -215,7 +208,21 @@ def _next(problem: ScaledProblem, iterate: _Iterate, errors: tuple[FloatArray, F
     return iterate.moved(direction, step)
 
 
-def _joint_flexibilities(problem: ScaledProblem, stiffness: FloatArray) -> sp.csr_matrix:
+def linearised(problem: ScaledProblem, iterate: Iterate, errors: Errors, drag: float = 0.0) -> Linearised:
+    """Factorise the conditions at an iterate with y, z > 0; drag: force that holds a block back, per velocity.
+
+    Raises RuntimeError when the matrix is singular to rounding.
+    """
+    stiffness = np.clip(iterate.rates / iterate.strength, 1.0 / STIFFNESS, STIFFNESS)
+    flexible = joint_flexibilities(problem, stiffness)
+    matrix = problem.B @ flexible @ problem.B_T
+    if drag:
+        matrix = matrix + drag * sp.identity(matrix.shape[0])
+    factors = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True})
+    return Linearised(problem, iterate, errors, stiffness, flexible, factors)
+
+
+def joint_flexibilities(problem: ScaledProblem, stiffness: FloatArray) -> sp.csr_matrix:
     """Block-diagonal inverse (3k, 3k) of the rates that forces at joints cause: F diag(z/y) G, G = dy/dq, no dilation.
 
     Per joint F diag(d) G = [[d1, 0, 0], [0, d2, 0], [c, c, d3 + d4]] with c = mu (d3 - d4).
@@ -229,30 +236,30 @@ def _joint_flexibilities(problem: ScaledProblem, stiffness: FloatArray) -> sp.cs
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Newton:
+class Linearised:
     """The linearised problem at one iterate, factorised."""
 
     problem: ScaledProblem
-    iterate: _Iterate
-    errors: tuple[FloatArray, FloatArray, float]
+    iterate: Iterate
+    errors: Errors
     stiffness: FloatArray
     flexible: sp.csr_matrix
     factors: SuperLU
 
-    def direction(self, products: FloatArray) -> _Iterate:
+    def direction(self, products: FloatArray) -> Iterate:
         """Return the change that removes all errors and adds `products` (k, 4) to y z, to first order."""
         problem, (unbalanced, incompatible, power) = self.problem, self.errors
         free_rates = products / self.iterate.strength
-        free_forces = self.flexible @ (_opening_and_slip(free_rates) - incompatible).ravel()
+        free_forces = self.flexible @ (opening_and_slip(free_rates) - incompatible).ravel()
         with_load, without = self.factors.solve(problem.live), self.factors.solve(unbalanced - problem.B @ free_forces)
         multiplier = float((power - problem.live @ without) / (problem.live @ with_load))
         velocities = without + multiplier * with_load
         forces = (free_forces + self.flexible @ (problem.B_T @ velocities)).reshape(-1, 3)
-        strength = _strength(problem.friction, forces)
-        return _Iterate(multiplier, velocities, forces, strength, free_rates - self.stiffness * strength)
+        strength = strength_of(problem.friction, forces)
+        return Iterate(multiplier, velocities, forces, strength, free_rates - self.stiffness * strength)
 
 
-def _step(iterate: _Iterate, direction: _Iterate, part: float) -> float:
+def _step(iterate: Iterate, direction: Iterate, part: float) -> float:
     """Largest step up to 1 that keeps y and z positive; `part` of it when shorter than 1."""
     values = np.concatenate([iterate.strength, iterate.rates])
     changes = np.concatenate([direction.strength, direction.rates])
@@ -261,6 +268,6 @@ def _step(iterate: _Iterate, direction: _Iterate, part: float) -> float:
     return 1.0 if largest >= 1.0 else part * largest
 
 
-def _product_mean(iterate: _Iterate, direction: _Iterate, step: float) -> float:
+def _product_mean(iterate: Iterate, direction: Iterate, step: float) -> float:
     strength = iterate.strength + step * direction.strength
     return float(np.mean(strength * (iterate.rates + step * direction.rates)))

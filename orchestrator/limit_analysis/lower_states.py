@@ -23,7 +23,7 @@ from orchestrator.errors import ConvergenceError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.complementarity import ComplementarySolution, solve_complementarity
 from orchestrator.limit_analysis.equilibrium import Equilibrium
-from orchestrator.limit_analysis.linear_program import LimitProgram, LimitSolution
+from orchestrator.limit_analysis.linear_program import LimitProgram, LimitSolution, attainable
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray
 
@@ -32,8 +32,9 @@ FACE_WEIGHT, LEAST_FACE_WEIGHT = 1e-3, 1e-6
 with the weight kept at 1e-3 a wall of 290 irregular blocks (random 25 of docs/studies) stays out of balance by 7e-7, at
 whatever turn. A descent that stands still out of balance therefore goes on with a tenth of it: there 2e-9 at 1e-4."""
 BALANCE = 1e-7
-"""Power out of balance, relative to the live load's power, that makes forces and mechanism one state. Walls above
-linear_program.LARGE, whose programs end at 1e-10, reach 1e-8 as a rule; smaller ones TIGHT."""
+"""Power out of balance, relative to the live load's power, that makes forces and mechanism one state: a thousand times
+CLOSING_TOLERANCE; reached is 1e-8 as a rule. Of walls above linear_program.VERY_LARGE, whose programs end at ten times
+that tolerance, ten times as much: what the check without the solver lets pass."""
 NO_SLOPE = 1e-12
 """Slope of friction lines that shall have none. Exact zeros leave the matrix, and the solver then eliminates in an
 order that costs five times more (3.1 s for 0.6 s a program at 997 blocks)."""
@@ -53,10 +54,12 @@ AMPLITUDE = 1.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ClosedState:
-    """Forces in Coulomb's cone and a mechanism without dilation; their power is out of balance by `imbalance`."""
+    """Forces in Coulomb's cone and a mechanism without dilation; their power is out of balance by `imbalance`, and may
+    be by `bound`."""
 
     forces: LimitSolution
     mechanism: LimitSolution
+    bound: float = BALANCE
 
     @property
     def imbalance(self) -> float:
@@ -67,7 +70,7 @@ class ClosedState:
     @property
     def balances(self) -> bool:
         """Whether this is a limit state."""
-        return self.imbalance <= BALANCE
+        return self.imbalance <= self.bound
 
 
 class TwoPrograms:
@@ -79,6 +82,8 @@ class TwoPrograms:
         self._forces = LimitProgram(equilibrium, coulomb, CLOSING_TOLERANCE)
         no_slope = replace(coulomb, slope=np.full_like(coulomb.slope, NO_SLOPE))
         self._mechanism = LimitProgram(equilibrium, no_slope, CLOSING_TOLERANCE)
+        tolerance, _ = attainable(CLOSING_TOLERANCE, len(equilibrium.free_blocks))
+        self._bound = BALANCE * tolerance / CLOSING_TOLERANCE
 
     def lowest_forces(self, slip: FloatArray, face_weight: float = FACE_WEIGHT) -> LimitSolution:
         """Forces in Coulomb's cone with the lowest multiplier that go with slips (k,) in m/s."""
@@ -97,11 +102,15 @@ class TwoPrograms:
 
     def closed(self, forces: LimitSolution) -> ClosedState:
         """Return forces with the mechanism that fits them best."""
-        return ClosedState(forces, self.mechanism(forces.normal))
+        return ClosedState(forces, self.mechanism(forces.normal), self._bound)
 
 
 def descent(
-    programs: TwoPrograms, slip: FloatArray, turns: int = TURNS, passed: Sequence[ClosedState] = ()
+    programs: TwoPrograms,
+    slip: FloatArray,
+    turns: int = TURNS,
+    passed: Sequence[ClosedState] = (),
+    face_weight: float = FACE_WEIGHT,
 ) -> Iterator[ClosedState]:
     """Yield states (some may not balance) with ever lower multipliers, beginning with slips (k,) in m/s.
 
@@ -109,7 +118,7 @@ def descent(
     what is out of balance, after `turns`, or when a program fails.
     """
     known = [state.forces.load_multiplier for state in passed if state.imbalance <= TIGHT]
-    last, face_weight = np.inf, FACE_WEIGHT
+    last = np.inf
     for _ in range(turns):
         try:
             state = programs.closed(programs.lowest_forces(slip, face_weight))

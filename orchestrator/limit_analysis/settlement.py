@@ -15,10 +15,10 @@ import scipy.sparse as sp
 
 from orchestrator.errors import CaseError
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.analysis import Problem
 from orchestrator.limit_analysis.equilibrium import Equilibrium, assemble_equilibrium, equilibrium_matrix
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.loads import Loads
+from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.state import LimitState, LinearProgramRecord
 from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.wall import read_only

@@ -8,12 +8,14 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 
 from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import LimitAnalysisSettings, analyse, linear_program
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse, analysis, linear_program
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.yield_conditions import coulomb, yield_matrix, yield_offset
 from orchestrator.masonry.patterns import running_bond
 from tests.verification.limit_analysis_cases import case
+
+NEAREST = "complementarity program: the nearest forces and mechanism are out of balance by "
 
 
 @pytest.fixture(scope="module")
@@ -63,3 +65,17 @@ def test_a_very_large_wall_without_a_state_says_so_and_runs_no_sequence():
         "sequence and dilation shift left out for so many blocks, more than 1",
         "no non-associative solution found: complementarity program: no forces and mechanism that balance",
     )
+
+
+def test_nearest_forces_and_mechanism_are_shown_where_there_is_no_state(monkeypatch):
+    """Not converged, hence never the headline, and the remark says by how much power is out of balance."""
+    monkeypatch.setattr(analysis, "NEARLY", 1.0)
+    found = analyse(case("keystone_wall_13x9"), LimitAnalysisSettings(search_blocks=1, sequence_blocks=1))
+    nearest = found.complementarity
+    assert not nearest.converged
+    assert found.headline is found.associative
+    assert found.non_associative_range is None
+    assert nearest.equilibrium_residual < 1e-8
+    said = float(found.remarks[-1].removeprefix(NEAREST))
+    assert said > 1e-2
+    assert said == pytest.approx(nearest.power_residual, rel=0.1)

@@ -1,0 +1,69 @@
+"""One wall's limit analysis: what all flow rules share, and how a state is put together and checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.equilibrium import Equilibrium
+from orchestrator.limit_analysis.linear_program import LimitSolution
+from orchestrator.limit_analysis.mechanism import dilation, mechanism_from, power_residual
+from orchestrator.limit_analysis.state import FlowRule, LimitState, LinearProgramRecord
+from orchestrator.limit_analysis.validation import validate
+from orchestrator.limit_analysis.yield_conditions import YieldConditions
+from orchestrator.masonry.wall import FloatArray, read_only
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Problem:
+    """What all flow rules share: the assemblage, its equilibrium and Coulomb's law in its joints."""
+
+    assemblage: Assemblage
+    equilibrium: Equilibrium
+    friction: YieldConditions
+
+    @property
+    def no_dilatancy(self) -> FloatArray:
+        """Dilatancy (k,) of a non-associative mechanism."""
+        return np.zeros_like(self.friction.slope)
+
+    def complaints(self, state: LimitState) -> tuple[str, ...]:
+        """What the check without the solver finds wrong with a non-associative state."""
+        return validate(self.assemblage, self.equilibrium, self.friction, state).complaints
+
+    def state(
+        self,
+        flow_rule: FlowRule,
+        dilatancy: FloatArray,
+        forces_of: LimitSolution,
+        mechanism_of: LimitSolution,
+        records: tuple[LinearProgramRecord, ...],
+        converged: bool = True,
+        multiplier_range: tuple[float, float] | None = None,
+    ) -> LimitState:
+        """Put a state together and check it; sliding joints of its mechanism open by dilatancy (k,) times |slip|."""
+        equilibrium, friction = self.equilibrium, self.friction
+        load_multiplier, forces = forces_of.load_multiplier, forces_of.joint_forces
+        mechanism = mechanism_from(self.assemblage.wall, equilibrium, mechanism_of.velocities)
+        return LimitState(
+            flow_rule=flow_rule,
+            load_multiplier=load_multiplier,
+            joint_forces=read_only(forces),
+            mechanism=mechanism,
+            records=records,
+            converged=converged,
+            equilibrium_residual=equilibrium.residual(forces, load_multiplier),
+            yield_residual=friction.excess(forces) / equilibrium.mean_weight,
+            power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),
+            dilation=dilation(equilibrium, friction, forces, mechanism),
+            multiplier_range=multiplier_range or (load_multiplier, load_multiplier),
+        )
+
+
+def record_of(solution: LimitSolution, parameter: float) -> LinearProgramRecord:
+    """Return what one linear program gave and cost."""
+    return LinearProgramRecord(
+        solution.load_multiplier, parameter, solution.iterations, solution.seconds, solution.status
+    )
