@@ -234,5 +234,6 @@ def nearest_state(problem: Problem, states: Sequence[ClosedState]) -> tuple[Limi
     nearest = min(states, key=lambda state: state.imbalance, default=None)
     if nearest is None or nearest.imbalance > NEARLY:
         return None, ()
+    state = replace(closed_state(problem, nearest), converged=False)
     text = f"complementarity program: the nearest forces and mechanism are out of balance by {nearest.imbalance:.1e}"
-    return replace(closed_state(problem, nearest), converged=False), (text,)
+    return state, (f"{text} ({', '.join(problem.complaints(state))})",)

@@ -10,8 +10,8 @@ are solved with, on an unsymmetric matrix: every product is driven to a common t
 forces and rates are eliminated joint by joint, which leaves 3 unknowns a block: the pattern of a stiffness matrix.
 The problem is not monotone, hence neither is the result unique nor is convergence certain: a run that stalls says so,
 and `lower_states` closes any run with linear programs. Cost: 10-80 factorisations, 0.03 s at 146 blocks, 0.8 s at 997.
-Very large walls end with a gap, as parts of the live load's power: running bond, 2,979 blocks, 0.018, which still
-closes; 10,050 blocks 0.5, which does not. Where nothing closes, `smoothed_complementarity` goes on.
+Very large walls end with a gap, as parts of the live load's power: running bond, 2,979 blocks, 0.018, and 10,050
+blocks, 0.5, which two programs close to 2e-6 and 2.5e-2. Walls above 500 blocks begin with `smoothed_complementarity`.
 Sources: Ferris and Tin-Loi 2001 (complementarity); Mehrotra 1992 (predictor, corrector); own combination.
 """
 

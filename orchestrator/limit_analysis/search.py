@@ -28,7 +28,7 @@ from orchestrator.masonry.wall import FloatArray
 PUSHED_BLOCKS = 500
 """Smaller walls are always pushed with elastic joints as well: 3.5 s of CPU at 418 blocks. Larger ones begin with the
 smoothed conditions, which took 2.5 s at 997 blocks where the pushover took 12 s."""
-CLOSES, SMOOTHED_FACE_WEIGHT, SMOOTHED_TURNS = 1e-4, 1e-5, 4
+CLOSES, SMOOTHED_FACE_WEIGHT, SMOOTHED_TURNS = 1e-4, 1e-5, 3
 """Largest gap of the smoothed conditions from which the two programs are tried if there are other ways to begin, their
 face weight and turns: at FACE_WEIGHT what stays out of balance is 2.7e-7 at 2,979 blocks and 6.0e-7 at 997, at 1e-5 it
 is 5e-8 and 4.5e-9. A turn takes 45 s of CPU at 10,050 blocks."""
@@ -82,7 +82,7 @@ class Search:
         reached = []
         for state in descent(self._programs, slip, turns, self.passed, face_weight):
             reached.append(state)
-            if state.balances and self._one_is_enough:
+            if self._one_is_enough and valid(self._problem, [state]):
                 break
         self.passed += reached
         if self.first is None and (first := first_tight(valid(self._problem, reached))) is not None:

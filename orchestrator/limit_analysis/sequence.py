@@ -63,15 +63,15 @@ class LimitAnalysisSettings:
     maximum_shift_iterations: Annotated[int, Ge(1)] = 60
     """linear programs of the dilation shift at most"""
     search_starts: Annotated[int, Ge(1)] = 2
-    """starts of the complementarity program in the search for lower states (of 50 random walls a second finds a lower
-    state on one, a third on none)"""
+    """starts of the complementarity program in the search for lower states (100 analyses of random walls: one needs the
+    second for its lowest state; with three, none was lower)"""
     search_slips: Annotated[int, Ge(0)] = 10
     """starts around the slips of the state found, in the search for lower states"""
     search_blocks: Annotated[int, Ge(1)] = 300
     """larger walls are searched from one start only, and their sequence and shift begin at the state found there"""
     sequence_blocks: Annotated[int, Ge(1)] = 2000
     """larger walls have the state of the complementarity program alone, from one start, or none: their sequence and
-    shift take more than half of the time (2,979 blocks: 88 s of CPU with them, 36 s without) and do not settle"""
+    shift take longer than that and do not settle"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

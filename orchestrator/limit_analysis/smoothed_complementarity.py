@@ -19,6 +19,7 @@ Sources: Chen and Harker 1993, Kanzow 1996; Kelley and Keyes 1998 (pseudo-transi
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import cycle
 from time import perf_counter
 
 import numpy as np
@@ -55,9 +56,10 @@ SPREAD = 100.0
 FALL, FASTER, FLATTER = 0.75, 0.8, 0.2
 """Factor of all t from one state to the next; its own factor where Newton's method alone gets there; power with which
 they approach their mean."""
-SCALE = 30.0
-"""sigma: typical force (mean block weights) over typical rate of a joint."""
-OFF = 0.3
+SCALES = (300.0, 1000.0, 100.0, 30.0)
+"""sigma: typical force (mean block weights) over typical rate of a joint. Any of them gets stuck on some wall; after a
+failure the next one takes its turn."""
+OFF = 3.0
 """Residual of a smoothed condition, over 2 sqrt(sigma t), above which a joint is off."""
 MANY_OFF, FAR_OFF = 0.05, 1e4
 """Part of the joints that are off, and largest residual as above, with which Newton's method has failed."""
@@ -65,14 +67,15 @@ NEWTON_STEPS, DRAG_STEPS = 8, 6
 """Newton steps at most without drag and with it."""
 DRAG, MORE_DRAG, FAILURES = 1.0, 5.0, 5
 """First drag (mean block weights per scaled velocity), its factor after a failure, failures in a row at most."""
-AT_REST = 1e-5
-"""Force out of balance (mean block weights) that may be left when nothing moves on."""
+AT_REST, FAR_FROM_REST, FAR = 1e-5, 20.0, 1e-2
+"""Force out of balance (mean block weights) that may be left when nothing moves on; this times the gap while the gap is
+larger than FAR: those states are only on the way."""
 RELAXATION = 500
 """Factorisations at most from one t to the next."""
-FACTORISATIONS = 2000
-"""In all: 954 for running bond of 2,979 blocks, of which 1,549 are taken; 178 for 997."""
-CLOSEST, LEAP = 0.99, 0.3
-"""Where not even a fall by the first factor leads to a state, the next attempt is to leap over what is in the way."""
+FACTORISATIONS, WORK = 5000, 8e6
+"""Factorisations, and blocks times factorisations, at most."""
+CLOSEST, BACK = 0.9, 3
+"""Where not even a fall by the first factor leads to a state, the search goes back by so many states."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -146,20 +149,28 @@ def solve_smoothed(
     iterate, used = _interior(problem, start_normal)
     products = iterate.strength * iterate.rates
     targets = np.clip(products, products.mean() / SPREAD, products.mean() * SPREAD)
-    iterate = replace(iterate, strength=_own_strength(problem, iterate))
-    fall, at_first = FALL, True
-    while used < FACTORISATIONS and _gap(iterate, targets) > LAST_GAP:
-        lower = targets if at_first else fall * targets ** (1.0 - FLATTER) * targets.mean() ** FLATTER
-        by_newton = dragged(problem, iterate, lower, 0.0, NEWTON_STEPS)
-        reached = by_newton if by_newton.found else relaxed(problem, iterate, lower)
-        used += by_newton.factorisations + (0 if by_newton.found else reached.factorisations)
+    passed = [(replace(iterate, strength=_own_strength(problem, iterate)), targets)]
+    scales, fall = cycle(SCALES), FALL / FASTER
+    scale = next(scales)
+    while used < min(FACTORISATIONS, WORK / len(equilibrium.free_blocks)) and _gap(*passed[-1]) > LAST_GAP:
+        iterate, targets = passed[-1]
+        lower = targets if len(passed) == 1 else fall * targets ** (1.0 - FLATTER) * targets.mean() ** FLATTER
+        reached = by_newton = dragged(problem, iterate, lower, scale, 0.0, NEWTON_STEPS)
+        used += by_newton.factorisations
+        if not by_newton.found:
+            reached = relaxed(problem, iterate, lower, scale)
+            used += reached.factorisations
         if reached.found:
-            iterate, targets, at_first = reached.iterate, lower, False
+            passed.append((reached.iterate, lower))
             fall = FASTER * fall if by_newton.found else FALL
-        elif at_first:
-            break
+            continue
+        scale = next(scales)
+        if fall < CLOSEST:
+            fall = float(np.sqrt(fall))
         else:
-            fall = float(np.sqrt(fall)) if fall < CLOSEST else LEAP
+            del passed[max(1, len(passed) - BACK) :]
+            fall = FALL
+    iterate, targets = passed[-1]
     return ComplementarySolution(
         load_multiplier=iterate.multiplier * equilibrium.mean_weight / equilibrium.live_total,
         normal=equilibrium.mean_weight * iterate.forces[:, :2].sum(axis=1),
@@ -171,33 +182,37 @@ def solve_smoothed(
     )
 
 
-def relaxed(problem: ScaledProblem, iterate: Iterate, targets: FloatArray) -> Reached:
-    """Follow the motion of blocks that drag to where they rest in a state with targets t (k, 4)."""
+def relaxed(problem: ScaledProblem, iterate: Iterate, targets: FloatArray, scale: float) -> Reached:
+    """Follow the motion of blocks that drag to where they rest in a state with targets t (k, 4); scale: sigma."""
     drag, used, failures = DRAG, 0, 0
+    gap = _gap(iterate, targets)
+    at_rest = FAR_FROM_REST * gap if gap > FAR else AT_REST
     while used < RELAXATION and failures < FAILURES:
-        step = dragged(problem, iterate, targets, drag, DRAG_STEPS)
+        step = dragged(problem, iterate, targets, scale, drag, DRAG_STEPS)
         used += step.factorisations
         if not step.found:
             drag, failures = MORE_DRAG * drag, failures + 1
             continue
         iterate, failures = step.iterate, 0
-        if np.abs(errors_of(problem, iterate)[0]).max() < AT_REST:
+        if np.abs(errors_of(problem, iterate)[0]).max() < at_rest:
             return Reached(iterate, used, True)
         drag *= 0.3 if step.factorisations <= 2 else 0.6 if step.factorisations <= 4 else 1.0
     return Reached(iterate, used, False)
 
 
-def dragged(problem: ScaledProblem, before: Iterate, targets: FloatArray, drag: float, steps: int) -> Reached:
+def dragged(
+    problem: ScaledProblem, before: Iterate, targets: FloatArray, scale: float, drag: float, steps: int
+) -> Reached:
     """Newton's method for targets t (k, 4), blocks being held back by drag (u - u_before)."""
     iterate = before
     for taken in range(1, steps + 1):
         try:
-            iterate = _newton(problem, iterate, targets, drag, before.velocities)
+            iterate = _newton(problem, iterate, targets, scale, drag, before.velocities)
         except RuntimeError:  # the matrix is singular to rounding
             return Reached(iterate, taken, False)
-        root = _smoothed(iterate, targets)[1]
-        residual = np.abs(iterate.strength + SCALE * iterate.rates - root)
-        off = (residual / np.sqrt(4.0 * SCALE * targets)).max(axis=1)
+        root = _smoothed(iterate, targets, scale)[1]
+        residual = np.abs(iterate.strength + scale * iterate.rates - root)
+        off = (residual / np.sqrt(4.0 * scale * targets)).max(axis=1)
         if not off.max() <= FAR_OFF or np.mean(off > OFF) > MANY_OFF:
             return Reached(iterate, taken, False)
         if off.max() <= OFF:
@@ -206,19 +221,19 @@ def dragged(problem: ScaledProblem, before: Iterate, targets: FloatArray, drag: 
 
 
 def _newton(
-    problem: ScaledProblem, iterate: Iterate, targets: FloatArray, drag: float, reference: FloatArray
+    problem: ScaledProblem, iterate: Iterate, targets: FloatArray, scale: float, drag: float, reference: FloatArray
 ) -> Iterate:
     """One whole Newton step on the smoothed conditions; they are linearised where y z = t and y - sigma z is kept."""
-    difference, root = _smoothed(iterate, targets)
-    residual = iterate.strength + SCALE * iterate.rates - root
+    difference, root = _smoothed(iterate, targets, scale)
+    residual = iterate.strength + scale * iterate.rates - root
     larger = 0.5 * (root + np.abs(difference))
-    smaller = SCALE * targets / larger
+    smaller = scale * targets / larger
     strength = np.maximum(np.where(difference > 0, larger, smaller), 1e-14)
-    rates = np.maximum(np.where(difference > 0, smaller, larger), 1e-16) / SCALE
+    rates = np.maximum(np.where(difference > 0, smaller, larger), 1e-16) / scale
     unbalanced, incompatible, power = errors_of(problem, iterate)
     errors = unbalanced - drag * (iterate.velocities - reference), incompatible, power
     on_curve = replace(iterate, strength=strength, rates=rates)
-    change = linearised(problem, on_curve, errors, drag).direction(-residual * root / (2.0 * SCALE))
+    change = linearised(problem, on_curve, errors, drag).direction(-residual * root / (2.0 * scale))
     return Iterate(
         iterate.multiplier + change.multiplier,
         iterate.velocities + change.velocities,
@@ -228,10 +243,10 @@ def _newton(
     )
 
 
-def _smoothed(iterate: Iterate, targets: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _smoothed(iterate: Iterate, targets: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
     """y - sigma z and sqrt((y - sigma z)^2 + 4 sigma t), both (k, 4)."""
-    difference = iterate.strength - SCALE * iterate.rates
-    return difference, np.sqrt(difference**2 + 4.0 * SCALE * targets)
+    difference = iterate.strength - scale * iterate.rates
+    return difference, np.sqrt(difference**2 + 4.0 * scale * targets)
 
 
 def _interior(problem: ScaledProblem, start_normal: FloatArray | float) -> tuple[Iterate, int]:

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
+from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
+from orchestrator.limit_analysis.problem import Problem
+from orchestrator.limit_analysis.search import SMOOTHED_FACE_WEIGHT, closed_state
 from orchestrator.limit_analysis.smoothed_complementarity import (
     LAST_GAP,
     moving_part,
     others_held,
+    smoothed_start,
     solve_smoothed,
 )
 from orchestrator.limit_analysis.validation import validate
@@ -47,10 +50,17 @@ def test_blocks_that_rest_are_supports():
     assert strength.slope == pytest.approx(friction.slope[joints])
 
 
-def test_state_of_a_large_wall():
-    """997 blocks: valid, below Eq. (1); what the search begins with."""
-    wall = find_joints(running_bond(28, 35), JointSettings())
-    found = analyse(wall)
+@pytest.mark.parametrize(("blocks", "courses"), [(28, 35), (60, 30)])
+def test_state_of_a_large_wall(blocks, courses):
+    """Closed by the two programs on the whole wall: valid, and below Eq. (1)."""
+    wall = find_joints(running_bond(blocks, courses), JointSettings())
     equilibrium, friction = assemble_equilibrium(wall, 1), coulomb(wall)
-    assert validate(wall, equilibrium, friction, found.complementarity).complaints == ()
-    assert 0.44 < found.complementarity.load_multiplier < found.associative.load_multiplier - 1e-3
+    optimum = solve_limit_lp(equilibrium, friction)
+    height = wall.midpoint[:, 1]
+    depth = equilibrium.block_length + height.max() - height
+    found, slip = smoothed_start(wall, equilibrium, friction, optimum.velocities, depth)
+    assert found.gap <= LAST_GAP
+    closed = next(descent(TwoPrograms(equilibrium, friction), slip, face_weight=SMOOTHED_FACE_WEIGHT))
+    state = closed_state(Problem(wall, equilibrium, friction), closed, found)
+    assert validate(wall, equilibrium, friction, state).complaints == ()
+    assert 0.44 < state.load_multiplier < optimum.load_multiplier - 1e-3
