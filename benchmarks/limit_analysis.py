@@ -21,7 +21,7 @@ from time import process_time
 import numpy as np
 
 FOLDER = Path(__file__).parent
-SIZES = {105: (10, 10), 291: (14, 20), 997: (28, 35), 3018: (50, 59), 10050: (100, 100)}
+SIZES = {105: (10, 10), 291: (14, 20), 997: (28, 35), 3018: (50, 59), 4235: (60, 70), 6440: (80, 80), 10050: (100, 100)}
 """free blocks, nearly: (blocks per course, courses)"""
 COSTS = {
     "joints_s": "joints, s of processor time",

@@ -16,7 +16,7 @@ from orchestrator.macroblocks import Partition
 
 
 def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
-    """Return multiplier, base shear, effort and residuals of every rule."""
+    """Return multiplier, in brackets when not converged, base shear, effort and residuals of every rule."""
     title = f"Micro limit analysis{', ' * bool(load_case)}{escape(load_case)}"
     table = Table(
         box=SIMPLE_HEAD,
@@ -54,7 +54,8 @@ def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
     shear = state.load_multiplier * analysis.horizontal_load / 1e3
     angle = analysis.tilt_angle(state)
     tilt = "" if angle is None else f"{math.degrees(angle):.3f}"
-    found = [f"{state.load_multiplier:.5f}", f"{shear:.4f}", tilt, str(len(state.records)), f"{seconds:.2f}"]
+    multiplier = f"{state.load_multiplier:.5f}" if state.converged else f"({state.load_multiplier:.5f})"
+    found = [multiplier, f"{shear:.4f}", tilt, str(len(state.records)), f"{seconds:.2f}"]
     return found + [f"{residual:.0e}" for residual in residuals]
 
 

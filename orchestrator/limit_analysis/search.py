@@ -42,7 +42,7 @@ def has_complementarity_program(friction: YieldConditions) -> bool:
 class Search:
     """The states that a search passed, and the first that counts with the start that led to it.
 
-    The first is found before any descent: a wall and its mirror image have the same.
+    The first is where the first start leads that leads to a state, before any lower one.
     """
 
     def __init__(self, problem: Problem, programs: TwoPrograms, settings: LimitAnalysisSettings) -> None:

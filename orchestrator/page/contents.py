@@ -122,7 +122,7 @@ def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
     for key, name in names.items():
         if (state := getattr(run.analysis, key)) is not None:
             yield {
-                "name": name,
+                "name": name if state.converged else f"{name}, not converged",
                 "multiplier": state.load_multiplier,
                 "base_shear": state.load_multiplier * run.analysis.horizontal_load,
                 "programs": len(state.records),
