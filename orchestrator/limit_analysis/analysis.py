@@ -236,4 +236,5 @@ def nearest_state(problem: Problem, states: Sequence[ClosedState]) -> tuple[Limi
         return None, ()
     state = replace(closed_state(problem, nearest), converged=False)
     text = f"complementarity program: the nearest forces and mechanism are out of balance by {nearest.imbalance:.1e}"
-    return state, (f"{text} ({', '.join(problem.complaints(state))})",)
+    wrong = ", ".join(problem.complaints(state))
+    return state, (f"{text} ({wrong})" if wrong else text,)

@@ -138,7 +138,7 @@ def stalled(gaps: Sequence[float]) -> bool:
 
 
 def scaled_problem(equilibrium: Equilibrium, coulomb: YieldConditions) -> ScaledProblem:
-    """Return the scaled problem."""
+    """Scale the problem of a wall whose joints have friction and cohesion."""
     scale, w = equilibrium.row_scale, equilibrium.mean_weight
     B = (sp.diags(scale) @ equilibrium.matrix).tocsr()
     unknowns = np.arange(B.shape[1]).reshape(-1, 3)
@@ -169,7 +169,7 @@ def strength_of(friction: FloatArray, forces: FloatArray) -> FloatArray:
     return np.column_stack([forces[:, :2], limit + shear, limit - shear])
 
 
-def opening_and_slip(rates: FloatArray) -> FloatArray:
+def _opening_and_slip(rates: FloatArray) -> FloatArray:
     """Rates (k, 3) that z (k, 4) stands for."""
     return np.column_stack([rates[:, :2], rates[:, 2] - rates[:, 3]])
 
@@ -177,7 +177,7 @@ def opening_and_slip(rates: FloatArray) -> FloatArray:
 def errors_of(problem: ScaledProblem, iterate: Iterate) -> Errors:
     """What is missing in equilibrium (3m,), in the joints' rates (k, 3) and in the live load's power."""
     unbalanced = problem.dead + iterate.multiplier * problem.live - problem.B @ iterate.forces.ravel()
-    incompatible = -(problem.B_T @ iterate.velocities).reshape(-1, 3) - opening_and_slip(iterate.rates)
+    incompatible = -(problem.B_T @ iterate.velocities).reshape(-1, 3) - _opening_and_slip(iterate.rates)
     return unbalanced, incompatible, 1.0 - float(problem.live @ iterate.velocities)
 
 
@@ -214,7 +214,7 @@ def linearised(problem: ScaledProblem, iterate: Iterate, errors: Errors, drag: f
     Raises RuntimeError when the matrix is singular to rounding.
     """
     stiffness = np.clip(iterate.rates / iterate.strength, 1.0 / STIFFNESS, STIFFNESS)
-    flexible = joint_flexibilities(problem, stiffness)
+    flexible = _joint_flexibilities(problem, stiffness)
     matrix = problem.B @ flexible @ problem.B_T
     if drag:
         matrix = matrix + drag * sp.identity(matrix.shape[0])
@@ -222,7 +222,7 @@ def linearised(problem: ScaledProblem, iterate: Iterate, errors: Errors, drag: f
     return Linearised(problem, iterate, errors, stiffness, flexible, factors)
 
 
-def joint_flexibilities(problem: ScaledProblem, stiffness: FloatArray) -> sp.csr_matrix:
+def _joint_flexibilities(problem: ScaledProblem, stiffness: FloatArray) -> sp.csr_matrix:
     """Block-diagonal inverse (3k, 3k) of the rates that forces at joints cause: F diag(z/y) G, G = dy/dq, no dilation.
 
     Per joint F diag(d) G = [[d1, 0, 0], [0, d2, 0], [c, c, d3 + d4]] with c = mu (d3 - d4).
@@ -250,7 +250,7 @@ class Linearised:
         """Return the change that removes all errors and adds `products` (k, 4) to y z, to first order."""
         problem, (unbalanced, incompatible, power) = self.problem, self.errors
         free_rates = products / self.iterate.strength
-        free_forces = self.flexible @ (opening_and_slip(free_rates) - incompatible).ravel()
+        free_forces = self.flexible @ (_opening_and_slip(free_rates) - incompatible).ravel()
         with_load, without = self.factors.solve(problem.live), self.factors.solve(unbalanced - problem.B @ free_forces)
         multiplier = float((power - problem.live @ without) / (problem.live @ with_load))
         velocities = without + multiplier * with_load

@@ -61,7 +61,7 @@ class Search:
         blocks, height = len(equilibrium.free_blocks), assemblage.midpoint[:, 1]
         depth = equilibrium.block_length + height.max() - height
         very_large = self._one_is_enough and blocks > settings.sequence_blocks
-        if (self._one_is_enough and blocks > PUSHED_BLOCKS) or very_large:
+        if self._one_is_enough and blocks > min(PUSHED_BLOCKS, settings.sequence_blocks):
             found, slip = smoothed_start(assemblage, equilibrium, friction, optimum.velocities, depth)
             if found.gap <= CLOSES or very_large:
                 self.descend(found, slip, SMOOTHED_TURNS, SMOOTHED_FACE_WEIGHT)

@@ -27,6 +27,7 @@ import numpy.typing as npt
 
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.complementarity import (
+    MAXIMUM_ITERATIONS,
     ComplementarySolution,
     Iterate,
     ScaledProblem,
@@ -72,8 +73,8 @@ AT_REST, FAR_FROM_REST, FAR = 1e-5, 20.0, 1e-2
 larger than FAR: those states are only on the way."""
 RELAXATION = 500
 """Factorisations at most from one t to the next."""
-FACTORISATIONS, WORK = 5000, 8e6
-"""Factorisations, and blocks times factorisations, at most."""
+FACTORISATIONS, A_BLOCK, WORK = 500, 2, 8e6
+"""Factorisations at most, with so many more a block; blocks times factorisations at most."""
 CLOSEST, BACK = 0.9, 3
 """Where not even a fall by the first factor leads to a state, the search goes back by so many states."""
 
@@ -152,7 +153,9 @@ def solve_smoothed(
     passed = [(replace(iterate, strength=_own_strength(problem, iterate)), targets)]
     scales, fall = cycle(SCALES), FALL / FASTER
     scale = next(scales)
-    while used < min(FACTORISATIONS, WORK / len(equilibrium.free_blocks)) and _gap(*passed[-1]) > LAST_GAP:
+    blocks = len(equilibrium.free_blocks)
+    most = min(FACTORISATIONS + A_BLOCK * blocks, WORK / blocks)
+    while used < most and _gap(*passed[-1]) > LAST_GAP:
         iterate, targets = passed[-1]
         lower = targets if len(passed) == 1 else fall * targets ** (1.0 - FLATTER) * targets.mean() ** FLATTER
         reached = by_newton = dragged(problem, iterate, lower, scale, 0.0, NEWTON_STEPS)
@@ -252,7 +255,7 @@ def _smoothed(iterate: Iterate, targets: FloatArray, scale: float) -> tuple[Floa
 def _interior(problem: ScaledProblem, start_normal: FloatArray | float) -> tuple[Iterate, int]:
     """Run the interior-point program to FIRST_GAP, or to where it stops."""
     iterate, gaps = first_iterate(problem, start_normal), list[float]()
-    while not stalled(gaps) and gap_of(iterate) > FIRST_GAP:
+    while len(gaps) < MAXIMUM_ITERATIONS and not stalled(gaps) and gap_of(iterate) > FIRST_GAP:
         gaps.append(gap_of(iterate))
         try:
             iterate = next_iterate(problem, iterate, errors_of(problem, iterate))
