@@ -60,23 +60,26 @@ they approach their mean."""
 SCALES = (300.0, 1000.0, 100.0, 30.0)
 """sigma: typical force (mean block weights) over typical rate of a joint. Any of them gets stuck on some wall; after a
 failure the next one takes its turn."""
-OFF = 3.0
-"""Residual of a smoothed condition, over 2 sqrt(sigma t), above which a joint is off."""
-MANY_OFF, FAR_OFF = 0.05, 1e4
-"""Part of the joints that are off, and largest residual as above, with which Newton's method has failed."""
-NEWTON_STEPS, DRAG_STEPS = 8, 6
+OFF = 1.0
+"""Residual of a smoothed condition, over 2 sqrt(sigma t), above which a joint is off. Blocks that may be off by more
+have interpenetrated: from there even much drag leads to no state, and a long motion comes to an early end."""
+WELL_OFF, MANY, FAR_OFF = 3.0, 0.05, 1e8
+"""Newton's method has failed where more than this part of the joints has a residual above the first, or one above the
+last."""
+NEWTON_STEPS, DRAG_STEPS = 8, 8
 """Newton steps at most without drag and with it."""
 DRAG, MORE_DRAG, FAILURES = 1.0, 5.0, 5
 """First drag (mean block weights per scaled velocity), its factor after a failure, failures in a row at most."""
 AT_REST, FAR_FROM_REST, FAR = 1e-5, 20.0, 1e-2
 """Force out of balance (mean block weights) that may be left when nothing moves on; this times the gap while the gap is
 larger than FAR: those states are only on the way."""
-RELAXATION = 500
-"""Factorisations at most from one t to the next."""
-FACTORISATIONS, A_BLOCK, WORK = 500, 2, 8e6
+RELAXATION = 700
+"""Factorisations at most before sigma is changed on the way to rest."""
+FACTORISATIONS, A_BLOCK, WORK = 500, 2, 2.5e7
 """Factorisations at most, with so many more a block; blocks times factorisations at most."""
 CLOSEST, BACK = 0.9, 3
-"""Where not even a fall by the first factor leads to a state, the search goes back by so many states."""
+"""Where not even a fall by the first factor leads to a state, the search goes back by so many states, and by twice as
+many each time that it gets no further."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -152,27 +155,30 @@ def solve_smoothed(
     targets = np.clip(products, products.mean() / SPREAD, products.mean() * SPREAD)
     passed = [(replace(iterate, strength=_own_strength(problem, iterate)), targets)]
     scales, fall = cycle(SCALES), FALL / FASTER
-    scale = next(scales)
+    scale, begin = next(scales), passed[-1][0]
+    back, furthest = BACK, np.inf
     blocks = len(equilibrium.free_blocks)
     most = min(FACTORISATIONS + A_BLOCK * blocks, WORK / blocks)
     while used < most and _gap(*passed[-1]) > LAST_GAP:
-        iterate, targets = passed[-1]
+        targets = passed[-1][1]
         lower = targets if len(passed) == 1 else fall * targets ** (1.0 - FLATTER) * targets.mean() ** FLATTER
-        reached = by_newton = dragged(problem, iterate, lower, scale, 0.0, NEWTON_STEPS)
+        reached = by_newton = dragged(problem, begin, lower, scale, 0.0, NEWTON_STEPS)
         used += by_newton.factorisations
         if not by_newton.found:
-            reached = relaxed(problem, iterate, lower, scale)
+            reached = relaxed(problem, begin, lower, scale)
             used += reached.factorisations
+        begin = reached.iterate
         if reached.found:
-            passed.append((reached.iterate, lower))
+            passed.append((begin, lower))
             fall = FASTER * fall if by_newton.found else FALL
             continue
         scale = next(scales)
         if fall < CLOSEST:
             fall = float(np.sqrt(fall))
-        else:
-            del passed[max(1, len(passed) - BACK) :]
-            fall = FALL
+            continue
+        back, furthest = BACK if _gap(*passed[-1]) < furthest else 2 * back, min(furthest, _gap(*passed[-1]))
+        del passed[max(1, len(passed) - back) :]
+        begin, fall = passed[-1][0], FALL
     iterate, targets = passed[-1]
     return ComplementarySolution(
         load_multiplier=iterate.multiplier * equilibrium.mean_weight / equilibrium.live_total,
@@ -186,7 +192,10 @@ def solve_smoothed(
 
 
 def relaxed(problem: ScaledProblem, iterate: Iterate, targets: FloatArray, scale: float) -> Reached:
-    """Follow the motion of blocks that drag to where they rest in a state with targets t (k, 4); scale: sigma."""
+    """Follow the motion of blocks that drag to where they rest in a state with targets t (k, 4); scale: sigma.
+
+    Returns how far it got if they do not come to rest.
+    """
     drag, used, failures = DRAG, 0, 0
     gap = _gap(iterate, targets)
     at_rest = FAR_FROM_REST * gap if gap > FAR else AT_REST
@@ -216,10 +225,10 @@ def dragged(
         root = _smoothed(iterate, targets, scale)[1]
         residual = np.abs(iterate.strength + scale * iterate.rates - root)
         off = (residual / np.sqrt(4.0 * scale * targets)).max(axis=1)
-        if not off.max() <= FAR_OFF or np.mean(off > OFF) > MANY_OFF:
+        if not off.max() <= FAR_OFF or np.mean(off > WELL_OFF) > MANY:
             return Reached(iterate, taken, False)
         if off.max() <= OFF:
-            return Reached(iterate, taken, True)
+            return Reached(replace(iterate, rates=both_slips(problem, iterate, targets, scale)), taken, True)
     return Reached(iterate, steps, False)
 
 
@@ -227,12 +236,10 @@ def _newton(
     problem: ScaledProblem, iterate: Iterate, targets: FloatArray, scale: float, drag: float, reference: FloatArray
 ) -> Iterate:
     """One whole Newton step on the smoothed conditions; they are linearised where y z = t and y - sigma z is kept."""
-    difference, root = _smoothed(iterate, targets, scale)
+    root = _smoothed(iterate, targets, scale)[1]
     residual = iterate.strength + scale * iterate.rates - root
-    larger = 0.5 * (root + np.abs(difference))
-    smaller = scale * targets / larger
-    strength = np.maximum(np.where(difference > 0, larger, smaller), 1e-14)
-    rates = np.maximum(np.where(difference > 0, smaller, larger), 1e-16) / scale
+    strength, scaled_rates = _on_curve(iterate, targets, scale)
+    strength, rates = np.maximum(strength, 1e-14), np.maximum(scaled_rates, 1e-16) / scale
     unbalanced, incompatible, power = errors_of(problem, iterate)
     errors = unbalanced - drag * (iterate.velocities - reference), incompatible, power
     on_curve = replace(iterate, strength=strength, rates=rates)
@@ -250,6 +257,33 @@ def _smoothed(iterate: Iterate, targets: FloatArray, scale: float) -> tuple[Floa
     """y - sigma z and sqrt((y - sigma z)^2 + 4 sigma t), both (k, 4)."""
     difference = iterate.strength - scale * iterate.rates
     return difference, np.sqrt(difference**2 + 4.0 * scale * targets)
+
+
+def _on_curve(iterate: Iterate, targets: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
+    """y and sigma z, both (k, 4), with y z = t and the y - sigma z of the iterate."""
+    difference, root = _smoothed(iterate, targets, scale)
+    larger = 0.5 * (root + np.abs(difference))
+    smaller = scale * targets / larger
+    return np.where(difference > 0, larger, smaller), np.where(difference > 0, smaller, larger)
+
+
+def both_slips(problem: ScaledProblem, iterate: Iterate, targets: FloatArray, scale: float) -> FloatArray:
+    """Return the rates (k, 4) of an iterate with the p and m that go with slip p - m and strength mu N + c.
+
+        t_p / p + t_m / m = 2 (mu N + c)
+
+    Nothing else depends on p + m. Where a joint opens it is large, 2 t / (mu N + c), and wrong by as much as the little
+    force that is left there: linearised, p and m then turn negative, which for sigma looks like a pressed joint.
+    """
+    normal = _on_curve(iterate, targets, scale)[0][:, :2].sum(axis=1)
+    twice = 2.0 * (problem.friction * normal + problem.cohesion)
+    slip = iterate.rates[:, 2] - iterate.rates[:, 3]
+    along, against = np.where(slip > 0, targets[:, 2:].T, targets[:, :1:-1].T)
+    power = twice * np.abs(slip)
+    root = np.sqrt((power + against - along) ** 2 + 4.0 * along * against)
+    larger = (power + along + against + root) / (2.0 * twice)
+    smaller = against / (twice - along / larger)
+    return np.column_stack([iterate.rates[:, :2], *np.where(slip > 0, (larger, smaller), (smaller, larger))])
 
 
 def _interior(problem: ScaledProblem, start_normal: FloatArray | float) -> tuple[Iterate, int]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from orchestrator.joints import JointSettings, find_joints
+from orchestrator.limit_analysis.complementarity import Iterate, scaled_problem
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
@@ -13,6 +14,7 @@ from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search import SMOOTHED_FACE_WEIGHT, closed_state
 from orchestrator.limit_analysis.smoothed_complementarity import (
     LAST_GAP,
+    both_slips,
     moving_part,
     others_held,
     smoothed_start,
@@ -48,6 +50,27 @@ def test_blocks_that_rest_are_supports():
     assert rates[joints] == pytest.approx(part.joint_rates(velocities[np.repeat(moving, 3)]), abs=1e-12)
     assert not rates[~joints].any()
     assert strength.slope == pytest.approx(friction.slope[joints])
+
+
+@pytest.mark.parametrize("scale", [1.0, 300.0])
+def test_both_directions_of_slip_are_found_whatever_their_sum_was(scale):
+    """Joints that stick, slide and open, with y z = t in each of their four conditions: p and m from p - m alone."""
+    wall = assemblage_of([box(-3, -1, 6, 1), *(box(3 * i, 0, 1, 1) for i in range(-1, 1))])
+    problem = scaled_problem(assemble_equilibrium(wall, 1), coulomb(wall))
+    rng, joints = np.random.default_rng(1), len(problem.friction)
+    for _ in range(200):
+        targets = np.exp(3.0 * rng.normal(size=(joints, 4)))
+        normal = np.exp(3.0 * rng.normal(size=(joints, 2)))
+        limit = problem.friction * normal.sum(axis=1) + problem.cohesion
+        shear = limit * np.tanh(3.0 * rng.normal(size=joints))
+        strength = np.column_stack([normal, limit + shear, limit - shear])
+        rates = targets / strength
+        wrong = rates + np.outer(rng.normal(size=joints), [0.0, 0.0, 1.0, 1.0])
+        iterate = Iterate(0.3, np.zeros(problem.B.shape[0]), np.column_stack([normal, shear]), strength, wrong)
+        found = both_slips(problem, iterate, targets, scale)
+        assert joints > 0
+        assert (found > 0).all()
+        assert found == pytest.approx(rates, rel=1e-6)
 
 
 @pytest.mark.parametrize(("blocks", "courses"), [(28, 35), (60, 30)])
