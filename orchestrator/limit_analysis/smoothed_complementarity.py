@@ -73,6 +73,8 @@ DRAG, MORE_DRAG, FAILURES = 1.0, 5.0, 5
 AT_REST, FAR_FROM_REST, FAR = 1e-5, 20.0, 1e-2
 """Force out of balance (mean block weights) that may be left when nothing moves on; this times the gap while the gap is
 larger than FAR: those states are only on the way."""
+LOST = 10.0
+"""Force out of balance (mean block weights) with which a motion leads nowhere: those that end at rest stay below 2."""
 RELAXATION = 700
 """Factorisations at most before sigma is changed on the way to rest."""
 FACTORISATIONS, A_BLOCK, WORK = 500, 2, 2.5e7
@@ -194,9 +196,9 @@ def solve_smoothed(
 def relaxed(problem: ScaledProblem, iterate: Iterate, targets: FloatArray, scale: float) -> Reached:
     """Follow the motion of blocks that drag to where they rest in a state with targets t (k, 4); scale: sigma.
 
-    Returns how far it got if they do not come to rest.
+    Returns how far they got if they do not come to rest, where they began if they are lost.
     """
-    drag, used, failures = DRAG, 0, 0
+    begin, drag, used, failures = iterate, DRAG, 0, 0
     gap = _gap(iterate, targets)
     at_rest = FAR_FROM_REST * gap if gap > FAR else AT_REST
     while used < RELAXATION and failures < FAILURES:
@@ -206,8 +208,11 @@ def relaxed(problem: ScaledProblem, iterate: Iterate, targets: FloatArray, scale
             drag, failures = MORE_DRAG * drag, failures + 1
             continue
         iterate, failures = step.iterate, 0
-        if np.abs(errors_of(problem, iterate)[0]).max() < at_rest:
+        out_of_balance = np.abs(errors_of(problem, iterate)[0]).max()
+        if out_of_balance < at_rest:
             return Reached(iterate, used, True)
+        if out_of_balance > LOST:
+            return Reached(begin, used, False)
         drag *= 0.3 if step.factorisations <= 2 else 0.6 if step.factorisations <= 4 else 1.0
     return Reached(iterate, used, False)
 
