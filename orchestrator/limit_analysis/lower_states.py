@@ -23,7 +23,7 @@ from orchestrator.errors import ConvergenceError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.complementarity import ComplementarySolution, solve_complementarity
 from orchestrator.limit_analysis.equilibrium import Equilibrium
-from orchestrator.limit_analysis.linear_program import LimitProgram, LimitSolution, attainable
+from orchestrator.limit_analysis.linear_program import LimitProgram, LimitSolution
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray
 
@@ -33,8 +33,7 @@ with the weight kept at 1e-3 a wall of 290 irregular blocks (random 25 of docs/s
 whatever turn. A descent that stands still out of balance therefore goes on with a tenth of it: there 2e-9 at 1e-4."""
 BALANCE = 1e-7
 """Power out of balance, relative to the live load's power, that makes forces and mechanism one state: a thousand times
-CLOSING_TOLERANCE; reached is 1e-8 as a rule. Of walls above linear_program.VERY_LARGE, whose programs end at ten times
-that tolerance, ten times as much: what the check without the solver lets pass."""
+CLOSING_TOLERANCE; reached is 1e-8 as a rule."""
 NO_SLOPE = 1e-12
 """Slope of friction lines that shall have none. Exact zeros leave the matrix, and the solver then eliminates in an
 order that costs five times more (3.1 s for 0.6 s a program at 997 blocks)."""
@@ -54,12 +53,10 @@ AMPLITUDE = 1.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ClosedState:
-    """Forces in Coulomb's cone and a mechanism without dilation; their power is out of balance by `imbalance`, and may
-    be by `bound`."""
+    """Forces in Coulomb's cone and a mechanism without dilation; their power is out of balance by `imbalance`."""
 
     forces: LimitSolution
     mechanism: LimitSolution
-    bound: float = BALANCE
 
     @property
     def imbalance(self) -> float:
@@ -70,7 +67,7 @@ class ClosedState:
     @property
     def balances(self) -> bool:
         """Whether this is a limit state."""
-        return self.imbalance <= self.bound
+        return self.imbalance <= BALANCE
 
 
 class TwoPrograms:
@@ -82,8 +79,6 @@ class TwoPrograms:
         self._forces = LimitProgram(equilibrium, coulomb, CLOSING_TOLERANCE)
         no_slope = replace(coulomb, slope=np.full_like(coulomb.slope, NO_SLOPE))
         self._mechanism = LimitProgram(equilibrium, no_slope, CLOSING_TOLERANCE)
-        tolerance, _ = attainable(CLOSING_TOLERANCE, len(equilibrium.free_blocks))
-        self._bound = BALANCE * tolerance / CLOSING_TOLERANCE
 
     def lowest_forces(self, slip: FloatArray, face_weight: float = FACE_WEIGHT) -> LimitSolution:
         """Forces in Coulomb's cone with the lowest multiplier that go with slips (k,) in m/s."""
@@ -102,7 +97,7 @@ class TwoPrograms:
 
     def closed(self, forces: LimitSolution) -> ClosedState:
         """Return forces with the mechanism that fits them best."""
-        return ClosedState(forces, self.mechanism(forces.normal), self._bound)
+        return ClosedState(forces, self.mechanism(forces.normal))
 
 
 def descent(

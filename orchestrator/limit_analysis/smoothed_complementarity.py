@@ -50,7 +50,7 @@ MOVES = 1e-6
 """Part of the largest velocity (rotations times a block length) above which a block moves."""
 RINGS = 8
 """Rings of neighbours taken with the blocks that move: four suffice at 2,979 blocks, one does not."""
-FIRST_GAP, LAST_GAP = 0.2, 2e-7
+FIRST_GAP, LAST_GAP = 0.2, 1e-7
 """Gap (parts of the live load's power) at which the interior-point program hands over, and at the end."""
 SPREAD = 100.0
 """Products of the interior-point program are kept as targets t as far as they are within this factor of their mean."""
