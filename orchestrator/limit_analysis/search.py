@@ -31,7 +31,7 @@ smoothed conditions, which took 2.5 s at 997 blocks where the pushover took 12 s
 CLOSES, SMOOTHED_FACE_WEIGHT, SMOOTHED_TURNS = 1e-4, 1e-5, 3
 """Largest gap of the smoothed conditions from which the two programs are tried if there are other ways to begin, their
 face weight and turns: at FACE_WEIGHT what stays out of balance is 2.7e-7 at 2,979 blocks and 6.0e-7 at 997, at 1e-5 it
-is 5e-8 and 4.5e-9. A turn takes 45 s of CPU at 10,050 blocks."""
+is 9e-9 and 4.5e-9. A turn takes 41 s of CPU at 10,050 blocks."""
 
 
 def has_complementarity_program(friction: YieldConditions) -> bool:
