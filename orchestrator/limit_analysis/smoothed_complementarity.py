@@ -74,7 +74,8 @@ AT_REST, FAR_FROM_REST, FAR = 1e-5, 20.0, 1e-2
 """Force out of balance (mean block weights) that may be left when nothing moves on; this times the gap while the gap is
 larger than FAR: those states are only on the way."""
 LOST = 10.0
-"""Force out of balance (mean block weights) with which a motion is lost: one that ended at rest stayed below 2 (10,050 blocks)."""
+"""Force out of balance (mean block weights) with which a motion is lost: one that ended at rest stayed below 2 (10,050
+blocks)."""
 RELAXATION = 700
 """Factorisations at most before sigma is changed on the way to rest."""
 FACTORISATIONS, A_BLOCK, WORK = 500, 2, 2.5e7
