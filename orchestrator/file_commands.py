@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import Console
 
 from orchestrator import case as cases
-from orchestrator import driver, intake, load_cases, reference, results
+from orchestrator import driver, load_cases, reference, results
 from orchestrator import export as exports
 from orchestrator.errors import CaseError
 from orchestrator.masonry.readers import refuse_what_is_not_utf8
@@ -115,6 +115,8 @@ def _import(options: argparse.Namespace, _: None, console: Console) -> int:
     given = {name.replace("-", "_"): getattr(options, name.replace("-", "_")) for name in IMPORT_OPTIONS}
     if options.output.exists() and options.file.exists() and options.output.samefile(options.file):
         raise CaseError("--output", f"{options.output} is the file to import", "give another name")
+    from orchestrator import intake  # drawings and pictures cost 0.1 s that other commands need not wait for
+
     wall, remarks = intake.import_wall(options.file, given)
     written = intake.write_wall(wall, remarks, options.output)
     for remark in remarks[:LISTED]:

@@ -7,6 +7,7 @@ the complementarity program - a search for lower states from all of these.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from time import perf_counter
 
@@ -26,9 +27,10 @@ from orchestrator.limit_analysis.linear_program import (
 from orchestrator.limit_analysis.loads import Loads
 from orchestrator.limit_analysis.lower_states import ClosedState, TwoPrograms, closing, descent
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.scattered_starts import scattered_states
+from orchestrator.limit_analysis.scattered_starts import scattered_starts, scattered_states
 from orchestrator.limit_analysis.search import Search, closed_state, has_complementarity_program, lowest_valid
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
+from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.limit_analysis.yield_conditions import coulomb
@@ -69,33 +71,15 @@ def analyse(
     view = standard_view(assemblage, load_direction, loads)
     equilibrium = assemble_equilibrium(view.assemblage, 1, view.loads)
     problem = Problem(view.assemblage, equilibrium, coulomb(view.assemblage, equilibrium.dead_total))
-    refuse_what_falls(problem)
-    optimum = associative_optimum(problem)
-    large = len(equilibrium.free_blocks) > settings.search_blocks
-    very_large = large and len(equilibrium.free_blocks) > settings.sequence_blocks
-    programs = TwoPrograms(problem.equilibrium, problem.friction)
-    search = Search(problem, programs, settings)
-    search.run(optimum)
-    found, candidates = search.first, search.passed
-    begin = found[0] if large and found is not None else None
-    if begin is not None:
-        settings = _shortened(settings)
-    if very_large and (begin is not None or has_complementarity_program(problem.friction)):
-        sequence, shift = None, None
-        remarks: tuple[str, ...] = (f"{LEFT_OUT}, more than {settings.sequence_blocks}",)
-        if begin is None:
-            remarks = (*remarks, NOTHING_BALANCES)
+    _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
+    search = Search(problem, settings)
+    if len(equilibrium.free_blocks) > settings.search_blocks:
+        search.run(optimum)
+        sequence, shift, remarks = of_large_wall(problem, optimum, search.first and search.first[0], settings)
+        candidates = search.passed
     else:
-        start = optimum if begin is None else begin.forces
-        sequence, sequence_remarks = sequence_state(problem, programs, start, settings)
-        shift, shift_remarks = dilation_shift_state(problem, programs, settings, begin)
-        remarks = sequence_remarks + shift_remarks
-    if not large:
-        for other in (sequence, shift):
-            candidates += descent(programs, other.mechanism.slip, passed=candidates) if other is not None else ()
-        if (known := sequence or shift) is not None:
-            slip = known.mechanism.slip
-            candidates += scattered_states(problem.assemblage, 1, programs, slip, settings.search_slips)
+        sequence, shift, remarks, candidates = of_small_wall(problem, optimum, search, settings)
+    found = search.first
     lowest_state = lowest_valid(problem, candidates)
     complementarity = found and closed_state(problem, *found)
     if lowest_state is None and (sequence or shift) is None:
@@ -115,6 +99,56 @@ def analyse(
         lowest=lowest_state,
     )
     return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
+
+
+def of_small_wall(
+    problem: Problem, optimum: LimitSolution, search: Search, settings: LimitAnalysisSettings
+) -> tuple[LimitState | None, LimitState | None, tuple[str, ...], list[ClosedState]]:
+    """Return sequence, dilation shift, remarks, and the states of the search and of descents from these two.
+
+    Another thread runs sequence and shift while this one searches; then both go down from starts around what was found.
+    """
+
+    def programs() -> TwoPrograms:
+        return TwoPrograms(problem.equilibrium, problem.friction)
+
+    def lower(state: LimitState | None) -> list[ClosedState]:
+        return [] if state is None else list(descent(programs(), state.mechanism.slip))
+
+    def by_sequence() -> tuple[LimitState | None, tuple[str, ...], list[ClosedState]]:
+        state, remarks = sequence_state(problem, optimum, settings)
+        return state, remarks, lower(state)
+
+    def by_shift() -> tuple[LimitState | None, tuple[str, ...], list[ClosedState]]:
+        state, remarks = dilation_shift_state(problem, settings)
+        return state, remarks, lower(state)
+
+    with ThreadPoolExecutor(max_workers=1) as other:
+        first, second = other.submit(by_sequence), other.submit(by_shift)
+        search.run(optimum)
+        scattered: list[ClosedState] = []
+        known = first.result()[0] or second.result()[0]
+        if known is not None:
+            starts = scattered_starts(problem.assemblage, 1, known.mechanism.slip, settings.search_slips)
+            scattered = scattered_states(other, programs, starts)
+    (sequence, remarks, below_sequence), (shift, more, below_shift) = first.result(), second.result()
+    return sequence, shift, remarks + more, search.passed + below_sequence + below_shift + scattered
+
+
+def of_large_wall(
+    problem: Problem, optimum: LimitSolution, begin: ClosedState | None, settings: LimitAnalysisSettings
+) -> tuple[LimitState | None, LimitState | None, tuple[str, ...]]:
+    """Return sequence and dilation shift from the state that the search has found, and remarks; none of very large."""
+    very_large = len(problem.equilibrium.free_blocks) > settings.sequence_blocks
+    if very_large and (begin is not None or has_complementarity_program(problem.friction)):
+        left_out = f"{LEFT_OUT}, more than {settings.sequence_blocks}"
+        return None, None, (left_out,) if begin is not None else (left_out, NOTHING_BALANCES)
+    start = optimum if begin is None else begin.forces
+    settings = settings if begin is None else _shortened(settings)
+    (sequence, remarks), (shift, more) = side_by_side(
+        lambda: sequence_state(problem, start, settings), lambda: dilation_shift_state(problem, settings, begin)
+    )
+    return sequence, shift, remarks + more
 
 
 def _shortened(settings: LimitAnalysisSettings) -> LimitAnalysisSettings:
@@ -157,10 +191,7 @@ def associative_optimum(problem: Problem) -> LimitSolution:
 
 
 def sequence_state(
-    problem: Problem,
-    programs: TwoPrograms,
-    start: LimitSolution,
-    settings: LimitAnalysisSettings,
+    problem: Problem, start: LimitSolution, settings: LimitAnalysisSettings
 ) -> tuple[LimitState | None, tuple[str, ...]]:
     """Return the state the paper's sequence settles on, or None and a remark.
 
@@ -171,7 +202,7 @@ def sequence_state(
     """
     try:
         iterates, confirmation = run_sequence(problem.equilibrium, problem.friction, start, settings)
-        mechanism = programs.mechanism(confirmation.normal)
+        mechanism = TwoPrograms(problem.equilibrium, problem.friction).mechanism(confirmation.normal)
     except ConvergenceError as error:
         return None, (f"no non-associative solution found: {error}",)
     records = [record_of(iterate.solution, iterate.seed) for iterate in iterates]
@@ -184,7 +215,7 @@ def sequence_state(
 
 
 def dilation_shift_state(
-    problem: Problem, programs: TwoPrograms, settings: LimitAnalysisSettings, begin: ClosedState | None = None
+    problem: Problem, settings: LimitAnalysisSettings, begin: ClosedState | None = None
 ) -> tuple[LimitState | None, tuple[str, ...]]:
     """Return the lowest state that goes with the slips of the dilation shift.
 
@@ -207,6 +238,7 @@ def dilation_shift_state(
     remark += f"the dilation left takes {run.iterates[-1].error:.1e} of the live load's power"
     if not run.settled:
         return state, (remark,)
+    programs = TwoPrograms(problem.equilibrium, problem.friction)
     closed = closing(programs, run.final.rates[:, 2])
     if closed is None:
         return replace(state, converged=False), ("dilation shift settled on no limit state: power does not balance",)

@@ -23,9 +23,9 @@ from time import perf_counter
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import SuperLU, splu
 
 from orchestrator.limit_analysis.equilibrium import Equilibrium
+from orchestrator.limit_analysis.wall_stiffness import Factors, WallStiffness, joint_products
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray
 
@@ -65,7 +65,7 @@ Errors = tuple[FloatArray, FloatArray, float]
 @dataclass(frozen=True, eq=False, slots=True)
 class ScaledProblem:
     """The scaled problem: forces over the mean block weight, moments over a block length, lambda times the number of
-    blocks; places (rows, columns) of the joints' 3 x 3 matrices in a block-diagonal one."""
+    blocks; stiffness: what the matrices of all linear systems have in common."""
 
     B: sp.csr_matrix
     B_T: sp.csr_matrix
@@ -73,7 +73,7 @@ class ScaledProblem:
     live: FloatArray
     friction: FloatArray
     cohesion: FloatArray
-    places: tuple[FloatArray, FloatArray]
+    stiffness: WallStiffness
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -141,7 +141,6 @@ def scaled_problem(equilibrium: Equilibrium, coulomb: YieldConditions) -> Scaled
     """Scale the problem of a wall whose joints have friction and cohesion."""
     scale, w = equilibrium.row_scale, equilibrium.mean_weight
     B = (sp.diags(scale) @ equilibrium.matrix).tocsr()
-    unknowns = np.arange(B.shape[1]).reshape(-1, 3)
     return ScaledProblem(
         B=B,
         B_T=B.T.tocsr(),
@@ -149,7 +148,7 @@ def scaled_problem(equilibrium: Equilibrium, coulomb: YieldConditions) -> Scaled
         live=scale * equilibrium.live_load / equilibrium.live_total,
         friction=coulomb.slope,
         cohesion=coulomb.cohesion / w,
-        places=(np.repeat(unknowns, 3, axis=1).ravel(), np.tile(unknowns, (1, 3)).ravel()),
+        stiffness=WallStiffness(B),
     )
 
 
@@ -215,24 +214,17 @@ def linearised(problem: ScaledProblem, iterate: Iterate, errors: Errors, drag: f
     """
     stiffness = np.clip(iterate.rates / iterate.strength, 1.0 / STIFFNESS, STIFFNESS)
     flexible = _joint_flexibilities(problem, stiffness)
-    matrix = problem.B @ flexible @ problem.B_T
-    if drag:
-        matrix = matrix + drag * sp.identity(matrix.shape[0])
-    factors = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True})
-    return Linearised(problem, iterate, errors, stiffness, flexible, factors)
+    return Linearised(problem, iterate, errors, stiffness, flexible, problem.stiffness.factorised(flexible, drag))
 
 
-def _joint_flexibilities(problem: ScaledProblem, stiffness: FloatArray) -> sp.csr_matrix:
-    """Block-diagonal inverse (3k, 3k) of the rates that forces at joints cause: F diag(z/y) G, G = dy/dq, no dilation.
+def _joint_flexibilities(problem: ScaledProblem, stiffness: FloatArray) -> FloatArray:
+    """Inverse (k, 5) of the rates that forces at each joint cause: F diag(z/y) G, G = dy/dq, no dilation.
 
     Per joint F diag(d) G = [[d1, 0, 0], [0, d2, 0], [c, c, d3 + d4]] with c = mu (d3 - d4).
     """
     d1, d2, d3, d4 = stiffness.T
-    nothing, ratio = np.zeros_like(d1), problem.friction * (d3 - d4) / (d3 + d4)
-    rows = ((1 / d1, nothing, nothing), (nothing, 1 / d2, nothing), (-ratio / d1, -ratio / d2, 1 / (d3 + d4)))
-    entries = np.moveaxis(np.array(rows), 2, 0).ravel()
-    size = problem.B.shape[1]
-    return sp.csr_matrix((entries, problem.places), shape=(size, size))
+    ratio = problem.friction * (d3 - d4) / (d3 + d4)
+    return np.column_stack([1 / d1, 1 / d2, -ratio / d1, -ratio / d2, 1 / (d3 + d4)])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -243,18 +235,19 @@ class Linearised:
     iterate: Iterate
     errors: Errors
     stiffness: FloatArray
-    flexible: sp.csr_matrix
-    factors: SuperLU
+    flexible: FloatArray
+    factors: Factors
 
     def direction(self, products: FloatArray) -> Iterate:
         """Return the change that removes all errors and adds `products` (k, 4) to y z, to first order."""
         problem, (unbalanced, incompatible, power) = self.problem, self.errors
         free_rates = products / self.iterate.strength
-        free_forces = self.flexible @ (_opening_and_slip(free_rates) - incompatible).ravel()
-        with_load, without = self.factors.solve(problem.live), self.factors.solve(unbalanced - problem.B @ free_forces)
+        free_forces = joint_products(self.flexible, _opening_and_slip(free_rates) - incompatible)
+        without = self.factors.solve(unbalanced - problem.B @ free_forces.ravel())
+        with_load = self.factors.solve(problem.live)
         multiplier = float((power - problem.live @ without) / (problem.live @ with_load))
         velocities = without + multiplier * with_load
-        forces = (free_forces + self.flexible @ (problem.B_T @ velocities)).reshape(-1, 3)
+        forces = free_forces + joint_products(self.flexible, (problem.B_T @ velocities).reshape(-1, 3))
         strength = strength_of(problem.friction, forces)
         return Iterate(multiplier, velocities, forces, strength, free_rates - self.stiffness * strength)
 

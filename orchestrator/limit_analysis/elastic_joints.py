@@ -23,8 +23,6 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
 from orchestrator.limit_analysis.complementarity import (
     ComplementarySolution,
@@ -121,12 +119,7 @@ def _newton(
     pushed = _displaced(springs, before, multiplier, displacements)
     for taken in range(1, most + 1):
         try:
-            factors = splu(
-                _stiffness(springs, pushed.slopes),
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.01,
-                options={"SymmetricMode": True},
-            )
+            factors = problem.stiffness.factorised(_joint_stiffnesses(springs, pushed.slopes))
         except RuntimeError:  # the matrix is singular to rounding
             return pushed, taken
         change, more = factors.solve(-pushed.unbalanced), 0.0
@@ -174,15 +167,11 @@ def _positive(trial: FloatArray, smoothing: FloatArray) -> tuple[FloatArray, Flo
     return np.where(trial > 0, larger, smoothing**2 / larger), 0.5 * (1.0 + trial / root)
 
 
-def _stiffness(springs: _Springs, slopes: FloatArray) -> sp.csc_matrix:
-    """Tangent stiffness (3m, 3m) of the wall: B D B^T, D from the slopes (k, 4) joint by joint."""
-    problem, nothing = springs.problem, np.zeros(len(slopes))
+def _joint_stiffnesses(springs: _Springs, slopes: FloatArray) -> FloatArray:
+    """Tangent stiffness (k, 5) of every joint from its slopes (k, 4)."""
     start, end, stick = np.maximum(slopes[:, :3], LEAST_STIFFNESS).T
-    slide = problem.friction * slopes[:, 3]
-    rows = ((start, nothing, nothing), (nothing, end, nothing), (slide * start, slide * end, stick))
-    entries = np.moveaxis(np.array(rows), 2, 0) * springs.stiffness[:, :, None]
-    size = problem.B.shape[1]
-    return (problem.B @ sp.csr_matrix((entries.ravel(), problem.places), shape=(size, size)) @ problem.B_T).tocsc()
+    slide = springs.problem.friction * slopes[:, 3]
+    return springs.stiffness * np.column_stack([start, end, slide * start, slide * end, stick])
 
 
 def _gap(problem: ScaledProblem, pushed: _Pushed, velocities: FloatArray) -> float:

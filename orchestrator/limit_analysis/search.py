@@ -45,11 +45,12 @@ class Search:
     The first is where the first start leads that leads to a state, before any lower one.
     """
 
-    def __init__(self, problem: Problem, programs: TwoPrograms, settings: LimitAnalysisSettings) -> None:
+    def __init__(self, problem: Problem, settings: LimitAnalysisSettings) -> None:
         """Nothing has been found yet."""
         self.passed: list[ClosedState] = []
         self.first: tuple[ClosedState, ComplementarySolution] | None = None
-        self._problem, self._programs, self._settings = problem, programs, settings
+        self._problem, self._settings = problem, settings
+        self._programs = TwoPrograms(problem.equilibrium, problem.friction)
         self._one_is_enough = len(problem.equilibrium.free_blocks) > settings.search_blocks
 
     def run(self, optimum: LimitSolution) -> None:

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
+import shapely
 
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.equilibrium import Equilibrium
@@ -131,9 +131,11 @@ def _outline(block: Block, seen: FloatArray, origin: FloatArray, load_direction:
 
 def _on_corners(points: FloatArray, wall: Wall) -> FloatArray:
     """Return points (k, 2), those on a corner of a block replaced by that corner."""
-    corners = np.vstack([block.polygon for block in wall.blocks])
-    distance, nearest = cKDTree(corners).query(points)
-    return np.where((distance <= ON_CORNER)[:, None], corners[nearest], points)
+    corners, moved = np.vstack([block.polygon for block in wall.blocks]), points.copy()
+    tree = shapely.STRtree(shapely.points(corners))
+    point, corner = tree.query_nearest(shapely.points(points), max_distance=ON_CORNER, all_matches=False)
+    moved[point] = corners[corner]
+    return moved
 
 
 def _ends(values: FloatArray, interchanged: npt.NDArray[np.bool_]) -> FloatArray:

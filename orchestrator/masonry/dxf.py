@@ -16,12 +16,10 @@ from typing import Any
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from orchestrator.errors import CaseError
 from orchestrator.masonry.drawing import LARGEST_COUNT, Drawing
+from orchestrator.masonry.healing import meeting
 from orchestrator.masonry.readers import refuse_what_is_no_file
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.units import Unit
@@ -206,7 +204,7 @@ def _faces(lines: list[FloatArray], tolerance: float) -> tuple[list[FloatArray],
     """Return the outlines that lines form whose ends meet within `tolerance`, and the lines that bound none."""
     if not lines:
         return [], []
-    ends = _met(np.vstack([line[[0, -1]] for line in lines]), tolerance).reshape(-1, 2, 2)
+    ends = meeting(np.vstack([line[[0, -1]] for line in lines]), tolerance)[1].reshape(-1, 2, 2)
     joined = [np.vstack([a, line[1:-1], b]) for line, (a, b) in zip(lines, ends, strict=True)]
     network = shapely.union_all([shapely.LineString(line) for line in joined if np.ptp(line, axis=0).max() > 0])
     corners = shapely.MultiPoint(np.unique(ends.reshape(-1, 2), axis=0))
@@ -214,15 +212,6 @@ def _faces(lines: list[FloatArray], tolerance: float) -> tuple[list[FloatArray],
     polygons, cuts, dangles, _ = shapely.polygonize_full([network])
     rest = [line for part in (cuts, dangles) for line in part.geoms if line.length > tolerance]
     return [shapely.get_coordinates(face.exterior)[:-1] for face in polygons.geoms if not face.interiors], rest
-
-
-def _met(points: FloatArray, tolerance: float) -> FloatArray:
-    """Return points (p, 2), those within `tolerance` of each other at their mean."""
-    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    matrix = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
-    group = connected_components(matrix, directed=False)[1]
-    size = np.bincount(group)
-    return np.column_stack([np.bincount(group, points[:, k]) / size for k in (0, 1)])[group]
 
 
 def _without_duplicates(outlines: Iterable[OnLayer]) -> tuple[list[OnLayer], int]:

@@ -15,7 +15,6 @@ import numpy as np
 import shapely
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from orchestrator.masonry.wall import FloatArray, IntArray
 
@@ -105,14 +104,20 @@ def _intersections(
     return corner + np.where(alone[:, None], 0.0, np.where(crossing[:, None], step, projected))
 
 
+def meeting(points: FloatArray, tolerance: float) -> tuple[IntArray, FloatArray]:
+    """Return the group (p,) of each point (p, 2), those within `tolerance` of each other being one, and its mean."""
+    places = shapely.points(points)
+    pairs = shapely.STRtree(places).query(places, predicate="dwithin", distance=tolerance)
+    matrix = coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(len(points), len(points)))
+    group = connected_components(matrix, directed=False)[1]
+    size = np.bincount(group)
+    return group, np.column_stack([np.bincount(group, points[:, k]) / size for k in (0, 1)])[group]
+
+
 def _joined(outlines: list[FloatArray], tolerance: float) -> list[FloatArray]:
     """Return the outlines with corners within `tolerance` of each other at their mean, each corner once."""
     corners = np.vstack(outlines)
-    pairs = cKDTree(corners).query_pairs(tolerance, output_type="ndarray")
-    matrix = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(corners), len(corners)))
-    group = connected_components(matrix, directed=False)[1]
-    size = np.bincount(group)
-    mean = np.column_stack([np.bincount(group, corners[:, k]) / size for k in (0, 1)])[group]
+    group, mean = meeting(corners, tolerance)
     chain = np.bincount(group, np.linalg.norm(mean - corners, axis=1) > tolerance)[group] > 0
     joined = np.where(chain[:, None], corners, mean)
     return [_without_repeats(joined[r]) for r in _ranges(outlines)]

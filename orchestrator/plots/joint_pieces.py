@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray, IntArray
@@ -61,6 +60,8 @@ def _leave(following: dict[int, list[int]], node: int) -> int:
 
 def nodes_of_contacts(meshes: BodyMeshes, points: FloatArray, body: IntArray) -> IntArray:
     """Return the node (c,) of the given body (c,) nearest to each point (c, 2)."""
+    from scipy.spatial import cKDTree  # 0.1 s that commands without pictures need not wait for
+
     apart = 10.0 * float(np.ptp(meshes.nodes, axis=0).max())  # a third coordinate that keeps bodies apart
     tree = cKDTree(np.column_stack([meshes.nodes[:, :2], apart * meshes.body_of_node]))
     return tree.query(np.column_stack([points, apart * body]))[1]
