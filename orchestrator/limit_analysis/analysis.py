@@ -25,7 +25,14 @@ from orchestrator.limit_analysis.linear_program import (
     solve_limit_lp,
 )
 from orchestrator.limit_analysis.loads import Loads
-from orchestrator.limit_analysis.lower_states import ClosedState, TwoPrograms, closing, descent
+from orchestrator.limit_analysis.lower_states import (
+    CLOSE_FACE_WEIGHT,
+    FACE_WEIGHT,
+    ClosedState,
+    TwoPrograms,
+    closing,
+    descent,
+)
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.scattered_starts import scattered_starts, scattered_states
 from orchestrator.limit_analysis.search import Search, closed_state, has_complementarity_program, lowest_valid
@@ -239,7 +246,7 @@ def dilation_shift_state(
     if not run.settled:
         return state, (remark,)
     programs = TwoPrograms(problem.equilibrium, problem.friction)
-    closed = closing(programs, run.final.rates[:, 2])
+    closed = closing(programs, run.final.rates[:, 2], FACE_WEIGHT if begin is None else CLOSE_FACE_WEIGHT)
     if closed is None:
         return replace(state, converged=False), ("dilation shift settled on no limit state: power does not balance",)
     records += tuple(record_of(solved, settings.shift_relaxation) for solved in (closed.forces, closed.mechanism))

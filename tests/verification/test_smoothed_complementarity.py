@@ -9,9 +9,9 @@ from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis.complementarity import Iterate, scaled_problem
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
-from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
+from orchestrator.limit_analysis.lower_states import CLOSE_FACE_WEIGHT, TwoPrograms, descent
 from orchestrator.limit_analysis.problem import Problem
-from orchestrator.limit_analysis.search import SMOOTHED_FACE_WEIGHT, closed_state
+from orchestrator.limit_analysis.search import closed_state
 from orchestrator.limit_analysis.smoothed_complementarity import (
     LAST_GAP,
     both_slips,
@@ -83,7 +83,7 @@ def test_state_of_a_large_wall(blocks, courses):
     depth = equilibrium.block_length + height.max() - height
     found, slip = smoothed_start(wall, equilibrium, friction, optimum.velocities, depth)
     assert found.gap <= LAST_GAP
-    closed = next(descent(TwoPrograms(equilibrium, friction), slip, face_weight=SMOOTHED_FACE_WEIGHT))
+    closed = next(descent(TwoPrograms(equilibrium, friction), slip, face_weight=CLOSE_FACE_WEIGHT))
     state = closed_state(Problem(wall, equilibrium, friction), closed, found)
     assert validate(wall, equilibrium, friction, state).complaints == ()
     assert 0.44 < state.load_multiplier < optimum.load_multiplier - 1e-3

@@ -1,7 +1,8 @@
-"""Starts around known slips: as many as asked for, none negative, the same for a wall and its mirror image."""
+"""Starts around known slips: as many as asked for, none negative, the same for a mirrored wall; descents from them."""
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,10 @@ import numpy as np
 import pytest
 
 from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis.scattered_starts import scattered_starts
+from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
+from orchestrator.limit_analysis.scattered_starts import TURNS, scattered_starts, scattered_states
+from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.readers import read_blocks
 
 WALL = read_blocks(Path(__file__).parents[2] / "data" / "ferris_tinloi_wall3.json")
@@ -48,3 +52,17 @@ def test_starts_differ_and_let_every_joint_slide():
     assert (values > 0.0).all()
     assert (values.std(axis=0) > 0.0).all()
     assert np.corrcoef(np.log(values.mean(axis=0)), np.log(slip + 1e-3))[0, 1] > 0.3, "they keep the pattern"
+
+
+def test_two_threads_find_what_one_finds_in_the_same_order():
+    """Bit for bit: a descent does not depend on what its programs solved before."""
+    assemblage = find_joints(WALL, JointSettings())
+    equilibrium, friction = assemble_equilibrium(assemblage, 1), coulomb(assemblage)
+    slip, _ = by_place(assemblage, 1)
+    begin = list(scattered_starts(assemblage, 1, slip, 6))
+    one = TwoPrograms(equilibrium, friction)
+    alone = [state.forces.load_multiplier for start in begin for state in descent(one, start, TURNS)]
+    with ThreadPoolExecutor(max_workers=1) as other:
+        states = scattered_states(other, lambda: TwoPrograms(equilibrium, friction), iter(begin))
+    assert len(alone) > 6
+    assert [state.forces.load_multiplier for state in states] == alone
