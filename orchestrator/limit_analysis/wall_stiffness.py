@@ -52,27 +52,21 @@ class WallStiffness:
     """What the matrices B J B^T of one wall have in common."""
 
     def __init__(self, B: sp.spmatrix) -> None:
-        """Find the pattern of B J B^T for B (3m, 3k), and the order to eliminate in."""
-        size, (rows, values) = B.shape[0], _columns(B)
-        first = [(rows[i::3, :, None], values[i::3, :, None]) for i, _ in ENTRIES]
-        second = [(rows[j::3, None, :], values[j::3, None, :]) for _, j in ENTRIES]
-        products = np.stack([v * w for (_, v), (_, w) in zip(first, second, strict=True)], axis=1).ravel()
-        places = np.stack([size * c + r for (r, _), (c, _) in zip(first, second, strict=True)], axis=1).ravel()
-        there = products != 0.0
+        """Find the order to eliminate in, and in it the pattern of B J B^T, for B (3m, 3k)."""
+        size = B.shape[0]
+        self._order = _order(B)
+        rows, values = _columns(B.tocsr()[self._order].tocsc())
+        pairs = [(slice(i, None, 3), slice(j, None, 3)) for i, j in ENTRIES]
+        products = np.stack([values[i, :, None] * values[j, None, :] for i, j in pairs], axis=1).ravel()
+        places = np.stack([size * rows[j, None, :] + rows[i, :, None] for i, j in pairs], axis=1).ravel()
+        there = np.flatnonzero(products)
         diagonal = np.arange(size) * (size + 1)
         found, number = np.unique(np.concatenate([places[there], diagonal]), return_inverse=True)
-        entry = np.repeat(np.arange(len(places) // MOST**2), MOST**2)[there]
-        column, row = np.divmod(found, size)
-        pattern = sp.csc_matrix((np.ones(len(found)), row, np.searchsorted(column, np.arange(size + 1))))
-        self._order = _order(pattern)
-        rank = np.argsort(self._order)
-        sorted_places = np.lexsort([rank[row], rank[column]])
-        moved = np.argsort(sorted_places)[number]
         shape = len(found), len(places) // MOST**2
-        self._map = sp.csr_matrix((products[there], (moved[: len(entry)], entry)), shape=shape)
-        self._diagonal = moved[len(entry) :]
-        start = np.searchsorted(rank[column][sorted_places], np.arange(size + 1))
-        self._pattern = rank[row][sorted_places].astype(np.int32), start.astype(np.int32)
+        self._map = sp.csr_matrix((products[there], (number[: len(there)], there // MOST**2)), shape=shape)
+        self._diagonal = number[len(there) :]
+        column, row = np.divmod(found, size)
+        self._pattern = row.astype(np.int32), np.searchsorted(column, np.arange(size + 1)).astype(np.int32)
 
     def factorised(self, joints: FloatArray, drag: float = 0.0) -> Factors:
         """Return the factors of B J B^T + drag I for joints (k, 5) as ENTRIES.
@@ -86,18 +80,18 @@ class WallStiffness:
         return Factors(self._order, splu(matrix, permc_spec="NATURAL", **PIVOT, **PANEL))
 
 
-def _columns(B: sp.spmatrix) -> tuple[IntArray, FloatArray]:
+def _order(B: sp.spmatrix) -> IntArray:
+    """Return the rows of B (3m, 3k) in an order in which B J B^T has little fill-in."""
+    beside = abs(B) @ sp.kron(sp.identity(B.shape[1] // 3), np.ones((3, 1)))
+    pattern = beside @ beside.T + sp.identity(B.shape[0])
+    order: IntArray = np.argsort(splu(pattern.tocsc(), permc_spec="MMD_AT_PLUS_A", **PIVOT).perm_c)
+    return order
+
+
+def _columns(B: sp.csc_matrix) -> tuple[IntArray, FloatArray]:
     """Return the rows and values (3k, MOST) of every column's entries, filled up with zeros."""
-    B = B.tocsc()
     rows, values = np.zeros((B.shape[1], MOST), dtype=np.int64), np.zeros((B.shape[1], MOST))
     column = np.repeat(np.arange(B.shape[1]), np.diff(B.indptr))
     place = np.arange(B.nnz) - B.indptr[column]
     rows[column, place], values[column, place] = B.indices, B.data
     return rows, values
-
-
-def _order(pattern: sp.csc_matrix) -> IntArray:
-    """Return rows (and columns) of a symmetric pattern in an order with little fill-in."""
-    matrix = pattern + sp.diags(pattern.sum(axis=0).A1)
-    order: IntArray = np.argsort(splu(matrix, permc_spec="MMD_AT_PLUS_A", **PIVOT).perm_c)
-    return order
