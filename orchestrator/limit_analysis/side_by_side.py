@@ -1,4 +1,7 @@
-"""Independent parts of an analysis at the same time: the solver of linear programs lets other threads run."""
+"""Independent parts of an analysis at the same time.
+
+The solver of linear programs and sparse factorisations let other threads of Python run.
+"""
 
 from __future__ import annotations
 
