@@ -119,19 +119,15 @@ def of_small_wall(
     def programs() -> TwoPrograms:
         return TwoPrograms(problem.equilibrium, problem.friction)
 
-    def lower(state: LimitState | None) -> list[ClosedState]:
-        return [] if state is None else list(descent(programs(), state.mechanism.slip))
-
-    def by_sequence() -> tuple[LimitState | None, tuple[str, ...], list[ClosedState]]:
-        state, remarks = sequence_state(problem, optimum, settings)
-        return state, remarks, lower(state)
-
-    def by_shift() -> tuple[LimitState | None, tuple[str, ...], list[ClosedState]]:
-        state, remarks = dilation_shift_state(problem, settings)
-        return state, remarks, lower(state)
+    def with_lower(
+        found: tuple[LimitState | None, tuple[str, ...]],
+    ) -> tuple[LimitState | None, tuple[str, ...], list[ClosedState]]:
+        state, remarks = found
+        return state, remarks, [] if state is None else list(descent(programs(), state.mechanism.slip))
 
     with ThreadPoolExecutor(max_workers=1) as other:
-        first, second = other.submit(by_sequence), other.submit(by_shift)
+        first = other.submit(lambda: with_lower(sequence_state(problem, optimum, settings)))
+        second = other.submit(lambda: with_lower(dilation_shift_state(problem, settings)))
         search.run(optimum)
         scattered: list[ClosedState] = []
         known = first.result()[0] or second.result()[0]
