@@ -82,7 +82,7 @@ def analyse(
     search = Search(problem, settings)
     if len(equilibrium.free_blocks) > settings.search_blocks:
         search.run(optimum)
-        sequence, shift, remarks = of_large_wall(problem, optimum, search.first and search.first[0], settings)
+        sequence, shift, remarks = of_large_wall(problem, optimum, search, settings)
         candidates = search.passed
     else:
         sequence, shift, remarks, candidates = of_small_wall(problem, optimum, search, settings)
@@ -115,41 +115,42 @@ def of_small_wall(
 
     Another thread runs sequence and shift while this one searches; then both go down from starts around what was found.
     """
-
-    def programs() -> TwoPrograms:
-        return TwoPrograms(problem.equilibrium, problem.friction)
+    others = TwoPrograms(problem.equilibrium, problem.friction)
 
     def with_lower(
         found: tuple[LimitState | None, tuple[str, ...]],
     ) -> tuple[LimitState | None, tuple[str, ...], list[ClosedState]]:
         state, remarks = found
-        return state, remarks, [] if state is None else list(descent(programs(), state.mechanism.slip))
+        return state, remarks, [] if state is None else list(descent(others, state.mechanism.slip))
 
     with ThreadPoolExecutor(max_workers=1) as other:
-        first = other.submit(lambda: with_lower(sequence_state(problem, optimum, settings)))
-        second = other.submit(lambda: with_lower(dilation_shift_state(problem, settings)))
+        first = other.submit(lambda: with_lower(sequence_state(problem, others, optimum, settings)))
+        second = other.submit(lambda: with_lower(dilation_shift_state(problem, others, settings)))
         search.run(optimum)
         scattered: list[ClosedState] = []
         known = first.result()[0] or second.result()[0]
         if known is not None:
             starts = scattered_starts(problem.assemblage, 1, known.mechanism.slip, settings.search_slips)
-            scattered = scattered_states(other, programs, starts)
+            scattered = scattered_states(other, (search.programs, others), starts)
     (sequence, remarks, below_sequence), (shift, more, below_shift) = first.result(), second.result()
     return sequence, shift, remarks + more, search.passed + below_sequence + below_shift + scattered
 
 
 def of_large_wall(
-    problem: Problem, optimum: LimitSolution, begin: ClosedState | None, settings: LimitAnalysisSettings
+    problem: Problem, optimum: LimitSolution, search: Search, settings: LimitAnalysisSettings
 ) -> tuple[LimitState | None, LimitState | None, tuple[str, ...]]:
     """Return sequence and dilation shift from the state that the search has found, and remarks; none of very large."""
+    begin = search.first[0] if search.first is not None else None
     very_large = len(problem.equilibrium.free_blocks) > settings.sequence_blocks
     if very_large and (begin is not None or has_complementarity_program(problem.friction)):
         left_out = f"{LEFT_OUT}, more than {settings.sequence_blocks}"
         return None, None, (left_out,) if begin is not None else (left_out, NOTHING_BALANCES)
     start = optimum if begin is None else begin.forces
     settings = settings if begin is None else _shortened(settings)
+    others = TwoPrograms(problem.equilibrium, problem.friction)
     (sequence, remarks), (shift, more) = side_by_side(
-        lambda: sequence_state(problem, start, settings), lambda: dilation_shift_state(problem, settings, begin)
+        lambda: sequence_state(problem, search.programs, start, settings),
+        lambda: dilation_shift_state(problem, others, settings, begin),
     )
     return sequence, shift, remarks + more
 
@@ -194,7 +195,7 @@ def associative_optimum(problem: Problem) -> LimitSolution:
 
 
 def sequence_state(
-    problem: Problem, start: LimitSolution, settings: LimitAnalysisSettings
+    problem: Problem, programs: TwoPrograms, start: LimitSolution, settings: LimitAnalysisSettings
 ) -> tuple[LimitState | None, tuple[str, ...]]:
     """Return the state the paper's sequence settles on, or None and a remark.
 
@@ -205,7 +206,7 @@ def sequence_state(
     """
     try:
         iterates, confirmation = run_sequence(problem.equilibrium, problem.friction, start, settings)
-        mechanism = TwoPrograms(problem.equilibrium, problem.friction).mechanism(confirmation.normal)
+        mechanism = programs.mechanism(confirmation.normal)
     except ConvergenceError as error:
         return None, (f"no non-associative solution found: {error}",)
     records = [record_of(iterate.solution, iterate.seed) for iterate in iterates]
@@ -218,7 +219,7 @@ def sequence_state(
 
 
 def dilation_shift_state(
-    problem: Problem, settings: LimitAnalysisSettings, begin: ClosedState | None = None
+    problem: Problem, programs: TwoPrograms, settings: LimitAnalysisSettings, begin: ClosedState | None = None
 ) -> tuple[LimitState | None, tuple[str, ...]]:
     """Return the lowest state that goes with the slips of the dilation shift.
 
@@ -241,7 +242,6 @@ def dilation_shift_state(
     remark += f"the dilation left takes {run.iterates[-1].error:.1e} of the live load's power"
     if not run.settled:
         return state, (remark,)
-    programs = TwoPrograms(problem.equilibrium, problem.friction)
     closed = closing(programs, run.final.rates[:, 2], FACE_WEIGHT if begin is None else CLOSE_FACE_WEIGHT)
     if closed is None:
         return replace(state, converged=False), ("dilation shift settled on no limit state: power does not balance",)

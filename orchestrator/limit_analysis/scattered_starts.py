@@ -8,7 +8,7 @@ them only), in 0.1 to 0.2 s. Starts that have nothing of a known state rarely le
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -44,20 +44,19 @@ def _by_place(assemblage: Assemblage, load_direction: int) -> IntArray:
 
 
 def scattered_states(
-    other: ThreadPoolExecutor, programs: Callable[[], TwoPrograms], starts: Iterator[FloatArray]
+    other: ThreadPoolExecutor, programs: tuple[TwoPrograms, TwoPrograms], starts: Iterator[FloatArray]
 ) -> list[ClosedState]:
     """Return all states (some may not balance) of the descents from scattered starts, each (k,) in m/s.
 
-    Descents are independent: this thread and `other` take the next start that is left, each with its own programs.
+    Descents are independent: this thread and `other` take the next that is left, each with its own programs.
     """
     left = iter(list(enumerate(starts)))
     found: dict[int, list[ClosedState]] = {}
 
-    def take_what_is_left() -> None:
-        own = programs()
+    def take_what_is_left(own: TwoPrograms) -> None:
         found.update((number, list(descent(own, start, TURNS))) for number, start in left)
 
-    elsewhere = other.submit(take_what_is_left)
-    take_what_is_left()
+    elsewhere = other.submit(take_what_is_left, programs[1])
+    take_what_is_left(programs[0])
     elsewhere.result()
     return [state for number in sorted(found) for state in found[number]]

@@ -51,7 +51,7 @@ class Search:
         self.passed: list[ClosedState] = []
         self.first: tuple[ClosedState, ComplementarySolution] | None = None
         self._problem, self._settings = problem, settings
-        self._programs = TwoPrograms(problem.equilibrium, problem.friction)
+        self.programs = TwoPrograms(problem.equilibrium, problem.friction)
         self._one_is_enough = len(problem.equilibrium.free_blocks) > settings.search_blocks
 
     def run(self, optimum: LimitSolution) -> None:
@@ -72,7 +72,7 @@ class Search:
         for start in starts(assemblage, 1, settings.search_starts):
             if self.first is not None and self._one_is_enough:
                 break
-            self.descend(*complementary_start(self._programs, equilibrium, friction, start))
+            self.descend(*complementary_start(self.programs, equilibrium, friction, start))
         if blocks <= PUSHED_BLOCKS or self.first is None:
             found = push_elastic_joints(equilibrium, friction, depth)
             self.descend(found, found.slip)
@@ -82,7 +82,7 @@ class Search:
     ) -> None:
         """Take the states of a descent from slips (k,) in m/s; `found` is where these come from."""
         reached = []
-        for state in descent(self._programs, slip, turns, self.passed, face_weight):
+        for state in descent(self.programs, slip, turns, self.passed, face_weight):
             reached.append(state)
             if self._one_is_enough and valid(self._problem, [state]):
                 break

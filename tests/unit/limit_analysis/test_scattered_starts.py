@@ -63,6 +63,6 @@ def test_two_threads_find_what_one_finds_in_the_same_order():
     one = TwoPrograms(equilibrium, friction)
     alone = [state.forces.load_multiplier for start in begin for state in descent(one, start, TURNS)]
     with ThreadPoolExecutor(max_workers=1) as other:
-        states = scattered_states(other, lambda: TwoPrograms(equilibrium, friction), iter(begin))
+        states = scattered_states(other, (one, TwoPrograms(equilibrium, friction)), iter(begin))
     assert len(alone) > 6
     assert [state.forces.load_multiplier for state in states] == alone
