@@ -115,23 +115,23 @@ def of_small_wall(
 
     Another thread runs sequence and shift while this one searches; then both go down from starts around what was found.
     """
-    others = TwoPrograms(problem.equilibrium, problem.friction)
+    other_programs = TwoPrograms(problem.equilibrium, problem.friction)
 
     def with_lower(
         found: tuple[LimitState | None, tuple[str, ...]],
     ) -> tuple[LimitState | None, tuple[str, ...], list[ClosedState]]:
         state, remarks = found
-        return state, remarks, [] if state is None else list(descent(others, state.mechanism.slip))
+        return state, remarks, [] if state is None else list(descent(other_programs, state.mechanism.slip))
 
     with ThreadPoolExecutor(max_workers=1) as other:
-        first = other.submit(lambda: with_lower(sequence_state(problem, others, optimum, settings)))
-        second = other.submit(lambda: with_lower(dilation_shift_state(problem, others, settings)))
+        first = other.submit(lambda: with_lower(sequence_state(problem, other_programs, optimum, settings)))
+        second = other.submit(lambda: with_lower(dilation_shift_state(problem, other_programs, settings)))
         search.run(optimum)
         scattered: list[ClosedState] = []
         known = first.result()[0] or second.result()[0]
         if known is not None:
             starts = scattered_starts(problem.assemblage, 1, known.mechanism.slip, settings.search_slips)
-            scattered = scattered_states(other, (search.programs, others), starts)
+            scattered = scattered_states(other, (search.programs, other_programs), starts)
     (sequence, remarks, below_sequence), (shift, more, below_shift) = first.result(), second.result()
     return sequence, shift, remarks + more, search.passed + below_sequence + below_shift + scattered
 
@@ -147,10 +147,10 @@ def of_large_wall(
         return None, None, (left_out,) if begin is not None else (left_out, NOTHING_BALANCES)
     start = optimum if begin is None else begin.forces
     settings = settings if begin is None else _shortened(settings)
-    others = TwoPrograms(problem.equilibrium, problem.friction)
+    other_programs = TwoPrograms(problem.equilibrium, problem.friction)
     (sequence, remarks), (shift, more) = side_by_side(
         lambda: sequence_state(problem, search.programs, start, settings),
-        lambda: dilation_shift_state(problem, others, settings, begin),
+        lambda: dilation_shift_state(problem, other_programs, settings, begin),
     )
     return sequence, shift, remarks + more
 

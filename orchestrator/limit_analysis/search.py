@@ -43,7 +43,8 @@ def has_complementarity_program(friction: YieldConditions) -> bool:
 class Search:
     """The states that a search passed, and the first that counts with the start that led to it.
 
-    The first is where the first start leads that leads to a state, before any lower one.
+    The first is where the first start leads that leads to a state, before any lower one. `programs` are what it
+    descends with: one thread at a time may use them.
     """
 
     def __init__(self, problem: Problem, settings: LimitAnalysisSettings) -> None:
