@@ -89,7 +89,7 @@ def analyse(
     found = search.first
     lowest_state = lowest_valid(problem, candidates)
     complementarity = found and closed_state(problem, *found)
-    if lowest_state is None and (sequence or shift) is None:
+    if lowest_state is None and not any(state.converged for state in (sequence, shift) if state is not None):
         complementarity, remark = nearest_state(problem, candidates)
         remarks += remark
     answer = LimitAnalysis(

@@ -67,10 +67,15 @@ def test_a_very_large_wall_without_a_state_says_so_and_runs_no_sequence():
     )
 
 
-def test_nearest_forces_and_mechanism_are_shown_where_there_is_no_state(monkeypatch):
+@pytest.mark.parametrize(
+    "settings",
+    [LimitAnalysisSettings(search_blocks=1, sequence_blocks=1), LimitAnalysisSettings(maximum_shift_iterations=3)],
+    ids=["very large", "shift that has not settled"],
+)
+def test_nearest_forces_and_mechanism_are_shown_where_there_is_no_state(settings, monkeypatch):
     """Not converged, hence never the headline, and the remark says by how much power is out of balance."""
     monkeypatch.setattr(analysis, "NEARLY", 1.0)
-    found = analyse(case("keystone_wall_13x9"), LimitAnalysisSettings(search_blocks=1, sequence_blocks=1))
+    found = analyse(case("keystone_wall_13x9"), settings)
     nearest = found.complementarity
     assert not nearest.converged
     assert found.headline is found.associative
