@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from orchestrator import case as cases
 from orchestrator import driver, file_commands, load_cases, plots, results, study_runs, tables
@@ -29,6 +28,7 @@ from orchestrator.progress import IncrementDone, StageDone
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+    from rich.progress import TaskID
 
 ROOT = Path(__file__).resolve().parent.parent
 DEFAULT_CASE = ROOT / "templates" / "benchmark1.toml"
@@ -270,6 +270,8 @@ class _Reporter:
     """Draws what the driver reports: a bar per pushover on a terminal, now and then a line elsewhere."""
 
     def __init__(self, console: Console) -> None:
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
         columns = (
             TextColumn("{task.description}"), BarColumn(bar_width=10), TextColumn("{task.fields[state]}"),
             TimeElapsedColumn(), TimeRemainingColumn(),

@@ -78,9 +78,14 @@ def analyse(
     view = standard_view(assemblage, load_direction, loads)
     equilibrium = assemble_equilibrium(view.assemblage, 1, view.loads)
     problem = Problem(view.assemblage, equilibrium, coulomb(view.assemblage, equilibrium.dead_total))
-    _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
-    search = Search(problem, settings)
-    if len(equilibrium.free_blocks) > settings.search_blocks:
+    _, answer = side_by_side(lambda: refuse_what_falls(problem), lambda: all_answers(problem, settings, started))
+    return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
+
+
+def all_answers(problem: Problem, settings: LimitAnalysisSettings, started: float) -> LimitAnalysis:
+    """Return all answers for a wall in its standard view that stands; raises as `analyse`, which started at a time."""
+    optimum, search = associative_optimum(problem), Search(problem, settings)
+    if len(problem.equilibrium.free_blocks) > settings.search_blocks:
         search.run(optimum)
         sequence, shift, remarks = of_large_wall(problem, optimum, search, settings)
         candidates = search.passed
@@ -92,7 +97,7 @@ def analyse(
     if lowest_state is None and not any(state.converged for state in (sequence, shift) if state is not None):
         complementarity, remark = nearest_state(problem, candidates)
         remarks += remark
-    answer = LimitAnalysis(
+    return LimitAnalysis(
         load_direction=1,
         weight=problem.equilibrium.total_weight,
         horizontal_load=problem.equilibrium.base_shear,
@@ -105,7 +110,6 @@ def analyse(
         complementarity=complementarity,
         lowest=lowest_state,
     )
-    return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
 
 
 def of_small_wall(

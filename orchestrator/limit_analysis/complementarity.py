@@ -243,8 +243,8 @@ class Linearised:
         problem, (unbalanced, incompatible, power) = self.problem, self.errors
         free_rates = products / self.iterate.strength
         free_forces = joint_products(self.flexible, _opening_and_slip(free_rates) - incompatible)
-        without = self.factors.solve(unbalanced - problem.B @ free_forces.ravel())
-        with_load = self.factors.solve(problem.live)
+        loads = np.stack([unbalanced - problem.B @ free_forces.ravel(), problem.live])
+        without, with_load = self.factors.solve(loads)
         multiplier = float((power - problem.live @ without) / (problem.live @ with_load))
         velocities = without + multiplier * with_load
         forces = free_forces + joint_products(self.flexible, (problem.B_T @ velocities).reshape(-1, 3))

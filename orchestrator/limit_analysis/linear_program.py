@@ -11,7 +11,7 @@ block weight instead of lambda: unscaled, lambda is off by 2e-4 at 1,100 blocks 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import clarabel
 import numpy as np
@@ -20,7 +20,7 @@ from scipy.sparse.linalg import spsolve
 
 from orchestrator.errors import ConvergenceError
 from orchestrator.limit_analysis.equilibrium import Equilibrium
-from orchestrator.limit_analysis.yield_conditions import YieldConditions, yield_matrix, yield_offset
+from orchestrator.limit_analysis.yield_conditions import YieldConditions, cohesion_rows, yield_matrix, yield_offset
 from orchestrator.masonry.wall import FloatArray
 
 FINAL_TOLERANCE = 1e-12
@@ -81,17 +81,17 @@ class LimitProgram:
         self, equilibrium: Equilibrium, conditions: YieldConditions, tolerance: float = FINAL_TOLERANCE
     ) -> None:
         """Set up for yield conditions whose cohesion may change, to be solved to `tolerance`."""
-        self._equilibrium = equilibrium
-        self._conditions = conditions
+        self._equilibrium, self._live_total = equilibrium, equilibrium.live_total
         tolerance, refined = _attainable(tolerance, len(equilibrium.free_blocks))
-        scale = equilibrium.row_scale
+        self._row_scale = scale = equilibrium.row_scale
         B = sp.diags(scale) @ equilibrium.matrix
-        f_L = sp.csc_matrix((scale * equilibrium.live_load / equilibrium.live_total)[:, None])
+        f_L = sp.csc_matrix((scale * equilibrium.live_load / self._live_total)[:, None])
         C_T = yield_matrix(conditions)
         A = sp.bmat([[B, -f_L], [-C_T, None]], format="csc")
         self._objective = np.zeros(A.shape[1])
         self._right_side = np.zeros(A.shape[0])
         self._right_side[: len(scale)] = scale * equilibrium.dead_load / equilibrium.mean_weight
+        self._right_side[len(scale) :] = yield_offset(conditions) / equilibrium.mean_weight
         cones = [clarabel.ZeroConeT(B.shape[0]), clarabel.NonnegativeConeT(C_T.shape[0])]
         self._solver = _solver(self._objective, A, self._right_side, cones, tolerance, refined)
 
@@ -101,17 +101,16 @@ class LimitProgram:
         Raises InfeasibleError, UnboundedError, or ConvergenceError when the solver stops short of ACCEPTED tolerance.
         """
         equilibrium = self._equilibrium
-        rows, w = len(equilibrium.dead_load), equilibrium.mean_weight
-        self._right_side[rows:] = yield_offset(replace(self._conditions, cohesion=cohesion)) / w
-        d = np.zeros(len(cohesion)) if shift is None else shift * equilibrium.live_total
-        self._objective[:-1] = np.column_stack([d, d, np.zeros_like(d)]).ravel()
+        rows, w, live_total = len(self._row_scale), equilibrium.mean_weight, self._live_total
+        self._right_side[rows:][cohesion_rows(len(cohesion))] = np.tile(cohesion / w, 2)
+        self._objective[:-1].reshape(-1, 3)[:, :2] = 0.0 if shift is None else live_total * shift[:, None]
         self._objective[-1] = -live_weight
         self._solver.update(q=self._objective, b=self._right_side)
         solution = _solved(self._solver, "limit analysis")
-        q, velocities = np.array(solution.x[:-1]), -np.array(solution.z[:rows]) * equilibrium.row_scale
+        q, velocities = np.array(solution.x[:-1]), -np.array(solution.z[:rows]) * self._row_scale
         velocities /= equilibrium.live_load @ velocities
         return LimitSolution(
-            load_multiplier=solution.x[-1] * w / equilibrium.live_total,
+            load_multiplier=solution.x[-1] * w / live_total,
             joint_forces=w * q.reshape(-1, 3),
             velocities=velocities,
             rates=equilibrium.joint_rates(velocities),

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.complementarity import ComplementarySolution, solve_complementarity
 from orchestrator.limit_analysis.equilibrium import Equilibrium
 from orchestrator.limit_analysis.linear_program import LimitProgram, LimitSolution
+from orchestrator.limit_analysis.moving_part import MovingPart
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray
 
@@ -74,14 +76,26 @@ class ClosedState:
 
 
 class TwoPrograms:
-    """The two programs of one wall, set up once."""
+    """The two programs of one wall, each set up once when it is first used.
 
-    def __init__(self, equilibrium: Equilibrium, coulomb: YieldConditions) -> None:
-        """Set up."""
-        self._coulomb = coulomb
-        self._forces = LimitProgram(equilibrium, coulomb, CLOSING_TOLERANCE)
+    With a `part`, mechanisms are of that part alone: all other blocks rest.
+    """
+
+    def __init__(self, equilibrium: Equilibrium, coulomb: YieldConditions, part: MovingPart | None = None) -> None:
+        """Take the terms of Eq. (1)."""
+        self._equilibrium, self._coulomb, self._part = equilibrium, coulomb, part
+
+    @cached_property
+    def _forces(self) -> LimitProgram:
+        return LimitProgram(self._equilibrium, self._coulomb, CLOSING_TOLERANCE)
+
+    @cached_property
+    def _mechanism(self) -> LimitProgram:
+        equilibrium, coulomb = self._equilibrium, self._coulomb
+        if self._part is not None:
+            equilibrium, coulomb = self._part.equilibrium, self._part.friction
         no_slope = replace(coulomb, slope=np.full_like(coulomb.slope, NO_SLOPE))
-        self._mechanism = LimitProgram(equilibrium, no_slope, CLOSING_TOLERANCE)
+        return LimitProgram(equilibrium, no_slope, CLOSING_TOLERANCE)
 
     def lowest_forces(self, slip: FloatArray, face_weight: float = FACE_WEIGHT) -> LimitSolution:
         """Forces in Coulomb's cone with the lowest multiplier that go with slips (k,) in m/s."""
@@ -94,9 +108,10 @@ class TwoPrograms:
 
     def mechanism(self, normal: FloatArray) -> LimitSolution:
         """Mechanism without dilation for given normal forces (k,) in N."""
-        return self._mechanism.solve(
-            self._coulomb.cohesion + self._coulomb.slope * np.maximum(normal, -self._coulomb.tension)
-        )
+        strength = self._coulomb.cohesion + self._coulomb.slope * np.maximum(normal, -self._coulomb.tension)
+        if self._part is None:
+            return self._mechanism.solve(strength)
+        return self._part.of_wall(self._mechanism.solve(strength[self._part.joints]))
 
     def closed(self, forces: LimitSolution) -> ClosedState:
         """Return forces with the mechanism that fits them best."""

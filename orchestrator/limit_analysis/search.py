@@ -19,6 +19,7 @@ from orchestrator.limit_analysis.lower_states import (
     lowest,
     starts,
 )
+from orchestrator.limit_analysis.moving_part import moving_part
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings
 from orchestrator.limit_analysis.smoothed_complementarity import smoothed_start
@@ -65,25 +66,32 @@ class Search:
         depth = equilibrium.block_length + height.max() - height
         very_large = self._one_is_enough and blocks > settings.sequence_blocks
         if self._one_is_enough and blocks > min(PUSHED_BLOCKS, settings.sequence_blocks):
-            found, slip = smoothed_start(assemblage, equilibrium, friction, optimum.velocities, depth)
-            if found.gap <= CLOSES or very_large:
-                self.descend(found, slip, SMOOTHED_TURNS, CLOSE_FACE_WEIGHT)
+            part = moving_part(assemblage, equilibrium, friction, optimum.velocities)
+            found, slip = smoothed_start(part, depth)
+            for programs in (TwoPrograms(equilibrium, friction, part), self.programs):
+                if self.first is None and (found.gap <= CLOSES or very_large):
+                    self.descend(programs, found, slip, SMOOTHED_TURNS, CLOSE_FACE_WEIGHT)
         if very_large:
             return
         for start in starts(assemblage, 1, settings.search_starts):
             if self.first is not None and self._one_is_enough:
                 break
-            self.descend(*complementary_start(self.programs, equilibrium, friction, start))
+            self.descend(self.programs, *complementary_start(self.programs, equilibrium, friction, start))
         if blocks <= PUSHED_BLOCKS or self.first is None:
             found = push_elastic_joints(equilibrium, friction, depth)
-            self.descend(found, found.slip)
+            self.descend(self.programs, found, found.slip)
 
     def descend(
-        self, found: ComplementarySolution, slip: FloatArray, turns: int = TURNS, face_weight: float = FACE_WEIGHT
+        self,
+        programs: TwoPrograms,
+        found: ComplementarySolution,
+        slip: FloatArray,
+        turns: int = TURNS,
+        face_weight: float = FACE_WEIGHT,
     ) -> None:
         """Take the states of a descent from slips (k,) in m/s; `found` is where these come from."""
         reached = []
-        for state in descent(self.programs, slip, turns, self.passed, face_weight):
+        for state in descent(programs, slip, turns, self.passed, face_weight):
             reached.append(state)
             if self._one_is_enough and valid(self._problem, [state]):
                 break

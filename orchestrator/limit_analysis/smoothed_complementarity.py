@@ -10,9 +10,7 @@ pressed harder moves the mechanism away from it, and a few joints (half blocks a
 jump to another state. Newton's method finds none; motion does: blocks that drag have a state near the last one for a
 drag large enough, and one such step after the other leads to where nothing moves on (pseudo-transient continuation).
 
-Most blocks of a large wall rest. Those that move in the associative mechanism and RINGS of neighbours are taken, the
-others are supports: two linear programs on the whole wall tell whether these stand (`lower_states.descent`). Without
-enough neighbours they do not: running bond, 2,979 blocks, 948 taken: forces on the whole wall reach 0.426, not 0.437.
+Only blocks that move and their neighbours take part (`moving_part`).
 Sources: Chen and Harker 1993, Kanzow 1996; Kelley and Keyes 1998 (pseudo-transient continuation); own combination.
 """
 
@@ -23,9 +21,7 @@ from itertools import cycle
 from time import perf_counter
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.complementarity import (
     MAXIMUM_ITERATIONS,
     ComplementarySolution,
@@ -41,15 +37,11 @@ from orchestrator.limit_analysis.complementarity import (
     strength_of,
 )
 from orchestrator.limit_analysis.equilibrium import Equilibrium
+from orchestrator.limit_analysis.moving_part import MovingPart
+from orchestrator.limit_analysis.wall_stiffness import kept_memory
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray
 
-Chosen = npt.NDArray[np.bool_]
-
-MOVES = 1e-6
-"""Part of the largest velocity (rotations times a block length) above which a block moves."""
-RINGS = 8
-"""Rings of neighbours taken with the blocks that move: four suffice at 2,979 blocks, one does not."""
 FIRST_GAP, LAST_GAP = 0.2, 1e-7
 """Gap (parts of the live load's power) at which the interior-point program hands over, and at the end."""
 SPREAD = 100.0
@@ -63,7 +55,7 @@ failure the next one takes its turn."""
 OFF = 1.0
 """Residual of a smoothed condition, over 2 sqrt(sigma t), above which a joint is off. Blocks that may be off by more
 have interpenetrated: from there even much drag leads to no state, and a long motion comes to an early end."""
-WELL_OFF, MANY, FAR_OFF = 3.0, 0.05, 1e8
+WELL_OFF, MANY, FAR_OFF = 3.0, 0.003, 1e8
 """Newton's method has failed where more than this part of the joints has a residual above the first, or one above the
 last."""
 NEWTON_STEPS, DRAG_STEPS = 8, 8
@@ -94,54 +86,18 @@ class Reached:
     found: bool
 
 
-def smoothed_start(
-    assemblage: Assemblage,
-    equilibrium: Equilibrium,
-    friction: YieldConditions,
-    velocities: FloatArray,
-    depth: FloatArray,
-) -> tuple[ComplementarySolution, FloatArray]:
-    """Look for a state among the blocks that move with the associative velocities (3m,).
+def smoothed_start(part: MovingPart, depth: FloatArray) -> tuple[ComplementarySolution, FloatArray]:
+    """Look for a state of the part that moves.
 
-    depth (k,) of the joints below the top, in m: forces begin in proportion to it. Returns where that ended and the
+    depth (k,) of all joints below the top, in m: forces begin in proportion to it. Returns where that ended and the
     slips (k,) in m/s of all joints to descend from.
     """
-    moving = moving_part(assemblage, equilibrium, velocities)
-    part, strength, joints = others_held(assemblage, equilibrium, friction, moving)
-    found = solve_smoothed(part, strength, depth[joints] / equilibrium.block_length)
-    slip = np.zeros(len(joints))
-    slip[joints] = found.slip
+    start = depth[part.joints] / part.equilibrium.block_length
+    with kept_memory():
+        found = solve_smoothed(part.equilibrium, part.friction, start)
+    slip = np.zeros_like(depth)
+    slip[part.joints] = found.slip
     return found, slip
-
-
-def moving_part(assemblage: Assemblage, equilibrium: Equilibrium, velocities: FloatArray) -> Chosen:
-    """Return which free blocks (m,) move with velocities (3m,), or are within RINGS of one that does."""
-    motion = np.abs(velocities / equilibrium.row_scale).reshape(-1, 3).max(axis=1)
-    free, chosen = (np.zeros(equilibrium.blocks, dtype=bool) for _ in range(2))
-    free[equilibrium.free_blocks] = True
-    chosen[equilibrium.free_blocks] = motion > MOVES * motion.max()
-    for _ in range(RINGS):
-        beside = chosen[assemblage.block_i] | chosen[assemblage.block_j]
-        chosen[assemblage.block_i[beside]] = chosen[assemblage.block_j[beside]] = True
-        chosen &= free  # a long support is beside everything
-    return chosen[equilibrium.free_blocks]
-
-
-def others_held(
-    assemblage: Assemblage, equilibrium: Equilibrium, friction: YieldConditions, moving: Chosen
-) -> tuple[Equilibrium, YieldConditions, Chosen]:
-    """Return the problem of the moving (m,) free blocks, all others being supports, and which joints (k,) it has."""
-    blocks = equilibrium.free_blocks[moving]
-    joints = np.isin(assemblage.block_i, blocks) | np.isin(assemblage.block_j, blocks)
-    rows = np.repeat(moving, 3)
-    part = replace(
-        equilibrium,
-        matrix=equilibrium.matrix[rows][:, np.repeat(joints, 3)].tocsc(),
-        dead_load=equilibrium.dead_load[rows],
-        live_load=equilibrium.live_load[rows],
-        free_blocks=blocks,
-    )
-    return part, friction.of_joints(joints), joints
 
 
 def solve_smoothed(

@@ -161,11 +161,6 @@ def relaxed_normal(last: FloatArray, before: FloatArray, relaxation: float) -> F
     return relaxation * last + (1.0 - relaxation) * before
 
 
-def relaxed_shift(shift: FloatArray, friction: FloatArray, slip: FloatArray, relaxation: float) -> FloatArray:
-    """d <- (1 - omega) d + omega mu |slip|: the dilation (k,) in m/s to be taken out of the next mechanism."""
-    return (1.0 - relaxation) * shift + relaxation * friction * np.abs(slip)
-
-
 def chords(conditions: YieldConditions) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return joint, and the corners (parts of N_c + T) before and after, of every chord (each (c,))."""
     joint, fine = np.flatnonzero(conditions.crushes), conditions.fine_chords
@@ -182,17 +177,22 @@ def yield_matrix(conditions: YieldConditions) -> sp.csc_matrix:
 
     Then the chords of the joints that crush, at their starts and again at their ends.
     """
-    slope = conditions.slope
+    slope, every = conditions.slope, np.arange(len(conditions.slope))
     one, nothing = np.ones_like(slope), np.zeros_like(slope)
-    rows = ((one, nothing, nothing), (nothing, one, nothing), (slope, slope, -one), (slope, slope, one))
-    blocks = [sp.hstack([sp.diags(values) for values in row]) for row in rows]
     joint, before, after = chords(conditions)
-    of_joint = sp.csr_matrix((np.ones(len(joint)), (np.arange(len(joint)), joint)), shape=(len(joint), len(slope)))
-    part = sp.diags(0.5 * (before + after)) @ of_joint
-    blocks.append(sp.hstack([of_joint - part, -part, 0.0 * part]))
-    blocks.append(sp.hstack([-part, of_joint - part, 0.0 * part]))
-    by_joint = np.arange(3 * len(slope)).reshape(3, -1).T.ravel()
-    matrix = sp.vstack(blocks).tocsc()[:, by_joint]
+    part = 0.5 * (before + after)
+    coefficients = (
+        (one, nothing, nothing),
+        (nothing, one, nothing),
+        (slope, slope, -one),
+        (slope, slope, one),
+        (1.0 - part, -part, 0.0 * part),
+        (-part, 1.0 - part, 0.0 * part),
+    )
+    values = np.concatenate([np.column_stack(row) for row in coefficients])
+    columns = 3 * np.concatenate([every, every, every, every, joint, joint])[:, None] + np.arange(3)
+    row_ends = np.arange(0, values.size + 1, 3)
+    matrix = sp.csr_matrix((values.ravel(), columns.ravel(), row_ends), shape=(len(values), 3 * len(slope))).tocsc()
     matrix.eliminate_zeros()
     return matrix
 
@@ -204,3 +204,8 @@ def yield_offset(conditions: YieldConditions) -> FloatArray:
     T, N_c = conditions.tension[joint], conditions.crushing[joint]
     crushing = 0.5 * before * after * (N_c + T) + 0.5 * T * (1.0 - before - after)
     return np.concatenate([half, half, cohesion, cohesion, crushing, crushing])
+
+
+def cohesion_rows(joints: int) -> slice:
+    """Which rows of `yield_offset` are the cohesion of so many joints, twice."""
+    return slice(2 * joints, 4 * joints)

@@ -18,7 +18,6 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from orchestrator.whole import write_bytes
@@ -90,6 +89,8 @@ def hash_file(path: Path) -> str:
 
 def versions() -> dict[str, str]:
     """Return the versions of Python and of every library that takes part; what is not installed is left out."""
+    import h5py  # see hdf5.py
+
     found = {"python": platform.python_version(), "h5py": h5py.__version__, "hdf5": h5py.version.hdf5_version}
     for name, distribution in DISTRIBUTIONS.items():
         try:

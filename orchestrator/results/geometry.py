@@ -9,11 +9,10 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-import h5py
-
 from orchestrator.errors import CaseError
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.meshing import BodyMeshes
+from orchestrator.results.hdf5 import hdf5_file
 from orchestrator.results.states import StateStore
 from orchestrator.whole import replacing, require_seal, seal
 
@@ -36,7 +35,7 @@ class ContactPlaces:
 def write_geometry(store: StateStore, meshes: BodyMeshes, contacts: ContactPlaces) -> None:
     """Write geometry.h5 into the model's folder."""
     with replacing(store.folder / GEOMETRY_FILE) as temporary:
-        with h5py.File(temporary, "w") as file:
+        with hdf5_file(temporary, "w") as file:
             file.attrs["fingerprint"] = store.fingerprint
             for group, value in (("meshes", meshes), ("contacts", contacts)):
                 for field in fields(value):
@@ -49,7 +48,7 @@ def read_geometry(folder: Path) -> tuple[StateStore, BodyMeshes, ContactPlaces]:
     path = folder / GEOMETRY_FILE
     try:
         require_seal(path)
-        with h5py.File(path, "r") as file:
+        with hdf5_file(path, "r") as file:
             store = StateStore(folder, str(file.attrs["fingerprint"]))
             meshes = {field.name: file[f"meshes/{field.name}"][()] for field in fields(BodyMeshes)}
             contacts = {field.name: file[f"contacts/{field.name}"][()] for field in fields(ContactPlaces)}

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-import h5py
 import numpy as np
 
 from orchestrator.bodies import Bodies
@@ -22,10 +21,13 @@ from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Increment
 from orchestrator.pushover.stress import element_stress, principal, slave_areas, von_mises
+from orchestrator.results.hdf5 import hdf5_file
 from orchestrator.results.states import StateStore
 from orchestrator.whole import replacing, write_bytes
 
 if TYPE_CHECKING:
+    import h5py
+
     from orchestrator.pushover.model import ContactModel
 
 NODE_FIELDS = (("displacement_m", "displacement"), ("velocity_m_per_s", "velocity"))
@@ -79,19 +81,19 @@ def write_paraview(
     for stale in (wall, contacts):
         stale.unlink(missing_ok=True)
     content = BytesIO()
-    with h5py.File(content, "w") as file:
+    with hdf5_file(content, "w") as file:
         _write_mesh(file, meshes)
         if contact_points is not None:
             _write_points(file, contact_points)
     write_bytes(folder / "wall.h5", content.getvalue())
-    with replacing(folder / "derived.h5") as temporary, h5py.File(temporary, "w") as file:
+    with replacing(folder / "derived.h5") as temporary, hdf5_file(temporary, "w") as file:
         if derive is not None:
             for increment in store.increments():
                 _write_derived(file.create_group(f"{increment.number:06d}"), derive(increment))
     with (
-        h5py.File(folder / "wall.h5") as mesh,
-        h5py.File(states) as steps,
-        h5py.File(folder / "derived.h5") as derived,
+        hdf5_file(folder / "wall.h5") as mesh,
+        hdf5_file(states) as steps,
+        hdf5_file(folder / "derived.h5") as derived,
     ):
         body = _item(mesh["body"], "Cell", "body")
         write_bytes(wall, _series(mesh["bodies"], "Tetrahedron", steps, NODE_FIELDS, [body], derived, "elements"))

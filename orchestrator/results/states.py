@@ -20,14 +20,17 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
 from orchestrator.errors import CaseError
 from orchestrator.pushover.state import Attempt, Increment
+from orchestrator.results.hdf5 import hdf5_file
 from orchestrator.whole import TEMPORARY, replacing, require_room, require_seal, seal, sealed, unsealed, write_bytes
+
+if TYPE_CHECKING:
+    import h5py
 
 STATES_FILE = "states.h5"
 STATES_FOLDER = "states"
@@ -54,7 +57,7 @@ class StateStore:
     def append(self, increment: Increment) -> None:
         """Store one increment, whole or not at all; one of the same number is replaced."""
         content = io.BytesIO()
-        with h5py.File(content, "w") as file:
+        with hdf5_file(content, "w") as file:
             _write(file.create_group(_name(increment.number)), increment, self.fingerprint)
         write_bytes(self._part(increment.number), sealed(content.getvalue()))
 
@@ -87,7 +90,7 @@ class StateStore:
             require_room(path, HEADROOM + sum(part.stat().st_size for part in parts))
             numbers = self.numbers()
             with replacing(path) as temporary:
-                with h5py.File(temporary, "w") as target:
+                with hdf5_file(temporary, "w") as target:
                     for number, source, _ in self._files(numbers):
                         source.copy(_name(number), target)
                 seal(temporary)
@@ -157,9 +160,9 @@ def _opened(path: Path) -> h5py.File:
     """Open states.h5 or a single increment if it is what was written. Raises CaseError."""
     try:
         if path.name != STATES_FILE:
-            return h5py.File(io.BytesIO(unsealed(path.read_bytes())), "r")
+            return hdf5_file(io.BytesIO(unsealed(path.read_bytes())), "r")
         require_seal(path)
-        return h5py.File(path, "r")
+        return hdf5_file(path, "r")
     except (OSError, ValueError) as error:
         raise _damaged(path, "") from error
 
