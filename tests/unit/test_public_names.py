@@ -12,7 +12,7 @@ import orchestrator
 from orchestrator import MeshSettings, SteppingSettings, make_bodies, one_body_per_block, pushover_curve
 from tests.verification.pushover_chain import assemblage_of, stack
 
-HEAVY = ("numpy", "dolfinx", "gmsh", "petsc4py", "mpi4py", "pydantic")
+HEAVY = ("numpy", "dolfinx", "gmsh", "petsc4py", "mpi4py", "pydantic", "h5py", "matplotlib")
 
 
 def imported_by(statement):
@@ -35,6 +35,10 @@ def test_an_unknown_name_is_an_attribute_error():
 
 def test_importing_the_package_imports_nothing_else():
     assert imported_by("import orchestrator") == []
+
+
+def test_commands_start_without_what_only_some_of_them_need():
+    assert imported_by("from orchestrator import cli") == ["numpy", "pydantic"]
 
 
 def test_no_finite_elements_before_the_pushover():

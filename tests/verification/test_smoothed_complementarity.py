@@ -10,13 +10,12 @@ from orchestrator.limit_analysis.complementarity import Iterate, scaled_problem
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.lower_states import CLOSE_FACE_WEIGHT, TwoPrograms, descent
+from orchestrator.limit_analysis.moving_part import moving_part
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search import closed_state
 from orchestrator.limit_analysis.smoothed_complementarity import (
     LAST_GAP,
     both_slips,
-    moving_part,
-    others_held,
     smoothed_start,
     solve_smoothed,
 )
@@ -36,20 +35,53 @@ def test_one_block_overturns_or_slides(width, height, expected):
     assert found.load_multiplier == pytest.approx(expected, abs=1e-5)
 
 
-def test_blocks_that_rest_are_supports():
-    """A wall of 290 blocks: forces and velocities of the part are those of the whole where both have them."""
+@pytest.fixture(scope="module")
+def bond():
+    """A wall of 290 blocks: its assemblage, terms of Eq. (1), Coulomb's law, associative optimum and moving part."""
     wall = find_joints(running_bond(14, 20), JointSettings())
     whole, friction = assemble_equilibrium(wall, 1), coulomb(wall)
-    moving = moving_part(wall, whole, solve_limit_lp(whole, friction).velocities)
-    part, strength, joints = others_held(wall, whole, friction, moving)
+    optimum = solve_limit_lp(whole, friction)
+    return wall, whole, friction, optimum, moving_part(wall, whole, friction, optimum.velocities)
+
+
+def test_blocks_that_rest_are_supports(bond):
+    """Rates of the part are those of the whole wall where both have them, and there are no others."""
+    _, whole, friction, _, part = bond
+    moving, joints = part.blocks, part.joints
     assert 0 < moving.sum() < len(moving)
-    assert part.matrix.shape == (3 * moving.sum(), 3 * joints.sum())
+    assert part.equilibrium.matrix.shape == (3 * moving.sum(), 3 * joints.sum())
     rng = np.random.default_rng(1)
     velocities = np.where(np.repeat(moving, 3), rng.normal(size=3 * len(moving)), 0.0)
     rates = whole.joint_rates(velocities)
-    assert rates[joints] == pytest.approx(part.joint_rates(velocities[np.repeat(moving, 3)]), abs=1e-12)
+    assert rates[joints] == pytest.approx(part.equilibrium.joint_rates(velocities[np.repeat(moving, 3)]), abs=1e-12)
     assert not rates[~joints].any()
-    assert strength.slope == pytest.approx(friction.slope[joints])
+    assert part.friction.slope == pytest.approx(friction.slope[joints])
+
+
+def test_mechanism_of_the_part_is_one_of_the_wall(bond):
+    """For the normal forces of Eq. (1): as much power as that of the whole wall; no block beside the part moves."""
+    _, whole, friction, optimum, part = bond
+    of_wall = TwoPrograms(whole, friction).mechanism(optimum.normal)
+    of_part = TwoPrograms(whole, friction, part).mechanism(optimum.normal)
+    assert of_part.load_multiplier == pytest.approx(of_wall.load_multiplier, rel=1e-7)
+    assert whole.live_load @ of_part.velocities == pytest.approx(1.0)
+    assert of_part.rates == pytest.approx(whole.joint_rates(of_part.velocities))
+    resting = ~np.repeat(part.blocks, 3)
+    assert resting.any()
+    assert not of_part.velocities[resting].any()
+    assert of_part.joint_forces.shape == of_wall.joint_forces.shape
+
+
+def test_too_small_a_part_has_a_higher_multiplier(bond, monkeypatch):
+    """Blocks of the mechanism held: what is left needs more load, so that forces on the wall cannot balance it."""
+    monkeypatch.setattr("orchestrator.limit_analysis.moving_part.RINGS", 0)
+    monkeypatch.setattr("orchestrator.limit_analysis.moving_part.MOVES", 0.6)
+    wall, whole, friction, optimum, part = bond
+    small = moving_part(wall, whole, friction, optimum.velocities)
+    assert 0 < small.blocks.sum() < 0.5 * part.blocks.sum()
+    held = TwoPrograms(whole, friction, small).mechanism(optimum.normal)
+    of_wall = TwoPrograms(whole, friction).mechanism(optimum.normal)
+    assert held.load_multiplier > 1.01 * of_wall.load_multiplier
 
 
 @pytest.mark.parametrize("scale", [1.0, 300.0])
@@ -75,15 +107,16 @@ def test_both_directions_of_slip_are_found_whatever_their_sum_was(scale):
 
 @pytest.mark.parametrize(("blocks", "courses"), [(28, 35), (60, 30)])
 def test_state_of_a_large_wall(blocks, courses):
-    """Closed by the two programs on the whole wall: valid, and below Eq. (1)."""
+    """Closed by forces on the whole wall and a mechanism of its moving part: valid, and below Eq. (1)."""
     wall = find_joints(running_bond(blocks, courses), JointSettings())
     equilibrium, friction = assemble_equilibrium(wall, 1), coulomb(wall)
     optimum = solve_limit_lp(equilibrium, friction)
     height = wall.midpoint[:, 1]
     depth = equilibrium.block_length + height.max() - height
-    found, slip = smoothed_start(wall, equilibrium, friction, optimum.velocities, depth)
+    part = moving_part(wall, equilibrium, friction, optimum.velocities)
+    found, slip = smoothed_start(part, depth)
     assert found.gap <= LAST_GAP
-    closed = next(descent(TwoPrograms(equilibrium, friction), slip, face_weight=CLOSE_FACE_WEIGHT))
+    closed = next(descent(TwoPrograms(equilibrium, friction, part), slip, face_weight=CLOSE_FACE_WEIGHT))
     state = closed_state(Problem(wall, equilibrium, friction), closed, found)
     assert validate(wall, equilibrium, friction, state).complaints == ()
     assert 0.44 < state.load_multiplier < optimum.load_multiplier - 1e-3

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import ctypes
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.wall_stiffness import ENTRIES, WallStiffness, joint_products
+from orchestrator.limit_analysis.wall_stiffness import ENTRIES, KEEPS, USUAL, WallStiffness, joint_products, kept_memory
 from orchestrator.masonry.patterns import running_bond
 from tests.verification.limit_analysis_cases import assemblage_of, box
 
@@ -35,9 +38,11 @@ def test_linear_systems_are_those_of_the_dense_product(wall, drag):
         joints = rng.uniform(0.5, 2.0, (B.shape[1] // 3, len(ENTRIES)))
         matrix = B.toarray() @ dense(joints)[1] @ B.toarray().T + drag * np.identity(B.shape[0])
         load = rng.normal(size=B.shape[0])
-        solved = stiffness.factorised(joints, drag).solve(load)
+        factors = stiffness.factorised(joints, drag)
+        solved = factors.solve(load)
         assert np.abs(solved).max() > 0
         assert solved == pytest.approx(np.linalg.solve(matrix, load), rel=1e-9, abs=1e-12)
+        assert factors.solve(np.stack([load, -2.0 * load])) == pytest.approx(np.stack([solved, -2.0 * solved]))
 
 
 def test_a_block_that_no_joint_holds_has_a_singular_matrix():
@@ -50,3 +55,25 @@ def test_products_joint_by_joint():
     rng = np.random.default_rng(2)
     joints, vectors = rng.normal(size=(7, len(ENTRIES))), rng.normal(size=(7, 3))
     assert joint_products(joints, vectors) == pytest.approx(np.einsum("kij,kj->ki", dense(joints)[0], vectors))
+
+
+def test_memory_is_kept_for_a_while(monkeypatch):
+    """What the C library is told while factorising, and after it, also after an error."""
+    told = {}
+    monkeypatch.setattr(ctypes, "CDLL", lambda _: SimpleNamespace(mallopt=told.__setitem__))
+
+    def factorise():
+        with kept_memory():
+            assert set(told.values()) == {KEEPS}
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        factorise()
+    assert len(told) == 2
+    assert set(told.values()) == {USUAL}
+
+
+def test_a_c_library_that_cannot_keep_memory_is_left_alone(monkeypatch):
+    monkeypatch.setattr(ctypes, "CDLL", lambda _: SimpleNamespace())
+    with kept_memory():
+        pass

@@ -11,7 +11,6 @@ from orchestrator.limit_analysis.yield_conditions import (
     YieldConditions,
     falling_line,
     relaxed_normal,
-    relaxed_shift,
     yield_matrix,
     yield_offset,
 )
@@ -53,11 +52,6 @@ def test_seed_adds_to_the_falling_line():
 
 def test_relaxation_weighs_the_last_iterate_by_beta():
     assert relaxed_normal(np.array([10.0]), np.array([20.0]), 0.6) == pytest.approx([14.0])
-
-
-def test_shift_moves_towards_the_dilation_of_coulombs_cone():
-    shift = relaxed_shift(np.array([1.0]), np.array([0.65]), np.array([-2.0]), 0.5)
-    assert shift == pytest.approx([0.5 * 1.0 + 0.5 * 1.3])
 
 
 @given(forces=st.lists(st.floats(-10, 10), min_size=6, max_size=6))
