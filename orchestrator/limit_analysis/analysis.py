@@ -78,14 +78,9 @@ def analyse(
     view = standard_view(assemblage, load_direction, loads)
     equilibrium = assemble_equilibrium(view.assemblage, 1, view.loads)
     problem = Problem(view.assemblage, equilibrium, coulomb(view.assemblage, equilibrium.dead_total))
-    _, answer = side_by_side(lambda: refuse_what_falls(problem), lambda: all_answers(problem, settings, started))
-    return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
-
-
-def all_answers(problem: Problem, settings: LimitAnalysisSettings, started: float) -> LimitAnalysis:
-    """Return all answers for a wall in its standard view that stands; raises as `analyse`, which started at a time."""
-    optimum, search = associative_optimum(problem), Search(problem, settings)
-    if len(problem.equilibrium.free_blocks) > settings.search_blocks:
+    _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
+    search = Search(problem, settings)
+    if len(equilibrium.free_blocks) > settings.search_blocks:
         search.run(optimum)
         sequence, shift, remarks = of_large_wall(problem, optimum, search, settings)
         candidates = search.passed
@@ -97,7 +92,7 @@ def all_answers(problem: Problem, settings: LimitAnalysisSettings, started: floa
     if lowest_state is None and not any(state.converged for state in (sequence, shift) if state is not None):
         complementarity, remark = nearest_state(problem, candidates)
         remarks += remark
-    return LimitAnalysis(
+    answer = LimitAnalysis(
         load_direction=1,
         weight=problem.equilibrium.total_weight,
         horizontal_load=problem.equilibrium.base_shear,
@@ -110,6 +105,7 @@ def all_answers(problem: Problem, settings: LimitAnalysisSettings, started: floa
         complementarity=complementarity,
         lowest=lowest_state,
     )
+    return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
 
 
 def of_small_wall(
@@ -239,17 +235,18 @@ def dilation_shift_state(
         run = run_dilation_shift(problem.equilibrium, problem.friction, settings, slip)
     except ConvergenceError as error:
         return None, (f"no solution by the dilation shift: {error}",)
-    solutions = [*(iterate.solution for iterate in run.iterates), run.final]
-    records = tuple(record_of(solution, settings.shift_relaxation) for solution in solutions)
+    last = run.iterates[-1]
+    records = tuple(record_of(iterate.solution, iterate.relaxation) for iterate in run.iterates)
+    records += (record_of(run.final, last.relaxation),)
     state = problem.state("dilation_shift", problem.no_dilatancy, run.final, run.final, records, run.settled)
     remark = f"dilation shift not settled after {len(run.iterates)} linear programs: "
-    remark += f"the dilation left takes {run.iterates[-1].error:.1e} of the live load's power"
+    remark += f"the dilation left takes {last.error:.1e} of the live load's power"
     if not run.settled:
         return state, (remark,)
     closed = closing(programs, run.final.rates[:, 2], FACE_WEIGHT if begin is None else CLOSE_FACE_WEIGHT)
     if closed is None:
         return replace(state, converged=False), ("dilation shift settled on no limit state: power does not balance",)
-    records += tuple(record_of(solved, settings.shift_relaxation) for solved in (closed.forces, closed.mechanism))
+    records += tuple(record_of(solved, last.relaxation) for solved in (closed.forces, closed.mechanism))
     found = (closed.forces.load_multiplier, highest_multiplier(problem, programs, closed))
     state = problem.state("dilation_shift", problem.no_dilatancy, closed.forces, closed.mechanism, records, True, found)
     if not (wrong := problem.complaints(state)):

@@ -30,19 +30,22 @@ from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, taken_un
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray
 
-NEAR, FASTEST = 1e-3, 0.9
-"""Error below which omega follows Aitken's rule, between that of the settings and the second; with 1 a wall cycles."""
+NEAR = 1e-3
+"""Error below which omega follows Aitken's rule."""
+LARGEST = 0.9
+"""omega at most: with 1 a wall cycles."""
 LAST_TOLERANCE = 1e-10
 """Of the last program: 1e-12 costs 90 to 120 iterations on wall 6, this 30, for the same six digits."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ShiftIterate:
-    """Iterate of the dilation shift: solution, the shift d (k,) in m/s it had, and the power of the dilation left,
-    sum N |mu |slip| - d|, relative to the live load's power."""
+    """Iterate of the dilation shift: solution, the shift d (k,) in m/s it had, the omega that led to it, and the power
+    of the dilation left, sum N |mu |slip| - d|, relative to the live load's power."""
 
     solution: LimitSolution
     shift: FloatArray
+    relaxation: float
     error: float
 
 
@@ -61,16 +64,16 @@ def shift_iterates(
 ) -> Iterator[ShiftIterate]:
     """Yield the iterates of the dilation shift, for ever, starting from slips (k,) in m/s or none (d = 0)."""
     shift = np.zeros_like(coulomb.slope) if slip is None else coulomb.slope * np.abs(slip)
-    slowest, before = settings.shift_relaxation, np.zeros_like(shift)
-    relaxation = slowest
+    least, largest = settings.shift_relaxation, max(LARGEST, settings.shift_relaxation)
+    relaxation, dilation_before = least, np.zeros_like(shift)
     while True:
         solution = program.solve(coulomb.cohesion, shift)
         dilation = coulomb.slope * np.abs(solution.rates[:, 2]) - shift
         left = np.sum(solution.normal * np.abs(dilation))
         error = float(left / max(abs(solution.load_multiplier), np.finfo(float).tiny))
-        yield ShiftIterate(solution, shift, error)
-        followed = aitken_relaxation(relaxation, before, dilation) if error < NEAR else slowest
-        relaxation, before = min(max(followed, slowest), max(FASTEST, slowest)), dilation
+        yield ShiftIterate(solution, shift, relaxation, error)
+        aitken = aitken_relaxation(relaxation, dilation_before, dilation) if error < NEAR else least
+        relaxation, dilation_before = min(max(aitken, least), largest), dilation
         shift = shift + relaxation * dilation
 
 

@@ -78,7 +78,7 @@ class ClosedState:
 class TwoPrograms:
     """The two programs of one wall, each set up once when it is first used.
 
-    With a `part`, mechanisms are of that part alone: all other blocks rest.
+    With a `part`, mechanisms that close forces are of that part if that is enough.
     """
 
     def __init__(self, equilibrium: Equilibrium, coulomb: YieldConditions, part: MovingPart | None = None) -> None:
@@ -91,11 +91,12 @@ class TwoPrograms:
 
     @cached_property
     def _mechanism(self) -> LimitProgram:
-        equilibrium, coulomb = self._equilibrium, self._coulomb
-        if self._part is not None:
-            equilibrium, coulomb = self._part.equilibrium, self._part.friction
-        no_slope = replace(coulomb, slope=np.full_like(coulomb.slope, NO_SLOPE))
-        return LimitProgram(equilibrium, no_slope, CLOSING_TOLERANCE)
+        return _without_slope(self._equilibrium, self._coulomb)
+
+    @cached_property
+    def _mechanism_of_part(self) -> LimitProgram:
+        assert self._part is not None
+        return _without_slope(self._part.equilibrium, self._part.friction)
 
     def lowest_forces(self, slip: FloatArray, face_weight: float = FACE_WEIGHT) -> LimitSolution:
         """Forces in Coulomb's cone with the lowest multiplier that go with slips (k,) in m/s."""
@@ -108,14 +109,23 @@ class TwoPrograms:
 
     def mechanism(self, normal: FloatArray) -> LimitSolution:
         """Mechanism without dilation for given normal forces (k,) in N."""
-        strength = self._coulomb.cohesion + self._coulomb.slope * np.maximum(normal, -self._coulomb.tension)
-        if self._part is None:
-            return self._mechanism.solve(strength)
-        return self._part.of_wall(self._mechanism.solve(strength[self._part.joints]))
+        return self._mechanism.solve(self._strength(normal))
 
     def closed(self, forces: LimitSolution) -> ClosedState:
         """Return forces with the mechanism that fits them best."""
+        if (part := self._part) is not None:
+            found = self._mechanism_of_part.solve(self._strength(forces.normal)[part.joints])
+            if (state := ClosedState(forces, part.of_wall(found))).balances:
+                return state
         return ClosedState(forces, self.mechanism(forces.normal))
+
+    def _strength(self, normal: FloatArray) -> FloatArray:
+        return self._coulomb.cohesion + self._coulomb.slope * np.maximum(normal, -self._coulomb.tension)
+
+
+def _without_slope(equilibrium: Equilibrium, coulomb: YieldConditions) -> LimitProgram:
+    no_slope = replace(coulomb, slope=np.full_like(coulomb.slope, NO_SLOPE))
+    return LimitProgram(equilibrium, no_slope, CLOSING_TOLERANCE)
 
 
 def descent(

@@ -1,9 +1,10 @@
 """The part of a large wall that moves: all other blocks are supports to it.
 
-Most blocks of a large wall rest. Those that move in the associative mechanism and RINGS of neighbours are taken. What
-is found for them holds for the whole wall if forces on the whole wall and the part's mechanism, others at rest, balance
-each other's power (`lower_states`): the part's mechanism has at least the multiplier of any forces on the whole wall.
-Without enough neighbours these forces do not reach it: running bond, 2,979 blocks, 948 taken: 0.426, not 0.437.
+Most blocks of a large wall rest. Those that move in the associative mechanism and RINGS of neighbours are taken. Joint
+forces on the whole wall, as far as the part has them, are admissible in the part's program without dilation for their
+own normal forces. So the part's mechanism, other blocks at rest, never has less than their multiplier, and where both
+are equal it is one of the whole wall that goes with these forces (`lower_states`). Without enough neighbours they are
+not: running bond, 2,979 blocks, 948 taken: forces on the whole wall reach 0.426, not 0.437.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ RINGS = 8
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MovingPart:
-    """Which free blocks (m,) move and which joints (k,) they have, and the terms of Eq. (1) for these alone."""
+    """Which free blocks (m,) are taken and which joints (k,) they have, and the terms of Eq. (1) for these alone."""
 
     blocks: Chosen
     joints: Chosen
@@ -38,7 +39,7 @@ class MovingPart:
     whole: Equilibrium
 
     def of_wall(self, found: LimitSolution) -> LimitSolution:
-        """Return a solution of the part as one of the whole wall: other blocks rest, other joints carry nothing."""
+        """Return a mechanism of the part as one of the whole wall: other blocks rest. Forces of other joints are 0."""
         velocities, forces = np.zeros(3 * len(self.blocks)), np.zeros((len(self.joints), 3))
         velocities[np.repeat(self.blocks, 3)] = found.velocities
         forces[self.joints] = found.joint_forces

@@ -21,11 +21,13 @@ SPREAD = 2.0
 """Slips are multiplied by exp(SPREAD x a normal variate)."""
 EVERYWHERE = 0.05
 """Largest slip of joints that had none, part of the largest slip."""
-GIVEN_UP = (0.3, 3e-2, 3e-3, 0.0)
-"""Power out of balance, relative to the live load's power, above which a descent ends after each of its turns: what is
+TURNS = 4
+"""Of each descent at most: eight find no more, at twice the cost."""
+HOPELESS = (0.3, 3e-2, 3e-3)
+"""Power out of balance, relative to the live load's power, above which a descent ends after its first turns: what is
 far from a state by then reaches none in the turns that are left. That spares an eighth of the turns; half of the first,
 a third of the second, a tenth of the third each lose the lowest state of one of 110 analyses (walls of docs/studies up
-to 300 blocks). Eight turns for all find no more, at twice the cost."""
+to 300 blocks)."""
 SEED = 1
 
 
@@ -57,7 +59,7 @@ def scattered_states(
     found: dict[int, list[ClosedState]] = {}
 
     def take_what_is_left(own: TwoPrograms) -> None:
-        found.update((number, list(_while_hopeful(descent(own, start, len(GIVEN_UP))))) for number, start in left)
+        found.update((number, list(_while_hopeful(descent(own, start, TURNS)))) for number, start in left)
 
     elsewhere = other.submit(take_what_is_left, programs[1])
     take_what_is_left(programs[0])
@@ -67,7 +69,7 @@ def scattered_states(
 
 def _while_hopeful(states: Iterator[ClosedState]) -> Iterator[ClosedState]:
     """Yield the states of a descent up to the first that is out of balance by too much for its turn."""
-    for state, most in zip(states, GIVEN_UP, strict=False):
+    for state, most in zip(states, (*HOPELESS, np.inf), strict=False):
         yield state
         if state.imbalance > most:
             return

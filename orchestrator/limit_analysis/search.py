@@ -68,9 +68,8 @@ class Search:
         if self._one_is_enough and blocks > min(PUSHED_BLOCKS, settings.sequence_blocks):
             part = moving_part(assemblage, equilibrium, friction, optimum.velocities)
             found, slip = smoothed_start(part, depth)
-            for programs in (TwoPrograms(equilibrium, friction, part), self.programs):
-                if self.first is None and (found.gap <= CLOSES or very_large):
-                    self.descend(programs, found, slip, SMOOTHED_TURNS, CLOSE_FACE_WEIGHT)
+            if found.gap <= CLOSES or very_large:
+                self.descend(TwoPrograms(equilibrium, friction, part), found, slip, SMOOTHED_TURNS, CLOSE_FACE_WEIGHT)
         if very_large:
             return
         for start in starts(assemblage, 1, settings.search_starts):

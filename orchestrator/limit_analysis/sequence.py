@@ -57,7 +57,7 @@ class LimitAnalysisSettings:
     maximum_iterations: Annotated[int, Ge(2)] = 60
     """linear programs a seed at most"""
     shift_relaxation: Annotated[float, Gt(0), Le(1)] = 0.5
-    """omega of the dilation shift"""
+    """omega of the dilation shift, near its end at least"""
     shift_tolerance: Annotated[float, Gt(0)] = 1e-5
     """largest power of the dilation that is left, relative to the live load's power, in a shift that has settled"""
     maximum_shift_iterations: Annotated[int, Ge(1)] = 60

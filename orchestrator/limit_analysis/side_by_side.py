@@ -14,16 +14,11 @@ Second = TypeVar("Second")
 
 
 def side_by_side(first: Callable[[], First], second: Callable[[], Second]) -> tuple[First, Second]:
-    """Run `first` in another thread and `second` in this one; return what they return, as one after the other would.
+    """Run both and return what they return, the same as one after the other.
 
     They must not change anything they share; a LimitProgram is changed by solving it. Raises what `first` raises, else
     what `second` raises.
     """
     with ThreadPoolExecutor(max_workers=1) as other:
-        running = other.submit(first)
-        try:
-            found = second()
-        except Exception:
-            running.result()  # raises first's error
-            raise
-        return running.result(), found
+        running = other.submit(second)
+        return first(), running.result()

@@ -55,9 +55,9 @@ failure the next one takes its turn."""
 OFF = 1.0
 """Residual of a smoothed condition, over 2 sqrt(sigma t), above which a joint is off. Blocks that may be off by more
 have interpenetrated: from there even much drag leads to no state, and a long motion comes to an early end."""
-WELL_OFF, MANY, FAR_OFF = 3.0, 0.003, 1e8
-"""Newton's method has failed where more than this part of the joints has a residual above the first, or one above the
-last."""
+WELL_OFF, MANY, FEW, FAR_OFF = 3.0, 0.003, 3, 1e8
+"""Newton's method has failed where more joints than this part of them, and more than so few, have a residual above the
+first, or one above the last."""
 NEWTON_STEPS, DRAG_STEPS = 8, 8
 """Newton steps at most without drag and with it."""
 DRAG, MORE_DRAG, FAILURES = 1.0, 5.0, 5
@@ -187,7 +187,7 @@ def dragged(
         root = _smoothed(iterate, targets, scale)[1]
         residual = np.abs(iterate.strength + scale * iterate.rates - root)
         off = (residual / np.sqrt(4.0 * scale * targets)).max(axis=1)
-        if not off.max() <= FAR_OFF or np.mean(off > WELL_OFF) > MANY:
+        if not off.max() <= FAR_OFF or np.count_nonzero(off > WELL_OFF) > max(FEW, MANY * len(off)):
             return Reached(iterate, taken, False)
         if off.max() <= OFF:
             return Reached(replace(iterate, rates=both_slips(problem, iterate, targets, scale)), taken, True)

@@ -33,27 +33,29 @@ PANEL = {"relax": 1, "panel_size": 4}
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 """Of the GNU C library's mallopt: free memory at the end of the heap that goes back to the system, and the least block
 that comes from the system and goes back to it."""
-KEEPS, USUAL = 2**31 - 1, 2**25
-"""Bytes, for both: while walls are factorised again and again, and the C library's own upper limit."""
+KEEPS, AFTERWARDS = 2**31 - 1, 2**25
+"""Bytes, for both: while walls are factorised again and again, and from then on (the most that the C library comes to
+by itself)."""
 
 
 @contextmanager
 def kept_memory() -> Iterator[None]:
-    """Let the C library keep the memory of factors for the next ones, as far as it knows how.
+    """Let the C library keep the memory of factors for the next ones, if it can.
 
-    Otherwise the system hands out new pages for each large factorisation, a fifth of its time (10,326 unknowns).
+    Otherwise the system hands out new pages for each large factorisation, a fifth of its time (10,326 unknowns). For
+    the whole process: no other thread may begin or end the same meanwhile.
     """
-    mallopt = getattr(ctypes.CDLL(None), "mallopt", lambda *_: 0)
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", lambda *_: 1)
 
-    def keep(least: int) -> None:
-        for threshold in (M_TRIM_THRESHOLD, M_MMAP_THRESHOLD):
-            mallopt(threshold, least)
+    def keep(least: int) -> bool:
+        return all(mallopt(threshold, least) for threshold in (M_TRIM_THRESHOLD, M_MMAP_THRESHOLD))
 
-    keep(KEEPS)
+    if not keep(KEEPS):  # some allow no more
+        keep(AFTERWARDS)
     try:
         yield
     finally:
-        keep(USUAL)
+        keep(AFTERWARDS)
 
 
 def joint_products(joints: FloatArray, vectors: FloatArray) -> FloatArray:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis.complementarity import Iterate, scaled_problem
+from orchestrator.limit_analysis.complementarity import Iterate, scaled_problem, solve_complementarity
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.linear_program import solve_limit_lp
+from orchestrator.limit_analysis.linear_program import LimitProgram, solve_limit_lp
 from orchestrator.limit_analysis.lower_states import CLOSE_FACE_WEIGHT, TwoPrograms, descent
 from orchestrator.limit_analysis.moving_part import moving_part
 from orchestrator.limit_analysis.problem import Problem
@@ -58,30 +60,39 @@ def test_blocks_that_rest_are_supports(bond):
     assert part.friction.slope == pytest.approx(friction.slope[joints])
 
 
-def test_mechanism_of_the_part_is_one_of_the_wall(bond):
-    """For the normal forces of Eq. (1): as much power as that of the whole wall; no block beside the part moves."""
-    _, whole, friction, optimum, part = bond
-    of_wall = TwoPrograms(whole, friction).mechanism(optimum.normal)
-    of_part = TwoPrograms(whole, friction, part).mechanism(optimum.normal)
-    assert of_part.load_multiplier == pytest.approx(of_wall.load_multiplier, rel=1e-7)
-    assert whole.live_load @ of_part.velocities == pytest.approx(1.0)
-    assert of_part.rates == pytest.approx(whole.joint_rates(of_part.velocities))
+@pytest.fixture(scope="module")
+def state(bond):
+    """A state of that wall that the two programs find without any part."""
+    _, whole, friction, _, _ = bond
+    found = solve_complementarity(whole, friction)
+    return next(each for each in descent(TwoPrograms(whole, friction), found.slip) if each.balances)
+
+
+def test_mechanism_of_the_part_closes_the_forces_of_a_state(bond, state):
+    """As that of the whole wall does; no block beside the part moves."""
+    _, whole, friction, _, part = bond
+    of_part = TwoPrograms(whole, friction, part).closed(state.forces)
+    assert of_part.balances
+    assert whole.live_load @ of_part.mechanism.velocities == pytest.approx(1.0)
+    assert of_part.mechanism.rates == pytest.approx(whole.joint_rates(of_part.mechanism.velocities))
     resting = ~np.repeat(part.blocks, 3)
     assert resting.any()
-    assert not of_part.velocities[resting].any()
-    assert of_part.joint_forces.shape == of_wall.joint_forces.shape
+    assert not of_part.mechanism.velocities[resting].any()
+    assert np.abs(state.mechanism.velocities[resting]).max() > 0.0, "the whole wall's has rounding there"
 
 
-def test_too_small_a_part_has_a_higher_multiplier(bond, monkeypatch):
-    """Blocks of the mechanism held: what is left needs more load, so that forces on the wall cannot balance it."""
+def test_where_the_part_is_too_small_the_whole_wall_has_the_mechanism(bond, state, monkeypatch):
+    """Blocks of the mechanism held: what is left needs more load than the forces carry."""
     monkeypatch.setattr("orchestrator.limit_analysis.moving_part.RINGS", 0)
     monkeypatch.setattr("orchestrator.limit_analysis.moving_part.MOVES", 0.6)
     wall, whole, friction, optimum, part = bond
     small = moving_part(wall, whole, friction, optimum.velocities)
     assert 0 < small.blocks.sum() < 0.5 * part.blocks.sum()
-    held = TwoPrograms(whole, friction, small).mechanism(optimum.normal)
-    of_wall = TwoPrograms(whole, friction).mechanism(optimum.normal)
-    assert held.load_multiplier > 1.01 * of_wall.load_multiplier
+    strength = friction.slope * np.maximum(state.forces.normal, 0.0)
+    no_slope = replace(small.friction, slope=np.full(small.joints.sum(), 1e-12))
+    held = LimitProgram(small.equilibrium, no_slope).solve(strength[small.joints])
+    assert held.load_multiplier > 1.01 * state.forces.load_multiplier
+    assert TwoPrograms(whole, friction, small).closed(state.forces).balances
 
 
 @pytest.mark.parametrize("scale", [1.0, 300.0])

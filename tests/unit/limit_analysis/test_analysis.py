@@ -11,6 +11,7 @@ import pytest
 from orchestrator.errors import CaseError
 from orchestrator.joints import Assemblage, JointSettings, find_joints
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis.dilation_shift import LARGEST
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_gravity_lp
 from orchestrator.limit_analysis.yield_conditions import coulomb
@@ -117,7 +118,9 @@ def test_records_tell_every_linear_program():
     found = analyse(cantilever(0.2), settings)
     assert len(found.associative.records) == 1
     assert sorted({record.parameter for record in found.sequence.records}) == [0.0, 1e-5, 1e-2]
-    assert {record.parameter for record in found.dilation_shift.records} == {0.4}
+    relaxations = [record.parameter for record in found.dilation_shift.records]
+    assert relaxations[0] == min(relaxations) == 0.4
+    assert max(relaxations) <= LARGEST
     assert all(
         record.status in ("Solved", "AlmostSolved") and record.iterations > 0 for record in found.sequence.records
     )

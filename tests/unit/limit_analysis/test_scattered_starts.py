@@ -13,7 +13,7 @@ from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
-from orchestrator.limit_analysis.scattered_starts import GIVEN_UP, scattered_starts, scattered_states
+from orchestrator.limit_analysis.scattered_starts import HOPELESS, TURNS, scattered_starts, scattered_states
 from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.readers import read_blocks
 
@@ -60,7 +60,7 @@ def hopeful(states):
     kept = []
     for state in states:
         kept.append(state)
-        if state.imbalance > GIVEN_UP[len(kept) - 1]:
+        if len(kept) <= len(HOPELESS) and state.imbalance > HOPELESS[len(kept) - 1]:
             break
     return kept
 
@@ -73,7 +73,7 @@ def test_two_threads_find_what_one_finds_in_the_same_order():
     known = one.mechanism(solve_limit_lp(equilibrium, friction).normal)
     near, far = known.rates[:, 2], by_place(assemblage, 1)[0]
     begin = [start for slip in (near, far) for start in scattered_starts(assemblage, 1, slip, 3)]
-    whole = [list(descent(one, start, len(GIVEN_UP))) for start in begin]
+    whole = [list(descent(one, start, TURNS)) for start in begin]
     alone = [state.forces.load_multiplier for states in whole for state in hopeful(states)]
     with ThreadPoolExecutor(max_workers=1) as other:
         states = scattered_states(other, (one, TwoPrograms(equilibrium, friction)), iter(begin))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from orchestrator.errors import ConvergenceError
-from orchestrator.limit_analysis.dilation_shift import FASTEST, NEAR, aitken_relaxation, shift_iterates
+from orchestrator.limit_analysis.dilation_shift import LARGEST, NEAR, aitken_relaxation, shift_iterates
 from orchestrator.limit_analysis.linear_program import InfeasibleError, LimitSolution
 from orchestrator.limit_analysis.sequence import (
     HALVINGS,
@@ -121,7 +121,7 @@ def test_aitkens_rule_ends_a_linear_iteration_in_one_step():
 
 
 def test_shift_goes_faster_near_its_end_only():
-    """A map that keeps 0.6 of the error at omega = 0.5 (x <- x + 0.8 (1 - x) at 1): Aitken's 1.25 is cut to FASTEST."""
+    """A map that keeps 0.6 of the error at omega = 0.5 (x <- x + 0.8 (1 - x) at 1): Aitken's 1.25 is cut to LARGEST."""
 
     class Slope:
         def solve(self, cohesion, shift):
@@ -134,7 +134,7 @@ def test_shift_goes_faster_near_its_end_only():
     assert far.sum() > 5
     assert kept[far] == pytest.approx(0.6)
     assert (~far).sum() > 5
-    assert kept[~far] == pytest.approx(1.0 - 0.8 * FASTEST, rel=1e-3)
+    assert kept[~far] == pytest.approx(1.0 - 0.8 * LARGEST, rel=1e-3)
 
 
 def test_every_setting_has_a_bound_and_an_explanation():

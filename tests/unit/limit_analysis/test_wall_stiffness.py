@@ -11,7 +11,14 @@ import scipy.sparse as sp
 
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.wall_stiffness import ENTRIES, KEEPS, USUAL, WallStiffness, joint_products, kept_memory
+from orchestrator.limit_analysis.wall_stiffness import (
+    AFTERWARDS,
+    ENTRIES,
+    KEEPS,
+    WallStiffness,
+    joint_products,
+    kept_memory,
+)
 from orchestrator.masonry.patterns import running_bond
 from tests.verification.limit_analysis_cases import assemblage_of, box
 
@@ -60,7 +67,12 @@ def test_products_joint_by_joint():
 def test_memory_is_kept_for_a_while(monkeypatch):
     """What the C library is told while factorising, and after it, also after an error."""
     told = {}
-    monkeypatch.setattr(ctypes, "CDLL", lambda _: SimpleNamespace(mallopt=told.__setitem__))
+
+    def mallopt(threshold, least):
+        told[threshold] = least
+        return 1
+
+    monkeypatch.setattr(ctypes, "CDLL", lambda _: SimpleNamespace(mallopt=mallopt))
 
     def factorise():
         with kept_memory():
@@ -70,7 +82,7 @@ def test_memory_is_kept_for_a_while(monkeypatch):
     with pytest.raises(ZeroDivisionError):
         factorise()
     assert len(told) == 2
-    assert set(told.values()) == {USUAL}
+    assert set(told.values()) == {AFTERWARDS}
 
 
 def test_a_c_library_that_cannot_keep_memory_is_left_alone(monkeypatch):
