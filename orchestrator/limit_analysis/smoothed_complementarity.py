@@ -105,7 +105,7 @@ def solve_smoothed(
 ) -> ComplementarySolution:
     """Look for a non-associative state, beginning with forces start_normal (k,) (mean block weights) at joints' ends.
 
-    Never raises: returns where it ended, with `converged` False unless the gap is LAST_GAP.
+    Never raises: returns the state with the smallest gap, with `converged` False unless that is LAST_GAP.
     """
     started = perf_counter()
     problem = scaled_problem(equilibrium, coulomb)
@@ -113,6 +113,7 @@ def solve_smoothed(
     products = iterate.strength * iterate.rates
     targets = np.clip(products, products.mean() / SPREAD, products.mean() * SPREAD)
     passed = [(replace(iterate, strength=_own_strength(problem, iterate)), targets)]
+    nearest = passed[-1]
     scales, fall = cycle(SCALES), FALL / FASTER
     scale, begin = next(scales), passed[-1][0]
     back, furthest = BACK, np.inf
@@ -129,6 +130,7 @@ def solve_smoothed(
         begin = reached.iterate
         if reached.found:
             passed.append((begin, lower))
+            nearest = min(nearest, passed[-1], key=lambda state: _gap(*state))
             fall = FASTER * fall if by_newton.found else FALL
             continue
         scale = next(scales)
@@ -138,7 +140,7 @@ def solve_smoothed(
         back, furthest = BACK if _gap(*passed[-1]) < furthest else 2 * back, min(furthest, _gap(*passed[-1]))
         del passed[max(1, len(passed) - back) :]
         begin, fall = passed[-1][0], FALL
-    iterate, targets = passed[-1]
+    iterate, targets = nearest
     return ComplementarySolution(
         load_multiplier=iterate.multiplier * equilibrium.mean_weight / equilibrium.live_total,
         normal=equilibrium.mean_weight * iterate.forces[:, :2].sum(axis=1),

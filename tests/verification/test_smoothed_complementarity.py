@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from orchestrator.joints import JointSettings, find_joints
+from orchestrator.limit_analysis import smoothed_complementarity
 from orchestrator.limit_analysis.complementarity import Iterate, scaled_problem, solve_complementarity
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import LimitProgram, solve_limit_lp
@@ -17,6 +18,7 @@ from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search import closed_state
 from orchestrator.limit_analysis.smoothed_complementarity import (
     LAST_GAP,
+    Reached,
     both_slips,
     smoothed_start,
     solve_smoothed,
@@ -44,6 +46,26 @@ def bond():
     whole, friction = assemble_equilibrium(wall, 1), coulomb(wall)
     optimum = solve_limit_lp(whole, friction)
     return wall, whole, friction, optimum, moving_part(wall, whole, friction, optimum.velocities)
+
+
+def test_a_search_that_goes_back_returns_the_nearest_it_had(bond, monkeypatch):
+    """Six steps lead on, then none does, however far it goes back."""
+    _, whole, friction, _, _ = bond
+    gaps, dragged = [], smoothed_complementarity.dragged
+
+    def six_times(problem, before, targets, *rest):
+        if len(gaps) == 6:
+            return Reached(before, 50, False)
+        reached = dragged(problem, before, targets, *rest)
+        if reached.found:
+            gaps.append(float(targets.sum() / reached.iterate.multiplier))
+        return reached
+
+    monkeypatch.setattr(smoothed_complementarity, "dragged", six_times)
+    found = solve_smoothed(whole, friction, 1.0)
+    assert not found.converged
+    assert len(gaps) == 6
+    assert found.gap == pytest.approx(min(gaps), rel=1e-9)
 
 
 def test_blocks_that_rest_are_supports(bond):
