@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from orchestrator.joints import JointSettings, find_joints
+from orchestrator.limit_analysis import scattered_starts as module
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
-from orchestrator.limit_analysis.scattered_starts import HOPELESS, TURNS, scattered_starts, scattered_states
+from orchestrator.limit_analysis.scattered_starts import TURNS, scattered_starts, scattered_states
 from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.readers import read_blocks
 
@@ -55,27 +57,45 @@ def test_starts_differ_and_let_every_joint_slide():
     assert np.corrcoef(np.log(values.mean(axis=0)), np.log(slip + 1e-3))[0, 1] > 0.3, "they keep the pattern"
 
 
-def hopeful(states):
-    """Return the states of a descent up to the first that is further from balance than its turn allows."""
-    kept = []
-    for state in states:
-        kept.append(state)
-        if len(kept) <= len(HOPELESS) and state.imbalance > HOPELESS[len(kept) - 1]:
-            break
-    return kept
-
-
-def test_two_threads_find_what_one_finds_in_the_same_order():
-    """Bit for bit: a descent does not depend on what its programs solved before. Hopeless ones end early."""
+@pytest.fixture(scope="module")
+def descents():
+    """Three starts near a mechanism, three that have nothing of one: their descents, and how to run them all."""
     assemblage = find_joints(WALL, JointSettings())
     equilibrium, friction = assemble_equilibrium(assemblage, 1), coulomb(assemblage)
-    one = TwoPrograms(equilibrium, friction)
+    one, two = (TwoPrograms(equilibrium, friction) for _ in range(2))
     known = one.mechanism(solve_limit_lp(equilibrium, friction).normal)
     near, far = known.rates[:, 2], by_place(assemblage, 1)[0]
-    begin = [start for slip in (near, far) for start in scattered_starts(assemblage, 1, slip, 3)]
-    whole = [list(descent(one, start, TURNS)) for start in begin]
-    alone = [state.forces.load_multiplier for states in whole for state in hopeful(states)]
-    with ThreadPoolExecutor(max_workers=1) as other:
-        states = scattered_states(other, (one, TwoPrograms(equilibrium, friction)), iter(begin))
-    assert 6 < len(alone) < sum(len(states) for states in whole)
-    assert [state.forces.load_multiplier for state in states] == alone
+    begin = [list(scattered_starts(assemblage, 1, slip, 3)) for slip in (near, far)]
+
+    def in_two_threads():
+        with ThreadPoolExecutor(max_workers=1) as other:
+            return scattered_states(other, (one, two), chain(*begin))
+
+    alone = [[state for start in group for state in descent(one, start, TURNS)] for group in begin]
+    return *alone, in_two_threads
+
+
+def multipliers(states):
+    return [state.forces.load_multiplier for state in states]
+
+
+def test_two_threads_find_what_one_finds_in_the_same_order(descents, monkeypatch):
+    """Bit for bit: a descent does not depend on what its programs solved before."""
+    monkeypatch.setattr(module, "HOPELESS", ())
+    near, far, in_two_threads = descents
+    assert len(near) > 6
+    assert multipliers(in_two_threads()) == multipliers(near + far)
+
+
+def test_descents_from_starts_that_have_nothing_of_a_mechanism_end_early(descents):
+    """Those around a mechanism do not, as far as they reach states."""
+    near, far, in_two_threads = descents
+    found = in_two_threads()
+    assert any(state.balances for state in near)
+    assert multipliers(found[: len(near)]) == multipliers(near)
+    assert 3 <= len(found) - len(near) < len(far)
+
+
+def test_without_any_hope_each_descent_has_one_turn(descents, monkeypatch):
+    monkeypatch.setattr(module, "HOPELESS", (-1.0,))
+    assert len(descents[-1]()) == 6
