@@ -1,22 +1,28 @@
 """Bodies: the outlines of a partition, with holes, and what remains of the joints between them.
 
-Both sides of a joint must have a vertex where the joint ends, or a slave node there finds no master node: without these
-imprinted vertices a wall of one element per stone loses 39 % of its capacity.
+A body's outline is what the edges of its blocks leave of each other in the planar map: an edge with the body on both
+sides cancels. An edge that is a joint with another body stays an edge of both, so that both have a vertex where the
+joint ends: without these vertices a wall of one element per stone loses 39 % of its capacity.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from orchestrator.joints import Assemblage
 from orchestrator.macroblocks import Partition
+from orchestrator.masonry.geometry import polygon_area
+from orchestrator.masonry.planar_map import OUTSIDE, PlanarMap
 from orchestrator.masonry.wall import Block, FloatArray, IntArray, Wall, read_only
 
-TOLERANCE = 2e-5
-"""distance within which a point lies on an outline, m (twice what joints accept: drawings are rounded)"""
+STRAIGHT = 1e-4
+"""height of a vertex over the chord of its neighbours, part of the shorter edge, below which the outline goes straight
+on (1e-4 of a stone of 0.4 m is 40 micrometres: the rounding of a drawing)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +39,7 @@ class Part:
 class Body:
     """One region of the wall. exterior (n, 2) counter-clockwise, holes (m, 2) clockwise, not closed, in m.
 
-    Every end of a joint that lies on the outline is a vertex of it (imprinted), on both sides of the joint.
+    Edge k of the outline runs from vertex k to the next one; the edges of the holes are numbered on from there.
     """
 
     number: int
@@ -57,7 +63,8 @@ class Bodies:
     """Bodies of one thickness (m), moving ones first, and their k interfaces, each a straight segment.
 
     body_i, body_j (k,), start, end (k, 2) in m (convention of joints.py: start -> end is counter-clockwise round i, the
-    normal points from i to j), friction (k,), joint (k,): the joint of the assemblage it comes from; cohesion,
+    normal points from i to j), friction (k,), joint (k,): the joint of the assemblage it comes from; edge_i, edge_j (k,):
+    the edge of the outline of each body that it is; cohesion,
     tensile_strength (k,) in N/m2 of the wall's thickness (less than the joint's own where a thinner block meets it),
     where one number stands for all.
     """
@@ -71,6 +78,8 @@ class Bodies:
     end: FloatArray
     friction: FloatArray
     joint: IntArray
+    edge_i: IntArray
+    edge_j: IntArray
     cohesion: FloatArray = field(default_factory=lambda: read_only(0.0))
     tensile_strength: FloatArray = field(default_factory=lambda: read_only(0.0))
 
@@ -84,17 +93,16 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
     """Return the outlines of all bodies and the joints that remain between them."""
     body_i, body_j = partition.body_of_block[assemblage.block_i], partition.body_of_block[assemblage.block_j]
     joint = np.flatnonzero(body_i != body_j)
-    ends = np.concatenate([assemblage.start[joint], assemblage.end[joint]])
-    owner = np.column_stack([np.tile(body_i[joint], 2), np.tile(body_j[joint], 2)])
-    bodies = tuple(
-        _body(
-            number, assemblage.wall, np.flatnonzero(partition.body_of_block == number), ends[(owner == number).any(1)]
-        )
-        for number in range(int(partition.body_of_block.max()) + 1)
-    )
+    outlines, edge = assemblage.outlines, assemblage.edge
+    assert outlines is not None, "an assemblage without its planar map has no bodies"
+    assert edge is not None, "an assemblage without its planar map has no bodies"
+    is_interface = np.zeros(len(outlines.left), bool)
+    is_interface[edge[joint]] = True
+    rings = _rings(outlines, partition.body_of_block, is_interface)
+    place = [{part: k for k, part in enumerate(p for ring in of_body for p in ring.edge)} for of_body in rings]
     share = assemblage.width / assemblage.wall.thickness
     return Bodies(
-        bodies=bodies,
+        bodies=tuple(_body(number, assemblage, partition, of_body) for number, of_body in enumerate(rings)),
         moving=partition.count,
         thickness=assemblage.wall.thickness,
         body_i=read_only(body_i[joint], np.int64),
@@ -103,26 +111,112 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
         end=read_only(assemblage.end[joint]),
         friction=read_only(assemblage.friction[joint]),
         joint=read_only(joint, np.int64),
+        edge_i=read_only([place[b][e] for b, e in zip(body_i[joint], edge[joint].tolist(), strict=True)], np.int64),
+        edge_j=read_only([place[b][e] for b, e in zip(body_j[joint], edge[joint].tolist(), strict=True)], np.int64),
         cohesion=read_only(assemblage.cohesion[joint] * share[joint]),
         tensile_strength=read_only(assemblage.tensile_strength[joint] * share[joint]),
     )
 
 
-def _body(number: int, wall: Wall, blocks: IntArray, joint_ends: FloatArray) -> Body:
-    """Return the union of `blocks` with `joint_ends` (p, 2) imprinted."""
+@dataclass(frozen=True, eq=False, slots=True)
+class _Ring:
+    """A closed outline: points (n, 2) in m, the body on their left; the edge of the planar map that begins at each."""
+
+    points: FloatArray
+    edge: tuple[int, ...]
+
+
+def _rings(outlines: PlanarMap, body_of_block: IntArray, is_interface: npt.NDArray[np.bool_]) -> list[list[_Ring]]:
+    """Return the rings of every body, the exterior first."""
+    left = body_of_block[outlines.left]
+    right = np.where(outlines.right == OUTSIDE, OUTSIDE, body_of_block[outlines.right])
+    edge = np.arange(len(left))
+    sides = [(edge, left, outlines.start, outlines.end), (edge, right, outlines.end, outlines.start)]
+    keep = [(left != right), (left != right) & (right != OUTSIDE)]
+    number, body, start, end = (
+        np.concatenate([side[k][kept] for side, kept in zip(sides, keep, strict=True)]) for k in range(4)
+    )
+    blocks = (np.flatnonzero(body_of_block == b)[0] for b in range(int(body_of_block.max()) + 1))
+    found = []
+    for b, block in enumerate(blocks):
+        rows = np.flatnonzero(body == b)
+        loops = _loops(outlines.vertex, start[rows], end[rows])
+        found.append(
+            _exterior_first(
+                [
+                    _simplified(outlines, number[rows[loop]], start[rows[loop]], is_interface, outlines.ring(block))
+                    for loop in loops
+                ]
+            )
+        )
+    return found
+
+
+def _loops(vertex: FloatArray, start: IntArray, end: IntArray) -> list[list[int]]:
+    """Return the directed edges start -> end (r,) as closed loops of their numbers.
+
+    Where a body touches itself in a point, the loop goes on along the same void, the first edge counter-clockwise from
+    the one it came by: a hole that is closed by that point stays a hole.
+    """
+    leaving: dict[int, list[int]] = {}
+    for k, v in enumerate(start.tolist()):
+        leaving.setdefault(v, []).append(k)
+    loops, left = [], set(range(len(start)))
+    while left:
+        loop = [min(left)]
+        while True:
+            left.discard(loop[-1])
+            here = int(end[loop[-1]])
+            ways = [k for k in leaving[here] if k in left or k == loop[0]]
+            following = ways[0] if len(ways) == 1 else min(ways, key=partial(_turn, vertex, start, end, loop[-1]))
+            if following == loop[0]:
+                break
+            loop.append(following)
+        loops.append(loop)
+    return loops
+
+
+def _turn(vertex: FloatArray, start: IntArray, end: IntArray, coming: int, leaving: int) -> float:
+    """Return the angle (0, 2 pi] counter-clockwise from the edge `coming`, looked at backwards, to the edge `leaving`."""
+    back, on = vertex[start[coming]] - vertex[end[coming]], vertex[end[leaving]] - vertex[start[leaving]]
+    angle = float(np.arctan2(back[0] * on[1] - back[1] * on[0], back @ on))
+    return angle if angle > 0 else angle + 2 * np.pi
+
+
+def _simplified(
+    outlines: PlanarMap, edge: IntArray, start: IntArray, is_interface: npt.NDArray[np.bool_], first_block: IntArray
+) -> _Ring:
+    """Return the ring without vertices where it goes straight on and no joint ends; it begins at a corner of the first
+    block (vertices `first_block` of its outline) if it has one."""
+    points = outlines.vertex[start]
+    before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+    chord, arm = after - before, points - before
+    height = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0]) / np.linalg.norm(chord, axis=1)
+    shorter = np.minimum(np.linalg.norm(arm, axis=1), np.linalg.norm(after - points, axis=1))
+    corner = ~(height < STRAIGHT * shorter)  # also true where the neighbours coincide (a spike would be a corner)
+    joint = is_interface[edge]
+    kept = np.flatnonzero(corner | joint | np.roll(joint, 1))
+    on_ring = {int(start[k]): n for n, k in enumerate(kept)}
+    begin = next((on_ring[v] for v in first_block.tolist() if v in on_ring), 0)
+    kept = np.roll(kept, -begin)
+    return _Ring(points[kept], tuple(edge[kept].tolist()))
+
+
+def _exterior_first(rings: list[_Ring]) -> list[_Ring]:
+    return sorted(rings, key=lambda ring: -polygon_area(ring.points))
+
+
+def _body(number: int, assemblage: Assemblage, partition: Partition, rings: list[_Ring]) -> Body:
+    wall, blocks = assemblage.wall, np.flatnonzero(partition.body_of_block == number)
     stones = [wall.blocks[k] for k in blocks]
-    areas = [shapely.Polygon(stone.polygon).area for stone in stones]
+    areas = [polygon_area(stone.polygon) for stone in stones]
     thinner = [1.0 if stone.thickness is None else stone.thickness / wall.thickness for stone in stones]
     volumes = [area * part for area, part in zip(areas, thinner, strict=True)]
-    outline = _union([stone.polygon for stone in stones])
-    rings = [_with_vertices(np.array(ring.coords)[:-1], joint_ends) for ring in (outline.exterior, *outline.interiors)]
-    area = shapely.Polygon(rings[0], rings[1:]).area
-    assert abs(area - sum(areas)) < 1e-6 * area + TOLERANCE * outline.length, f"body {number} lost area"
     return Body(
         number=number,
         name=_name(wall, blocks),
-        exterior=read_only(_oriented(rings[0], counter_clockwise=True)),
-        holes=tuple(read_only(_oriented(ring, counter_clockwise=False)) for ring in rings[1:]),
+        exterior=read_only(rings[0].points),
+        holes=tuple(read_only(ring.points) for ring in rings[1:]),
         fixed=stones[0].fixed,
         unit_weight=float(np.dot(volumes, [stone.unit_weight for stone in stones]) / sum(areas)),
         blocks=read_only(blocks, np.int64),
@@ -145,58 +239,3 @@ def _name(wall: Wall, blocks: IntArray) -> str:
     if first.fixed:
         return "the support"
     return f"block {first.id}" if len(blocks) == 1 else f"the macroblock of block {first.id}"
-
-
-def _union(polygons: list[FloatArray]) -> shapely.Polygon:
-    """Return the union as one polygon; gaps of rounding size between stones are closed.
-
-    A body that touches itself in a point round an opening keeps that opening as a hole. Blocks of one body share a
-    joint, so their union is always one piece.
-    """
-    if len(polygons) == 1:
-        return shapely.Polygon(polygons[0])
-    union = shapely.union_all([shapely.Polygon(polygon) for polygon in polygons], grid_size=1e-9)
-    if union.geom_type == "Polygon" and all(shapely.Polygon(hole).area > TOLERANCE**2 for hole in union.interiors):
-        return union
-    grown = shapely.union_all([shapely.Polygon(p).buffer(TOLERANCE, join_style="mitre") for p in polygons])
-    closed = grown.buffer(-TOLERANCE, join_style="mitre")
-    assert closed.geom_type == "Polygon", "blocks of one body do not share a joint"
-    return closed
-
-
-def _with_vertices(ring: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the ring (n, 2) with those `points` (p, 2) that lie on it as vertices, and no other collinear vertices."""
-    pieces = [
-        np.vstack([start, _between(start, end, points)]) for start, end in zip(ring, np.roll(ring, -1, 0), strict=True)
-    ]
-    vertices = np.concatenate(pieces)
-    wanted = _distances(vertices, points).min(axis=1, initial=np.inf) < TOLERANCE
-    return vertices[wanted | _is_corner(vertices)]
-
-
-def _between(start: FloatArray, end: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the points (m, 2) on the open edge start -> end, in order, each once."""
-    length = np.linalg.norm(end - start)
-    tangent = (end - start) / length
-    position = (points - start) @ tangent
-    distance = np.abs((points - start) @ np.array([tangent[1], -tangent[0]]))
-    on = (distance < TOLERANCE) & (position > TOLERANCE) & (position < length - TOLERANCE)
-    places = np.sort(position[on])
-    places = places[np.diff(places, prepend=-np.inf) > TOLERANCE]
-    return start + places[:, None] * tangent
-
-
-def _is_corner(vertices: FloatArray) -> np.ndarray:
-    """Return where the outline turns by more than rounding: distance of a vertex from the chord of its neighbours."""
-    before, after = np.roll(vertices, 1, axis=0), np.roll(vertices, -1, axis=0)
-    chord, arm = after - before, vertices - before
-    height = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0]) / np.linalg.norm(chord, axis=1)
-    return ~(height < TOLERANCE)  # also true where the neighbours coincide (a spike would be a corner)
-
-
-def _distances(first: FloatArray, second: FloatArray) -> FloatArray:
-    return np.linalg.norm(first[:, None] - second[None], axis=2)
-
-
-def _oriented(ring: FloatArray, counter_clockwise: bool) -> FloatArray:
-    return ring if shapely.LinearRing(ring).is_ccw == counter_clockwise else ring[::-1]

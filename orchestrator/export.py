@@ -22,7 +22,7 @@ from orchestrator.macroblocks import one_body_per_block
 from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes, mesh_bodies, volumes, write_mesh
 from orchestrator.pushover.constants import constants_of
-from orchestrator.pushover.contact_search import nodes_on, slave_and_master, triangles_on
+from orchestrator.pushover.faces import find_faces, sides_of_edges, touching_faces
 from orchestrator.pushover.nodal_loads import departures_from_mean
 from orchestrator.pushover_run import mesh_cache
 from orchestrator.results import replacing, write_text
@@ -96,20 +96,18 @@ def deck(bodies: Bodies, case: Case, multiplier: float, dialect: Dialect) -> str
 
 
 def contact_pairs(bodies: Bodies, meshes: BodyMeshes) -> Iterator[ContactPair]:
-    """Yield the contact pairs of all interfaces; collinear ones between the same bodies are one pair.
+    """Yield the contact pairs of all interfaces; those of the same two faces are one pair.
 
     meshes: of all bodies, supports last. A support is never a slave.
     """
-    sides = [meshes.side_triangles[meshes.body_of_side == body] for body in range(len(bodies.bodies))]
+    faces = find_faces(bodies)
+    touching, sides = touching_faces(bodies, faces), sides_of_edges(faces, meshes)
     face_of = _faces(meshes.tetrahedra)
-    joined: dict[tuple[int, int, float, float, float], list[tuple[IntArray, IntArray]]] = {}
+    joined: dict[tuple[int, int, float], list[tuple[IntArray, IntArray]]] = {}
     for k in range(len(bodies.body_i)):
-        start, end, owners = bodies.start[k], bodies.end[k], (int(bodies.body_i[k]), int(bodies.body_j[k]))
-        on = {b: nodes_on(start, end, np.unique(sides[b]), meshes.nodes) for b in owners if b < bodies.moving}
-        slave, master = slave_and_master(*owners, on)
-        tangent = (end - start) / np.linalg.norm(end - start) * (1 if slave == owners[0] else -1)
-        key = (slave, master, *np.round(tangent, 6).tolist(), float(bodies.friction[k]))
-        joined.setdefault(key, []).append((on[slave], triangles_on(start, end, sides[master], meshes.nodes)))
+        key = int(touching.slave_face[k]), int(touching.master_face[k]), float(bodies.friction[k])
+        part = np.unique(sides[touching.slave_edge[k]]), sides[touching.master_edge[k]]
+        joined.setdefault(key, []).append(part)
     for key, parts in joined.items():
         triangles = np.unique(np.sort(np.concatenate([part[1] for part in parts]), axis=1), axis=0)
         element, face = np.array([face_of[tuple(triangle)] for triangle in triangles.tolist()]).T

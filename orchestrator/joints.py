@@ -1,4 +1,4 @@
-"""Joints: the straight segments that two blocks share.
+"""Joints: the straight edges of the planar map that two blocks share.
 
 Convention used by every later stage: `start` -> `end` runs along the counter-clockwise outline of block i, so
 tangent t = (end - start)/length, and n = (t_y, -t_x) is the outward normal of block i, pointing from i to j.
@@ -10,14 +10,14 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 import numpy as np
-import shapely
 from annotated_types import Ge, Gt, Le
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from orchestrator.errors import CaseError
-from orchestrator.masonry.geometry import Outlines, block_thicknesses, outlines_of
-from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only, shapes
+from orchestrator.masonry.geometry import block_thicknesses
+from orchestrator.masonry.planar_map import OUTSIDE, OverlapError, PlanarMap, planar_map
+from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
 from orchestrator.units import Unit
 
 
@@ -45,7 +45,8 @@ class JointSettings:
     """How near two edges must lie to share a joint; what joints can carry besides the wall's friction."""
 
     tolerance: Annotated[float, Unit("m"), Gt(0), Le(0.01)] = 1e-5
-    """largest distance between two edges that touch; also the overlap of two blocks that passes as rounding"""
+    """largest distance over which outlines are joined: corners that become one vertex, vertices beside an edge; also the
+    overlap of two blocks that passes as rounding"""
     minimum_length: Annotated[float, Unit("m"), Gt(0)] = 1e-3
     """shorter shared segments are no joint"""
     classes: tuple[JointClass, ...] = ()
@@ -57,7 +58,8 @@ class Assemblage:
     """A wall and its k joints as arrays (block numbers are positions in `wall.blocks`, not ids).
 
     block_i, block_j (k,): the blocks on both sides; start, end (k, 2) in m; friction (k,); cohesion, tensile_strength,
-    compressive_strength (inf: no crushing) (k,) in N/m2, where one number stands for all joints.
+    compressive_strength (inf: no crushing) (k,) in N/m2, where one number stands for all joints. outlines: the planar
+    map of the wall; edge (k,): the edge of it that each joint is (neither is needed for limit analysis).
     """
 
     wall: Wall
@@ -69,6 +71,8 @@ class Assemblage:
     cohesion: FloatArray
     tensile_strength: FloatArray = field(default_factory=lambda: read_only(0.0))
     compressive_strength: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    outlines: PlanarMap | None = None
+    edge: IntArray | None = None
 
     def __post_init__(self) -> None:
         for name in ("tensile_strength", "compressive_strength"):
@@ -104,24 +108,53 @@ class Assemblage:
 
 
 def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
-    """Return the assemblage of `wall`: every pair of antiparallel, collinear edges that overlap is a joint.
+    """Return the assemblage of `wall`: every edge of its planar map that has a block on both sides is a joint.
 
-    Joints are sorted by block i, block j and position along block i's outline; two supports have none.
+    Joints are sorted by block i, block j and position along block i's outline; two supports have none. Raises CaseError
+    for blocks that lie on one another.
     """
-    block_i, block_j, start, end = _shared(wall, *_neighbours(wall, settings.tolerance), settings)
+    try:
+        outlines = planar_map([block.polygon for block in wall.blocks], settings.tolerance)
+    except OverlapError as error:
+        one, other = (wall.blocks[block].id for block in error.blocks)
+        problem = f"lies on block {other} near ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
+        raise CaseError(f"block {one}", problem, "move one of them or correct its polygon") from None
+    edge = _joints_of(outlines, np.array([block.fixed for block in wall.blocks]), settings.minimum_length)
+    block_i, block_j = outlines.left[edge], outlines.right[edge]
     friction = np.array([wall.friction if block.friction is None else block.friction for block in wall.blocks])
     assemblage = Assemblage(
-        wall=wall,
+        wall=_with_outlines(wall, outlines),
         block_i=read_only(block_i, np.int64),
         block_j=read_only(block_j, np.int64),
-        start=read_only(start),
-        end=read_only(end),
+        start=read_only(outlines.vertex[outlines.start[edge]]),
+        end=read_only(outlines.vertex[outlines.end[edge]]),
         friction=read_only(np.minimum(friction[block_i], friction[block_j])),
         cohesion=read_only(np.zeros(len(block_i))),
+        outlines=outlines,
+        edge=read_only(edge, np.int64),
     )
     for number, given in enumerate(settings.classes):
         assemblage = with_class(assemblage, given, f"joints.classes.{number}")
     return assemblage
+
+
+def _with_outlines(wall: Wall, outlines: PlanarMap) -> Wall:
+    """Return the wall with the outlines of its planar map; the same wall where nothing was joined over a distance."""
+    if outlines.error == 0.0:
+        return wall
+    polygons = [read_only(outlines.vertex[outlines.ring(number)]) for number in range(len(wall.blocks))]
+    blocks = [replace(block, polygon=polygon) for block, polygon in zip(wall.blocks, polygons, strict=True)]
+    return replace(wall, blocks=tuple(blocks))
+
+
+def _joints_of(outlines: PlanarMap, fixed: IntArray, shortest: float) -> IntArray:
+    """Return the edges (k,) that are joints, in their order."""
+    edge = outlines.ring_edge[outlines.ring_forward]  # along the outline of the left block, which is block i
+    i, j = outlines.left[edge], outlines.right[edge]
+    length = np.linalg.norm(outlines.vertex[outlines.end[edge]] - outlines.vertex[outlines.start[edge]], axis=1)
+    joint = (j != OUTSIDE) & ~(fixed[i] & fixed[j]) & (length > shortest)
+    edge = edge[joint]
+    return edge[np.lexsort((np.arange(len(edge)), outlines.right[edge], outlines.left[edge]))]
 
 
 def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblage:
@@ -148,47 +181,6 @@ def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblag
         tensile_strength=changed(given.tensile_strength, assemblage.tensile_strength),
         compressive_strength=changed(given.compressive_strength, assemblage.compressive_strength),
     )
-
-
-def _neighbours(wall: Wall, tolerance: float) -> tuple[IntArray, IntArray]:
-    """Return pairs i < j (p,) of blocks nearer than `tolerance`, without pairs of supports."""
-    outlines = shapes(wall)
-    first, second = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=2 * tolerance)
-    fixed = np.array([block.fixed for block in wall.blocks])
-    keep = (first < second) & ~(fixed[first] & fixed[second])
-    return first[keep], second[keep]
-
-
-def _shared(
-    wall: Wall, i: IntArray, j: IntArray, settings: JointSettings
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Return the blocks (k,) and ends (k, 2) of the segments that pairs i, j (p,) share, along the outlines of i."""
-    outlines = outlines_of(wall)
-    edge, pair = _edges_of(outlines, i)
-    other, row = _edges_of(outlines, j[pair])
-    edge = edge[row]
-    corner, following = outlines.corner, outlines.corner[outlines.following]
-    a, c, d = corner[edge], corner[other], following[other]
-    length = np.linalg.norm(following - corner, axis=1)[edge]
-    tangent = (following[edge] - a) / length[:, None]
-    beside = [np.abs((x - a)[:, 0] * tangent[:, 1] - (x - a)[:, 1] * tangent[:, 0]) for x in (c, d)]
-    first = np.maximum(0.0, np.sum((d - a) * tangent, axis=1))
-    last = np.minimum(length, np.sum((c - a) * tangent, axis=1))
-    facing = (np.maximum(*beside) <= settings.tolerance) & (np.sum((d - c) * tangent, axis=1) < 0)
-    found = np.flatnonzero(facing & (last - first > settings.minimum_length))
-    of_i, of_j = outlines.block[edge], outlines.block[other]
-    found = found[np.lexsort([part[found] for part in (last, first, edge, of_j, of_i)])]
-    along = tangent[found]
-    ends = (a[found] + place[found, None] * along for place in (first, last))
-    return of_i[found], of_j[found], *ends
-
-
-def _edges_of(outlines: Outlines, block: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the numbers of all edges of `block` (p,), one after the other, and the row in `block` they belong to."""
-    count = np.bincount(outlines.block)[block]
-    row = np.repeat(np.arange(len(block)), count)
-    before = np.cumsum(count) - count
-    return outlines.first[block][row] + np.arange(len(row)) - before[row], row
 
 
 def check_assemblage(assemblage: Assemblage) -> None:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from time import perf_counter
 from typing import Annotated, Any
@@ -45,7 +46,8 @@ class BodyMeshes:
     nodes (m, 3) in m, x and y in the wall's plane, z from 0 to the thickness; tetrahedra (t, 4), positively oriented;
     body_of_node (m,), body_of_tetrahedron (t,); nodes and tetrahedra of a body are contiguous, bodies in order.
     side_triangles (f, 3): boundary triangles on the extruded outline, outward orientation (right-hand rule);
-    body_of_side (f,). unit_weight (bodies,) in N/m3 of the moving bodies.
+    body_of_side (f,); side_edge (f,): the edge of its body's rings that each lies on (numbered as in bodies.py).
+    unit_weight (bodies,) in N/m3 of the moving bodies.
     distinct_shapes: how many different meshes were generated.
     """
 
@@ -55,6 +57,7 @@ class BodyMeshes:
     body_of_tetrahedron: IntArray
     side_triangles: IntArray
     body_of_side: IntArray
+    side_edge: IntArray
     unit_weight: FloatArray
     distinct_shapes: int
     seconds: float
@@ -62,11 +65,15 @@ class BodyMeshes:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ShapeMesh:
-    """Mesh of one shape, first vertex of its outline at (0, 0): nodes (m, 3) in m, tetrahedra (t, 4), sides (f, 3)."""
+    """Mesh of one shape, first vertex of its outline at (0, 0): nodes (m, 3) in m, tetrahedra (t, 4), sides (f, 3).
+
+    side_edge (f,): the edge of the shape's rings that each side lies on.
+    """
 
     nodes: FloatArray
     tetrahedra: IntArray
     sides: IntArray
+    side_edge: IntArray
 
 
 Shape = tuple[tuple[tuple[float, float], ...], ...]
@@ -94,6 +101,7 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None) -> B
             np.concatenate([m.sides + n for m, n in zip(meshes, first_node, strict=False)]), np.int64
         ),
         body_of_side=read_only(np.repeat(number, [len(m.sides) for m in meshes]), np.int64),
+        side_edge=read_only(np.concatenate([m.side_edge for m in meshes]), np.int64),
         unit_weight=read_only([body.unit_weight for body in moving]),
         distinct_shapes=len(known),
         seconds=perf_counter() - began,
@@ -140,14 +148,15 @@ def _mesh_shape(gmsh: Any, shape: Shape, thickness: float, settings: MeshSetting
     """Triangulate the outline, extrude it, and return its tetrahedra."""
     gmsh.model.add("body")
     geometry = gmsh.model.geo
-    loops = [geometry.addCurveLoop(_add_ring(geometry, np.array(ring), settings.size)) for ring in shape]
-    surface = geometry.addPlaneSurface(loops)
+    rings = [_add_ring(geometry, np.array(ring), settings.size) for ring in shape]
+    surface = geometry.addPlaneSurface([geometry.addCurveLoop(ring) for ring in rings])
     if not settings.matching_faces:
         geometry.extrude([(2, surface)], 0.0, 0.0, thickness, [settings.layers])
     geometry.synchronize()
     gmsh.model.mesh.generate(2 if settings.matching_faces else 3)
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     _, _, elements = gmsh.model.mesh.getElements(2 if settings.matching_faces else 3)
+    edges = _elements_of_edges(gmsh, [line for ring in rings for line in ring], surface, settings.matching_faces)
     gmsh.model.remove()
     tags, order = np.unique(np.asarray(tags, np.int64), return_index=True)
     nodes = np.asarray(coordinates).reshape(-1, 3)[order]
@@ -155,12 +164,33 @@ def _mesh_shape(gmsh: Any, shape: Shape, thickness: float, settings: MeshSetting
     tetrahedra = np.searchsorted(tags, np.asarray(elements[0], np.int64)).reshape(
         -1, 3 if settings.matching_faces else 4
     )
+    on_edge = [np.searchsorted(tags, of_edge) for of_edge in edges]
     if settings.matching_faces:
         levels = np.linspace(0.0, thickness, settings.layers + 1)
         tetrahedra = _extruded(nodes[:, :2], tetrahedra, settings.layers)
+        on_edge = [_extruded_lines(lines, len(nodes), settings.layers) for lines in on_edge]
         nodes = np.column_stack([np.tile(nodes[:, :2], (len(levels), 1)), np.repeat(levels, len(nodes))])
     tetrahedra = _positive(nodes, tetrahedra)
-    return ShapeMesh(nodes, tetrahedra, _sides(nodes, tetrahedra))
+    return ShapeMesh(nodes, tetrahedra, *_sides(tetrahedra, on_edge))
+
+
+def _elements_of_edges(gmsh: Any, lines: list[int], surface: int, matching_faces: bool) -> list[IntArray]:
+    """Return the node tags of the triangles (f, 3) over each of the `lines`, or of the lines' own elements (f, 2)."""
+    if matching_faces:
+        found = [gmsh.model.mesh.getElements(1, line)[2] for line in lines]
+    else:
+        above = [[face for face in gmsh.model.getAdjacencies(1, line)[0] if face != surface] for line in lines]
+        assert all(len(faces) == 1 for faces in above), "extrusion makes one surface over each line"
+        found = [gmsh.model.mesh.getElements(2, faces[0])[2] for faces in above]
+    assert all(len(elements) == 1 for elements in found), "the sides must be triangles only"
+    return [np.asarray(elements[0], np.int64).reshape(-1, 2 if matching_faces else 3) for elements in found]
+
+
+def _extruded_lines(lines: IntArray, above: int, layers: int) -> IntArray:
+    """Return all triangles (f, 3) that the extrusion of `lines` (f, 2) may have, with either diagonal."""
+    a, b = lines.T
+    layer = np.concatenate([np.column_stack(corners) for corners in combinations((a, b, a + above, b + above), 3)])
+    return np.concatenate([layer + number * above for number in range(layers)])
 
 
 def _extruded(plane: FloatArray, triangles: IntArray, layers: int) -> IntArray:
@@ -205,20 +235,24 @@ def volumes(nodes: FloatArray, tetrahedra: IntArray) -> FloatArray:
     return np.einsum("ti,ti->t", b - a, np.cross(c - a, d - a)) / 6.0
 
 
-def _sides(nodes: FloatArray, tetrahedra: IntArray) -> IntArray:
-    """Return boundary triangles (f, 3) whose outward normal lies in the wall's plane."""
+def _sides(tetrahedra: IntArray, on_edge: list[IntArray]) -> tuple[IntArray, IntArray]:
+    """Return the boundary triangles (f, 3), outward, that are among those of an edge (f, 3), and these edges (f,)."""
     faces = np.concatenate([tetrahedra[:, k] for k in ([1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1])])
+    known = np.concatenate(on_edge)
+    edge = np.repeat(np.arange(len(on_edge)), [len(triangles) for triangles in on_edge])
     _, position, count = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
     boundary = faces[count[position] == 1]
-    a, b, c = (nodes[boundary[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    return boundary[np.abs(normal[:, 2]) < 1e-6 * np.linalg.norm(normal, axis=1)]
+    _, position = np.unique(np.sort(np.concatenate([known, boundary]), axis=1), axis=0, return_inverse=True)
+    edge_of = np.full(position.max() + 1, -1)
+    edge_of[position[: len(known)]] = edge
+    side_edge = edge_of[position[len(known) :]]
+    return boundary[side_edge >= 0], side_edge[side_edge >= 0]
 
 
 def _content_hash(shape: Shape, thickness: float, settings: MeshSettings) -> str:
     from importlib.metadata import version
 
-    content = [shape, thickness, settings.size, settings.layers, settings.matching_faces, version("gmsh"), "sealed"]
+    content = [shape, thickness, settings.size, settings.layers, settings.matching_faces, version("gmsh"), "edges"]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
@@ -228,7 +262,7 @@ def _cached(file: Path | None) -> ShapeMesh | None:
         return None
     try:
         with np.load(io.BytesIO(unsealed(file.read_bytes())), allow_pickle=False) as stored:
-            return ShapeMesh(stored["nodes"], stored["tetrahedra"], stored["sides"])
+            return ShapeMesh(stored["nodes"], stored["tetrahedra"], stored["sides"], stored["side_edge"])
     except (OSError, ValueError, KeyError) as error:
         logger.warning("%s: cannot be read (%s); the mesh is made again", file, error)
         return None
@@ -238,7 +272,9 @@ def _keep(mesh: ShapeMesh, file: Path | None) -> None:
     if file is None:
         return
     content = io.BytesIO()
-    np.savez_compressed(content, nodes=mesh.nodes, tetrahedra=mesh.tetrahedra, sides=mesh.sides)
+    np.savez_compressed(
+        content, nodes=mesh.nodes, tetrahedra=mesh.tetrahedra, sides=mesh.sides, side_edge=mesh.side_edge
+    )
     try:
         write_bytes(file, sealed(content.getvalue()))
     except OSError as error:

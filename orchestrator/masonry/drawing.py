@@ -10,11 +10,11 @@ from typing import Annotated
 
 import numpy as np
 import shapely
-from annotated_types import Gt, Le
+from annotated_types import Ge, Gt, Le
 
 from orchestrator.errors import CaseError
-from orchestrator.masonry.healing import Gap, heal
-from orchestrator.masonry.wall import Block, FloatArray, Wall, check_wall, read_only
+from orchestrator.masonry.healing import Gap, closed_gaps, heal, open_gaps
+from orchestrator.masonry.wall import Block, FloatArray, Mortar, Wall, check_wall, read_only
 from orchestrator.units import Unit
 
 LARGEST_COUNT = 100_000
@@ -24,6 +24,11 @@ FAR = 1e4
 SLIVER = 150.0
 """length over width above which a stone is probably an error of the drawing; an invalid pushover is likely (measured:
 100 ran, 200, 400 and 2000 fell out or made their neighbours jump)"""
+COURSE = 0.05
+"""of a stone's size: lower edges that differ by less are one course where blocks are numbered"""
+CORNERS_APART = 1.5
+"""distance of two corners that belong together, over the width of the mortar joint between them: 2 to the power of 1/2
+across the crossing of two joints, more beside an acute corner"""
 PLAUSIBLE = (0.1, 200.0)
 """m: a wall that is smaller or larger is probably drawn in another unit (the tallest of masonry has 169 m)"""
 
@@ -48,6 +53,8 @@ class HealingSettings:
     """largest gap or overlap that is closed; also how near two ends of lines must be to meet"""
     ground: Annotated[float, Unit("m"), Gt(0)] | None = None
     """puts a support under the wall that reaches this far beyond it on both sides; none: supports are drawn"""
+    mortar: Annotated[float, Unit("m"), Ge(0), Le(0.1)] = 0.0
+    """widest mortar joint that is drawn as a gap: closed to its middle, its thickness kept with the wall"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,23 +85,33 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
         supports.append(_ground(np.vstack(stones), settings.ground))
     if not supports:
         raise CaseError("supports", "the drawing has none", 'draw them on their own layer, or give --ground "200 mm"')
-    order = _order(stones, settings.tolerance)
-    outlines, moved = _near_origin(
-        [*(supports[k] for k in _order(supports, settings.tolerance)), *(stones[k] for k in order)]
-    )
-    outlines, gaps = heal(outlines, settings.tolerance)
+    order = _order(stones)
+    outlines, moved = _near_origin([*(supports[k] for k in _order(supports)), *(stones[k] for k in order)])
+    joined, map_ = heal([_counter_clockwise(outline) for outline in outlines], _closing(settings))
     told = [drawing.materials[kept[k]] for k in order] if drawing.materials else [""] * len(order)
     blocks = tuple(
-        Block(k, _counter_clockwise(outline), k < len(supports), material.unit_weight, name)
-        for k, (outline, name) in enumerate(zip(outlines, [""] * len(supports) + told, strict=True))
+        Block(k, outline, k < len(supports), material.unit_weight, name)
+        for k, (outline, name) in enumerate(zip(joined, [""] * len(supports) + told, strict=True))
     )
-    wall = Wall(name, blocks, material.thickness, material.friction)
+    closed = closed_gaps(map_)
+    wall = Wall(name, blocks, material.thickness, material.friction, _mortar(closed, wall=blocks, settings=settings))
     try:
         check_wall(wall)
     except CaseError as error:
         raise _located(error, wall) from None
-    said = [_words(gap, wall) for gap in gaps]
-    return wall, [*drawing.remarks, *left_out, *moved, *implausible(wall), *said]
+    said = [*(_words(gap, wall) for gap in open_gaps(map_)), *_summary(closed, wall)]
+    return wall, [*said, *drawing.remarks, *left_out, *moved, *implausible(wall)]
+
+
+def _closing(settings: HealingSettings) -> float:
+    """Return the largest distance that is joined, m: corners at a joint of mortar are farther apart than it is wide."""
+    return max(settings.tolerance, CORNERS_APART * settings.mortar)
+
+
+def _mortar(closed: list[Gap], wall: tuple[Block, ...], settings: HealingSettings) -> tuple[Mortar, ...]:
+    if not settings.mortar:
+        return ()
+    return tuple(Mortar(wall[gap.i].id, wall[gap.j].id, gap.width) for gap in closed if gap.width > 0)
 
 
 def _located(error: CaseError, wall: Wall) -> CaseError:
@@ -144,12 +161,16 @@ def _ground(corners: FloatArray, beyond: float) -> FloatArray:
     return np.array([[left, top - beyond], [right, top - beyond], [right, top], [left, top]])
 
 
-def _order(outlines: list[FloatArray], tolerance: float) -> list[int]:
-    """Return the order by courses from below (lower edges within ten tolerances are one course), left to right."""
+def _order(outlines: list[FloatArray]) -> list[int]:
+    """Return the order by courses from below (lower edges that differ by less than COURSE of a stone are one course),
+    left to right."""
+    if not outlines:
+        return []
     lower = np.array([outline[:, 1].min() for outline in outlines])
+    size = float(np.median(np.sqrt([shapely.Polygon(outline).area for outline in outlines])))
     order = np.argsort(lower, kind="stable")
     course = np.empty(len(outlines))
-    course[order] = np.cumsum(np.diff(lower[order], prepend=lower[order[:1]]) > 10 * tolerance)
+    course[order] = np.cumsum(np.diff(lower[order], prepend=lower[order[:1]]) > COURSE * size)
     return np.lexsort((np.array([o[:, 0].min() for o in outlines]), course)).tolist()
 
 
@@ -198,6 +219,29 @@ def _counter_clockwise(outline: FloatArray) -> FloatArray:
 
 def _words(gap: Gap, wall: Wall) -> str:
     kind = "gap" if gap.width > 0 else "overlap"
-    done = "closed" if gap.closed else "NOT closed, wider than the tolerance"
     first, second = wall.blocks[gap.i].id, wall.blocks[gap.j].id
-    return f"{kind} of {1e3 * abs(gap.width):.2g} mm between blocks {first} and {second} {done}"
+    x, y = gap.at
+    return (
+        f"WARNING: {kind} of {_millimetres(gap.width)} between blocks {first} and {second} at ({x:.4g}, {y:.4g}) m NOT "
+        f"closed, wider than the tolerance; --tolerance closes it"
+    )
+
+
+def _summary(closed: list[Gap], wall: Wall) -> list[str]:
+    """Return one line about gaps and one about overlaps that were closed, with the widest of each."""
+    said = []
+    for kind, gaps in (("gap", [g for g in closed if g.width > 0]), ("overlap", [g for g in closed if g.width < 0])):
+        if gaps:
+            widest = max(gaps, key=lambda gap: abs(gap.width))
+            i, j = wall.blocks[widest.i].id, wall.blocks[widest.j].id
+            median = float(np.median([abs(gap.width) for gap in gaps]))
+            many = f"{len(gaps)} {kind}s" if len(gaps) > 1 else f"1 {kind}"
+            said.append(
+                f"{many} between blocks closed, median {_millimetres(median)}, widest {_millimetres(widest.width)} "
+                f"between blocks {i} and {j} at ({widest.at[0]:.4g}, {widest.at[1]:.4g}) m"
+            )
+    return said
+
+
+def _millimetres(width: float) -> str:
+    return f"{1e3 * abs(width):.2g} mm"

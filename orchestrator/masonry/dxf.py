@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 import shapely
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from orchestrator.errors import CaseError
 from orchestrator.masonry.drawing import LARGEST_COUNT, Drawing
-from orchestrator.masonry.healing import meeting
 from orchestrator.masonry.readers import refuse_what_is_no_file
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.units import Unit
@@ -29,6 +30,10 @@ HEADER_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.91
 DRAWN = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
 LARGEST_FILE = 100_000_000
 """bytes"""
+CHORD = 0.1
+"""part of the tolerance by which chords lie off an arc: what they add to the errors of a drawing must not count"""
+SMALLEST_ERROR = 1e-6
+"""part of the drawing's size: ends of lines are first taken to meet over this distance"""
 LARGEST_CORNERS = 2_000_000
 LARGEST_ENTITIES = 2 * LARGEST_COUNT
 DEEPEST = 50
@@ -61,7 +66,7 @@ def _drawing(path: Path, layers: Layers, tolerance: float, unit: str) -> Drawing
     document = _opened(path)
     factor, remark = _factor(document, unit)
     try:
-        paths = _paths(document, tolerance / factor)
+        paths = _paths(document, CHORD * tolerance / factor)
     except CaseError:
         raise
     except Exception as error:  # ezdxf checks little: a damaged entity fails with whatever Python raises
@@ -201,17 +206,41 @@ def _layers_along(faces: list[FloatArray], lines: list[OnLayer], tolerance: floa
 
 
 def _faces(lines: list[FloatArray], tolerance: float) -> tuple[list[FloatArray], list[shapely.Geometry]]:
-    """Return the outlines that lines form whose ends meet within `tolerance`, and the lines that bound none."""
+    """Return the outlines that lines form, and the lines that bound none.
+
+    Ends are taken to meet over the smallest distance, doubled from a millionth of the drawing up to the tolerance, that
+    leaves no line over; so a larger tolerance does not change what a smaller one closes.
+    """
     if not lines:
         return [], []
-    ends = meeting(np.vstack([line[[0, -1]] for line in lines]), tolerance)[1].reshape(-1, 2, 2)
+    within = min(tolerance, SMALLEST_ERROR * float(np.ptp(np.vstack(lines), axis=0).max()))
+    while True:
+        faces, rest = _faces_within(lines, within)
+        if not rest or within == tolerance:
+            return faces, rest
+        within = min(tolerance, 2 * within)
+
+
+def _faces_within(lines: list[FloatArray], within: float) -> tuple[list[FloatArray], list[shapely.Geometry]]:
+    """Return the outlines of lines whose ends meet each other, or another line, within `within` (m); and the rest."""
+    ends = _meeting(np.vstack([line[[0, -1]] for line in lines]), within).reshape(-1, 2, 2)
     joined = [np.vstack([a, line[1:-1], b]) for line, (a, b) in zip(lines, ends, strict=True)]
     network = shapely.union_all([shapely.LineString(line) for line in joined if np.ptp(line, axis=0).max() > 0])
     corners = shapely.MultiPoint(np.unique(ends.reshape(-1, 2), axis=0))
-    network = shapely.union_all(shapely.snap(network, corners, tolerance))  # an end beside a line meets it there
+    network = shapely.union_all(shapely.snap(network, corners, within))  # an end beside a line meets it there
     polygons, cuts, dangles, _ = shapely.polygonize_full([network])
-    rest = [line for part in (cuts, dangles) for line in part.geoms if line.length > tolerance]
+    rest = [line for part in (cuts, dangles) for line in part.geoms if line.length > within]
     return [shapely.get_coordinates(face.exterior)[:-1] for face in polygons.geoms if not face.interiors], rest
+
+
+def _meeting(points: FloatArray, within: float) -> FloatArray:
+    """Return points (p, 2), those that chains of steps up to `within` (m) connect at their mean."""
+    places = shapely.points(points)
+    pairs = shapely.STRtree(places).query(places, predicate="dwithin", distance=within)
+    matrix = coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(len(points), len(points)))
+    group = connected_components(matrix, directed=False)[1]
+    size = np.bincount(group)
+    return np.column_stack([np.bincount(group, points[:, k]) / size for k in (0, 1)])[group]
 
 
 def _without_duplicates(outlines: Iterable[OnLayer]) -> tuple[list[OnLayer], int]:

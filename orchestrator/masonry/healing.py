@@ -1,203 +1,110 @@
-"""Drawn outlines that nearly touch -> outlines that do: small gaps and overlaps between stones are closed.
-
-Three steps, none of which moves a corner by more than the tolerance: edges that lie nearly on one line are put on it
-(so that a bed joint stays straight and does not interlock by drawing errors), corners that nearly coincide are made
-one, and a corner that still lies beside a neighbour's edge becomes a corner of that edge.
-"""
+"""Drawn outlines that nearly touch -> outlines that do, and what lay between them as drawn."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from orchestrator.masonry.wall import FloatArray, IntArray
+from orchestrator.errors import CaseError
+from orchestrator.masonry.planar_map import OUTSIDE, ROUNDING, OverlapError, PlanarMap, planar_map
+from orchestrator.masonry.wall import FloatArray, read_only
 
-EXACT = 1e-6
-"""m: what lies nearer than this touches already (a tenth of the smallest joint tolerance in use)"""
-PARALLEL = 0.02
-"""sine of the angle below which two lines have no useful point of intersection"""
-NEARLY = 10.0
-"""gaps up to this many tolerances are listed as not closed"""
+BEND = 1 / 30
+"""part of its length by which what lies between two blocks may bend and still be one straight joint: an arc of 15
+degrees (the extrados of a voussoir), whatever chords it was drawn with"""
+VISIBLE = 0.125
+"""part of the smaller block's size (root of its area) below which a gap between two blocks is hardly meant as one"""
+FACING = 0.9
+"""cosine of the largest angle between two edges that face each other"""
+BESIDE = 0.25
+"""part of the shorter of two edges along which they face each other"""
+NOISE = 1e-6
+"""part of the smallest block's size: a width below it is rounding"""
 
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """What lay between outlines `i` < `j` (positions): `width` in m, negative for an overlap; `closed` if healed."""
+    """What lay between outlines `i` < `j` (positions): `width` in m, negative for an overlap, at the point `at` (m)."""
 
     i: int
     j: int
     width: float
-    closed: bool
+    at: tuple[float, float]
 
 
-def heal(outlines: Sequence[FloatArray], tolerance: float) -> tuple[list[FloatArray], list[Gap]]:
-    """Return outlines (n, 2) of which neighbours share their edges, and every gap or overlap found.
+def heal(outlines: Sequence[FloatArray], tolerance: float) -> tuple[list[FloatArray], PlanarMap]:
+    """Return outlines (n, 2) of which neighbours share their vertices, and the planar map that they are.
 
-    tolerance in m: largest gap or overlap that is closed. Outlines that would lose their shape are returned unchanged.
+    outlines: counter-clockwise; tolerance in m: largest gap or overlap that is closed. Raises CaseError for blocks that
+    lie on one another.
     """
-    aligned = _aligned(outlines, tolerance)
-    joined = _joined(aligned, tolerance)
-    points = np.unique(np.vstack(joined), axis=0)
-    tree = shapely.STRtree(shapely.points(points))
-    healed = [_with_corners(outline, points, tree, tolerance) for outline in joined]
-    whole = [_whole(new, old) for old, new in zip(outlines, healed, strict=True)]
-    return whole, list(_gaps(outlines, whole, tolerance))
+    try:
+        joined = planar_map(outlines, tolerance, BEND)
+    except OverlapError as error:
+        one, other = error.blocks
+        x, y = error.point
+        problem = f"two outlines lie on one another, by more than the tolerance of {1e3 * tolerance:.3g} mm"
+        raise CaseError(f"blocks {one} and {other} at ({x:.4g}, {y:.4g}) m", problem, "correct the drawing") from None
+    return [_corners(joined.vertex[joined.ring(block)]) for block in range(len(outlines))], joined
 
 
-def _aligned(outlines: Sequence[FloatArray], tolerance: float) -> list[FloatArray]:
-    """Return the outlines with edges that lie within `tolerance` of one line put on that line."""
-    start, end = np.vstack(outlines), np.vstack([np.roll(outline, -1, axis=0) for outline in outlines])
-    before = np.concatenate([np.roll(r, 1) for r in _ranges(outlines)])
-    point, normal, members = _lines(start, end, _collinear(start, end, tolerance))
-    moved = _intersections(start, before, point, normal, members)
-    far = np.linalg.norm(moved - start, axis=1) > tolerance
-    moved[far] = start[far]
-    return [moved[r] for r in _ranges(outlines)]
+def _corners(ring: FloatArray) -> FloatArray:
+    """Return the ring (n, 2) without points on its straight edges, as the corners of other blocks are."""
+    chord, arm = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0), ring - np.roll(ring, 1, axis=0)
+    height = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
+    return read_only(ring[~(height < ROUNDING * np.sum(chord**2, axis=1))])
 
 
-def _collinear(start: FloatArray, end: FloatArray, tolerance: float) -> IntArray:
-    """Return a group number (e,) per edge; edges of a group are near each other and within `tolerance` of one line."""
-    segments = shapely.linestrings(np.stack([start, end], axis=1))
-    length = np.linalg.norm(end - start, axis=1)
-    i, j = shapely.STRtree(segments).query(segments, predicate="dwithin", distance=tolerance)
-    keep = (length[i] > length[j]) | ((length[i] == length[j]) & (i < j))
+def closed_gaps(joined: PlanarMap) -> list[Gap]:
+    """Return for each pair of blocks the widest gap or overlap that was closed between them."""
+    size = _sizes(joined)
+    edges = np.flatnonzero((joined.right != OUTSIDE) & (np.abs(joined.width) > NOISE * size.min()))
+    widest: dict[tuple[int, int], int] = {}
+    for edge in edges[np.argsort(-np.abs(joined.width[edges]), kind="stable")].tolist():
+        widest.setdefault((int(joined.left[edge]), int(joined.right[edge])), edge)
+    middle = 0.5 * (joined.vertex[joined.start] + joined.vertex[joined.end])
+    return [Gap(i, j, float(joined.width[e]), _place(middle[e])) for (i, j), e in sorted(widest.items())]
+
+
+def open_gaps(joined: PlanarMap) -> list[Gap]:
+    """Return what looks like joints that were not closed: edges of two blocks without a block beyond, facing each other
+    over less than a visible width; the narrowest of each pair of blocks."""
+    free = np.flatnonzero(joined.right == OUTSIDE)
+    if len(free) < 2:
+        return []
+    a, b = joined.vertex[joined.start[free]], joined.vertex[joined.end[free]]
+    length = np.linalg.norm(b - a, axis=1)
+    tangent = (b - a) / length[:, None]
+    block = joined.left[free]
+    visible = VISIBLE * _sizes(joined)[block]
+    segments = shapely.linestrings(np.stack([a, b], axis=1))
+    i, j = shapely.STRtree(segments).query(segments, predicate="dwithin", distance=visible)
+    keep = (block[i] != block[j]) & (np.sum(tangent[i] * tangent[j], axis=1) < -FACING)
     i, j = i[keep], j[keep]
-    along = (end - start)[i] / np.maximum(length[i], 1e-300)[:, None]
-    off = np.stack([_cross(along, points[j] - start[i]) for points in (start, end)])
-    near = (np.abs(off).max(axis=0) <= tolerance) & (length[j] > 2 * tolerance)
-    pairs = (np.ones(np.count_nonzero(near)), (i[near], j[near]))
-    return connected_components(coo_matrix(pairs, shape=(len(start), len(start))), directed=False)[1]
+    along = [np.sum((p[j] - a[i]) * tangent[i], axis=1) for p in (b, a)]  # in the direction of edge i
+    outward = np.column_stack([tangent[:, 1], -tangent[:, 0]])[i]
+    first, last = np.maximum(along[0], 0.0), np.minimum(along[1], length[i])
+    off = [np.sum((p[j] - a[i]) * outward, axis=1) for p in (b, a)]
+    share = (0.5 * (first + last) - along[0]) / (along[1] - along[0])
+    width = off[0] + share * (off[1] - off[0])
+    narrow = np.abs(width) < np.minimum(visible[i], visible[j])
+    facing = narrow & (last - first > BESIDE * np.minimum(length[i], length[j]))
+    found: dict[tuple[int, int], Gap] = {}
+    middle = a[i] + (0.5 * (first + last))[:, None] * tangent[i] + 0.5 * width[:, None] * outward
+    for k in np.flatnonzero(facing)[np.argsort(np.abs(width[facing]), kind="stable")].tolist():
+        one, other = sorted((int(block[i[k]]), int(block[j[k]])))
+        found.setdefault((one, other), Gap(one, other, float(width[k]), _place(middle[k])))
+    return [found[pair] for pair in sorted(found)]
 
 
-def _lines(start: FloatArray, end: FloatArray, group: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return a point and the normal (e, 2) of the line that fits an edge's group best, and the group's size (e,)."""
-    weight = np.linalg.norm(end - start, axis=1)
-    total = np.maximum(np.bincount(group, weight), 1e-300)
-    point = np.column_stack([np.bincount(group, weight * 0.5 * (start + end)[:, k]) / total for k in (0, 1)])[group]
-    xx, xy, yy = (
-        np.bincount(group, weight * sum(d[:, a] * d[:, b] for d in (start - point, end - point)))[group]
-        for a, b in ((0, 0), (0, 1), (1, 1))
-    )
-    angle = 0.5 * np.arctan2(2 * xy, xx - yy)
-    return point, np.column_stack([-np.sin(angle), np.cos(angle)]), np.bincount(group)[group]
+def _sizes(joined: PlanarMap) -> FloatArray:
+    """Return the root of each block's area (n,) in m."""
+    rings = [joined.vertex[joined.ring(block)] for block in range(len(joined.first) - 1)]
+    return np.sqrt(np.abs(shapely.area([shapely.Polygon(ring) for ring in rings])))
 
 
-def _intersections(
-    corner: FloatArray, before: IntArray, point: FloatArray, normal: FloatArray, members: IntArray
-) -> FloatArray:
-    """Return each corner (e, 2) moved to where the lines of its two edges (`before` and its own) meet."""
-    n, m = normal[before], normal
-    c, d = ((p * q).sum(axis=1) for p, q in ((n, point[before] - corner), (m, point - corner)))
-    sine = _cross(n, m)
-    crossing = np.abs(sine) > PARALLEL
-    safe = np.where(crossing, sine, 1.0)
-    step = np.column_stack([(c * m[:, 1] - d * n[:, 1]) / safe, (n[:, 0] * d - m[:, 0] * c) / safe])
-    larger = members[before] > members
-    projected = np.where(larger[:, None], n * c[:, None], m * d[:, None])
-    alone = (members[before] == 1) & (members == 1)
-    return corner + np.where(alone[:, None], 0.0, np.where(crossing[:, None], step, projected))
-
-
-def meeting(points: FloatArray, tolerance: float) -> tuple[IntArray, FloatArray]:
-    """Return the group (p,) of each point (p, 2), those within `tolerance` of each other being one, and its mean."""
-    places = shapely.points(points)
-    pairs = shapely.STRtree(places).query(places, predicate="dwithin", distance=tolerance)
-    matrix = coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(len(points), len(points)))
-    group = connected_components(matrix, directed=False)[1]
-    size = np.bincount(group)
-    return group, np.column_stack([np.bincount(group, points[:, k]) / size for k in (0, 1)])[group]
-
-
-def _joined(outlines: list[FloatArray], tolerance: float) -> list[FloatArray]:
-    """Return the outlines with corners within `tolerance` of each other at their mean, each corner once."""
-    corners = np.vstack(outlines)
-    group, mean = meeting(corners, tolerance)
-    chain = np.bincount(group, np.linalg.norm(mean - corners, axis=1) > tolerance)[group] > 0
-    joined = np.where(chain[:, None], corners, mean)
-    return [_without_repeats(joined[r]) for r in _ranges(outlines)]
-
-
-def _with_corners(outline: FloatArray, points: FloatArray, tree: shapely.STRtree, tolerance: float) -> FloatArray:
-    """Return the outline with those `points` (p, 2) (`tree` of them) as corners that lie beside an edge, not on it."""
-    pieces = []
-    points = points[tree.query(shapely.LinearRing(outline), predicate="dwithin", distance=tolerance)]
-    for start, end in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-        length = float(np.linalg.norm(end - start))
-        along = (end - start) / length
-        place, off = (points - start) @ along, np.abs(_cross(along, points - start))
-        beside = (off > EXACT) & (off <= tolerance) & (place > tolerance) & (place < length - tolerance)
-        pieces.append(np.vstack([start, points[beside][np.argsort(place[beside])]]))
-    return np.concatenate(pieces)
-
-
-def _whole(outline: FloatArray, drawn: FloatArray) -> FloatArray:
-    """Return a healed outline without the spikes that joining corners may leave; the drawn one if little is left."""
-    if len(outline) >= 3 and (polygon := shapely.Polygon(outline)).is_valid:
-        return outline
-    if len(outline) >= 4:
-        pieces = [p for p in shapely.get_parts(polygon.buffer(0)) if p.geom_type == "Polygon" and not p.interiors]
-        largest = max(pieces, key=lambda piece: piece.area, default=shapely.Polygon())
-        if largest.area > 0.9 * shapely.Polygon(drawn).area:
-            return shapely.get_coordinates(largest.exterior)[:-1]
-    return drawn
-
-
-def _gaps(before: Sequence[FloatArray], after: Sequence[FloatArray], tolerance: float) -> Iterator[Gap]:
-    """Yield gaps and overlaps wider than EXACT between neighbours as drawn; what has a stone in it is no gap."""
-    drawn, healed = ([shapely.Polygon(outline) for outline in outlines] for outlines in (before, after))
-    tree, standing = shapely.STRtree(drawn), shapely.STRtree(healed)
-    for i, j in sorted(zip(*tree.query(drawn, predicate="dwithin", distance=NEARLY * tolerance), strict=True)):
-        if i >= j:
-            continue
-        width = _width(drawn[i], drawn[j], tolerance)
-        if abs(width) <= EXACT:
-            continue
-        closed = abs(_width(healed[i], healed[j], tolerance)) <= EXACT
-        if closed or width < 0 or _is_void(healed[i], healed[j], width, healed, standing):
-            yield Gap(int(i), int(j), width, closed)
-
-
-def _is_void(
-    first: shapely.Polygon,
-    second: shapely.Polygon,
-    width: float,
-    outlines: list[shapely.Polygon],
-    tree: shapely.STRtree,
-) -> bool:
-    """Return whether nothing fills the gap of `width` (m) between two outlines (else other stones meet there)."""
-    between = first.buffer(width).intersection(second.buffer(width))
-    stones = [outlines[k] for k in tree.query(between, predicate="intersects")]
-    return bool(between.difference(shapely.union_all(stones)).area > 0.25 * width**2)
-
-
-def _width(first: shapely.Polygon, second: shapely.Polygon, tolerance: float) -> float:
-    """Return the widest gap (m) between two outlines where they are near, or minus the depth of their overlap."""
-    common = first.intersection(second)
-    if common.area > EXACT * min(first.length, second.length, max(common.length, tolerance)):
-        return -2.0 * common.area / common.length
-    apart = float(first.distance(second))
-    if apart > tolerance:
-        return apart
-    corners = [(a, shapely.points(shapely.get_coordinates(b))) for a, b in ((first, second), (second, first))]
-    near = np.concatenate([shapely.distance(outline, points) for outline, points in corners])
-    return float(near[near <= tolerance].max(initial=apart))
-
-
-def _without_repeats(outline: FloatArray) -> FloatArray:
-    return outline[np.any(outline != np.roll(outline, 1, axis=0), axis=1)]
-
-
-def _ranges(outlines: Sequence[FloatArray]) -> list[IntArray]:
-    ends = np.cumsum([0, *(len(outline) for outline in outlines)])
-    return [np.arange(first, last) for first, last in pairwise(ends)]
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return product
+def _place(point: FloatArray) -> tuple[float, float]:
+    return float(point[0]), float(point[1])

@@ -1,8 +1,8 @@
-"""A black-and-white picture of the stones, with a scale -> Drawing (scikit-image).
+"""A picture of the stones, with a scale -> Drawing (Pillow, scikit-image).
 
-Each connected patch of stone colour is a stone. Mortar between stones is closed: stones grow until they touch, nowhere
-beyond what closes joints narrower than the given width. Outlines follow the edges between pixels and are simplified
-together, so that neighbours keep one common edge.
+Black and white: each connected patch of stone colour is a stone. Colours, or numbers (a label image, a mask): each
+connected patch of one colour is a stone, whatever it touches. Mortar between stones is closed: stones grow until they
+touch, nowhere beyond what closes joints narrower than the given width.
 """
 
 from __future__ import annotations
@@ -13,23 +13,25 @@ from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-import shapely
-from annotated_types import Ge, Gt
+from annotated_types import Ge, Gt, Le
 from scipy import ndimage
 
 from orchestrator.errors import CaseError
-from orchestrator.masonry.drawing import Drawing
-from orchestrator.masonry.readers import refuse_what_is_no_file
-from orchestrator.masonry.wall import FloatArray, IntArray
+from orchestrator.masonry.colours import NEAR, are_labels, stones_by_colour
+from orchestrator.masonry.drawing import LARGEST_COUNT, Drawing
+from orchestrator.masonry.outlines import outlines
+from orchestrator.masonry.pixels import Pixels, read_pixels
+from orchestrator.masonry.segmentation import cracked, large_patches, run_together, split
+from orchestrator.masonry.wall import IntArray
 from orchestrator.units import Unit
 
-LARGEST_FILE = 1_000_000_000
-"""bytes"""
-LARGEST_PICTURE = 25_000_000
-"""pixels"""
-STRAIGHT = 1.5
-"""pixels: how far the steps of a straight edge may lie from it (Douglas and Peucker 1973). Steps that are left
-interlock: stones stand that would slide out"""
+THRESHOLD = 128
+THRESHOLDS = (32, 64, 96, 160, 192, 224)
+"""other thresholds that are tried to see whether they would part more stones"""
+HUGE = 20.0
+"""times the median area: no stone among others of its wall, lintels included, is that large"""
+GREYS = 0.005
+"""share of pixels neither black nor white from which a threshold matters"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +42,22 @@ class PictureSettings:
     """side of a pixel"""
     mortar: Annotated[float, Unit("m"), Ge(0)] = 0.02
     """widest joint between stones that is closed"""
-    stones: Literal["black", "white"] = "black"
-    """colour of the stones"""
+    stones: Literal["auto", "black", "white", "colours"] = "auto"
+    """colour of the stones, or one colour a stone; auto: black, or colours if the picture has sharp patches of many"""
     smallest: Annotated[float, Unit("m"), Gt(0)] = 0.02
     """patches of less area than a square of this side are dirt"""
+    threshold: Annotated[int, Ge(1), Le(255)] = THRESHOLD
+    """lightness from which a pixel is white"""
+    split: Annotated[int, Ge(0), Le(20)] = 0
+    """pixels of erosion that part stones which run together; 0: they stay one"""
+    background: str | float = ""
+    """colours of mortar and void in a picture of colours, as in "#000000" or "#000000, #ffffff" (a number in a label
+    image of numbers), none: there is none; empty: transparent, else black or white, else 0"""
+
+    @property
+    def smallest_patch(self) -> float:
+        """Pixels."""
+        return (self.smallest / self.scale) ** 2
 
 
 def read_picture(path: Path, settings: PictureSettings) -> Drawing:
@@ -52,83 +66,151 @@ def read_picture(path: Path, settings: PictureSettings) -> Drawing:
     Raises CaseError naming file and remedy.
     """
     try:
-        return drawing_of(_pixels(path) == (settings.stones == "white"), settings)
+        return drawing_of(read_pixels(path), settings)
     except CaseError as error:
         raise error.in_file(str(path)) from None
 
 
-def _pixels(path: Path) -> npt.NDArray[np.bool_]:
-    """Return which pixels (rows from the top, columns) are white."""
-    from PIL import Image
-
-    try:
-        refuse_what_is_no_file(path, LARGEST_FILE, "reduce it; a joint needs about 3 pixels")
-        with Image.open(path) as image:
-            if image.width * image.height > LARGEST_PICTURE:
-                raise CaseError(
-                    "", f"has more than {LARGEST_PICTURE} pixels", "reduce it; a joint needs about 3 pixels"
-                )
-            canvas = Image.new("RGBA", image.size, "white")
-            canvas.alpha_composite(image.convert("RGBA"))
-            return np.asarray(canvas.convert("L")) >= 128
-    except FileNotFoundError:
-        raise CaseError("", "no such file", "give the path of a picture") from None
-    except CaseError:
-        raise
-    except Exception as error:  # damaged pictures fail with whatever the decoder of their format raises
-        problem = f"cannot be read as a picture ({type(error).__name__}: {str(error)[:100]})"
-        raise CaseError("", problem, "save it as PNG") from None
+def drawing_of(pixels: Pixels, settings: PictureSettings) -> Drawing:
+    """Return the stones of a picture."""
+    kind = _kind(pixels, settings)
+    if kind == "colours":
+        if settings.split:
+            raise CaseError("--split", "does not go with one colour a stone", "paint the stones in two colours")
+        number, dirt, remarks = stones_by_colour(pixels, settings.smallest_patch, _background(settings))
+    else:
+        number, dirt, remarks = _stones_by_lightness(pixels, settings, kind)
+    drawing, _ = drawing_of_numbers(number, settings.scale, settings.mortar)
+    left_out = [f"{dirt} patches smaller than {1e3 * settings.smallest:g} mm squared left out"] if dirt else []
+    return Drawing(drawing.stones, remarks=(*pixels.remarks, *drawing.remarks, *left_out, *remarks))
 
 
-def drawing_of(is_stone: npt.NDArray[np.bool_], settings: PictureSettings) -> Drawing:
-    """Return the stones among the pixels `is_stone` (rows from the top, columns)."""
-    from skimage.measure import label
-
-    patches: IntArray = label(np.pad(is_stone, 1), connectivity=1)
-    area = np.bincount(patches.ravel()) * settings.scale**2
-    stones = np.flatnonzero(area >= settings.smallest**2)[1 if area[0] >= settings.smallest**2 else 0 :]
-    if not len(stones):
-        raise CaseError("", f"no {settings.stones} stones found", "see --scale and --stones black|white")
-    dirt = len(area) - 1 - len(stones)
-    number = np.zeros(len(area), np.int64)
-    number[stones] = np.arange(1, len(stones) + 1)
-    outlines = _outlines(_grown(number[patches], settings.mortar / settings.scale))
-    corners = np.vstack([outline for outline, _ in outlines])
-    low = np.array([corners[:, 0].min(), corners[:, 1].max()])
-    turned = tuple((outline - low) * settings.scale * [1.0, -1.0] for outline, _ in outlines)
-    remarks = [f"pixels of {1e3 * settings.scale:.4g} mm: outlines are no better than that"]
-    remarks += [f"{dirt} patches smaller than {1e3 * settings.smallest:g} mm squared left out"] if dirt else []
-    holes = sum(count for _, count in outlines)
-    remarks += [f"WARNING: {holes} holes in stones filled"] if holes else []
-    return Drawing(turned, remarks=tuple(remarks))
+def _kind(pixels: Pixels, settings: PictureSettings) -> str:
+    """Return "black", "white" or "colours", as set or as the picture is."""
+    if settings.stones == "colours" and pixels.lossy:
+        raise CaseError("--stones", "the picture's format blurs colours into each other", "save it as PNG")
+    if settings.stones != "auto":
+        return settings.stones
+    if settings.split or settings.threshold != THRESHOLD:
+        return "black"
+    labels = bool(_background(settings)) or are_labels(pixels, settings.smallest_patch, "")
+    return "colours" if labels else "black"
 
 
-def _grown(number: IntArray, mortar: float) -> IntArray:
+def _background(settings: PictureSettings) -> str:
+    return str(settings.background).strip().lower()
+
+
+def drawing_of_numbers(number: IntArray, scale: float, mortar: float) -> tuple[Drawing, IntArray]:
+    """Return the stones (s,) whose numbers the pixels have (0: none), and these numbers (s,), in ascending order.
+
+    scale: side of a pixel in m; mortar: widest joint that is closed, in m.
+    """
+    if number.max(initial=0) > LARGEST_COUNT:
+        raise CaseError("", f"more than {LARGEST_COUNT} patches", "are they stones? see --smallest")
+    closed = grown(number, mortar / scale)
+    stones, corners, holes = outlines(closed)
+    low = lower_left(number)
+    turned = tuple((outline - low) * scale * [1.0, -1.0] for outline in corners)
+    remarks = [f"{len(stones)} stones found", f"pixels of {1e3 * scale:.4g} mm: outlines are no better than that"]
+    remarks += [f"WARNING: {holes.sum()} holes in stones filled"] if holes.any() else []
+    cracks = cracked(number, closed, int(np.ceil(mortar / scale)))
+    if len(cracks):
+        x, y = (cracks[0] - low) * scale * [1.0, -1.0]
+        what = f"{len(cracks)} stone{'s' * (len(cracks) > 1)} with void inside, as of a joint that is missing in part"
+        remarks.append(f"WARNING: {what}, the first at ({x:.4g}, {y:.4g}) m: paint the joint, or use a finer picture")
+    return Drawing(turned, remarks=tuple(remarks)), stones
+
+
+def lower_left(number: IntArray) -> IntArray:
+    """Return the corner (x, y) of the stones in pixels."""
+    return np.array([np.flatnonzero(number.any(axis=0))[0], np.flatnonzero(number.any(axis=1))[-1] + 1])
+
+
+def grown(number: IntArray, mortar: float) -> IntArray:
     """Return the stones' numbers (rows, columns) with joints up to `mortar` pixels wide shared out between them."""
     from skimage.segmentation import expand_labels
 
     width = int(np.ceil(mortar))
     if width == 0:
         return number
-    padded = np.pad(number, width + 1)
-    closed = ndimage.grey_closing((padded > 0).astype(np.uint8), size=(width + 1, width + 1)) > 0
-    return np.where(closed, expand_labels(padded, 2 * width), 0)
+    inner = slice(width + 1, -(width + 1))
+    padded = np.pad(number > 0, width + 1).astype(np.uint8)
+    closed = ndimage.grey_closing(padded, size=(width + 1, width + 1))[inner, inner] > 0
+    return np.where(closed, expand_labels(number, 2 * width), 0)
 
 
-def _outlines(number: IntArray) -> list[tuple[FloatArray, int]]:
-    """Return for each stone its simplified outline (n, 2) in pixels and how many holes it had."""
-    y, x = np.nonzero(number[:, 1:] != number[:, :-1])
-    upright = np.stack([np.column_stack([x + 1, y]), np.column_stack([x + 1, y + 1])], axis=1)
-    y, x = np.nonzero(number[1:] != number[:-1])
-    level = np.stack([np.column_stack([x, y + 1]), np.column_stack([x + 1, y + 1])], axis=1)
-    edges = shapely.linestrings(np.concatenate([upright, level]).astype(float))
-    common = shapely.get_parts(shapely.line_merge(shapely.union_all(edges)))  # from corner to corner of three stones
-    faces = np.array(shapely.get_parts(shapely.polygonize(shapely.simplify(common, STRAIGHT))))
-    inside = shapely.get_coordinates(shapely.point_on_surface(faces)).astype(int)
-    owner = number[inside[:, 1], inside[:, 0]]
-    largest: dict[int, shapely.Polygon] = {}  # a stone in two pieces that touch at a corner only is its larger piece
-    for face, stone in zip(faces, owner, strict=True):
-        if stone and face.area > getattr(largest.get(stone), "area", 0.0):
-            largest[stone] = face
-    stones = [largest[stone] for stone in sorted(largest)]
-    return [(shapely.get_coordinates(stone.exterior)[:-1], len(stone.interiors)) for stone in stones]
+def _stones_by_lightness(pixels: Pixels, settings: PictureSettings, kind: str) -> tuple[IntArray, int, list[str]]:
+    """Return each pixel's stone, patches of the colour `kind` (black or white), how many are dirt, and remarks."""
+    dark, light = int(pixels.lightness.min()), int(pixels.lightness.max())
+    if dark < light and not dark < settings.threshold <= light:
+        problem = f"{settings.threshold} parts nothing: the picture's lightness is {dark} to {light}"
+        raise CaseError("--threshold", problem, f"give one from {dark + 1} to {light}, or --stones colours")
+    is_stone = _is_stone(pixels, settings.threshold, kind)
+    number, dirt = large_patches(is_stone, settings.smallest_patch)
+    if not number.any():
+        raise CaseError("", f"no {kind} stones found", "see --scale, --smallest and --stones black|white|colours")
+    found, remarks = int(number.max()), []
+    if settings.split:
+        number, more = split(number, settings.split, settings.smallest_patch)
+        remarks.append(f"{more} stones more by parting patches with --split {settings.split}")
+    return (
+        number,
+        dirt,
+        [
+            *remarks,
+            *_said_other_colour(~is_stone, settings, kind, found),
+            *_said_together(number, settings),
+            *_said_threshold(pixels, settings, kind, found),
+        ],
+    )
+
+
+def _said_other_colour(rest: npt.NDArray[np.bool_], settings: PictureSettings, kind: str, found: int) -> list[str]:
+    """Return a warning if the stones seem to have the other colour: mortar hangs together, stones do not."""
+    others = int(large_patches(rest, settings.smallest_patch)[0].max())
+    other = "white" if kind == "black" else "black"
+    if others <= 3 * found:
+        return []
+    return [f"WARNING: {found} {kind} patches, {others} {other} ones: if those are the stones, give --stones {other}"]
+
+
+def _is_stone(pixels: Pixels, threshold: int, kind: str) -> npt.NDArray[np.bool_]:
+    """Return which pixels are of the stones' colour."""
+    return (pixels.lightness >= threshold) == (kind == "white")
+
+
+def _said_together(number: IntArray, settings: PictureSettings) -> list[str]:
+    """Return a warning of patches that look like several stones."""
+    area = np.bincount(number.ravel())[1:]
+    times = area.max() / np.median(area)
+    said = [f"WARNING: the largest patch is {times:.0f} times the median one: are joints missing?"] * (times > HUGE)
+    found = run_together(number, settings.smallest_patch)
+    if found is None:
+        return said
+    x, y = (found.largest - lower_left(number)) * settings.scale * [1.0, -1.0]
+    patches, again = ("1 patch looks", "") if found.patches == 1 else (f"{found.patches} patches look", "the largest ")
+    missing = f"joints are missing over up to {2 * found.reach} pixels there"
+    remedy = f"use a finer picture, or --split {found.reach}"
+    if settings.split >= found.reach:
+        remedy = "paint them"
+    return [
+        f"WARNING: {patches} like several stones run together ({found.stones} stones, {again}at ({x:.4g}, {y:.4g}) m): "
+        f"{missing}; {remedy}",
+        *said,
+    ]
+
+
+def _said_threshold(pixels: Pixels, settings: PictureSettings, kind: str, found: int) -> list[str]:
+    """Return a warning if another threshold would part more stones, as thin grey joints need it."""
+    greys = np.bincount(pixels.lightness.ravel(), minlength=256)[NEAR : 256 - NEAR].sum()
+    if greys < GREYS * pixels.lightness.size:
+        return []
+    count = {
+        threshold: int(large_patches(_is_stone(pixels, threshold, kind), settings.smallest_patch)[0].max())
+        for threshold in THRESHOLDS
+    }
+    best = max(count, key=lambda threshold: (count[threshold], -abs(threshold - settings.threshold)))
+    if count[best] <= found:
+        return []
+    return [f"WARNING: {found} stones at threshold {settings.threshold}, but {count[best]} with --threshold {best}"]

@@ -4,7 +4,8 @@
      "friction": 0.65, "blocks": [{"id": 1, "polygon": [[x, y], ...], "fixed": false}, ...]}
 
 Numbers are in the file's own units; polygons are made counter-clockwise. A block may have its own unit_weight,
-and a material: a name that the joint classes of a case refer to.
+and a material: a name that the joint classes of a case refer to. "mortar": [[id, id, thickness], ...] says how thick the
+joints between two blocks were drawn.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from orchestrator.errors import CaseError
-from orchestrator.masonry.wall import Block, FloatArray, Wall, read_only
+from orchestrator.masonry.wall import Block, FloatArray, Mortar, Wall, read_only
 from orchestrator.units import Unit
 
 UNIT_OF = {"length": Unit("m"), "unit_weight": Unit("N/m3")}
@@ -27,6 +28,7 @@ INFORMATION = (
     "name", "source", "licence", "license", "remark", "load", "expected", "free_blocks", "interfaces", "weight_kN",
 )  # fmt: skip
 """keys that may stand in a block file without changing the wall"""
+OPTIONAL = ("mortar",)
 BLOCK_KEYS = ("id", "polygon", "fixed", "unit_weight", "material")
 LARGEST_FILE = 200_000_000
 """bytes; a wall of 100,000 blocks has about 10 MB"""
@@ -62,7 +64,7 @@ def _record(path: Path) -> dict[str, Any]:
 
 
 def _wall(record: dict[str, Any], name: str) -> Wall:
-    _refuse_unknown(record, (*REQUIRED, *INFORMATION), "")
+    _refuse_unknown(record, (*REQUIRED, *OPTIONAL, *INFORMATION), "")
     for key in REQUIRED:
         if key not in record:
             raise CaseError(key, "is missing", "see the block file format in the README")
@@ -72,12 +74,34 @@ def _wall(record: dict[str, Any], name: str) -> Wall:
         raise CaseError("blocks", "is not a list", "list the blocks, each with id and polygon")
     name = str(record.get("name", name))
     refuse_what_is_not_utf8(name, "name")
+    blocks = tuple(_block(row, number, unit_weight, length, weight) for number, row in enumerate(record["blocks"]))
     return Wall(
         name=name,
-        blocks=tuple(_block(row, number, unit_weight, length, weight) for number, row in enumerate(record["blocks"])),
+        blocks=blocks,
         thickness=_number(record, "thickness", "") * length,
         friction=_number(record, "friction", ""),
+        mortar=_mortar(record.get("mortar", []), {block.id for block in blocks}, length),
     )
+
+
+def _mortar(rows: Any, known: set[int], length: float) -> tuple[Mortar, ...]:
+    """Return the thicknesses of joints, [[id, id, thickness], ...] in the file's unit `length` (m)."""
+    example = "write [[1, 2, 0.01]]: two blocks that exist, and what was between them"
+    if not isinstance(rows, list):
+        raise CaseError("mortar", "is not a list", example)
+    found = []
+    for number, row in enumerate(rows):
+        if (
+            not isinstance(row, list)
+            or len(row) != 3
+            or not all(type(part) is int and part in known for part in row[:2])
+        ):
+            raise CaseError(f"mortar[{number}]", f"{str(row)[:60]} does not name two blocks", example)
+        thickness = _number(dict(thickness=row[2]), "thickness", f"mortar[{number}].") * length
+        if thickness <= 0:
+            raise CaseError(f"mortar[{number}].thickness", f"{row[2]:g} is not above 0", example)
+        found.append(Mortar(row[0], row[1], thickness))
+    return tuple(found)
 
 
 def _unit_factor(units: Any, kind: str) -> float:

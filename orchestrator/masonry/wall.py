@@ -49,14 +49,25 @@ class Block:
     poisson_ratio: float | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Mortar:
+    """The joint between blocks `i` < `j` (ids) was drawn as a gap of this thickness (m)."""
+
+    i: int
+    j: int
+    thickness: float
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Wall:
-    """Blocks, with the thickness (m) and the coefficient of friction of all that have none of their own."""
+    """Blocks, with the thickness (m) and the coefficient of friction of all that have none of their own, and the
+    thickness of mortar joints where it is known."""
 
     name: str
     blocks: tuple[Block, ...]
     thickness: float
     friction: float
+    mortar: tuple[Mortar, ...] = ()
 
 
 def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:

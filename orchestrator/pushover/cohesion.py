@@ -23,7 +23,8 @@ import numpy.typing as npt
 from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.meshing import BodyMeshes
-from orchestrator.pushover.contact_search import Contacts, nodes_on, slave_and_master, triangles_on
+from orchestrator.pushover.contact_search import Contacts
+from orchestrator.pushover.faces import find_faces, sides_of_edges, touching_faces
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -126,37 +127,23 @@ def find_bond(bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: 
         bodies.cohesion, bodies.friction, out=np.full(len(bodies.friction), np.inf), where=bodies.friction > 0
     )
     tensile = np.minimum(bodies.tensile_strength, ends)
-    keys = zip(contacts.slave_node, contacts.master_body, contacts.normal, strict=True)
-    row = {_key(*key): number for number, key in enumerate(keys)}
-    surfaces = [meshes.side_triangles[meshes.body_of_side == body] for body in range(bodies.moving)]
+    faces = find_faces(bodies)
+    touching, sides = touching_faces(bodies, faces), sides_of_edges(faces, meshes)
+    places = zip(contacts.slave_node.tolist(), touching.master_face[contacts.interface].tolist(), strict=True)
+    row = {place: number for number, place in enumerate(places)}
     strength = np.zeros((possible, 2))
     for number, strengths in enumerate(zip(tensile, bodies.cohesion, strict=True)):
-        nodes, areas, master, normal = _tributary(number, bodies, meshes, surfaces)
-        rows = [row[_key(node, master, normal)] for node in nodes]
+        nodes, areas = tributary(sides[touching.slave_edge[number]], meshes.nodes)
+        rows = [row[node, int(touching.master_face[number])] for node in nodes.tolist()]
         strength[rows] += areas[:, None] * np.array(strengths)
     nothing = read_only(np.zeros(possible))
     return Bond(read_only(strength[:, 0]), read_only(strength[:, 1]), softening, nothing, nothing, nothing)
 
 
-def _tributary(
-    number: int, bodies: Bodies, meshes: BodyMeshes, surfaces: list[IntArray]
-) -> tuple[IntArray, FloatArray, int, FloatArray]:
-    """Return slave nodes (s,), their shares (s,) of the joint's area in m2, master body and its outward normal (2,)."""
-    start, end = bodies.start[number], bodies.end[number]
-    body_i, body_j = int(bodies.body_i[number]), int(bodies.body_j[number])
-    moving = [body for body in (body_i, body_j) if body < bodies.moving]
-    on_joint = {body: nodes_on(start, end, np.unique(surfaces[body]), meshes.nodes) for body in moving}
-    slave, master = slave_and_master(body_i, body_j, on_joint)
-    triangles = triangles_on(start, end, surfaces[slave], meshes.nodes)
-    edges = meshes.nodes[triangles[:, 1:]] - meshes.nodes[triangles[:, :1]]
+def tributary(triangles: IntArray, nodes: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the nodes (s,) of the triangles (t, 3), in ascending order, and their shares (s,) of the area in m2."""
+    edges = nodes[triangles[:, 1:]] - nodes[triangles[:, :1]]
     area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    nodes, place = np.unique(triangles, return_inverse=True)
-    tangent = (end - start) / np.linalg.norm(end - start)
-    outward_of_i = np.array([tangent[1], -tangent[0]])
-    normal = outward_of_i if master == body_i else -outward_of_i
+    found, place = np.unique(triangles, return_inverse=True)
     shares: FloatArray = np.bincount(place.ravel(), np.repeat(area / 3, 3)).astype(float)
-    return nodes, shares, master, normal
-
-
-def _key(node: int, body: int, normal: FloatArray) -> tuple[int, ...]:
-    return int(node), int(body), *np.round(normal * 1e6).astype(int).tolist()
+    return found, shares

@@ -17,15 +17,18 @@ import numpy.typing as npt
 from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.contact_search import Contacts, barycentric
+from orchestrator.pushover.faces import Faces
 
 END = 1e-3
-"""a slave node may lie so far beyond the end of a face, m"""
+"""a slave node may lie so far beyond the end of a face; this and the next three are shares of the square root of the
+smaller body's area, which is 0.26 m for a stone of 0.4 m x 0.175 m. (A share of 4e-3 makes a wall of such stones 0.4 %
+stronger, one of 4e-2 10 %; from 4e-4 to 2e-3 nothing changes.)"""
 COVER = 2e-3
-"""an enabled primary contact within this distance of a face's end stands for the corner contact there, m"""
-REACH = 0.02
-"""wider gaps cannot close within an increment, m"""
-DEEPEST = -2e-3
-"""a point that lies deeper in a body than this belongs to another of its faces, m"""
+"""an enabled primary contact within this distance of a face's end stands for the corner contact there"""
+REACH = 0.075
+"""wider gaps cannot close within an increment"""
+DEEPEST = -7.5e-3
+"""a point that lies deeper in a body than this belongs to another of its faces"""
 OUTSIDE = 1e-2
 """a point may lie outside its triangle by this barycentric weight: the connection stays while a node slides a little"""
 SUPPORT_POINT = -1
@@ -65,45 +68,23 @@ def fit_frames(meshes: BodyMeshes, displacement: FloatArray, bodies: int) -> Fra
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Faces:
-    """f maximal straight pieces of the outlines: body (f,), start, end (f, 2) in m, counter-clockwise."""
-
-    body: IntArray
-    start: FloatArray
-    end: FloatArray
-
-    @property
-    def length(self) -> FloatArray:
-        """(f,) in m."""
-        return np.linalg.norm(self.end - self.start, axis=1)
-
-    @property
-    def tangent(self) -> FloatArray:
-        """(f, 2), from start to end."""
-        return (self.end - self.start) / self.length[:, None]
-
-    @property
-    def normal(self) -> FloatArray:
-        """(f, 2), outward."""
-        tangent = self.tangent
-        return np.column_stack([tangent[:, 1], -tangent[:, 0]])
-
-
-@dataclass(frozen=True, eq=False, slots=True)
 class Tracking:
     """Everything about possible contacts that does not change.
 
-    slave_of_pair, master_of_pair (p,): faces of each pair.
+    slave_of_pair, master_of_pair (p,): faces of each pair; size_of_pair (p,) in m: what END and the like are shares of.
     possible: all contacts, undeformed, those that touch there first (`touching` of them). For each: pair (c,) of faces,
     master_face (c,), corner (c,): 0 primary, 1 or 2 the corner at the start or end of the pair's master face, level
     (c,): number of its z. first_triangle, triangles (c,): the master's triangles on its face as a range of rows of
     `triangle` (t, 3), none for a support. stand_in, stand_in_of (d,): corner contacts and the primary ones that touch
-    at the same point in the undeformed wall.
+    at the same point in the undeformed wall, and contacts of one point with one face in several pairs. twins (t, 2):
+    numbers of contacts and of the point and face that they share with others, only where there are others. rest (c,) in
+    m: height over the straight face of points that touch the body in the undeformed wall, 0 for those that do not.
     """
 
     faces: Faces
     slave_of_pair: IntArray
     master_of_pair: IntArray
+    size_of_pair: FloatArray
     possible: Contacts
     touching: int
     pair: IntArray
@@ -115,17 +96,21 @@ class Tracking:
     level: IntArray
     stand_in: IntArray
     stand_in_of: IntArray
+    twins: IntArray
+    rest: FloatArray
 
     def handed_over(self, rows: IntArray, values: FloatArray) -> FloatArray:
         """Return `values` (possible, ...) with those of contacts that are not in `rows` moved to their stand-ins there.
 
-        A corner contact and the primary contact of the node that touched that corner stand in for each other.
+        A corner contact and the primary contact of the node that touched that corner stand in for each other, and so do
+        contacts of one point with one face.
         """
         exists = np.zeros(len(values), bool)
         exists[rows] = True
         moved = values.copy()
         for old, new in ((self.stand_in_of, self.stand_in), (self.stand_in, self.stand_in_of)):
-            change = ~exists[old] & exists[new]
+            change = np.flatnonzero(~exists[old] & exists[new])
+            change = change[np.unique(old[change], return_index=True)[1]]
             moved[new[change]] += values[old[change]]
             moved[old[change]] = 0.0
         return moved
@@ -153,10 +138,10 @@ def track(tracking: Tracking, meshes: BodyMeshes, frames: Frames, displacement: 
     home = _pulled_back(point, frames, possible.master_body)
     face = tracking.master_face
     position = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.tangent[face])
-    height = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.normal[face])
-    near = (height < REACH) & (height > DEEPEST)
-    exists = near & _within(tracking, frames, position)
-    rows = np.flatnonzero(exists)
+    height = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.normal[face]) - tracking.rest
+    size = tracking.size_of_pair[tracking.pair]
+    near = (height < REACH * size) & (height > DEEPEST * size)
+    rows = np.flatnonzero(_without_twins(tracking, near & _within(tracking, frames, position)))
     master_nodes, weights = _project(tracking, meshes, home[rows], rows)
     turn = frames.rotation[possible.master_body[rows]]
     normal = np.einsum("cij,cj->ci", turn, possible.normal[rows])
@@ -188,16 +173,29 @@ def _pulled_back(point: FloatArray, frames: Frames, body: IntArray) -> FloatArra
 def _within(tracking: Tracking, frames: Frames, position: FloatArray) -> npt.NDArray[np.bool_]:
     """Return which possible contacts lie within their master's face, corners only where no primary contact is near."""
     length = tracking.faces.length[tracking.master_face]
-    primary = tracking.corner == 0
-    overlapping = (_overlap(tracking, frames) > END)[tracking.pair]
-    inside = (position >= -END) & (position <= length + END) & overlapping
+    primary, end = tracking.corner == 0, END * tracking.size_of_pair[tracking.pair]
+    overlapping = (_overlap(tracking, frames) > END * tracking.size_of_pair)[tracking.pair]
+    inside = (position >= -end) & (position <= length + end) & overlapping
     place = tracking.pair, tracking.level
     covered = np.zeros((int(tracking.pair.max()) + 1, int(tracking.level.max()) + 1, 3), bool)
     for corner, distance in ((1, position), (2, length - position)):
-        close = primary & inside & (np.abs(distance) <= COVER)
+        close = primary & inside & (np.abs(distance) <= COVER * tracking.size_of_pair[tracking.pair])
         covered[tracking.pair[close], tracking.level[close], corner] = True
-    strictly = (position > END) & (position < length - END)
-    return np.where(primary, inside, (strictly | inside) & ~covered[*place, tracking.corner])
+    strictly = (position > end) & (position < length - end)
+    hidden = covered[*place, tracking.corner] & ~primary
+    row, point_and_face = tracking.twins.T
+    hidden[row] |= np.isin(point_and_face, point_and_face[hidden[row]])
+    return np.where(primary, inside, (strictly | inside) & ~hidden)
+
+
+def _without_twins(tracking: Tracking, exists: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return `exists` (c,) with one contact only of those of one point with one face: two rows alike are singular."""
+    row, place = tracking.twins.T
+    row, place = row[exists[row]], place[exists[row]]
+    single = exists.copy()
+    single[row] = False
+    single[row[np.unique(place, return_index=True)[1]]] = True
+    return single
 
 
 def _overlap(tracking: Tracking, frames: Frames) -> FloatArray:

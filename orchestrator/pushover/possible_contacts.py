@@ -1,7 +1,6 @@
 """Contacts that are possible while bodies move, listed once from the outlines of the undeformed bodies (set-up only).
 
-A face is a maximal straight piece of an outline. Two faces that run along one line with opposite normals, overlap or
-are less than a face apart, give
+Two faces of two bodies that look at each other, lie nearly on one line, and overlap or are less than a face apart, give
 
     primary contacts    every node of the slave's face against the master's face
     corner contacts     the end nodes of the master's face against the slave's face (a support's end is a fixed point)
@@ -16,35 +15,17 @@ import numpy.typing as npt
 import shapely
 
 from orchestrator.bodies import Bodies
-from orchestrator.errors import CaseError
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.meshing import BodyMeshes
-from orchestrator.pushover.contact_search import (
-    TOLERANCE,
-    Contacts,
-    nodes_on,
-    slave_and_master,
-    triangles_on,
-)
-from orchestrator.pushover.contact_tracking import SUPPORT_POINT, Faces, Tracking
+from orchestrator.pushover.contact_search import Contacts
+from orchestrator.pushover.contact_tracking import SUPPORT_POINT, Tracking
+from orchestrator.pushover.faces import Faces, find_faces, sides_of_edges, sides_of_faces, touching_faces
 
-
-def find_faces(bodies: Bodies) -> Faces:
-    """Return the faces of all bodies, collinear edges merged."""
-    rows = [
-        (body.number, a, b) for body in bodies.bodies for ring in (body.exterior, *body.holes) for a, b in _sides(ring)
-    ]
-    return Faces(
-        read_only([row[0] for row in rows], np.int64), read_only([r[1] for r in rows]), read_only([r[2] for r in rows])
-    )
-
-
-def _sides(ring: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    """Return start and end of each straight piece of a closed ring (n, 2)."""
-    before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
-    height = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) / np.linalg.norm(before + after, axis=1)
-    corners = ring[~(height < TOLERANCE)]
-    return list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
+TURNED = 0.1
+"""rad; faces may be turned so far towards each other for one to slide onto the other (drawings are healed, arches have
+facets)"""
+OFFSET = 0.05
+"""share of the shorter face by which the lines of such faces may lie apart"""
 
 
 def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contacts) -> Tracking:
@@ -52,13 +33,13 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
     faces = find_faces(bodies)
     surface = _Surface(bodies, meshes, faces)
     rows: list[dict[str, npt.NDArray]] = []
-    pairs = surface.slave_and_master_faces(touching)
+    pairs = surface.slave_and_master_faces()
     for number, (slave, master) in enumerate(pairs):
         rows.append(surface.contacts(slave, surface.nodes[slave], master, 0, number))
-        for corner, point in ((1, faces.start[master]), (2, faces.end[master])):
-            rows.append(surface.contacts(master, surface.nodes_at(master, point), slave, corner, number))
+        for corner, vertex in ((1, faces.begin[master]), (2, faces.stop[master])):
+            rows.append(surface.contacts(master, surface.nodes_at(master, vertex), slave, corner, number))
     columns = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
-    known = surface.rows_of(columns, touching)
+    known = surface.rows_of(columns, pairs, touching)
     order = np.concatenate([known, np.setdiff1d(np.arange(len(columns["pair"])), known)])
     columns = {name: values[order] for name, values in columns.items()}
     interface = surface.nearest_interface(columns)
@@ -76,48 +57,83 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
         point=read_only(columns["point"]),
         moving=True,
     )
+    rest = np.einsum("ci,ci->c", possible.point[:, :2] - faces.start[columns["master_face"]], possible.normal)
+    rest[len(touching) :] = 0.0
     triangle, first_triangle, triangles = surface.triangle_table(columns["master_face"])
+    slave_of_pair, master_of_pair = np.array(pairs, np.int64).T
+    corner, touched = _stand_ins(columns)
     return Tracking(
         faces=faces,
-        slave_of_pair=read_only([slave for slave, _ in pairs], np.int64),
-        master_of_pair=read_only([master for _, master in pairs], np.int64),
+        slave_of_pair=read_only(slave_of_pair, np.int64),
+        master_of_pair=read_only(master_of_pair, np.int64),
+        size_of_pair=read_only(_sizes(bodies, faces.body[slave_of_pair], faces.body[master_of_pair])),
         possible=possible,
         touching=len(touching),
         **{n: read_only(columns[n], np.int64) for n in ("pair", "master_face", "corner")},
         triangle=read_only(triangle, np.int64),
         first_triangle=read_only(first_triangle, np.int64),
         triangles=read_only(triangles, np.int64),
-        level=read_only(np.unique(np.round(columns["point"][:, 2], 6), return_inverse=True)[1], np.int64),
-        **_stand_ins(columns),
+        level=read_only(columns["level"], np.int64),
+        stand_in=read_only(corner, np.int64),
+        stand_in_of=read_only(touched, np.int64),
+        twins=read_only(_twins(columns), np.int64),
+        rest=read_only(rest),
     )
 
 
-def _stand_ins(columns: dict[str, npt.NDArray]) -> dict[str, IntArray]:
-    """Return corner contacts and the primary contact of the same pair at the same point."""
-    places = zip(columns["pair"].tolist(), np.round(columns["point"], 4).tolist(), strict=True)
-    keys = [(pair, *place) for pair, place in places]
+def _sizes(bodies: Bodies, first: IntArray, second: IntArray) -> FloatArray:
+    """Return the square root of the smaller moving body's area of each pair of bodies (p,), in m."""
+    size = np.array([body.area**0.5 if body.number < bodies.moving else np.inf for body in bodies.bodies])
+    return np.minimum(size[first], size[second])
+
+
+def _stand_ins(columns: dict[str, npt.NDArray]) -> tuple[IntArray, IntArray]:
+    """Return corner contacts and the primary contact of the same pair at the same point, then other pairs of twins."""
+    keys = list(zip(columns["pair"].tolist(), columns["place"].tolist(), columns["level"].tolist(), strict=True))
     primary = columns["corner"] == 0
-    found = {key: row for row, key in enumerate(keys) if primary[row]}
+    found = {key: row for row, key in enumerate(keys) if primary[row] and key[1] >= 0}
     both = [(row, found[key]) for row, key in enumerate(keys) if not primary[row] and key in found]
     corner, of = np.reshape(both, (-1, 2)).astype(np.int64).T
-    return {"stand_in": read_only(corner, np.int64), "stand_in_of": read_only(of, np.int64)}
+    row, place = _twins(columns).T
+    leads = np.unique(place, return_index=True)[1]
+    first = row[leads][np.searchsorted(place[leads], place)]
+    return np.append(corner, row[row != first]), np.append(of, first[row != first])
+
+
+def _twins(columns: dict[str, npt.NDArray]) -> IntArray:
+    """Return rows (t, 2) of contacts that are not the only one of their point with their master's face: which contact,
+    and a number of point and face, in ascending order of the contacts."""
+    support = columns["slave_node"] == SUPPORT_POINT
+    node = np.where(support, -1 - columns["place"], columns["slave_node"])
+    keys = np.column_stack([node, np.where(support, columns["level"], 0), columns["master_face"]])
+    _, place, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    row = np.flatnonzero(count[place] > 1)
+    return np.column_stack([row, place[row]])
 
 
 def _facing(faces: Faces, moving: int) -> list[tuple[int, int]]:
-    """Return pairs of faces of two bodies on one line, normals opposite, less than the shorter face apart."""
+    """Return pairs of faces that look at each other, nearly on one line, less than the shorter one apart."""
     lines = shapely.linestrings(np.stack([faces.start, faces.end], axis=1))
     first, second = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=faces.length)
-    length, normal = faces.length, faces.normal
     keep = (first < second) & (faces.body[first] != faces.body[second])
     keep &= (faces.body[first] < moving) | (faces.body[second] < moving)
-    keep &= np.einsum("ki,ki->k", normal[first], normal[second]) < -1 + 1e-6
+    keep &= np.einsum("ki,ki->k", faces.normal[first], faces.normal[second]) < -np.cos(TURNED)
     first, second = first[keep], second[keep]
-    offset = np.stack([faces.start[second] - faces.start[first], faces.end[second] - faces.start[first]])
-    distance = np.abs(np.einsum("aki,ki->ak", offset, normal[first])).max(axis=0)
-    along = np.einsum("aki,ki->ak", offset, faces.tangent[first])
-    apart = np.maximum(along.min(axis=0) - length[first], -along.max(axis=0))
-    keep = (distance < TOLERANCE) & (apart < np.minimum(length[first], length[second]))
-    return sorted(zip(first[keep].tolist(), second[keep].tolist(), strict=True))
+    one_way, other_way = _along(faces, first, second), _along(faces, second, first)
+    apart, offset = np.maximum(one_way, other_way)
+    shorter = np.minimum(faces.length[first], faces.length[second])
+    keep = (offset < OFFSET * shorter) & (apart < shorter)
+    return list(zip(first[keep].tolist(), second[keep].tolist(), strict=True))
+
+
+def _along(faces: Faces, first: IntArray, second: IntArray) -> FloatArray:
+    """Return (2, p) in m: how far second faces lie from first ones along them (negative: overlap) and off them."""
+    from_start = np.stack([faces.start[second] - faces.start[first], faces.end[second] - faces.start[first]])
+    height = np.einsum("aki,ki->ak", from_start, faces.normal[first])
+    along = np.einsum("aki,ki->ak", from_start, faces.tangent[first])
+    apart = np.maximum(along.min(axis=0) - faces.length[first], -along.max(axis=0))
+    crossing = height[0] * height[1] < 0.0
+    return np.stack([apart, np.where(crossing, 0.0, np.abs(height).min(axis=0))])
 
 
 class _Surface:
@@ -125,77 +141,72 @@ class _Surface:
 
     def __init__(self, bodies: Bodies, meshes: BodyMeshes, faces: Faces) -> None:
         self.bodies, self.meshes, self.faces = bodies, meshes, faces
-        self.normal, self.tangent = faces.normal, faces.tangent
-        by_body = [meshes.side_triangles[meshes.body_of_side == b] for b in range(bodies.moving)]
-        self.triangles: list[IntArray] = []
-        self.nodes: list[IntArray] = []
-        self.levels = np.unique(np.round(meshes.nodes[:, 2], 9))
-        none = np.zeros((0, 3), np.int64)
-        for body, start, end in zip(faces.body, faces.start, faces.end, strict=True):
-            moves = body < bodies.moving
-            self.triangles.append(triangles_on(start, end, by_body[body], meshes.nodes) if moves else none)
-            candidates = np.unique(by_body[body]) if moves else none.ravel()
-            self.nodes.append(nodes_on(start, end, candidates, meshes.nodes))
+        self.triangles = sides_of_faces(faces, meshes)
+        self.nodes = [np.unique(triangles) for triangles in self.triangles]
+        of_edge = [np.unique(triangles) for triangles in sides_of_edges(faces, meshes)]
+        self.nodes_of_vertex = [np.intersect1d(of_edge[k], of_edge[other]) for k, other in enumerate(faces.before)]
+        self.touching = touching_faces(bodies, faces)
+        self.heights, self.level = np.unique(np.round(meshes.nodes[:, 2], 9), return_inverse=True)
+        self.place_of_vertex = np.unique(faces.vertex, axis=0, return_inverse=True)[1]
+        self.place = np.full(len(meshes.nodes), -1)
+        for nodes, place in zip(self.nodes_of_vertex, self.place_of_vertex, strict=True):
+            self.place[nodes] = place
 
-    def slave_and_master_faces(self, touching: Contacts) -> list[tuple[int, int]]:
-        """Return all pairs of facing faces, the slave's first: as in the contacts that touch, or by their rule."""
-        known = set(_keys(touching.slave_body, touching.master_body, touching.normal))
-        normal = self.normal
+    def slave_and_master_faces(self) -> list[tuple[int, int]]:
+        """Return all pairs of faces, the slave's first: as in the two bodies' interfaces, or that of more nodes."""
+        touching, body = self.touching, self.faces.body
+        known = np.column_stack([touching.slave, touching.master, touching.slave_face, touching.master_face]).tolist()
+        slaves = {(slave, master, face) for slave, master, *both in known for face in both}
+        touch = {(min(both), max(both)) for _, _, *both in known}
         pairs = []
-        for first, second in _facing(self.faces, self.bodies.moving):
-            both = [(first, second), (second, first)]
-            bodies = [(int(self.faces.body[slave]), int(self.faces.body[master])) for slave, master in both]
-            keys = [_key(*body, normal[master]) for body, (_, master) in zip(bodies, both, strict=True)]
-            found = [pair for pair, key in zip(both, keys, strict=True) if key in known]
-            if not found:
-                face = {body: k for (body, _), (k, _) in zip(bodies, both, strict=True)}
-                nodes = {body: self.nodes[k] for body, k in face.items() if body < self.bodies.moving}
-                body_i, body_j = sorted(face)
-                slave, master = slave_and_master(body_i, body_j, nodes)
-                found = [(face[slave], face[master])]
-            pairs += found
+        for pair in sorted(touch.union(_facing(self.faces, self.bodies.moving))):
+            one, other = sorted(pair, key=lambda face: int(body[face]))
+            i, j = int(body[one]), int(body[other])
+            is_slave, is_master = ({(*bodies, one), (*bodies, other)} & slaves for bodies in ((i, j), (j, i)))
+            more = len(self.nodes[other]) > len(self.nodes[one])
+            pairs.append((other, one) if is_master or (more and not is_slave) else (one, other))
         return pairs
 
-    def nodes_at(self, face: int, point: FloatArray) -> IntArray:
+    def nodes_at(self, face: int, vertex: int) -> IntArray:
         """Return the nodes of the face at one of its ends; a support has one fixed point per level of nodes."""
         if self.faces.body[face] >= self.bodies.moving:
-            return np.full(len(self.levels), SUPPORT_POINT)
-        nodes = self.nodes[face]
-        return nodes[np.linalg.norm(self.meshes.nodes[nodes, :2] - point, axis=1) < TOLERANCE]
+            return np.full(len(self.heights), SUPPORT_POINT)
+        return self.nodes_of_vertex[vertex]
 
     def contacts(self, slave: int, nodes: IntArray, master: int, corner: int, pair: int) -> dict[str, npt.NDArray]:
         """Return the rows of `nodes` of the slave's face against the master's face."""
-        count = len(nodes)
-        faces = self.faces
+        count, faces = len(nodes), self.faces
         if count and nodes[0] == SUPPORT_POINT:
-            place = faces.start[slave] if corner == 1 else faces.end[slave]
-            point = np.column_stack([np.tile(place, (count, 1)), self.levels])
+            vertex = faces.begin[slave] if corner == 1 else faces.stop[slave]
+            level, place = np.arange(count), np.full(count, self.place_of_vertex[vertex])
+            point = np.column_stack([np.tile(faces.vertex[vertex], (count, 1)), self.heights])
         else:
-            point = self.meshes.nodes[nodes]
+            level, place, point = self.level[nodes], self.place[nodes], self.meshes.nodes[nodes]
         return {
             "slave_node": nodes,
             "slave_body": np.full(count, faces.body[slave]),
             "master_body": np.full(count, faces.body[master]),
-            "normal": np.tile(self.normal[master], (count, 1)),
-            "tangent": np.tile(self.tangent[master], (count, 1)),
+            "normal": np.tile(faces.normal[master], (count, 1)),
+            "tangent": np.tile(faces.tangent[master], (count, 1)),
             "point": point,
+            "level": level,
+            "place": place,
             "master_face": np.full(count, master),
             "corner": np.full(count, corner),
             "pair": np.full(count, pair),
         }
 
-    def rows_of(self, columns: dict[str, npt.NDArray], touching: Contacts) -> IntArray:
+    def rows_of(self, columns: dict[str, npt.NDArray], pairs: list[tuple[int, int]], touching: Contacts) -> IntArray:
         """Return the primary row of each touching contact."""
-        primary = columns["corner"] == 0
-        keys = _keys(columns["slave_node"], columns["master_body"], columns["normal"])
-        found = {key: row for row, key in enumerate(keys) if primary[row]}
-        wanted = _keys(touching.slave_node, touching.master_body, touching.normal)
-        missing = [row for row, key in enumerate(wanted) if key not in found]
-        if missing:
-            x, y, _ = touching.point[missing[0]]
-            problem = f"corners near ({x:.4f}, {y:.4f}) m miss each other by about the tolerance of joints"
-            raise CaseError("blocks", problem, "let them meet exactly, or lie at least 0.1 mm apart")
-        return np.array([found[key] for key in wanted], np.int64)
+        number_of = {pair: number for number, pair in enumerate(pairs)}
+        known = zip(self.touching.slave_face.tolist(), self.touching.master_face.tolist(), strict=True)
+        pair_of = np.array([number_of[pair] for pair in known])
+        primary = np.flatnonzero(columns["corner"] == 0)
+        nodes = len(self.meshes.nodes)
+        keys = columns["pair"][primary] * nodes + columns["slave_node"][primary]
+        wanted = pair_of[touching.interface] * nodes + touching.slave_node
+        order = np.argsort(keys)
+        return primary[order[np.searchsorted(keys, wanted, sorter=order)]]
 
     def nearest_interface(self, columns: dict[str, npt.NDArray]) -> IntArray:
         """Return for each row the interface whose middle is nearest, one between the same bodies if there is one."""
@@ -214,11 +225,3 @@ class _Surface:
         count = np.array([len(triangles) for triangles in self.triangles])
         begin = np.cumsum(count) - count
         return np.concatenate(self.triangles), begin[master_face], count[master_face]
-
-
-def _keys(node: IntArray, body: IntArray, normal: FloatArray) -> list[tuple[int, ...]]:
-    return [_key(*row) for row in zip(node.tolist(), body.tolist(), normal, strict=True)]
-
-
-def _key(node: int, body: int, normal: FloatArray) -> tuple[int, ...]:
-    return node, body, *np.round(normal * 1e6).astype(int).tolist()

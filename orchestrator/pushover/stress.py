@@ -15,10 +15,12 @@ import numpy as np
 from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
+from orchestrator.pushover.cohesion import tributary
 from orchestrator.pushover.constants import ElasticConstants
-from orchestrator.pushover.contact_search import Contacts, triangles_on
+from orchestrator.pushover.contact_search import Contacts
 from orchestrator.pushover.contact_tracking import fit_frames
 from orchestrator.pushover.edges import TETRAHEDRON_EDGES, edges_of, on_outline
+from orchestrator.pushover.faces import find_faces, sides_of_edges
 
 
 def element_stress(
@@ -63,16 +65,18 @@ def principal(stress: FloatArray) -> FloatArray:
 
 def slave_areas(contacts: Contacts, bodies: Bodies, meshes: BodyMeshes) -> FloatArray:
     """Return the area (c,) in m2 of its joint that each slave node stands for; 0 for contacts of a corner."""
+    faces = find_faces(bodies)
+    sides = sides_of_edges(faces, meshes)
     areas = np.zeros(len(contacts))
     for number in np.unique(contacts.interface):
-        for body in np.unique(contacts.slave_body[contacts.interface == number]):
-            surface = meshes.side_triangles[meshes.body_of_side == body]
-            triangles = triangles_on(bodies.start[number], bodies.end[number], surface, meshes.nodes)
-            corners = meshes.nodes[triangles]
-            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            of_node = np.zeros(len(meshes.nodes))
-            np.add.at(of_node, triangles, np.linalg.norm(normals, axis=1)[:, None] / 6)
+        for body, edge in (
+            (bodies.body_i[number], bodies.edge_i[number]),
+            (bodies.body_j[number], bodies.edge_j[number]),
+        ):
             here = (contacts.interface == number) & (contacts.slave_body == body) & (contacts.slave_node >= 0)
+            nodes, shares = tributary(sides[faces.first_edge[body] + edge], meshes.nodes)
+            of_node = np.zeros(len(meshes.nodes))
+            of_node[nodes] = shares
             areas[here] = of_node[contacts.slave_node[here]]
     return areas
 

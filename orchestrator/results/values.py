@@ -89,7 +89,7 @@ def blocks_record(wall: Wall) -> dict[str, Any]:
             | ({"material": b.material} if b.material else {})
             for b in wall.blocks
         ],
-    }
+    } | ({"mortar": [[m.i, m.j, m.thickness] for m in wall.mortar]} if wall.mortar else {})
 
 
 def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,6 +13,9 @@ from orchestrator.masonry.wall import Block, Wall, read_only
 
 Rectangle = tuple[float, float, float, float]
 """left, right, bottom, top in m"""
+
+AT_ONCE, ONE_BY_ONE = 2000, 200
+"""courses that are drawn as a whole until one keeps the overlap, then joint by joint: long ones hardly ever do"""
 
 
 def running_bond(
@@ -71,15 +75,15 @@ def irregular_courses(pattern: IrregularCourses) -> Wall:
     random = np.random.default_rng(pattern.seed)
     rectangles = [(-0.2, pattern.length + 0.2, -pattern.heights[1], 0.0)]
     below: list[float] = []
-    for bottom, top in pairwise(_levels(pattern, random)):
+    for bottom, top in pairwise(bed_joints(pattern, random)):
         stones = [
             (left - pattern.bearing, right + pattern.bearing)
             for left, right, _, head in pattern.openings
             if abs(head - bottom) < 1e-9
         ]
         taken = stones + [(left, right) for left, right, sill, head in pattern.openings if sill < bottom + 1e-9 < head]
-        for start, end in _free(sorted(taken), pattern.length):
-            stones += _course(start, end, below, pattern, random)
+        for start, end in free(sorted(taken), pattern.length):
+            stones += course(start, end, below, pattern, random)
         rectangles += [(left, right, bottom, top) for left, right in sorted(stones)]
         ends = {round(x, 9) for stone in stones for x in stone}
         below = sorted(x for x in ends if 1e-9 < x < pattern.length - 1e-9)
@@ -88,9 +92,9 @@ def irregular_courses(pattern: IrregularCourses) -> Wall:
     )
 
 
-def _levels(pattern: IrregularCourses, random: np.random.Generator) -> list[float]:
-    """Return the heights of the bed joints, from 0 to the top: openings begin and end at one."""
-    fixed = sorted({0.0, pattern.height, *(y for _, _, *ends in pattern.openings for y in ends)})
+def bed_joints(pattern: IrregularCourses, random: np.random.Generator, others: Iterable[float] = ()) -> list[float]:
+    """Return the heights of the bed joints, from 0 to the top: openings begin and end at one, and `others` are some."""
+    fixed = sorted({0.0, pattern.height, *others, *(y for _, _, *ends in pattern.openings for y in ends)})
     levels = [0.0]
     for bottom, top in pairwise(fixed):
         courses = max(1, round((top - bottom) / (0.5 * sum(pattern.heights))))
@@ -100,7 +104,7 @@ def _levels(pattern: IrregularCourses, random: np.random.Generator) -> list[floa
     return levels
 
 
-def _free(taken: list[tuple[float, float]], length: float) -> list[tuple[float, float]]:
+def free(taken: list[tuple[float, float]], length: float) -> list[tuple[float, float]]:
     """Return what lintels and openings leave of a course, left to right."""
     edges = [0.0, *(x for stone in taken for x in stone), length]
     pieces = list(zip(edges[::2], edges[1::2], strict=True))
@@ -109,20 +113,27 @@ def _free(taken: list[tuple[float, float]], length: float) -> list[tuple[float, 
     return [(start, end) for start, end in pieces if end - start > 1e-9]
 
 
-def _course(
+def course(
     start: float, end: float, below: list[float], pattern: IrregularCourses, random: np.random.Generator
 ) -> list[tuple[float, float]]:
     """Return stones (left, right) from `start` to `end`, head joints away from those `below`."""
     least, largest = pattern.widths
-    for _ in range(2000):
+
+    def away(x: float) -> bool:
+        return all(abs(x - y) >= pattern.overlap for y in below)
+
+    for draws in AT_ONCE * [1] + ONE_BY_ONE * [50]:
         joints = [start]
         while end - joints[-1] > largest:
             rest = end - joints[-1]
-            joints.append(joints[-1] + min(random.uniform(least, largest), max(rest - 0.5 * least, 0.5 * rest)))
+            for _ in range(draws):
+                x = joints[-1] + min(random.uniform(least, largest), max(rest - 0.5 * least, 0.5 * rest))
+                if away(x):
+                    break
+            joints.append(x)
         joints.append(end)
         narrow = len(joints) > 2 and np.diff(joints).min() < 0.5 * least - 1e-9
-        away = min((abs(x - y) for x in joints[1:-1] for y in below), default=np.inf)
-        if away >= pattern.overlap and not narrow:
+        if not narrow and all(away(x) for x in joints[1:-1]):
             return list(pairwise(joints))
     raise CaseError("overlap", f"no stones of these widths fit from {start:g} to {end:g} m", "lower it or widen widths")
 
