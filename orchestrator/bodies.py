@@ -7,7 +7,7 @@ joint ends: without these vertices a wall of one element per stone loses 39 % of
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -63,10 +63,9 @@ class Bodies:
     """Bodies of one thickness (m), moving ones first, and their k interfaces, each a straight segment.
 
     body_i, body_j (k,), start, end (k, 2) in m (convention of joints.py: start -> end is counter-clockwise round i, the
-    normal points from i to j), friction (k,), joint (k,): the joint of the assemblage it comes from; edge_i, edge_j (k,):
-    the edge of the outline of each body that it is; cohesion,
-    tensile_strength (k,) in N/m2 of the wall's thickness (less than the joint's own where a thinner block meets it),
-    where one number stands for all.
+    normal points from i to j), friction (k,), joint (k,): the joint of the assemblage it comes from; edge_i, edge_j
+    (k,): the edge of the outline of each body that it is; cohesion, tensile_strength (k,) in N/m2 of the wall's
+    thickness (less than the joint's own where a thinner block meets it), where one number stands for all.
     """
 
     bodies: tuple[Body, ...]
@@ -116,6 +115,28 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
         cohesion=read_only(assemblage.cohesion[joint] * share[joint]),
         tensile_strength=read_only(assemblage.tensile_strength[joint] * share[joint]),
     )
+
+
+def glued(assemblage: Assemblage, blocks: IntArray) -> Wall:
+    """Return the wall in which each of `blocks` is one with the neighbour that it has the longest joint with."""
+    wall = assemblage.wall
+    group = np.arange(len(wall.blocks))
+    fixed = np.array([block.fixed for block in wall.blocks])
+    for block in blocks.tolist():
+        mine = (assemblage.block_i == block) | (assemblage.block_j == block)
+        other = np.where(assemblage.block_i == block, assemblage.block_j, assemblage.block_i)
+        mine &= ~fixed[other] & (group[other] != group[block])
+        if mine.any():
+            neighbour = other[mine][np.argmax(assemblage.length[mine])]
+            group[group == group[block]] = group[neighbour]
+    assert assemblage.outlines is not None, "an assemblage without its planar map has no bodies"
+    numbers = np.unique(group, return_inverse=True)[1]
+    rings = _rings(assemblage.outlines, numbers, np.zeros(len(assemblage.outlines.left), bool))
+    kept = np.unique(numbers)
+    keep = [int(np.flatnonzero((numbers == k) & (group == np.arange(len(group))))[0]) for k in kept]
+    united = [replace(wall.blocks[b], polygon=read_only(rings[k][0].points)) for k, b in zip(kept, keep, strict=True)]
+    ids = {block.id for block in united}
+    return replace(wall, blocks=tuple(united), mortar=tuple(m for m in wall.mortar if {m.i, m.j} <= ids))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -177,7 +198,7 @@ def _loops(vertex: FloatArray, start: IntArray, end: IntArray) -> list[list[int]
 
 
 def _turn(vertex: FloatArray, start: IntArray, end: IntArray, coming: int, leaving: int) -> float:
-    """Return the angle (0, 2 pi] counter-clockwise from the edge `coming`, looked at backwards, to the edge `leaving`."""
+    """Return the angle (0, 2 pi] counter-clockwise from the edge `coming`, seen backwards, to the edge `leaving`."""
     back, on = vertex[start[coming]] - vertex[end[coming]], vertex[end[leaving]] - vertex[start[leaving]]
     angle = float(np.arctan2(back[0] * on[1] - back[1] * on[0], back @ on))
     return angle if angle > 0 else angle + 2 * np.pi

@@ -22,7 +22,6 @@ from rich.console import Console
 from orchestrator import case as cases
 from orchestrator import driver, file_commands, load_cases, plots, results, study_runs, tables
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
-from orchestrator.masonry.drawing import implausible
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
 from orchestrator.progress import IncrementDone, StageDone
 
@@ -151,18 +150,16 @@ def _command(
 
 def _check(options: argparse.Namespace, _: None, console: Console) -> int:
     case = cases.read(options.case, options.set)
-    assemblage = load_cases.check(case)
+    assemblage, said = load_cases.examine(case)
     figures = (options.output or Path("results") / options.case.stem) / "figures"
     picture, *_rest = plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
-    for warning in implausible(assemblage.wall):
-        console.print(f"{options.case}: {warning}", soft_wrap=True)
+    for remark in said:
+        console.print(f"{options.case}: {remark}", soft_wrap=True, markup=False)
     free = sum(not block.fixed for block in assemblage.wall.blocks)
     found = f"{free} blocks, {len(assemblage.block_i)} joints"
     found += f", {len(case.load.cases)} load cases" if case.load.cases else ""
-    console.print(
-        f"{options.case}: {found}, nothing to complain about; {picture}",
-        soft_wrap=True,
-    )
+    verdict = "see the warnings above" if said else "nothing to complain about"
+    console.print(f"{options.case}: {found}, {verdict}; {picture}", soft_wrap=True, markup=False)
     return 0
 
 

@@ -20,10 +20,12 @@ from orchestrator.automatic import macroblocks_of
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.case import Case, ModelName, read_wall, refuse_spectrum, refuse_what_only_limit_analysis_takes
 from orchestrator.errors import CaseError, ConvergenceError, ResultError, naming
-from orchestrator.joints import Assemblage, check_assemblage, find_joints
+from orchestrator.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
+from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.drawing import implausible, refuse_implausible_size
+from orchestrator.masonry.healing import open_gaps
 from orchestrator.masonry.wall import Wall, check_wall
 from orchestrator.parallel import is_root, on_root, on_root_while
 from orchestrator.progress import Report, StageDone
@@ -59,10 +61,47 @@ def check(case: Case) -> Assemblage:
     try:
         check_wall(wall, case.joints.tolerance)
         assemblage = find_joints(wall, case.joints)
+        if assemblage.wall is not wall:
+            check_wall(assemblage.wall, case.joints.tolerance)
         check_assemblage(assemblage)
     except CaseError as error:
         raise error.in_file(str(case.file if error.key.startswith("joints.") else case.block_file)) from None
     return assemblage
+
+
+def examine(case: Case) -> list[str]:
+    """Refuse, of one load case, whatever `limit` and `run` would refuse (CaseError); return what else is to be said."""
+    assemblage = check(case)
+    with naming(case.file):
+        loads = loads_on(assemblage.wall, case.load)
+    with naming(case.block_file):
+        refuse_what_cannot_be_analysed(assemblage, case.load.sign, loads)
+    said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
+    try:
+        refuse_what_only_limit_analysis_takes(case)
+        refuse_spectrum(case)
+        refuse_size(case, assemblage.wall)
+    except CaseError as error:
+        said.append(f"WARNING: check, limit and segment take this case, run does not: {error}")
+    return said
+
+
+def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
+    """Return a warning about blocks that lie close without a joint, or none."""
+    assert assemblage.outlines is not None, "joints come from a planar map"
+    gaps, blocks = open_gaps(assemblage.outlines), assemblage.wall.blocks
+    if not gaps:
+        return []
+    width = [1e3 * abs(gap.width) for gap in gaps]
+    first = min(gaps, key=lambda gap: abs(gap.width))
+    place = f"the first between blocks {blocks[first.i].id} and {blocks[first.j].id} at "
+    place += f"({first.at[0]:.4g}, {first.at[1]:.4g}) m"
+    many = f"{len(gaps)} pairs of blocks lie" if len(gaps) > 1 else "1 pair of blocks lies"
+    return [
+        f"WARNING: {many} {min(width):.2g} to {max(width):.2g} mm apart or over each other, without a joint there, "
+        f"{place}; joints.tolerance is {1e3 * settings.tolerance:g} mm: if these are errors of the drawing, import the "
+        "file with a larger --tolerance, or --mortar"
+    ]
 
 
 def refuse_size(case: Case, wall: Wall) -> None:

@@ -23,18 +23,30 @@ IMPORT_OPTIONS = {
     "unit-weight": ('"20 kN/m3"', "of every block (default 20 kN/m3)"),
     "friction": ("0.6", "coefficient in every joint (default 0.6)"),
     "tolerance": ('"1 mm"', "largest gap or overlap that is closed (default 1 mm; pictures at least 1.5 pixels)"),
+    "mortar": ('"10 mm"', "widest mortar joint drawn as a gap: closed to its middle (pictures: default 20 mm)"),
+    "loose": ("drop", "stones that would fall out of dry joints: keep (default), drop, or glue to a neighbour"),
     "ground": ('"200 mm"', "put a support under the wall, reaching this far beyond it"),
-    "unit": ("mm", "DXF: unit of the coordinates, instead of the header's"),
+    "unit": ("mm", "DXF, SVG: unit of the coordinates, instead of the file's"),
     "blocks": (
         "LAYERS",
-        "DXF: layers of the blocks, as in stone,timber (default blocks; * and ? stand for any letters)",
+        "DXF layers, SVG groups or COCO categories of the blocks, as in stone,timber (default blocks; * and ? stand "
+        "for any letters)",
     ),
-    "supports": ("LAYER", "DXF: layer of the supports (default supports)"),
-    "openings": ("LAYER", "DXF: layer of the openings (default openings)"),
-    "scale": ('"2 mm"', "picture: side of a pixel; needed for pictures"),
-    "mortar": ('"20 mm"', "picture: widest joint that is closed (default 20 mm)"),
-    "stones": ("black", "picture: colour of the stones, black or white (default black)"),
-    "smallest": ('"20 mm"', "picture: smaller patches are dirt (default 20 mm square)"),
+    "supports": ("LAYER", "layer, group or category of the supports (default supports)"),
+    "openings": ("LAYER", "layer, group or category of the openings (default openings)"),
+    "scale": ('"2 mm"', "picture, COCO: side of a pixel (needed); SVG: length of a user unit, instead of the file's"),
+    "stones": (
+        "black",
+        "picture: black, white or colours, one colour a stone (default auto: black, or colours if plain)",
+    ),
+    "threshold": ("128", "picture: lightness 1 to 255 from which a pixel is white (default 128)"),
+    "split": ("2", "picture: part stones that run together over bridges up to twice this many pixels (default 0: off)"),
+    "background": (
+        '"#000000"',
+        "picture of colours: what is no stone, several with commas, a number in a label image, or none (default: "
+        "transparent, else black or white, else 0)",
+    ),
+    "smallest": ('"20 mm"', "picture, COCO: smaller patches are dirt (default 20 mm square)"),
 }
 
 
@@ -85,10 +97,13 @@ def _add_import(commands: Any) -> None:
         commands,
         "import",
         _import,
-        "read a wall from a DXF drawing, row notation, a block file or a picture; write a block file and its picture",
+        "read a wall from a drawing (DXF, SVG), row notation, a block file, a picture or annotations (COCO); write a "
+        "block file and its picture",
         "import templates/wall1.txt --output build/wall1.json",
     )
-    reading.add_argument("file", type=Path, metavar="FILE", help=".dxf, .txt or .rows, .json, .png .jpg .tif .bmp .gif")
+    reading.add_argument(
+        "file", type=Path, metavar="FILE", help=".dxf .svg, .txt .rows, .json, .png .jpg .tif .bmp .gif"
+    )
     reading.add_argument("--output", type=Path, default=Path("blocks.json"), help="block file (default: blocks.json)")
     for name, (value, text) in IMPORT_OPTIONS.items():
         reading.add_argument(f"--{name}", metavar=value, help=text)
@@ -117,7 +132,9 @@ def _import(options: argparse.Namespace, _: None, console: Console) -> int:
         raise CaseError("--output", f"{options.output} is the file to import", "give another name")
     from orchestrator import intake  # drawings and pictures cost 0.1 s that other commands need not wait for
 
-    wall, remarks = intake.import_wall(options.file, given)
+    intake.refuse_output(options.output)
+    refused = options.output.with_name(f"{options.output.stem}_refused")
+    wall, remarks = intake.import_wall(options.file, given, refused)
     written = intake.write_wall(wall, remarks, options.output)
     for remark in remarks[:LISTED]:
         console.print(remark, soft_wrap=True, markup=False)

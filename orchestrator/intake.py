@@ -2,75 +2,182 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from orchestrator import plots
-from orchestrator.errors import CaseError
-from orchestrator.joints import JointSettings, check_assemblage, find_joints
-from orchestrator.masonry.drawing import HealingSettings, Material, implausible, wall_of
+from orchestrator.bodies import glued
+from orchestrator.errors import CaseError, naming
+from orchestrator.joints import JointSettings, blocks_without_support, check_assemblage, find_joints
+from orchestrator.limit_analysis.gravity import falling_blocks, problem_of
+from orchestrator.masonry.coco import CocoSettings, holds_annotations, read_coco
+from orchestrator.masonry.drawing import (
+    Drawing,
+    HealingSettings,
+    Material,
+    RefusedWallError,
+    closed,
+    implausible,
+    wall_of,
+)
 from orchestrator.masonry.dxf import Layers, read_dxf
 from orchestrator.masonry.picture import PictureSettings, read_picture
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.rows import read_rows
-from orchestrator.masonry.wall import Wall, check_wall
+from orchestrator.masonry.svg import read_svg
+from orchestrator.masonry.wall import IntArray, Wall, check_wall
 from orchestrator.results.files import write_json
 from orchestrator.results.values import blocks_record
 from orchestrator.sections import settings_from
+from orchestrator.units import Unit
 
-DRAWINGS, ROWS, BLOCK_FILES = (".dxf",), (".txt", ".rows"), (".json",)
+DRAWINGS, VECTORS, ROWS, BLOCK_FILES = (".dxf",), (".svg",), (".txt", ".rows"), (".json",)
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif")
+MOST_LOOSE = 0.25
+"""part of the blocks that may be loose: where more fall, the wall was misread"""
 PIXELS_HEALED = 1.5
 """pixels: each of two outlines is off by half a pixel, and a joint of odd width goes by half a pixel to either side"""
 
 
-def import_wall(path: Path, options: Mapping[str, str]) -> tuple[Wall, list[str]]:
+@dataclass(frozen=True, slots=True)
+class LooseSettings:
+    """What becomes of stones that hang in mortar only, and would fall out of dry joints."""
+
+    loose: Literal["keep", "drop", "glue"] = "keep"
+    """keep: they stay, and the wall cannot stand; drop: they are left out; glue: each becomes one with the neighbour
+    that it has the longest joint with"""
+
+
+def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = None) -> tuple[Wall, list[str]]:
     """Return the wall in `path`, checked down to its joints, and remarks on how it was read.
 
-    options: text by name (thickness, unit_weight, friction, tolerance, ground, unit, blocks, supports, openings, scale,
-    mortar, stones, smallest), each as in the settings of masonry/drawing, dxf and picture. Raises CaseError.
+    options: text by name (thickness, unit_weight, friction, tolerance, mortar, ground, unit, blocks, supports,
+    openings, scale, stones, threshold, split, background, smallest, loose), each as in the settings of masonry/drawing,
+    dxf, picture, coco and svg. Raises CaseError; a wall that is refused is drawn into `picture` first, blocks marked.
     """
     refuse_what_is_not_utf8(str(path), "")
-    try:
-        wall, remarks = _read(path, {key: value for key, value in options.items() if value})
-        check_wall(wall)
-        check_assemblage(find_joints(wall, JointSettings()))
-    except CaseError as error:
-        raise error.in_file(str(path)) from None
-    return wall, remarks
+    with naming(path):
+        given = {key: value for key, value in options.items() if value}
+        loose = _settings(LooseSettings, given)
+        try:
+            wall, remarks = _read(path, given)
+        except RefusedWallError as error:
+            raise _drawn(error, error.wall, picture) from None
+        try:
+            check_wall(wall)
+            wall, more = _without_loose(wall, loose.loose)
+            check_assemblage(find_joints(wall, JointSettings()))
+        except CaseError as error:
+            raise _drawn(error, wall, picture) from None
+    return wall, [*more, *remarks]
+
+
+def _drawn(error: CaseError, wall: Wall, picture: Path | None) -> CaseError:
+    """Draw a wall that is refused, the block that is complained about marked; return the error that says where."""
+    if picture is None:
+        return error
+    marked = [int(number) for number in re.findall(r"\d+", error.key.partition(" at ")[0])]
+    written = plots.save(plots.blocks(wall, numbered=True, marked=marked), picture.parent, picture.stem)[0]
+    return CaseError(error.key, error.problem, f"{error.remedy}; see {written}", error.file)
+
+
+def _without_loose(wall: Wall, how: str) -> tuple[Wall, list[str]]:
+    """Return the wall without the stones that fall out of its dry joints, left out or glued, and what was done.
+
+    Stones may hold others, so it is asked again until nothing falls.
+    """
+    if how == "keep":
+        return wall, []
+    done: list[str] = []
+    while True:
+        assemblage = find_joints(wall, JointSettings())
+        apart = blocks_without_support(assemblage)
+        falling = apart if len(apart) else falling_blocks(problem_of(assemblage))[1]
+        if not len(falling):
+            break
+        if len(falling) + len(done) > MOST_LOOSE * len(wall.blocks):
+            problem = f"{len(falling) + len(done)} blocks of {len(wall.blocks)} fall: these are not single loose stones"
+            raise CaseError("--loose", problem, "check friction, --ground and --tolerance")
+        done += [str(wall.blocks[k].id) for k in falling]
+        wall = _left_out(wall, falling) if how == "drop" or len(apart) else glued(assemblage, falling)
+    if not done:
+        return wall, []
+    did = "left out" if how == "drop" else "glued to the neighbour they have the longest joint with"
+    return wall, [f"{len(done)} loose stones {did}: {', '.join(done[:20])}{' ...' if len(done) > 20 else ''}"]
+
+
+def _left_out(wall: Wall, positions: IntArray) -> Wall:
+    out = {*positions.tolist()}
+    kept = tuple(block for k, block in enumerate(wall.blocks) if k not in out)
+    ids = {block.id for block in kept}
+    return replace(wall, blocks=kept, mortar=tuple(m for m in wall.mortar if {m.i, m.j} <= ids))
 
 
 def write_wall(wall: Wall, remarks: list[str], output: Path) -> list[Path]:
     """Write the block file `output` (.json) and beside it pictures with block numbers; return what was written."""
-    if output.suffix.lower() != ".json":
-        raise CaseError("--output", f"{output} is not a block file", "end its name in .json")
-    refuse_what_is_not_utf8(str(output), "--output")
+    refuse_output(output)
     write_json(output, blocks_record(wall) | ({"remark": "; ".join(remarks)} if remarks else {}))
     return [output, *plots.save(plots.blocks(wall, numbered=True), output.parent, output.stem)]
 
 
+def refuse_output(output: Path) -> None:
+    """Raise CaseError for an output that is not named like a block file."""
+    if output.suffix.lower() != ".json":
+        raise CaseError("--output", f"{output} is not a block file", "end its name in .json")
+    refuse_what_is_not_utf8(str(output), "--output")
+
+
 def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
     suffix = path.suffix.lower()
-    if suffix in BLOCK_FILES + ROWS:
+    if suffix in ROWS:
         _refuse(options, f"states everything itself: change it in {path.name}")
-        wall = (read_blocks if suffix in BLOCK_FILES else read_rows)(path)
+        wall = read_rows(path)
         return wall, implausible(wall)
-    if suffix not in DRAWINGS + PICTURES:
-        known = " ".join(DRAWINGS + ROWS + BLOCK_FILES + PICTURES)
+    if suffix in BLOCK_FILES and not holds_annotations(path):
+        healing = _settings(HealingSettings, options) if {"tolerance", "mortar"} & options.keys() else None
+        _refuse(options, f"states everything itself: change it in {path.name}")
+        wall = read_blocks(path)
+        wall, said = closed(wall, healing) if healing else (wall, [])
+        return wall, [*said, *implausible(wall)]
+    if suffix not in DRAWINGS + VECTORS + PICTURES + BLOCK_FILES:
+        known = " ".join(DRAWINGS + VECTORS + ROWS + BLOCK_FILES + PICTURES)
         raise CaseError("", f"files ending in {suffix!r} are not read", f"give one of {known}")
     material = _settings(Material, options, thickness='--thickness "300 mm"')
+    if suffix in DRAWINGS + VECTORS:
+        healing, layers = _settings(HealingSettings, options), _settings(Layers, options)
+        drawing = _dxf(path, options, layers, healing) if suffix in DRAWINGS else _svg(path, options, layers, healing)
+        return wall_of(drawing, path.stem, material, healing)
+    pixels = '--scale "2 mm"'
+    if suffix in BLOCK_FILES:
+        coco = _settings(CocoSettings, options, scale=f"the side of a pixel, {pixels}")
+        drawing, scale = read_coco(path, _settings(Layers, options), coco), coco.scale
+    else:
+        settings = _settings(PictureSettings, options, scale=f"the side of a pixel, {pixels}")
+        drawing, scale = read_picture(path, settings), settings.scale
     healing = _settings(HealingSettings, options)
-    if suffix in DRAWINGS:
-        layers = _settings(Layers, options)
-        unit = options.pop("unit", "")
-        _refuse(options, "does not go with a drawing")
-        return wall_of(read_dxf(path, layers, healing.tolerance, unit), path.stem, material, healing)
-    picture = _settings(PictureSettings, options, scale='the side of a pixel, --scale "2 mm"')
     _refuse(options, "does not go with a picture")
-    healing = replace(healing, tolerance=max(healing.tolerance, PIXELS_HEALED * picture.scale))
-    return wall_of(read_picture(path, picture), path.stem, material, healing)
+    healing = replace(healing, tolerance=max(healing.tolerance, PIXELS_HEALED * scale))
+    return wall_of(drawing, path.stem, material, healing)
+
+
+def _dxf(path: Path, options: dict[str, str], layers: Layers, healing: HealingSettings) -> Drawing:
+    unit = options.pop("unit", "")
+    _refuse(options, "does not go with a drawing")
+    return read_dxf(path, layers, healing.tolerance, unit)
+
+
+def _svg(path: Path, options: dict[str, str], layers: Layers, healing: HealingSettings) -> Drawing:
+    scale = options.pop("scale", options.pop("unit", ""))
+    _refuse(options, "does not go with a drawing")
+    try:
+        factor = Unit("m").parse(scale if scale[:1].isdigit() else f"1 {scale}") if scale else None
+    except ValueError as error:
+        problem, _, remedy = str(error).partition("; ")
+        raise CaseError("--scale", problem, remedy) from None
+    return read_svg(path, layers, healing.tolerance, factor)
 
 
 def _settings(kind: type[Any], options: dict[str, str], **needed: str) -> Any:

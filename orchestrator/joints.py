@@ -10,12 +10,14 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 import numpy as np
+import shapely
 from annotated_types import Ge, Gt, Le
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from orchestrator.errors import CaseError
 from orchestrator.masonry.geometry import block_thicknesses
+from orchestrator.masonry.healing import VISIBLE
 from orchestrator.masonry.planar_map import OUTSIDE, OverlapError, PlanarMap, planar_map
 from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
 from orchestrator.units import Unit
@@ -45,8 +47,8 @@ class JointSettings:
     """How near two edges must lie to share a joint; what joints can carry besides the wall's friction."""
 
     tolerance: Annotated[float, Unit("m"), Gt(0), Le(0.01)] = 1e-5
-    """largest distance over which outlines are joined: corners that become one vertex, vertices beside an edge; also the
-    overlap of two blocks that passes as rounding"""
+    """largest distance over which outlines are joined: corners that become one vertex, vertices beside an edge; also
+    the overlap of two blocks that passes as rounding"""
     minimum_length: Annotated[float, Unit("m"), Gt(0)] = 1e-3
     """shorter shared segments are no joint"""
     classes: tuple[JointClass, ...] = ()
@@ -183,14 +185,42 @@ def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblag
     )
 
 
+def blocks_without_support(assemblage: Assemblage) -> IntArray:
+    """Return the blocks that no chain of joints connects to a support."""
+    fixed = np.array([block.fixed for block in assemblage.wall.blocks])
+    group = _connected(assemblage)
+    return np.flatnonzero(~np.isin(group, group[fixed]))
+
+
+def _connected(assemblage: Assemblage) -> IntArray:
+    """Return for each block (n,) the number of the group that joints connect it to."""
+    size = 2 * (len(assemblage.wall.blocks),)
+    pairs = coo_matrix((np.ones(len(assemblage.block_i)), (assemblage.block_i, assemblage.block_j)), shape=size)
+    return connected_components(pairs, directed=False)[1]
+
+
 def check_assemblage(assemblage: Assemblage) -> None:
-    """Raise CaseError for a block that no chain of joints connects to a support."""
-    blocks = assemblage.wall.blocks
-    pairs = (np.ones(len(assemblage.block_i)), (assemblage.block_i, assemblage.block_j))
-    _, group = connected_components(coo_matrix(pairs, shape=(len(blocks), len(blocks))), directed=False)
-    supported = {int(group[k]) for k, block in enumerate(blocks) if block.fixed}
+    """Raise CaseError for a block that no chain of joints connects to a support, and say how far its neighbours are."""
+    blocks, apart = assemblage.wall.blocks, blocks_without_support(assemblage)
+    if not len(apart):
+        return
+    group = _connected(assemblage)
     touching = {*assemblage.block_i.tolist(), *assemblage.block_j.tolist()}
-    for number, block in enumerate(blocks):
-        if not block.fixed and group[number] not in supported:
-            problem = "is not connected to any support" if number in touching else "touches no other block"
-            raise CaseError(f"block {block.id}", problem, "move it until it shares a joint, or remove it")
+    first = int(apart[0])
+    problem = "is not connected to any support" if first in touching else "touches no other block"
+    outlines = shapely.polygons([shapely.linearrings(block.polygon) for block in blocks])
+    x, y = blocks[first].polygon.mean(axis=0)
+    others = outlines[group != group[first]]
+    nearest = float(shapely.distance(outlines[group == group[first]][:, None], others).min()) if len(others) else np.inf
+    problem += f": at ({x:.4g}, {y:.4g}) m, {1e3 * nearest:.2g} mm from the nearest"
+    problem += f"; {len(apart)} of {len(blocks) - sum(b.fixed for b in blocks)} blocks alike" if len(apart) > 1 else ""
+    remedy = "move it until it shares a joint, or remove it"
+    if nearest < VISIBLE * np.sqrt(outlines[first].area):
+        remedy = f'close such gaps: import the file with --tolerance "{_rounded_up(1e3 * nearest):g} mm"'
+    raise CaseError(f"block {blocks[first].id}", problem, remedy)
+
+
+def _rounded_up(length: float) -> float:
+    """Return a little more than `length`, with one digit."""
+    unit = 10.0 ** np.floor(np.log10(max(1.2 * length, 1e-6)))
+    return float(np.ceil(1.2 * length / unit) * unit)

@@ -78,6 +78,13 @@ def check(case: Case) -> Assemblage:
     return assemblage
 
 
+def examine(case: Case) -> tuple[Assemblage, list[str]]:
+    """Refuse whatever `limit` and `run` would refuse (CaseError); return the assemblage and what else is to be said."""
+    assemblage = check(case)
+    said = [remark for one in each(case).values() for remark in driver.examine(one)]
+    return assemblage, list(dict.fromkeys(said))
+
+
 def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, report: Report) -> LoadCasesOutcome | None:
     """Run every load case into its folder in `output`; None on ranks that have worked for others.
 

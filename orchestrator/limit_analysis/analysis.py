@@ -11,19 +11,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from time import perf_counter
 
-import numpy as np
-
-from orchestrator.errors import CaseError, ConvergenceError
+from orchestrator.errors import ConvergenceError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.dilation_shift import run_dilation_shift
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.linear_program import (
-    InfeasibleError,
-    LimitSolution,
-    UnboundedError,
-    solve_gravity_lp,
-    solve_limit_lp,
-)
+from orchestrator.limit_analysis.gravity import associative_optimum, refuse_what_falls
+from orchestrator.limit_analysis.linear_program import LimitSolution
 from orchestrator.limit_analysis.loads import Loads
 from orchestrator.limit_analysis.lower_states import (
     CLOSE_FACE_WEIGHT,
@@ -42,9 +35,6 @@ from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.limit_analysis.yield_conditions import coulomb
 
-GRAVITY_TOLERANCE = 1e-6
-"""Missing force, in mean block weights, that passes in the gravity check as rounding of the drawing (polygons rounded
-to 1e-6 m). What the solver leaves is far less at any size: see `solve_gravity_lp`."""
 FACE_BALANCE = 1e-5
 """Power that may be out of balance at the upper end of the range that goes with the shift's mechanism: the end moves
 by up to 2e-6 with the mechanism's rounding (wall 3: 1e-6 out of balance at 0.40265)."""
@@ -54,8 +44,6 @@ NEARLY = 1e-2
 """Largest power out of balance of forces and mechanism that are shown, as not converged, where there is no state."""
 LEFT_OUT = "sequence and dilation shift left out for so many blocks"
 NOTHING_BALANCES = "no non-associative solution found: complementarity program: no forces and mechanism that balance"
-NAMED_BLOCKS = 8
-"""How many falling blocks an error message names."""
 
 
 def analyse(
@@ -163,35 +151,6 @@ def _shortened(settings: LimitAnalysisSettings) -> LimitAnalysisSettings:
         maximum_iterations=max(settings.minimum_iterations, min(settings.maximum_iterations, SHORT)),
         maximum_shift_iterations=min(settings.maximum_shift_iterations, SHORT),
     )
-
-
-def refuse_what_falls(problem: Problem) -> None:
-    """Raise CaseError naming the blocks that fall when no joint forces carry the dead load alone."""
-    equilibrium, blocks = problem.equilibrium, problem.assemblage.wall.blocks
-    missing, velocities = solve_gravity_lp(equilibrium, problem.friction)
-    if missing <= GRAVITY_TOLERANCE:
-        return
-    moves = np.abs(velocities / equilibrium.row_scale).reshape(-1, 3).max(axis=1) > 1e-3
-    falling = [str(number) for number in sorted(blocks[i].id for i in equilibrium.free_blocks[moves])]
-    named = ", ".join(falling[:NAMED_BLOCKS])
-    more = f" and {len(falling) - NAMED_BLOCKS} more" if len(falling) > NAMED_BLOCKS else ""
-    raise CaseError(
-        "wall",
-        f"cannot stand under its own weight: blocks {named}{more} move ({missing:.2g} mean block weights are missing)",
-        "support these blocks, give them more bearing, or check friction and which blocks are fixed",
-    )
-
-
-def associative_optimum(problem: Problem) -> LimitSolution:
-    """Solve Eq. (1), turning what cannot be solved because of the wall into a CaseError."""
-    try:
-        return solve_limit_lp(problem.equilibrium, problem.friction)
-    except UnboundedError as error:
-        text = "no live load in this direction brings it down: blocks are wedged between supports"
-        raise CaseError("wall", text, "check which blocks are fixed, or reverse the load") from error
-    except InfeasibleError as error:
-        text = "cannot stand under its own weight: it lacks less than a millionth of a block's weight"
-        raise CaseError("wall", text, "the drawing is on the verge of collapse; give blocks more bearing") from error
 
 
 def sequence_state(

@@ -5,7 +5,7 @@ A drawing knows shapes only; thickness, unit weight and friction are given with 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -14,7 +14,7 @@ from annotated_types import Ge, Gt, Le
 
 from orchestrator.errors import CaseError
 from orchestrator.masonry.healing import Gap, closed_gaps, heal, open_gaps
-from orchestrator.masonry.wall import Block, FloatArray, Mortar, Wall, check_wall, read_only
+from orchestrator.masonry.wall import Block, FloatArray, Mortar, Wall, check_wall, read_only, refuse_overlaps
 from orchestrator.units import Unit
 
 LARGEST_COUNT = 100_000
@@ -60,13 +60,23 @@ class HealingSettings:
 @dataclass(frozen=True, eq=False, slots=True)
 class Drawing:
     """Outlines (n, 2) in m, in any order and orientation: stones, supports, openings; `remarks` about the reading;
-    `materials` of the stones, none where the drawing does not tell any."""
+    `materials` of the stones, none where the drawing does not tell any; `error` in m: over what distance its lines had
+    to be joined to close outlines."""
 
     stones: tuple[FloatArray, ...]
     supports: tuple[FloatArray, ...] = ()
     openings: tuple[FloatArray, ...] = ()
     remarks: tuple[str, ...] = field(default=())
     materials: tuple[str, ...] = ()
+    error: float = 0.0
+
+
+class RefusedWallError(CaseError):
+    """A drawing that is no wall: `wall` holds its outlines as drawn."""
+
+    def __init__(self, key: str, problem: str, remedy: str, wall: Wall) -> None:
+        super().__init__(key, problem, remedy)
+        self.wall = wall
 
 
 def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSettings) -> tuple[Wall, list[str]]:
@@ -87,31 +97,33 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
         raise CaseError("supports", "the drawing has none", 'draw them on their own layer, or give --ground "200 mm"')
     order = _order(stones)
     outlines, moved = _near_origin([*(supports[k] for k in _order(supports)), *(stones[k] for k in order)])
-    joined, map_ = heal([_counter_clockwise(outline) for outline in outlines], _closing(settings))
     told = [drawing.materials[kept[k]] for k in order] if drawing.materials else [""] * len(order)
     blocks = tuple(
-        Block(k, outline, k < len(supports), material.unit_weight, name)
-        for k, (outline, name) in enumerate(zip(joined, [""] * len(supports) + told, strict=True))
+        Block(k, _counter_clockwise(outline), k < len(supports), material.unit_weight, name)
+        for k, (outline, name) in enumerate(zip(outlines, [""] * len(supports) + told, strict=True))
     )
-    closed = closed_gaps(map_)
-    wall = Wall(name, blocks, material.thickness, material.friction, _mortar(closed, wall=blocks, settings=settings))
-    try:
-        check_wall(wall)
-    except CaseError as error:
-        raise _located(error, wall) from None
-    said = [*(_words(gap, wall) for gap in open_gaps(map_)), *_summary(closed, wall)]
+    wall, said = closed(Wall(name, blocks, material.thickness, material.friction), settings, drawing.error)
     return wall, [*said, *drawing.remarks, *left_out, *moved, *implausible(wall)]
 
 
-def _closing(settings: HealingSettings) -> float:
-    """Return the largest distance that is joined, m: corners at a joint of mortar are farther apart than it is wide."""
-    return max(settings.tolerance, CORNERS_APART * settings.mortar)
-
-
-def _mortar(closed: list[Gap], wall: tuple[Block, ...], settings: HealingSettings) -> tuple[Mortar, ...]:
-    if not settings.mortar:
-        return ()
-    return tuple(Mortar(wall[gap.i].id, wall[gap.j].id, gap.width) for gap in closed if gap.width > 0)
+def closed(drawn: Wall, settings: HealingSettings, known_error: float = 0.0) -> tuple[Wall, list[str]]:
+    """Return the checked wall with gaps and overlaps of its outlines closed, and remarks: what was not closed, and what
+    was. known_error in m: what had to be closed before. Raises CaseError with the place of a block."""
+    within = max(settings.tolerance, CORNERS_APART * settings.mortar)
+    try:
+        refuse_overlaps(drawn, within)
+        polygons, joined = heal([block.polygon for block in drawn.blocks], within, known_error)
+        blocks = tuple(replace(b, polygon=polygon) for b, polygon in zip(drawn.blocks, polygons, strict=True))
+        gaps = closed_gaps(joined)
+        wall = replace(drawn, blocks=blocks)
+        if settings.mortar:
+            mortar = (Mortar(blocks[gap.i].id, blocks[gap.j].id, gap.width) for gap in gaps if gap.width > 0)
+            wall = replace(wall, mortar=tuple(mortar))
+        check_wall(wall)
+    except CaseError as error:
+        located = _located(error, drawn)
+        raise RefusedWallError(located.key, located.problem, located.remedy, drawn) from None
+    return wall, [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall)]
 
 
 def _located(error: CaseError, wall: Wall) -> CaseError:

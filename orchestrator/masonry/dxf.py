@@ -86,13 +86,14 @@ def _drawing(path: Path, layers: Layers, tolerance: float, unit: str) -> Drawing
     _refuse_depth(on, tolerance)
     flat = {role: [(name, points[:, :2]) for name, points in drawn] for role, drawn in on.items()}
     closed = {role: _closed(drawn, role, tolerance) for role, drawn in flat.items()}
-    remarks = [remark, *(text for _, texts in closed.values() for text in texts)]
+    remarks = [remark, *(text for _, texts, _ in closed.values() for text in texts)]
     stones, supports, openings = (
         tuple(outline for _, outline in closed[role][0]) for role in ("blocks", "supports", "openings")
     )
     several = len({name for name, _ in on["blocks"]}) > 1
     materials = tuple(name for name, _ in closed["blocks"][0]) if several else ()
-    return Drawing(stones, supports, openings, tuple(remarks), materials)
+    joined = max(within for _, _, within in closed.values())
+    return Drawing(stones, supports, openings, tuple(remarks), materials, joined)
 
 
 def _opened(path: Path) -> Any:
@@ -169,15 +170,16 @@ def _refuse_depth(on: dict[str, list[OnLayer]], tolerance: float) -> None:
         raise CaseError("", f"depth varies by {np.ptp(points[:, 2]):.3g} m", "draw the wall in the xy plane")
 
 
-def _closed(drawn: list[OnLayer], role: str, tolerance: float) -> tuple[list[OnLayer], list[str]]:
-    """Return the closed outlines (n, 2) in what is `drawn` and those its open lines form, and remarks on the rest."""
+def _closed(drawn: list[OnLayer], role: str, tolerance: float) -> tuple[list[OnLayer], list[str], float]:
+    """Return the closed outlines (n, 2) in what is `drawn` and those its open lines form, remarks on the rest, and over
+    what distance (m) ends had to be joined."""
     is_closed = [
         len(path) > 3 and np.linalg.norm(path[0] - path[-1]) <= tolerance < np.ptp(path, axis=0).max()
         for _, path in drawn
     ]
     outlines = [(name, path[:-1]) for (name, path), closed in zip(drawn, is_closed, strict=True) if closed]
     lines = [one for one, closed in zip(drawn, is_closed, strict=True) if not closed]
-    faces, rest = _faces([path for _, path in lines], tolerance)
+    faces, rest, within = _faces([path for _, path in lines], tolerance)
     along = _layers_along(faces, lines, tolerance)
     named = [(name, _without_repeats(outline)) for name, outline in outlines]
     distinct, twice = _without_duplicates([*named, *zip(along, faces, strict=True)])
@@ -185,7 +187,7 @@ def _closed(drawn: list[OnLayer], role: str, tolerance: float) -> tuple[list[OnL
     if rest:
         x, y = shapely.get_coordinates(rest[0])[0]
         remarks.append(f"{role}: WARNING: {len(rest)} lines close no outline, the first at ({x:.4g}, {y:.4g}) m")
-    return distinct, remarks
+    return distinct, remarks, within
 
 
 def _layers_along(faces: list[FloatArray], lines: list[OnLayer], tolerance: float) -> list[str]:
@@ -205,19 +207,19 @@ def _layers_along(faces: list[FloatArray], lines: list[OnLayer], tolerance: floa
     return found
 
 
-def _faces(lines: list[FloatArray], tolerance: float) -> tuple[list[FloatArray], list[shapely.Geometry]]:
-    """Return the outlines that lines form, and the lines that bound none.
+def _faces(lines: list[FloatArray], tolerance: float) -> tuple[list[FloatArray], list[shapely.Geometry], float]:
+    """Return the outlines that lines form, the lines that bound none, and the distance (m) over which ends were joined.
 
     Ends are taken to meet over the smallest distance, doubled from a millionth of the drawing up to the tolerance, that
     leaves no line over; so a larger tolerance does not change what a smaller one closes.
     """
     if not lines:
-        return [], []
+        return [], [], 0.0
     within = min(tolerance, SMALLEST_ERROR * float(np.ptp(np.vstack(lines), axis=0).max()))
     while True:
         faces, rest = _faces_within(lines, within)
         if not rest or within == tolerance:
-            return faces, rest
+            return faces, rest, within
         within = min(tolerance, 2 * within)
 
 

@@ -12,9 +12,12 @@ from orchestrator.errors import CaseError
 from orchestrator.masonry.planar_map import OUTSIDE, ROUNDING, OverlapError, PlanarMap, planar_map
 from orchestrator.masonry.wall import FloatArray, read_only
 
-BEND = 1 / 30
-"""part of its length by which what lies between two blocks may bend and still be one straight joint: an arc of 15
+BEND = 1 / 20
+"""part of its length by which what lies between two blocks may bend and still be one straight joint: an arc of 23
 degrees (the extrados of a voussoir), whatever chords it was drawn with"""
+SHORT = 0.01
+"""part of a block's size below which an edge of it is the error of a drawing, not a joint; it would only make slivers
+of finite elements"""
 VISIBLE = 0.125
 """part of the smaller block's size (root of its area) below which a gap between two blocks is hardly meant as one"""
 FACING = 0.9
@@ -35,14 +38,16 @@ class Gap:
     at: tuple[float, float]
 
 
-def heal(outlines: Sequence[FloatArray], tolerance: float) -> tuple[list[FloatArray], PlanarMap]:
+def heal(
+    outlines: Sequence[FloatArray], tolerance: float, known_error: float = 0.0
+) -> tuple[list[FloatArray], PlanarMap]:
     """Return outlines (n, 2) of which neighbours share their vertices, and the planar map that they are.
 
-    outlines: counter-clockwise; tolerance in m: largest gap or overlap that is closed. Raises CaseError for blocks that
-    lie on one another.
+    outlines: counter-clockwise; tolerance in m: largest gap or overlap that is closed; known_error in m: what was
+    closed before, between the lines of a drawing. Raises CaseError for blocks that lie on one another.
     """
     try:
-        joined = planar_map(outlines, tolerance, BEND)
+        joined = planar_map(outlines, tolerance, BEND, SHORT, known_error)
     except OverlapError as error:
         one, other = error.blocks
         x, y = error.point

@@ -183,8 +183,8 @@ def _is_stone(pixels: Pixels, threshold: int, kind: str) -> npt.NDArray[np.bool_
 def _said_together(number: IntArray, settings: PictureSettings) -> list[str]:
     """Return a warning of patches that look like several stones."""
     area = np.bincount(number.ravel())[1:]
-    times = area.max() / np.median(area)
-    said = [f"WARNING: the largest patch is {times:.0f} times the median one: are joints missing?"] * (times > HUGE)
+    times = float(area.max() / np.median(area))
+    said = [f"WARNING: the largest patch is {times:.0f} times the median one: are joints missing?"] * int(times > HUGE)
     found = run_together(number, settings.smallest_patch)
     if found is None:
         return said

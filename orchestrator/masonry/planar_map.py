@@ -32,7 +32,7 @@ GROWTH = 2.0
 """factor from the smallest distance that is still open to the distance joined next"""
 PULL = 1e-3
 """weight that holds a vertex to the mean of its corners, against the lines through it: decides along parallel lines"""
-REACH = 2.0
+REACH = 5.0
 """a vertex lies no farther from the mean of its corners than this many times the farthest of them"""
 KEPT = 0.8
 """part of its area that a block keeps where one of its short edges is taken for a point"""
@@ -75,23 +75,32 @@ class OverlapError(ValueError):
         self.blocks, self.point = blocks, point
 
 
-def planar_map(outlines: Sequence[FloatArray], tolerance: float, bend: float = 0.0) -> PlanarMap:
+def planar_map(
+    outlines: Sequence[FloatArray], tolerance: float, bend: float = 0.0, short: float = 0.0, known_error: float = 0.0
+) -> PlanarMap:
     """Return the planar map of counter-clockwise `outlines` (n, 2); tolerance in m. Raises OverlapError.
 
     bend: what lies between two blocks is one straight edge where it bends by no more than this part of its length.
+    short: edges below this part of a block's size become points. known_error in m: over what distance the lines of the
+    outlines had to be joined before.
     """
     rings = _Rings(outlines)
-    error, reached = 0.0, 0.0
-    while len(open_ := rings.distances(tolerance, reached)):
-        reached = min(tolerance, GROWTH * max(float(open_.min()), rings.rounding))
-        while joined := rings.join_corners(reached) + rings.join_edges(reached):
-            error = max(error, max(joined))
-            rings.place()
-        if error > rings.rounding and not len(rings.distances(tolerance, reached)):
-            rings.place_on_lines()
-            rings.collapse(error)
-            rings.place()
-            rings.place_on_lines()
+    error, reached = known_error, 0.0
+    while True:
+        while len(open_ := rings.distances(tolerance, reached)):
+            reached = min(tolerance, GROWTH * max(float(open_.min()), rings.rounding))
+            while joined := rings.join_corners(reached) + rings.join_edges(reached):
+                error = max(error, max(joined))
+                rings.place()
+        if error <= rings.rounding and not short:
+            break
+        rings.place_on_lines()
+        rings.collapse(error, short)
+        rings.place()
+        rings.place_on_lines()
+        if not len(rings.distances(tolerance, reached)):
+            break
+    rings.measure()
     rings.straighten(max(error, rings.rounding), tolerance, bend)
     return rings.as_map(error)
 
@@ -99,23 +108,23 @@ def planar_map(outlines: Sequence[FloatArray], tolerance: float, bend: float = 0
 class _Rings:
     """Outlines as rings of vertex numbers, while they are being joined.
 
-    One row for every corner of a block, block after block: vertex, block, own (2,) (the point that the block has
-    there) and line (the drawn edge that begins there). A row's edge runs to the row `following`.
+    One row for every corner of a block, block after block: vertex, block, and line, the drawn edge that begins there. A
+    row's edge runs to the row `following`. members: vertices and the points that blocks have there.
     """
 
     def __init__(self, outlines: Sequence[FloatArray]) -> None:
         counts = np.array([len(outline) for outline in outlines])
-        self.own = np.concatenate(outlines).astype(float)
+        own = np.concatenate(outlines).astype(float)
         self.block = np.repeat(np.arange(len(counts)), counts)
-        self.point, self.vertex = np.unique(self.own, axis=0, return_inverse=True)
+        self.point, self.vertex = np.unique(own, axis=0, return_inverse=True)
         self.vertex = self.vertex.ravel()
         self._link()
-        self.line = np.arange(len(self.own))
-        self.line_start, self.line_end = self.own.copy(), self.own[self.following]
-        size = float(np.ptp(self.own, axis=0).max())
-        self.rounding = ROUNDING * size + 1e-14 * float(np.abs(self.own).max())
+        self.line, self.width = np.arange(len(own)), np.zeros(len(own))
+        self.line_start, self.line_end = own, own[self.following]
+        size = float(np.ptp(own, axis=0).max())
+        self.rounding = ROUNDING * size + 1e-14 * float(np.abs(own).max())
         self.spread = np.zeros(len(self.point))
-        self.members = [(self.vertex.copy(), self.own.copy())]
+        self.members = [(self.vertex.copy(), own)]
 
     def _link(self) -> None:
         first = np.flatnonzero(np.diff(self.block, prepend=-1))
@@ -273,14 +282,14 @@ class _Rings:
         foot = a + place[:, None] * (b - a)
         self.members.append((vertex, foot))
         self.vertex = np.insert(self.vertex, row + 1, vertex)
-        self.own = np.insert(self.own, row + 1, foot, axis=0)
         self.block = np.insert(self.block, row + 1, self.block[row])
         self.line = np.insert(self.line, row + 1, self.line[row])
+        self.width = np.zeros(len(self.line))
         self._link()
         return distance.tolist()
 
     def _relabel(self, number: IntArray) -> None:
-        """Give vertices new numbers (v,); what an outline leaves between two corners that have become one is dropped."""
+        """Give vertices new numbers (v,); what an outline has between two corners that became one is dropped."""
         self.vertex = number[self.vertex]
         self.members = [(number[vertex], own) for vertex, own in self.members]
         drop = np.zeros(len(self.vertex), bool)
@@ -299,13 +308,12 @@ class _Rings:
 
     def _drop(self, drop: npt.NDArray[np.bool_]) -> None:
         keep = ~drop
-        self.vertex, self.own, self.block, self.line = (
-            values[keep] for values in (self.vertex, self.own, self.block, self.line)
-        )
+        self.vertex, self.block = self.vertex[keep], self.block[keep]
+        self.line, self.width = self.line[keep], self.width[keep]
         self._link()
 
     def place(self) -> None:
-        """Put every vertex at the mean of the points that blocks have there; exactly on one of them where they agree."""
+        """Put every vertex at the mean of the points that blocks have there; on one of them where they agree."""
         vertex, own = (np.concatenate(parts) for parts in zip(*self.members, strict=True))
         count = np.maximum(np.bincount(vertex, minlength=len(self.point)), 1)
         mean = np.column_stack([np.bincount(vertex, own[:, k], len(self.point)) / count for k in (0, 1)])
@@ -343,16 +351,38 @@ class _Rings:
         step *= np.minimum(1.0, REACH * self.spread / np.maximum(far, 1e-300))[:, None]
         self.point = self.point + np.where((self.spread > self.rounding)[:, None], step, 0.0)
 
-    def collapse(self, shortest: float) -> None:
-        """Take edges below `shortest` (m) for points, the shortest first: what is joined over that distance is no edge."""
+    def collapse(self, error: float, short: float) -> None:
+        """Take short edges for points, the shortest first: those below `error` (m), over which outlines were joined, and
+        those between two blocks below `short` of the size of one of them."""
         there = self.vertex[self.following]
         length = np.linalg.norm(self.point[there] - self.point[self.vertex], axis=1)
-        rows = np.flatnonzero(length < shortest)
+        begin = np.flatnonzero(np.diff(self.block, prepend=-1))
+        x, y = (self.point[self.vertex] - self.point[self.vertex[begin]][self.block]).T
+        doubled_area = np.add.reduceat(x * y[self.following] - x[self.following] * y, begin)
+        size = np.sqrt(0.5 * np.abs(doubled_area))[self.block]
+        key, reverse = self._keys()
+        between_two = np.isin(reverse, key)
+        rows = np.flatnonzero(length < np.where(between_two, np.maximum(error, short * size), error))
         p, q = np.minimum(self.vertex[rows], there[rows]), np.maximum(self.vertex[rows], there[rows])
         pairs, index = np.unique(np.column_stack([p, q]), axis=0, return_index=True)
         length = length[rows[index]]
         order = np.lexsort((*pairs.T, length))
         self._unite((*pair, apart) for pair, apart in zip(pairs[order].tolist(), length[order].tolist(), strict=True))
+
+    def measure(self) -> None:
+        """Note for each row what lay between its drawn edge and the one beyond, m, at the middle of both."""
+        key, reverse = self._keys()
+        order = np.argsort(key)
+        at = np.minimum(np.searchsorted(key[order], reverse), len(key) - 1)
+        found = key[order][at] == reverse
+        twin = order[at]
+        middle = 0.5 * (self.point[self.vertex] + self.point[self.vertex[self.following]])
+        along = self.line_end[self.line] - self.line_start[self.line]
+        unit = along / np.linalg.norm(along, axis=1)[:, None]
+        foot = _foot(middle, self.line_start[self.line], unit)
+        outward = np.column_stack([unit[:, 1], -unit[:, 0]])
+        width = np.sum(outward * (foot[twin] - foot), axis=1)
+        self.width = np.where(found & (np.abs(width) > self.rounding), width, 0.0)
 
     def straighten(self, within: float, tolerance: float, bend: float) -> None:
         """Drop the vertices of chains between the same two blocks that lie within `within` (m) of a straight line, or
@@ -392,12 +422,6 @@ class _Rings:
         rows = np.flatnonzero(forward)
         used, vertex = np.unique(self.vertex, return_inverse=True)
         vertex = vertex.ravel()
-        middle = 0.5 * (self.point[self.vertex] + self.point[self.vertex[self.following]])
-        along = self.line_end[self.line] - self.line_start[self.line]
-        unit = along / np.linalg.norm(along, axis=1)[:, None]
-        foot = _foot(middle, self.line_start[self.line], unit)
-        outward = np.column_stack([unit[:, 1], -unit[:, 0]])
-        width = np.where(twin >= 0, np.sum(outward * (foot[twin] - foot), axis=1), 0.0)
         first = np.append(np.flatnonzero(np.diff(self.block, prepend=-1)), len(self.block))
         return PlanarMap(
             vertex=read_only(self.point[used]),
@@ -405,7 +429,7 @@ class _Rings:
             end=read_only(vertex[self.following[rows]], np.int64),
             left=read_only(self.block[rows], np.int64),
             right=read_only(beyond[rows], np.int64),
-            width=read_only(np.where(np.abs(width) > self.rounding, width, 0.0)[rows]),
+            width=read_only(self.width[rows]),
             ring_edge=read_only(edge, np.int64),
             ring_forward=read_only(forward, bool),
             first=read_only(first, np.int64),

@@ -4,8 +4,8 @@
      "friction": 0.65, "blocks": [{"id": 1, "polygon": [[x, y], ...], "fixed": false}, ...]}
 
 Numbers are in the file's own units; polygons are made counter-clockwise. A block may have its own unit_weight,
-and a material: a name that the joint classes of a case refer to. "mortar": [[id, id, thickness], ...] says how thick the
-joints between two blocks were drawn.
+and a material: a name that the joint classes of a case refer to. "mortar": [[id, id, thickness], ...] says how thick
+the joints between two blocks were drawn.
 """
 
 from __future__ import annotations

@@ -114,7 +114,7 @@ def cracked(number: IntArray, closed: IntArray, width: int) -> FloatArray:
     edges of stones; what lies deeper is left of a joint that is missing elsewhere, and that stone may be two.
     """
     row, column = np.nonzero((number == 0) & (closed > 0) & (_depth(closed) > width + 1))
-    stone, first, count = np.unique(closed[row, column], return_index=True, return_counts=True)
+    _, first, count = np.unique(closed[row, column], return_index=True, return_counts=True)
     first = np.sort(first[count >= CRACK])
     return np.column_stack([column[first], row[first]]) + 0.5
 

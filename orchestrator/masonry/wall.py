@@ -87,7 +87,7 @@ def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:
         raise CaseError("blocks", "no block is a support", 'mark the ground as a block with "fixed": true')
     if all(block.fixed for block in wall.blocks):
         raise CaseError("blocks", "every block is a support", 'leave "fixed" out of the blocks of the wall')
-    _refuse_overlaps(wall, tolerance)
+    refuse_overlaps(wall, tolerance)
 
 
 def _refuse_extreme(key: str, value: float) -> None:
@@ -123,7 +123,8 @@ def _check_block(block: Block, tolerance: float) -> None:
     _refuse_extreme(key, block.unit_weight)
 
 
-def _refuse_overlaps(wall: Wall, tolerance: float) -> None:
+def refuse_overlaps(wall: Wall, tolerance: float) -> None:
+    """Raise CaseError for blocks that share more than a strip of width `tolerance` (m) along the shorter outline."""
     outlines = shapes(wall)
     i, j = shapely.STRtree(outlines).query(outlines, predicate="intersects")
     i, j = i[i < j], j[i < j]
@@ -133,7 +134,8 @@ def _refuse_overlaps(wall: Wall, tolerance: float) -> None:
     if len(overlaps):
         first = min(overlaps, key=lambda pair: (i[pair], j[pair]))
         problem = f"overlaps block {wall.blocks[j[first]].id} by {common[first]:.3g} m2"
-        raise CaseError(f"block {wall.blocks[i[first]].id}", problem, "move one of them or correct its polygon")
+        remedy = "move one of them, or import the file with a --tolerance above the error of the drawing"
+        raise CaseError(f"block {wall.blocks[i[first]].id}", problem, remedy)
 
 
 def shapes(wall: Wall) -> npt.NDArray[np.object_]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
@@ -45,8 +47,9 @@ WIDEST, THINNEST = 5.0, 0.5
 """points; width of the largest resultant and least width of any"""
 
 
-def blocks(wall: Wall, numbered: bool = False) -> Figure:
-    """Draw the blocks as they stand, a colour for each material, supports hatched, with their ids if `numbered`."""
+def blocks(wall: Wall, numbered: bool = False, marked: Sequence[int] = ()) -> Figure:
+    """Draw the blocks as they stand, a colour for each material, supports hatched, with their ids if `numbered`; the
+    outlines of blocks with the ids `marked` in red."""
     polygons = [block.polygon for block in wall.blocks]
     free = sum(not block.fixed for block in wall.blocks)
     supports = len(polygons) - free
@@ -57,6 +60,9 @@ def blocks(wall: Wall, numbered: bool = False) -> Figure:
         stones = [b.polygon for b in wall.blocks if not b.fixed and b.material == name]
         draw_polygons(axes, stones, fill).set_label(f"{label_of(name)} ({len(stones)})" if name else "block")
     draw_supports(axes, [b.polygon for b in wall.blocks if b.fixed])
+    for block in wall.blocks:
+        if block.id in marked:
+            axes.fill(*block.polygon.T, facecolor="none", edgecolor=VERMILLION, linewidth=2.5, zorder=5)
     if numbered:
         size = number_size(polygons, axes)
         for block in wall.blocks:

@@ -79,6 +79,7 @@ class Tracking:
     at the same point in the undeformed wall, and contacts of one point with one face in several pairs. twins (t, 2):
     numbers of contacts and of the point and face that they share with others, only where there are others. rest (c,) in
     m: height over the straight face of points that touch the body in the undeformed wall, 0 for those that do not.
+    end_node (f, 2, levels): node at the start and at the end of each face at each z, -1 of supports.
     """
 
     faces: Faces
@@ -98,6 +99,7 @@ class Tracking:
     stand_in_of: IntArray
     twins: IntArray
     rest: FloatArray
+    end_node: IntArray
 
     def handed_over(self, rows: IntArray, values: FloatArray) -> FloatArray:
         """Return `values` (possible, ...) with those of contacts that are not in `rows` moved to their stand-ins there.
@@ -141,7 +143,8 @@ def track(tracking: Tracking, meshes: BodyMeshes, frames: Frames, displacement: 
     height = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.normal[face]) - tracking.rest
     size = tracking.size_of_pair[tracking.pair]
     near = (height < REACH * size) & (height > DEEPEST * size)
-    rows = np.flatnonzero(_without_twins(tracking, near & _within(tracking, frames, position)))
+    within = _within(tracking, frames, position, _shifted_ends(tracking, meshes, frames, moved))
+    rows = np.flatnonzero(_without_twins(tracking, near & within))
     master_nodes, weights = _project(tracking, meshes, home[rows], rows)
     turn = frames.rotation[possible.master_body[rows]]
     normal = np.einsum("cij,cj->ci", turn, possible.normal[rows])
@@ -170,9 +173,22 @@ def _pulled_back(point: FloatArray, frames: Frames, body: IntArray) -> FloatArra
     return np.column_stack([plane, point[:, 2]])
 
 
-def _within(tracking: Tracking, frames: Frames, position: FloatArray) -> npt.NDArray[np.bool_]:
+def _shifted_ends(tracking: Tracking, meshes: BodyMeshes, frames: Frames, moved: FloatArray) -> FloatArray:
+    """Return (f, 2, levels) in m: how far the nodes at the ends of each face lie along it from where the frame says.
+
+    Bodies deform, and turn about the vertical a little: front and back of a block then slide over an end one by one.
+    """
+    faces, node = tracking.faces, tracking.end_node
+    body = np.broadcast_to(faces.body[:, None, None], node.shape)
+    at_home = _pulled_back(moved[node.ravel()], frames, body.ravel()) - meshes.nodes[node.ravel()]
+    along = np.einsum("feli,fi->fel", at_home[:, :2].reshape(*node.shape, 2), faces.tangent)
+    return np.where(node < 0, 0.0, along)
+
+
+def _within(tracking: Tracking, frames: Frames, position: FloatArray, shift: FloatArray) -> npt.NDArray[np.bool_]:
     """Return which possible contacts lie within their master's face, corners only where no primary contact is near."""
-    length = tracking.faces.length[tracking.master_face]
+    low, high = shift[tracking.master_face, :, tracking.level].T
+    position, length = position - low, tracking.faces.length[tracking.master_face] + high - low
     primary, end = tracking.corner == 0, END * tracking.size_of_pair[tracking.pair]
     overlapping = (_overlap(tracking, frames) > END * tracking.size_of_pair)[tracking.pair]
     inside = (position >= -end) & (position <= length + end) & overlapping

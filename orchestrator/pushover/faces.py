@@ -50,34 +50,29 @@ class Faces:
 def find_faces(bodies: Bodies) -> Faces:
     """Return the faces of all bodies, in the order of their rings."""
     rings = [(body.number, ring) for body in bodies.bodies for ring in (body.exterior, *body.holes)]
-    owner, begin, stop, before, of_edge = [], [], [], [], []
-    first = faces = 0
-    for body, ring in rings:
-        begins = _begins(ring)
-        count, corners = len(ring), first + np.flatnonzero(begins)
-        owner.append(np.full(len(corners), body))
-        begin.append(corners)
-        stop.append(np.roll(corners, -1))
-        before.append(first + np.roll(np.arange(count), 1))
-        of_edge.append(faces + (np.cumsum(begins) - 1) % len(corners))
-        first, faces = first + count, faces + len(corners)
+    parts: list[list[IntArray]] = []
+    edges = faces = 0
+    for owner, ring in rings:
+        begins, number = _begins(ring), edges + np.arange(len(ring))
+        corners = number[begins]
+        of_edge = faces + (np.cumsum(begins) - 1) % len(corners)
+        parts.append([np.full(len(corners), owner), corners, np.roll(corners, -1), np.roll(number, 1), of_edge])
+        edges, faces = edges + len(ring), faces + len(corners)
+    body, begin, stop, before, face = (read_only(np.concatenate(each), np.int64) for each in zip(*parts, strict=True))
     vertex = np.concatenate([ring for _, ring in rings])
-    edges = np.bincount([body for body, _ in rings], [len(ring) for _, ring in rings]).astype(np.int64)
-    starts, ends = vertex[np.concatenate(begin)], vertex[np.concatenate(stop)]
-    length = np.linalg.norm(ends - starts, axis=1)
-    tangent = (ends - starts) / length[:, None]
-    numbers = (owner, begin, stop, before, of_edge)
-    body, begin, stop, before, of_edge = (read_only(np.concatenate(each), np.int64) for each in numbers)
+    length = np.linalg.norm(vertex[stop] - vertex[begin], axis=1)
+    tangent = (vertex[stop] - vertex[begin]) / length[:, None]
+    of_body = np.bincount([owner for owner, _ in rings], [len(ring) for _, ring in rings])
     return Faces(
         body=body,
         begin=begin,
         stop=stop,
         vertex=read_only(vertex),
         before=before,
-        first_edge=read_only(np.cumsum(edges) - edges, np.int64),
-        of_edge=of_edge,
-        start=read_only(starts),
-        end=read_only(ends),
+        first_edge=read_only(np.cumsum(of_body) - of_body, np.int64),
+        of_edge=face,
+        start=read_only(vertex[begin]),
+        end=read_only(vertex[stop]),
         length=read_only(length),
         tangent=read_only(tangent),
         normal=read_only(np.column_stack([tangent[:, 1], -tangent[:, 0]])),

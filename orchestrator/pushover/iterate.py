@@ -24,8 +24,8 @@ class Problem:
     inertia_reference (n,) = u_ref, time_step dt in s: inertia M (u - u_ref)/dt^2. Either `mean_displacement` (m) is
     prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
     that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
-    contacts resist slip by viscosity x (slip since the start of the increment) besides friction, and bonded ones
-    opening likewise. bond: strengths and history of the contacts, None where no joint has any. pressure (c,): normal
+    contacts resist slip by viscosity x (slip since the start of the increment) besides friction, open ones too (a force
+    that came and went with the contact could leave a step without a solution), and bonded ones opening likewise. bond: strengths and history of the contacts, None where no joint has any. pressure (c,): normal
     forces (N) that friction sees (Tresca's friction), None: those of the iterate (Coulomb's).
     """
 
@@ -64,12 +64,15 @@ class Iterate:
     pull: FloatArray
     pull_slope: FloatArray
     bond: BondResponse | None
+    viscous: bool = False
     number: int = 0
     as_before: bool = False
 
     @property
     def carrying(self) -> npt.NDArray[np.bool_]:
-        """(c,): contacts that take shear."""
+        """(c,): contacts that take shear: closed ones, those whose bond is intact, and all while slip is damped."""
+        if self.viscous:
+            return np.ones_like(self.active)
         return self.active if self.bond is None else self.active | self.bond.intact
 
 
@@ -82,17 +85,17 @@ def evaluate(
     trial = problem.elastic_slip + slip
     pressure = normal_force if problem.pressure is None else problem.pressure
     response = friction_response(trial, pressure, model.contacts.friction, model.slip_tolerance)
-    bond, carrying = None, np.zeros(len(gap), bool)
+    bond = None
     pull = pull_slope = np.zeros(len(gap))
     if problem.bond is not None:
-        bond, carrying = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
+        bond, holds = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
         response = response.bonded(trial, pressure, model.contacts.friction, bond)
-        pull = bond.tension + problem.viscosity * carrying * (gap - problem.bond.opening)
-        pull_slope = bond.tension_slope + problem.viscosity * carrying
+        pull = bond.tension + problem.viscosity * holds * (gap - problem.bond.opening)
+        pull_slope = bond.tension_slope + problem.viscosity * holds
     active = normal_force + pull - model.contact_stiffness * gap >= 0.0
     if problem.pressure is not None:
         response = replace(response, pressure_slope=np.zeros_like(response.pressure_slope))
-    response = response.damped(slip * (active | carrying)[:, None], problem.viscosity)
+    response = response.damped(slip, problem.viscosity)
     strained = displacement - model.rigid
     residual = (
         model.stiffness @ strained
@@ -121,6 +124,7 @@ def evaluate(
         pull=pull,
         pull_slope=pull_slope,
         bond=bond,
+        viscous=problem.viscosity > 0.0,
     )
 
 

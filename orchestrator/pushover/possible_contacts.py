@@ -61,7 +61,7 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
     rest[len(touching) :] = 0.0
     triangle, first_triangle, triangles = surface.triangle_table(columns["master_face"])
     slave_of_pair, master_of_pair = np.array(pairs, np.int64).T
-    corner, touched = _stand_ins(columns)
+    standing_in, stood_for = _stand_ins(columns)
     return Tracking(
         faces=faces,
         slave_of_pair=read_only(slave_of_pair, np.int64),
@@ -74,10 +74,11 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
         first_triangle=read_only(first_triangle, np.int64),
         triangles=read_only(triangles, np.int64),
         level=read_only(columns["level"], np.int64),
-        stand_in=read_only(corner, np.int64),
-        stand_in_of=read_only(touched, np.int64),
+        stand_in=read_only(standing_in, np.int64),
+        stand_in_of=read_only(stood_for, np.int64),
         twins=read_only(_twins(columns), np.int64),
         rest=read_only(rest),
+        end_node=read_only(surface.end_nodes(), np.int64),
     )
 
 
@@ -172,6 +173,15 @@ class _Surface:
         if self.faces.body[face] >= self.bodies.moving:
             return np.full(len(self.heights), SUPPORT_POINT)
         return self.nodes_of_vertex[vertex]
+
+    def end_nodes(self) -> IntArray:
+        """Return the nodes (f, 2, levels) at both ends of each face, -1 of supports."""
+        found = np.full((len(self.faces), 2, len(self.heights)), -1)
+        for face, ends in enumerate(zip(self.faces.begin, self.faces.stop, strict=True)):
+            for end, vertex in enumerate(ends):
+                nodes = self.nodes_of_vertex[vertex]
+                found[face, end, self.level[nodes]] = nodes
+        return found
 
     def contacts(self, slave: int, nodes: IntArray, master: int, corner: int, pair: int) -> dict[str, npt.NDArray]:
         """Return the rows of `nodes` of the slave's face against the master's face."""

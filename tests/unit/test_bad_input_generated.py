@@ -248,7 +248,7 @@ def test_files_that_are_too_large_are_refused_unread(tmp_path, capsys, name, mod
 def test_a_picture_that_is_too_large_is_refused_unread(tmp_path, capsys, monkeypatch):
     from PIL import Image
 
-    monkeypatch.setattr(picture, "LARGEST_PICTURE", 99)
+    monkeypatch.setattr(pixels, "LARGEST_PICTURE", 99)
     Image.new("L", (10, 10)).save(tmp_path / "wall.png")
     options = ["--thickness", "0.3", "--scale", "0.01", "--output", tmp_path / "out.json"]
     assert accepted_or_refused(capsys, tmp_path / "wall.png", "import", *options) == 2

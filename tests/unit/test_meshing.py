@@ -57,6 +57,27 @@ def test_side_triangles_cover_the_extruded_outline_and_point_outwards(wall6):
     assert flux == pytest.approx(2 * bodies.bodies[0].area * 0.1, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    "settings", [MeshSettings(), MeshSettings(0.07, 2), MeshSettings(0.13, 2, matching_faces=True)]
+)
+def test_sides_know_the_edge_that_they_lie_on(wall6, bond, settings):
+    """Every edge of the outline and of the openings has its sides, which fill it."""
+    for bodies in (make_bodies(wall6, one_body(wall6)), bond):
+        meshes = mesh_bodies(bodies, settings, None)
+        for body in bodies.bodies[: bodies.moving]:
+            rings = (body.exterior, *body.holes)
+            start, end = np.concatenate(rings), np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+            length = np.linalg.norm(end - start, axis=1)
+            mine = meshes.body_of_side == body.number
+            edge, corners = meshes.side_edge[mine], meshes.nodes[meshes.side_triangles[mine]]
+            normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            area = np.bincount(edge, 0.5 * np.linalg.norm(normal, axis=1))
+            assert area == pytest.approx(length * bodies.thickness, rel=1e-7)
+            unit = ((end - start) / length[:, None])[edge]
+            arm = corners[..., :2] - start[edge][:, None]
+            assert np.abs(arm[..., 0] * unit[:, None, 1] - arm[..., 1] * unit[:, None, 0]).max() < 3e-9
+
+
 def test_joint_ends_are_nodes_on_both_faces(bond):
     meshes = mesh_bodies(bond, MeshSettings(size=0.13), None)
     for k in range(len(bond.joint)):

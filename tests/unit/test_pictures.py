@@ -200,7 +200,7 @@ def test_stones_that_do_not_run_together_raise_no_alarm(tmp_path):
 
 
 def test_a_joint_missing_over_most_of_a_stone_is_pointed_out(tmp_path):
-    """No bridge: half of the joint between stones 1 and 2 is missing, 15 of 28 pixels. The other half is void inside."""
+    """No bridge: 15 of 28 pixels of the joint between stones 1 and 2 are missing, the others are void inside."""
     number, count = bond(mortar=2)
     stone = number > 0
     stone[20:35, 75:85] = True

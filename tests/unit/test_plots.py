@@ -303,10 +303,12 @@ def model():
         Body(n, f"block {n}", outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array([n])) for n in range(3)
     ]
     start, end = np.array([[2.0, 0.0], [1.0, 1.5]]), np.array([[0.0, 0.0], [0.0, 1.5]])
-    bodies = Bodies(tuple(made), 2, 0.1, np.array([2, 0]), np.array([0, 1]), start, end, np.full(2, 0.65), np.arange(2))
-    nodes, triangles, body_of_node, body_of_side = [], [], [], []
+    joints = (np.array([2, 0]), np.array([0, 1]), start, end, np.full(2, 0.65), np.arange(2))
+    bodies = Bodies(tuple(made), 2, 0.1, *joints, edge_i=np.array([2, 3]), edge_j=np.array([0, 0]))
+    nodes, triangles, body_of_node, body_of_side, side_edge = [], [], [], [], []
     count = 0
     for body, rings in ((0, (frame, hole)), (1, (outlines[1],))):
+        edges = 0
         for ring in rings:
             here = np.arange(len(ring))
             following = np.roll(here, -1)
@@ -316,9 +318,11 @@ def model():
             count += 2 * len(ring)
             body_of_node += [body] * 2 * len(ring)
             body_of_side += [body] * 2 * len(ring)
+            side_edge += 2 * list(range(edges, edges + len(ring)))
+            edges += len(ring)
     meshes = BodyMeshes(
         np.vstack(nodes), np.empty((0, 4), int), np.array(body_of_node), np.array([], int), np.vstack(triangles),
-        np.array(body_of_side), np.full(2, 25e3), 2, 0.0,
+        np.array(body_of_side), np.array(side_edge), np.full(2, 25e3), 2, 0.0,
     )  # fmt: skip
     return bodies, meshes
 

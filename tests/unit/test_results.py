@@ -233,6 +233,7 @@ def test_macroblocks_file_holds_partition_and_polygons(tmp_path, assemblage, par
         for n in range(3)
     ]
     interfaces = {"body_i": np.array([2]), "body_j": np.array([0]), "start": np.array([[2.0, 0]])}
+    interfaces |= {"edge_i": np.array([2]), "edge_j": np.array([0])}
     bodies = Bodies(tuple(made), 2, 0.1, **interfaces, end=np.zeros((1, 2)), friction=np.ones(1), joint=np.array([0]))
     results.write_macroblocks(tmp_path, assemblage.wall, partition, bodies)
     record = json.loads((tmp_path / "macroblocks.json").read_text())
@@ -279,7 +280,7 @@ def keys(record):
 def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, partition):
     meshes = BodyMeshes(
         np.zeros((16, 3)), np.zeros((10, 4), int), np.zeros(16, int), np.zeros(10, int), np.zeros((4, 3), int),
-        np.zeros(4, int), np.full(2, 25e3), 1, 0.1,
+        np.zeros(4, int), np.zeros(4, int), np.full(2, 25e3), 1, 0.1,
     )  # fmt: skip
     capacity = Capacity(900.0, 0.288, 0.01, 0.02, 5e6, 0.001, 1e-5)
     seconds = {"mesh": 1, "assembly": 2, "factorise": 3, "contact": 4, "total": 11}

@@ -254,6 +254,7 @@ def meshes():
         body_of_tetrahedron=np.array([0, 1]),
         side_triangles=np.array([[0, 1, 3], [4, 5, 7]]),
         body_of_side=np.array([0, 1]),
+        side_edge=np.array([0, 0]),
         unit_weight=np.full(2, 25e3),
         distinct_shapes=1,
         seconds=0.0,

@@ -1,0 +1,148 @@
+"""One planar map of a wall: every point of it belongs to one block or to none, whatever the errors of its outlines."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+
+from orchestrator.masonry.patterns import (
+    ArchedOpening,
+    ArchedWall,
+    IrregularCourses,
+    Rubble,
+    arched_wall,
+    rubble,
+    running_bond,
+)
+from orchestrator.masonry.planar_map import OUTSIDE, OverlapError, planar_map
+from tests.support.drawings import with_errors
+
+ARCHED = ArchedWall(
+    IrregularCourses(3.2, 2.8, thickness=0.4, widths=(0.3, 0.5), heights=(0.2, 0.28), overlap=0.06),
+    (ArchedOpening(1.1, 2.1, 0.0, 1.2, depth=0.25, voussoirs=11),),
+)
+WALLS = {
+    "bond": lambda seed: running_bond(4 + seed % 3, 5),
+    "rubble": lambda seed: rubble(Rubble(2.0, 1.6, stone=0.3, seed=seed)),
+    "arch": lambda seed: arched_wall(ArchedWall(IrregularCourses(**courses(seed)), ARCHED.arches)),
+}
+
+
+def courses(seed):
+    names = ("length", "height", "thickness", "widths", "heights", "overlap")
+    return {name: getattr(ARCHED.courses, name) for name in names} | {"seed": seed}
+
+
+def rectangle(x, y, width, height):
+    return np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]], float)
+
+
+def joints(made):
+    """Return the pairs of blocks that share an edge, with the number of edges."""
+    pairs, count = np.unique(np.column_stack([made.left, made.right]), axis=0, return_counts=True)
+    return {(int(i), int(j)): int(n) for (i, j), n in zip(pairs, count, strict=True) if j != OUTSIDE}
+
+
+def assert_planar(made, outlines, tolerance):
+    """Rings are simple, share no area, and lie where outlines were drawn; every edge is on the rings of its blocks."""
+    rings = [shapely.Polygon(made.vertex[made.ring(block)]) for block in range(len(outlines))]
+    assert all(ring.is_valid for ring in rings)
+    area = sum(ring.area for ring in rings)
+    assert shapely.union_all(rings).area == pytest.approx(area, rel=1e-9)
+    for ring, outline in zip(rings, outlines, strict=True):
+        assert ring.hausdorff_distance(shapely.Polygon(outline)) < 6 * tolerance + 1e-9
+    directed = np.concatenate(
+        [np.column_stack([made.ring(b), np.roll(made.ring(b), -1)]) for b in range(len(outlines))]
+    )
+    inner = made.right != OUTSIDE
+    edges = np.concatenate([np.column_stack([made.start, made.end]), np.column_stack([made.end, made.start])[inner]])
+    assert sorted(map(tuple, directed.tolist())) == sorted(map(tuple, edges.tolist()))
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("family", WALLS)
+@pytest.mark.parametrize(("errors", "tolerance"), [({}, 1e-5), ({"error": 4e-4}, 1.5e-3), ({"rounding": 1e-3}, 2e-3)])
+def test_a_wall_with_errors_has_the_joints_of_the_exact_one(family, seed, errors, tolerance):
+    wall = WALLS[family](seed)
+    exact = planar_map([block.polygon for block in wall.blocks], 1e-6)
+    outlines = with_errors(wall, **errors, seed=seed) if errors else [block.polygon for block in wall.blocks]
+    made = planar_map(outlines, tolerance)
+    assert joints(made) == joints(exact)
+    assert_planar(made, outlines, tolerance)
+
+
+@pytest.mark.parametrize("family", WALLS)
+def test_a_larger_tolerance_joins_what_a_smaller_one_joined_in_the_same_way(family):
+    wall = WALLS[family](1)
+    outlines = with_errors(wall, error=4e-4, seed=1)
+    maps = [planar_map(outlines, tolerance) for tolerance in (1.2e-3, 2e-3, 5e-3, 1e-2, 2e-2)]
+    for made in maps[1:]:
+        np.testing.assert_array_equal(made.vertex, maps[0].vertex)
+        np.testing.assert_array_equal(made.start, maps[0].start)
+        np.testing.assert_array_equal(made.left, maps[0].left)
+
+
+def test_nothing_moves_where_outlines_touch_already():
+    wall = rubble(Rubble(2.0, 1.6, stone=0.3, seed=3))
+    made = planar_map([block.polygon for block in wall.blocks], 5e-3)
+    corners = {tuple(corner) for block in wall.blocks for corner in block.polygon.tolist()}
+    assert {tuple(vertex) for vertex in made.vertex.tolist()} <= corners
+    assert made.error == 0.0
+    assert not made.width.any()
+
+
+@pytest.mark.parametrize(("family", "gap"), [(f, g) for f in WALLS for g in (3e-3, 1e-2)] + [("bond", 2e-2)])
+def test_gaps_of_mortar_close_to_their_middle(family, gap):
+    """Outlines set back by half a gap all round must come back where the exact ones are, but for the outer faces."""
+    wall = WALLS[family](2)
+    exact = planar_map([block.polygon for block in wall.blocks], 1e-6)
+    made = planar_map(with_errors(wall, gap=gap), 1.5 * gap, short=0.01)
+    assert joints(made) == joints(exact)
+    inner = made.right != OUTSIDE
+    assert np.median(made.width[inner]) == pytest.approx(gap, rel=1e-9)
+    assert made.width[inner] == pytest.approx(gap, rel=0.35)  # less where a corner takes its tip off
+    outer = shapely.union_all([shapely.Polygon(block.polygon) for block in wall.blocks]).boundary
+    known = shapely.MultiPoint(exact.vertex)
+    for edge in np.flatnonzero(inner):
+        for vertex in made.vertex[[made.start[edge], made.end[edge]]]:
+            if outer.distance(shapely.Point(vertex)) > 2 * gap:
+                assert known.distance(shapely.Point(vertex)) < 0.05 * gap
+
+
+def test_the_map_does_not_depend_on_the_order_and_turn_of_the_wall():
+    wall = arched_wall(ARCHED)
+    outlines = with_errors(wall, error=4e-4, seed=5)
+    made = planar_map(outlines, 2e-3)
+    order = np.random.default_rng(0).permutation(len(outlines))
+    other = planar_map([outlines[k] for k in order], 2e-3)
+    back = {tuple(sorted((int(order[i]), int(order[j])))): n for (i, j), n in joints(other).items()}
+    assert back == joints(made)
+    turn = np.array([[np.cos(0.6), -np.sin(0.6)], [np.sin(0.6), np.cos(0.6)]])
+    turned = planar_map([3.0 * outline @ turn.T + [70.0, -20.0] for outline in outlines], 6e-3)
+    assert joints(turned) == joints(made)
+    for block in range(len(outlines)):
+        ring, image = made.vertex[made.ring(block)], turned.vertex[turned.ring(block)]
+        assert image == pytest.approx(3.0 * ring @ turn.T + [70.0, -20.0], abs=3e-6)
+
+
+def test_a_thin_block_between_two_is_not_squeezed_out():
+    """A sheet of 4 mm between two blocks, all 1 mm apart, at a tolerance far above its thickness."""
+    outlines = [rectangle(0, 0, 1, 0.3), rectangle(0, 0.301, 1, 0.004), rectangle(0, 0.306, 1, 0.3)]
+    made = planar_map(outlines, 2e-2)
+    assert joints(made) == {(0, 1): 1, (1, 2): 1}
+    assert shapely.Polygon(made.vertex[made.ring(1)]).area == pytest.approx(0.005, rel=1e-6)
+
+
+def test_chains_between_two_blocks_stay_polylines_or_become_straight():
+    bow = [[1.0, 0.3], [0.5, 0.32], [0.0, 0.3]]
+    lower = np.array([[0, 0], [1, 0], *bow])
+    upper = np.array([*bow[::-1], [1.0, 0.6], [0.0, 0.6]])
+    assert joints(planar_map([lower, upper], 1e-5)) == {(0, 1): 2}
+    assert joints(planar_map([lower, upper], 1e-5, bend=1 / 30)) == {(0, 1): 1}
+
+
+def test_blocks_on_one_another_are_refused_with_their_place():
+    with pytest.raises(OverlapError) as caught:
+        planar_map([rectangle(0, 0, 1, 1), rectangle(0, 0, 1, 2)], 1e-3)
+    assert caught.value.blocks == (0, 1)
