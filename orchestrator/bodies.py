@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from orchestrator.errors import CaseError
 from orchestrator.joints import Assemblage
 from orchestrator.macroblocks import Partition
 from orchestrator.masonry.geometry import polygon_area
@@ -118,7 +119,10 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
 
 
 def glued(assemblage: Assemblage, blocks: IntArray) -> Wall:
-    """Return the wall in which each of `blocks` is one with the neighbour that it has the longest joint with."""
+    """Return the wall in which each of `blocks` is one with the neighbour that it has the longest joints with, of those
+    that are not loose themselves if there is one; a block that only supports touch stays. Raises CaseError where a body
+    with a hole would come of it.
+    """
     wall = assemblage.wall
     group = np.arange(len(wall.blocks))
     fixed = np.array([block.fixed for block in wall.blocks])
@@ -126,14 +130,18 @@ def glued(assemblage: Assemblage, blocks: IntArray) -> Wall:
         mine = (assemblage.block_i == block) | (assemblage.block_j == block)
         other = np.where(assemblage.block_i == block, assemblage.block_j, assemblage.block_i)
         mine &= ~fixed[other] & (group[other] != group[block])
+        firm = mine & ~np.isin(other, blocks)
+        mine = firm if firm.any() else mine
         if mine.any():
-            neighbour = other[mine][np.argmax(assemblage.length[mine])]
-            group[group == group[block]] = group[neighbour]
+            together = np.bincount(other[mine], assemblage.length[mine])
+            group[group == group[block]] = group[int(np.argmax(together))]
     assert assemblage.outlines is not None, "an assemblage without its planar map has no bodies"
     numbers = np.unique(group, return_inverse=True)[1]
     rings = _rings(assemblage.outlines, numbers, np.zeros(len(assemblage.outlines.left), bool))
     kept = np.unique(numbers)
     keep = [int(np.flatnonzero((numbers == k) & (group == np.arange(len(group))))[0]) for k in kept]
+    if any(len(rings[k]) > 1 for k in kept):
+        raise CaseError("--loose", "a loose stone would close a ring round others", "use --loose drop")
     united = [replace(wall.blocks[b], polygon=read_only(rings[k][0].points)) for k, b in zip(kept, keep, strict=True)]
     ids = {block.id for block in united}
     return replace(wall, blocks=tuple(united), mortar=tuple(m for m in wall.mortar if {m.i, m.j} <= ids))

@@ -134,8 +134,9 @@ def _import(options: argparse.Namespace, _: None, console: Console) -> int:
 
     intake.refuse_output(options.output)
     refused = options.output.with_name(f"{options.output.stem}_refused")
-    wall, remarks = intake.import_wall(options.file, given, refused)
-    written = intake.write_wall(wall, remarks, options.output)
+    taken = intake.import_wall(options.file, given, refused)
+    wall, remarks = taken.wall, taken.remarks
+    written = intake.write_wall(taken, options.output)
     for remark in remarks[:LISTED]:
         console.print(remark, soft_wrap=True, markup=False)
     if len(remarks) > LISTED:

@@ -28,7 +28,7 @@ from orchestrator.masonry.picture import PictureSettings, read_picture
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.rows import read_rows
 from orchestrator.masonry.svg import read_svg
-from orchestrator.masonry.wall import IntArray, Wall, check_wall
+from orchestrator.masonry.wall import IntArray, Wall, check_blocks, check_wall
 from orchestrator.results.files import write_json
 from orchestrator.results.values import blocks_record
 from orchestrator.sections import settings_from
@@ -38,6 +38,8 @@ DRAWINGS, VECTORS, ROWS, BLOCK_FILES = (".dxf",), (".svg",), (".txt", ".rows"), 
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif")
 MOST_LOOSE = 0.25
 """part of the blocks that may be loose: where more fall, the wall was misread"""
+LISTED = 20
+"""blocks that a remark names"""
 PIXELS_HEALED = 1.5
 """pixels: each of two outlines is off by half a pixel, and a joint of odd width goes by half a pixel to either side"""
 
@@ -51,7 +53,16 @@ class LooseSettings:
     that it has the longest joint with"""
 
 
-def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = None) -> tuple[Wall, list[str]]:
+@dataclass(frozen=True, eq=False, slots=True)
+class Intake:
+    """A wall as read, remarks on how, and the wall before loose stones were left out or glued (None: none were)."""
+
+    wall: Wall
+    remarks: list[str]
+    before: Wall | None = None
+
+
+def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = None) -> Intake:
     """Return the wall in `path`, checked down to its joints, and remarks on how it was read.
 
     options: text by name (thickness, unit_weight, friction, tolerance, mortar, ground, unit, blocks, supports,
@@ -68,45 +79,64 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
             raise _drawn(error, error.wall, picture) from None
         try:
             check_wall(wall)
-            wall, more = _without_loose(wall, loose.loose)
-            check_assemblage(find_joints(wall, JointSettings()))
+            kept, before, more = _without_loose(wall, loose.loose)
+            check_assemblage(find_joints(kept, JointSettings()))
         except CaseError as error:
             raise _drawn(error, wall, picture) from None
-    return wall, [*more, *remarks]
+    return Intake(kept, [*more, *remarks], before)
 
 
 def _drawn(error: CaseError, wall: Wall, picture: Path | None) -> CaseError:
-    """Draw a wall that is refused, the block that is complained about marked; return the error that says where."""
+    """Draw a wall that is refused, the blocks that are complained about marked; return the error that says where."""
     if picture is None:
         return error
     marked = [int(number) for number in re.findall(r"\d+", error.key.partition(" at ")[0])]
-    written = plots.save(plots.blocks(wall, numbered=True, marked=marked), picture.parent, picture.stem)[0]
+    written = plots.save(plots.blocks(wall, numbered=True, marked=marked), picture.parent, picture.name)[0]
     return CaseError(error.key, error.problem, f"{error.remedy}; see {written}", error.file)
 
 
-def _without_loose(wall: Wall, how: str) -> tuple[Wall, list[str]]:
-    """Return the wall without the stones that fall out of its dry joints, left out or glued, and what was done.
+def _without_loose(wall: Wall, how: str) -> tuple[Wall, Wall | None, list[str]]:
+    """Return the wall without the stones that fall out of its dry joints, left out or glued; the wall before, if any
+    did; and what was done.
 
     Stones may hold others, so it is asked again until nothing falls.
     """
-    if how == "keep":
-        return wall, []
-    done: list[str] = []
+    before, dropped, stuck = wall, list[int](), list[int]()
     while True:
         assemblage = find_joints(wall, JointSettings())
         apart = blocks_without_support(assemblage)
         falling = apart if len(apart) else falling_blocks(problem_of(assemblage))[1]
         if not len(falling):
             break
-        if len(falling) + len(done) > MOST_LOOSE * len(wall.blocks):
-            problem = f"{len(falling) + len(done)} blocks of {len(wall.blocks)} fall: these are not single loose stones"
-            raise CaseError("--loose", problem, "check friction, --ground and --tolerance")
-        done += [str(wall.blocks[k].id) for k in falling]
-        wall = _left_out(wall, falling) if how == "drop" or len(apart) else glued(assemblage, falling)
-    if not done:
-        return wall, []
-    did = "left out" if how == "drop" else "glued to the neighbour they have the longest joint with"
-    return wall, [f"{len(done)} loose stones {did}: {', '.join(done[:20])}{' ...' if len(done) > 20 else ''}"]
+        ids = [wall.blocks[k].id for k in falling]
+        if how == "keep":
+            return wall, None, [] if len(apart) else [_hanging(wall, falling)]
+        if len({*dropped, *stuck, *ids}) > MOST_LOOSE * len(wall.blocks) or {*ids} <= {*stuck}:
+            problem = f"{len({*dropped, *stuck, *ids})} blocks of {len(before.blocks)} fall: not single loose stones"
+            raise CaseError("--loose", problem, "check friction, --ground and --tolerance, or try --loose drop")
+        if how == "drop" or len(apart):
+            dropped += ids
+            wall = _left_out(wall, falling)
+        else:
+            stuck += ids
+            wall = glued(assemblage, falling)
+    check_wall(wall)
+    said = [f"{len(dropped)} loose stones left out: {_listed(dropped)}"] if dropped else []
+    said += [f"{len(stuck)} loose stones glued to a neighbour: {_listed(stuck)}"] if stuck else []
+    return wall, before if said else None, said
+
+
+def _hanging(wall: Wall, falling: IntArray) -> str:
+    ids = [wall.blocks[k].id for k in falling]
+    x, y = wall.blocks[falling[0]].polygon.mean(axis=0)
+    return (
+        f"WARNING: {len(ids)} stones would fall out of dry joints, block {ids[0]} at ({x:.4g}, {y:.4g}) m first: "
+        f"{_listed(ids)}; --loose drop leaves them out, --loose glue unites them with a neighbour"
+    )
+
+
+def _listed(ids: list[int]) -> str:
+    return ", ".join(map(str, ids[:LISTED])) + (" ..." if len(ids) > LISTED else "")
 
 
 def _left_out(wall: Wall, positions: IntArray) -> Wall:
@@ -116,11 +146,15 @@ def _left_out(wall: Wall, positions: IntArray) -> Wall:
     return replace(wall, blocks=kept, mortar=tuple(m for m in wall.mortar if {m.i, m.j} <= ids))
 
 
-def write_wall(wall: Wall, remarks: list[str], output: Path) -> list[Path]:
-    """Write the block file `output` (.json) and beside it pictures with block numbers; return what was written."""
+def write_wall(taken: Intake, output: Path) -> list[Path]:
+    """Write the block file `output` (.json) and beside it pictures with block numbers, loose stones left out or
+    glued in red; return what was written."""
     refuse_output(output)
+    wall, remarks = taken.wall, taken.remarks
     write_json(output, blocks_record(wall) | ({"remark": "; ".join(remarks)} if remarks else {}))
-    return [output, *plots.save(plots.blocks(wall, numbered=True), output.parent, output.stem)]
+    kept = {block.id for block in wall.blocks}
+    loose = [block.polygon for block in taken.before.blocks if block.id not in kept] if taken.before else []
+    return [output, *plots.save(plots.blocks(wall, numbered=True, loose=loose), output.parent, output.stem)]
 
 
 def refuse_output(output: Path) -> None:
@@ -140,6 +174,7 @@ def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
         healing = _settings(HealingSettings, options) if {"tolerance", "mortar"} & options.keys() else None
         _refuse(options, f"states everything itself: change it in {path.name}")
         wall = read_blocks(path)
+        check_blocks(wall, 0.0)
         wall, said = closed(wall, healing) if healing else (wall, [])
         return wall, [*said, *implausible(wall)]
     if suffix not in DRAWINGS + VECTORS + PICTURES + BLOCK_FILES:

@@ -210,13 +210,20 @@ def check_assemblage(assemblage: Assemblage) -> None:
     problem = "is not connected to any support" if first in touching else "touches no other block"
     outlines = shapely.polygons([shapely.linearrings(block.polygon) for block in blocks])
     x, y = blocks[first].polygon.mean(axis=0)
-    others = outlines[group != group[first]]
-    nearest = float(shapely.distance(outlines[group == group[first]][:, None], others).min()) if len(others) else np.inf
-    problem += f": at ({x:.4g}, {y:.4g}) m, {1e3 * nearest:.2g} mm from the nearest"
-    problem += f"; {len(apart)} of {len(blocks) - sum(b.fixed for b in blocks)} blocks alike" if len(apart) > 1 else ""
+    widest = 0.0
+    for number in dict.fromkeys(group[apart].tolist()):
+        others = outlines[group != number]
+        nearest = float(shapely.distance(outlines[group == number][:, None], others).min()) if len(others) else np.inf
+        widest = max(widest, nearest)
+        if number == group[first]:
+            problem += f": at ({x:.4g}, {y:.4g}) m, "
+            problem += f"{1e3 * nearest:.2g} mm from the nearest" if nearest else "with a neighbour in a point at most"
+    free = sum(not block.fixed for block in blocks)
+    problem += f"; {len(apart)} of {free} blocks alike" if len(apart) > 1 else ""
     remedy = "move it until it shares a joint, or remove it"
-    if nearest < VISIBLE * np.sqrt(outlines[first].area):
-        remedy = f'close such gaps: import the file with --tolerance "{_rounded_up(1e3 * nearest):g} mm"'
+    if 0 < widest < VISIBLE * np.sqrt(outlines[first].area):
+        tolerance = f"{_rounded_up(1e3 * widest):g} mm"
+        remedy = f'close such gaps: import the file with --tolerance "{tolerance}", or --mortar "{tolerance}"'
     raise CaseError(f"block {blocks[first].id}", problem, remedy)
 
 

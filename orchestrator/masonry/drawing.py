@@ -14,7 +14,17 @@ from annotated_types import Ge, Gt, Le
 
 from orchestrator.errors import CaseError
 from orchestrator.masonry.healing import Gap, closed_gaps, heal, open_gaps
-from orchestrator.masonry.wall import Block, FloatArray, Mortar, Wall, check_wall, read_only, refuse_overlaps
+from orchestrator.masonry.planar_map import OverlapError
+from orchestrator.masonry.wall import (
+    Block,
+    FloatArray,
+    Mortar,
+    Wall,
+    check_blocks,
+    check_wall,
+    read_only,
+    refuse_overlaps,
+)
 from orchestrator.units import Unit
 
 LARGEST_COUNT = 100_000
@@ -111,19 +121,29 @@ def closed(drawn: Wall, settings: HealingSettings, known_error: float = 0.0) -> 
     was. known_error in m: what had to be closed before. Raises CaseError with the place of a block."""
     within = max(settings.tolerance, CORNERS_APART * settings.mortar)
     try:
+        check_blocks(drawn, 0.0)
         refuse_overlaps(drawn, within)
         polygons, joined = heal([block.polygon for block in drawn.blocks], within, known_error)
         blocks = tuple(replace(b, polygon=polygon) for b, polygon in zip(drawn.blocks, polygons, strict=True))
         gaps = closed_gaps(joined)
         wall = replace(drawn, blocks=blocks)
         if settings.mortar:
-            mortar = (Mortar(blocks[gap.i].id, blocks[gap.j].id, gap.width) for gap in gaps if gap.width > 0)
-            wall = replace(wall, mortar=tuple(mortar))
+            mortar = {(blocks[gap.i].id, blocks[gap.j].id): gap.width for gap in gaps if gap.width > 0}
+            mortar = {(known.i, known.j): known.thickness for known in drawn.mortar} | mortar
+            wall = replace(wall, mortar=tuple(Mortar(i, j, width) for (i, j), width in sorted(mortar.items())))
         check_wall(wall)
+    except OverlapError as error:
+        one, other = (drawn.blocks[k].id for k in error.blocks)
+        key = f"blocks {one} and {other} at ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
+        problem = f"lie on one another, by more than the tolerance of {_millimetres(within)}"
+        raise RefusedWallError(key, problem, "correct the drawing, or raise --tolerance", drawn) from None
     except CaseError as error:
         located = _located(error, drawn)
         raise RefusedWallError(located.key, located.problem, located.remedy, drawn) from None
-    return wall, [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall)]
+    said = [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall)]
+    if joined.straightened:
+        said.append(f"joints that bend taken straight, by up to {_millimetres(joined.straightened)}")
+    return wall, said
 
 
 def _located(error: CaseError, wall: Wall) -> CaseError:
@@ -256,4 +276,4 @@ def _summary(closed: list[Gap], wall: Wall) -> list[str]:
 
 
 def _millimetres(width: float) -> str:
-    return f"{1e3 * abs(width):.2g} mm"
+    return f"{float(f'{1e3 * abs(width):.2g}'):g} mm"

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from orchestrator.errors import CaseError
-from orchestrator.masonry.planar_map import OUTSIDE, ROUNDING, OverlapError, PlanarMap, planar_map
+from orchestrator.masonry.planar_map import OUTSIDE, ROUNDING, PlanarMap, planar_map
 from orchestrator.masonry.wall import FloatArray, read_only
 
 BEND = 1 / 20
@@ -44,15 +43,9 @@ def heal(
     """Return outlines (n, 2) of which neighbours share their vertices, and the planar map that they are.
 
     outlines: counter-clockwise; tolerance in m: largest gap or overlap that is closed; known_error in m: what was
-    closed before, between the lines of a drawing. Raises CaseError for blocks that lie on one another.
+    closed before, between the lines of a drawing. Raises OverlapError for blocks that lie on one another.
     """
-    try:
-        joined = planar_map(outlines, tolerance, BEND, SHORT, known_error)
-    except OverlapError as error:
-        one, other = error.blocks
-        x, y = error.point
-        problem = f"two outlines lie on one another, by more than the tolerance of {1e3 * tolerance:.3g} mm"
-        raise CaseError(f"blocks {one} and {other} at ({x:.4g}, {y:.4g}) m", problem, "correct the drawing") from None
+    joined = planar_map(outlines, tolerance, BEND, SHORT, known_error)
     return [_corners(joined.vertex[joined.ring(block)]) for block in range(len(outlines))], joined
 
 

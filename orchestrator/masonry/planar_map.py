@@ -34,6 +34,8 @@ PULL = 1e-3
 """weight that holds a vertex to the mean of its corners, against the lines through it: decides along parallel lines"""
 REACH = 5.0
 """a vertex lies no farther from the mean of its corners than this many times the farthest of them"""
+FOLDED = 0.5
+"""cosine of the largest angle at which two edges still run against each other"""
 KEPT = 0.8
 """part of its area that a block keeps where one of its short edges is taken for a point"""
 
@@ -46,7 +48,8 @@ class PlanarMap:
     beyond, of a larger number, or OUTSIDE. width (e,) in m: what lay between both blocks as drawn, negative for an
     overlap, 0 where they touched. The outline of block b is ring_edge[first[b]:first[b + 1]], from its first corner;
     ring_forward tells whether b is the edge's left block.
-    error: largest distance in m over which anything was joined.
+    error: largest distance in m over which anything was joined; straightened: by how much (m) the straight edge between
+    two blocks is off what was drawn there.
     """
 
     vertex: FloatArray
@@ -59,6 +62,7 @@ class PlanarMap:
     ring_forward: npt.NDArray[np.bool_]
     first: IntArray
     error: float
+    straightened: float
 
     def ring(self, block: int) -> IntArray:
         """Return the vertices of the outline of `block`, counter-clockwise from its first corner."""
@@ -85,6 +89,7 @@ def planar_map(
     outlines had to be joined before.
     """
     rings = _Rings(outlines)
+    tolerance += rings.rounding  # a gap as wide as the tolerance is closed, whatever its last digit
     error, reached = known_error, 0.0
     while True:
         while len(open_ := rings.distances(tolerance, reached)):
@@ -101,8 +106,8 @@ def planar_map(
         if not len(rings.distances(tolerance, reached)):
             break
     rings.measure()
-    rings.straighten(max(error, rings.rounding), tolerance, bend)
-    return rings.as_map(error)
+    straightened = rings.straighten(max(error, rings.rounding), tolerance, bend)
+    return rings.as_map(error, straightened)
 
 
 class _Rings:
@@ -157,7 +162,7 @@ class _Rings:
         key, reverse = self._keys()
         pair, opposite = p * size + q, q * size + p
         an_edge = np.isin(pair, key) | np.isin(pair, reverse)
-        allowed = self._wedges(rows)
+        allowed = np.concatenate([self._wedges(rows), self._gap_ends(rows, within)])
         an_edge &= ~(np.isin(pair, allowed) | np.isin(opposite, allowed))
         some_block = np.full(size, -1)
         some_block[self.vertex] = self.block
@@ -185,6 +190,35 @@ class _Rings:
         two = self.block[coming] != self.block[leaving]
         wedge = self.vertex[coming] * len(self.point) + self.vertex[self.following[leaving]]
         return np.concatenate([distinct[count > 1], wedge[two]])
+
+    def _gap_ends(self, rows: IntArray, within: float) -> IntArray:
+        """Return open edges no longer than `within` (m), as numbers, that close the end of a gap of two other blocks.
+
+        The open edges before and after it are those of two other blocks and run against each other; along the end of a
+        thin block they run the same way.
+        """
+        key, _ = self._keys()
+        there = self.vertex[self.following]
+        along = self.point[there[rows]] - self.point[self.vertex[rows]]
+        length = np.linalg.norm(along, axis=1)
+        unit = along / np.maximum(length, 1e-300)[:, None]
+        short = np.flatnonzero(length <= within)
+        ends = np.concatenate([self.vertex[rows[short]], there[rows[short]]])
+        coming: dict[int, list[int]] = defaultdict(list)
+        leaving: dict[int, list[int]] = defaultdict(list)
+        for k in np.flatnonzero(np.isin(there[rows], ends) | np.isin(self.vertex[rows], ends)).tolist():
+            coming[int(there[rows[k]])].append(k)
+            leaving[int(self.vertex[rows[k]])].append(k)
+        found = [
+            int(key[rows[k]])
+            for k in short.tolist()
+            if any(
+                len({self.block[rows[n]] for n in (before, k, after)}) == 3 and unit[before] @ unit[after] < -FOLDED
+                for before in coming[int(self.vertex[rows[k]])]
+                for after in leaving[int(there[rows[k]])]
+            )
+        ]
+        return np.array(found, dtype=key.dtype)
 
     def _beside(self, within: float) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
         """Return vertices, rows of open edges of blocks without them that they lie beside, place along and distance."""
@@ -352,8 +386,8 @@ class _Rings:
         self.point = self.point + np.where((self.spread > self.rounding)[:, None], step, 0.0)
 
     def collapse(self, error: float, short: float) -> None:
-        """Take short edges for points, the shortest first: those below `error` (m), over which outlines were joined, and
-        those between two blocks below `short` of the size of one of them."""
+        """Take short edges for points, the shortest first: those below `error` (m), over which outlines were joined,
+        and those between two blocks below `short` of the size of one of them."""
         there = self.vertex[self.following]
         length = np.linalg.norm(self.point[there] - self.point[self.vertex], axis=1)
         begin = np.flatnonzero(np.diff(self.block, prepend=-1))
@@ -384,28 +418,47 @@ class _Rings:
         width = np.sum(outward * (foot[twin] - foot), axis=1)
         self.width = np.where(found & (np.abs(width) > self.rounding), width, 0.0)
 
-    def straighten(self, within: float, tolerance: float, bend: float) -> None:
+    def straighten(self, within: float, tolerance: float, bend: float) -> float:
         """Drop the vertices of chains between the same two blocks that lie within `within` (m) of a straight line, or
-        within `bend` of its length; where there is one block only, no more than `tolerance` (m) from it."""
+        within `bend` of its length; where there is one block only, no more than `tolerance` (m) from it. Return the
+        largest distance (m) over which the line between two blocks changed."""
         key, reverse = self._keys()
         size = len(self.point)
         degree = np.bincount(np.unique(np.concatenate([key, reverse])) // size, minlength=size)
         plain = degree == 2
-        is_open = ~np.isin(reverse, key)
-        drop = np.zeros(size, bool)
+        order = np.argsort(key, kind="stable")
+        at = np.minimum(np.searchsorted(key[order], reverse), len(key) - 1)
+        is_open = key[order][at] != reverse
+        second = ~is_open & (self.block[order[at]] < self.block)  # the other block's chain, seen the other way round
+        drop, changed = np.zeros(size, bool), 0.0
         for block in np.unique(self.block[plain[self.vertex]]).tolist():
             rows = np.arange(*np.searchsorted(self.block, [block, block + 1]))
             fixed = np.flatnonzero(~plain[self.vertex[rows]])
             rows = np.roll(rows, -fixed[0] if len(fixed) else 0)
             ends = np.append(np.flatnonzero(~plain[self.vertex[rows]]), len(rows)) if len(fixed) else [0, len(rows)]
             for begin, end in pairwise(ends):
-                if end - begin > 1:
+                if end - begin > 1 and not second[rows[begin]]:
                     chain = self.vertex[np.append(rows[begin:end], rows[end % len(rows)])]
                     most = max(within, tolerance) if is_open[rows[begin]] else np.inf
-                    drop[chain[1:-1][~_kept(self.point[chain], within, bend, most)[1:-1]]] = True
+                    kept = _kept(self.point[chain], within, bend, most)
+                    drop[chain[~kept]] = True
+                    if not is_open[rows[begin]] and not kept.all():
+                        straight = shapely.LineString(self.point[chain[kept]])
+                        changed = max(changed, shapely.distance(shapely.points(self.point[chain]), straight).max())
+        begins = np.append(np.flatnonzero(np.diff(self.block, prepend=-1)), len(self.block))
+        spoilt = True
+        while spoilt:  # what is given back to one block may be what another one lacked
+            spoilt = False
+            for ring in (np.arange(a, b) for a, b in pairwise(begins)):
+                gone = drop[self.vertex[ring]]
+                rest = self.point[self.vertex[ring[~gone]]]
+                if gone.any() and (len(rest) < 3 or _area(rest) < KEPT * _area(self.point[self.vertex[ring]])):
+                    drop[self.vertex[ring]] = False
+                    spoilt = True
         self._drop(drop[self.vertex])
+        return float(changed)
 
-    def as_map(self, error: float) -> PlanarMap:
+    def as_map(self, error: float, straightened: float) -> PlanarMap:
         """Return the rings as vertices and edges."""
         key, reverse = self._keys()
         order = np.argsort(key, kind="stable")
@@ -434,6 +487,7 @@ class _Rings:
             ring_forward=read_only(forward, bool),
             first=read_only(first, np.int64),
             error=error if error > self.rounding else 0.0,
+            straightened=straightened if straightened > self.rounding else 0.0,
         )
 
 

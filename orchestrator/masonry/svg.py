@@ -20,7 +20,7 @@ import shapely
 
 from orchestrator.errors import CaseError
 from orchestrator.masonry.drawing import Drawing
-from orchestrator.masonry.dxf import Layers, _closed
+from orchestrator.masonry.dxf import CHORD, Layers, _closed
 from orchestrator.masonry.readers import refuse_what_is_no_file
 from orchestrator.masonry.svg_shapes import NUMBER, Curve, numbers, subpaths, transform
 from orchestrator.masonry.wall import FloatArray
@@ -117,7 +117,7 @@ def _drawing(root: Element, layers: Layers, tolerance: float, scale: float | Non
         remarks.append(f"WARNING: {len(unread)} elements passed over: {', '.join(sorted(set(unread)))}")
     on = _by_role(drawn, layers)
     points = {
-        role: [(name, _flat(one, tolerance / unit) * unit * [1.0, -1.0], one.path) for name, one in members]
+        role: [(name, _flat(one, CHORD * tolerance / unit) * unit * [1.0, -1.0], one.path) for name, one in members]
         for role, members in on.items()
     }
     corners = [outline for members in points.values() for _, outline, _ in members]
@@ -137,7 +137,8 @@ def _drawing(root: Element, layers: Layers, tolerance: float, scale: float | Non
     stones, supports, openings = (
         tuple(outline for _, outline in closed[role][0]) for role in ("blocks", "supports", "openings")
     )
-    return Drawing(stones, supports, openings, (f"{len(stones)} stones found", *remarks), materials)
+    joined = max(within for _, _, within in closed.values())
+    return Drawing(stones, supports, openings, (f"{len(stones)} stones found", *remarks), materials, joined)
 
 
 def _unit(root: Element, scale: float | None) -> tuple[float, list[str]]:

@@ -20,6 +20,8 @@ FARTHEST = 1e7
 """largest coordinate, m: a double is exact to 2e-9 m there (UTM reaches it), ten times as far no longer to 1e-8"""
 
 
+DRAWN_TWICE = 0.9
+"""part of the smaller of two blocks that they share where one block was drawn twice"""
 EXTREMES = (1e-9, 1e9)
 """thickness, friction and unit weight (SI) that are computed with: products of others overflow or vanish"""
 
@@ -71,11 +73,19 @@ class Wall:
 
 
 def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:
-    """Raise CaseError for a wall that is not one: shapes, supports, overlaps, material.
+    """Raise CaseError for a wall that is not one: shapes, supports, material (`check_blocks`), overlaps.
 
     Two blocks overlap when they share more than a strip of width `tolerance` (m) along the shorter outline; less is the
     rounding of a drawing.
     """
+    check_blocks(wall, tolerance)
+    refuse_overlaps(wall, tolerance)
+
+
+def check_blocks(wall: Wall, tolerance: float) -> None:
+    """Raise CaseError for blocks without a shape, thinner than twice the `tolerance` (m), without weight or support."""
+    if not wall.blocks:
+        raise CaseError("blocks", "there are none", "list the blocks, each with id and polygon, and a support")
     for key, value in (("thickness", wall.thickness), ("friction", wall.friction)):
         if not 0 < value < np.inf:
             raise CaseError(key, f"{value:g} is not a positive number", "give a value above 0")
@@ -87,7 +97,6 @@ def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:
         raise CaseError("blocks", "no block is a support", 'mark the ground as a block with "fixed": true')
     if all(block.fixed for block in wall.blocks):
         raise CaseError("blocks", "every block is a support", 'leave "fixed" out of the blocks of the wall')
-    refuse_overlaps(wall, tolerance)
 
 
 def _refuse_extreme(key: str, value: float) -> None:
@@ -133,9 +142,16 @@ def refuse_overlaps(wall: Wall, tolerance: float) -> None:
     overlaps = np.flatnonzero(common > tolerance * np.minimum(length[i], length[j]))
     if len(overlaps):
         first = min(overlaps, key=lambda pair: (i[pair], j[pair]))
-        problem = f"overlaps block {wall.blocks[j[first]].id} by {common[first]:.3g} m2"
-        remedy = "move one of them, or import the file with a --tolerance above the error of the drawing"
-        raise CaseError(f"block {wall.blocks[i[first]].id}", problem, remedy)
+        one, other = wall.blocks[i[first]], wall.blocks[j[first]]
+        shared = outlines[i[first]].intersection(outlines[j[first]])
+        depth = 1e3 * 2 * shared.area / shared.length
+        problem = f"overlaps block {other.id} by {common[first]:.3g} m2, {depth:.2g} mm deep"
+        twice = common[first] > DRAWN_TWICE * min(outlines[i[first]].area, outlines[j[first]].area)
+        remedy = "drawn twice? remove one of them" if twice else "correct one of them"
+        remedy += (
+            "" if twice else f', or import the file with --tolerance "{np.ceil(1.2 * depth):g} mm" if it is an error'
+        )
+        raise CaseError(f"block {one.id}", problem, remedy)
 
 
 def shapes(wall: Wall) -> npt.NDArray[np.object_]:

@@ -47,9 +47,9 @@ WIDEST, THINNEST = 5.0, 0.5
 """points; width of the largest resultant and least width of any"""
 
 
-def blocks(wall: Wall, numbered: bool = False, marked: Sequence[int] = ()) -> Figure:
+def blocks(wall: Wall, numbered: bool = False, marked: Sequence[int] = (), loose: Sequence[FloatArray] = ()) -> Figure:
     """Draw the blocks as they stand, a colour for each material, supports hatched, with their ids if `numbered`; the
-    outlines of blocks with the ids `marked` in red."""
+    outlines of blocks with the ids `marked`, and of stones (n, 2) that were `loose`, in red."""
     polygons = [block.polygon for block in wall.blocks]
     free = sum(not block.fixed for block in wall.blocks)
     supports = len(polygons) - free
@@ -63,6 +63,10 @@ def blocks(wall: Wall, numbered: bool = False, marked: Sequence[int] = ()) -> Fi
     for block in wall.blocks:
         if block.id in marked:
             axes.fill(*block.polygon.T, facecolor="none", edgecolor=VERMILLION, linewidth=2.5, zorder=5)
+    for number, outline in enumerate(loose):
+        label = f"loose, left out or glued ({len(loose)})" if number == 0 else None
+        style = {"edgecolor": VERMILLION, "linewidth": 1.5, "linestyle": "--", "zorder": 5}
+        axes.fill(*outline.T, facecolor="none", label=label, **style)
     if numbered:
         size = number_size(polygons, axes)
         for block in wall.blocks:

@@ -42,12 +42,12 @@ class FrictionResponse:
     pressure_slope: FloatArray
     limit: FloatArray
 
-    def damped(self, slip: FloatArray, viscosity: float) -> FrictionResponse:
-        """Return the response with the viscous traction viscosity (N/m) x slip (c, 2) in m added."""
+    def damped(self, slip: FloatArray, viscosity: FloatArray) -> FrictionResponse:
+        """Return the response with the viscous traction viscosity (c,) in N/m x slip (c, 2) in m added."""
         return replace(
             self,
-            traction=self.traction + viscosity * slip,
-            slip_stiffness=self.slip_stiffness + viscosity * np.eye(2),
+            traction=self.traction + viscosity[:, None] * slip,
+            slip_stiffness=self.slip_stiffness + viscosity[:, None, None] * np.eye(2),
         )
 
     def bonded(

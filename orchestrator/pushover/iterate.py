@@ -24,9 +24,10 @@ class Problem:
     inertia_reference (n,) = u_ref, time_step dt in s: inertia M (u - u_ref)/dt^2. Either `mean_displacement` (m) is
     prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
     that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
-    contacts resist slip by viscosity x (slip since the start of the increment) besides friction, open ones too (a force
-    that came and went with the contact could leave a step without a solution), and bonded ones opening likewise. bond: strengths and history of the contacts, None where no joint has any. pressure (c,): normal
-    forces (N) that friction sees (Tresca's friction), None: those of the iterate (Coulomb's).
+    contacts that were closed at the start (damped (c,)) resist slip by viscosity x (slip since then) besides friction,
+    whether they stay closed or not: a force that came and went with the contact could leave a step without a solution.
+    Bonded ones resist opening likewise. bond: strengths and history of the contacts, None where no joint has any.
+    pressure (c,): normal forces (N) that friction sees (Tresca's friction), None: those of the iterate (Coulomb's).
     """
 
     gravity_share: float
@@ -37,8 +38,13 @@ class Problem:
     mean_displacement: float | None
     reference_force: float = 0.0
     viscosity: float = 0.0
+    damped: npt.NDArray[np.bool_] | None = None
     bond: Bond | None = None
     pressure: FloatArray | None = None
+
+    def viscosities(self, contacts: int) -> FloatArray:
+        """Return the viscosity of each contact (c,) in N/m."""
+        return self.viscosity * (np.ones(contacts) if self.damped is None else self.damped.astype(float))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,16 +70,15 @@ class Iterate:
     pull: FloatArray
     pull_slope: FloatArray
     bond: BondResponse | None
-    viscous: bool = False
+    damped: npt.NDArray[np.bool_] | None = None
     number: int = 0
     as_before: bool = False
 
     @property
     def carrying(self) -> npt.NDArray[np.bool_]:
-        """(c,): contacts that take shear: closed ones, those whose bond is intact, and all while slip is damped."""
-        if self.viscous:
-            return np.ones_like(self.active)
-        return self.active if self.bond is None else self.active | self.bond.intact
+        """(c,): contacts that take shear: closed ones, those whose bond is intact, those whose slip is damped."""
+        taking = self.active if self.bond is None else self.active | self.bond.intact
+        return taking if self.damped is None else taking | self.damped
 
 
 def evaluate(
@@ -95,7 +100,7 @@ def evaluate(
     active = normal_force + pull - model.contact_stiffness * gap >= 0.0
     if problem.pressure is not None:
         response = replace(response, pressure_slope=np.zeros_like(response.pressure_slope))
-    response = response.damped(slip, problem.viscosity)
+    response = response.damped(slip, problem.viscosities(len(gap)))
     strained = displacement - model.rigid
     residual = (
         model.stiffness @ strained
@@ -124,7 +129,7 @@ def evaluate(
         pull=pull,
         pull_slope=pull_slope,
         bond=bond,
-        viscous=problem.viscosity > 0.0,
+        damped=problem.damped if problem.viscosity > 0.0 else None,
     )
 
 
@@ -141,11 +146,12 @@ def as_before(model: ContactModel, problem: Problem, first: Iterate, before: Flo
     tolerance, response = model.slip_tolerance, first.response
     slip = (model.tangential_rows @ (first.displacement - problem.displacement)).reshape(-1, 2)
     stiffness = response.limit[:, None] / tolerance
-    elastic = stiffness * (problem.elastic_slip + slip) + problem.viscosity * slip
+    viscosity = problem.viscosities(len(slip))
+    elastic = stiffness * (problem.elastic_slip + slip) + viscosity[:, None] * slip
     traction = np.where(sticks, elastic, response.traction)
     pressed = np.where(first.normal_force > 0.0, model.contacts.friction, 0.0)[:, None]
     slope = np.where(sticks, pressed * problem.elastic_slip / tolerance, response.pressure_slope)
-    tangent = (stiffness + problem.viscosity)[:, :, None] * np.eye(2)
+    tangent = (stiffness + viscosity[:, None])[:, :, None] * np.eye(2)
     return replace(
         first,
         active=np.where(was.any(axis=1), ~was[:, ContactStatus.OPEN], first.active),

@@ -296,7 +296,13 @@ class Pushover:
             model = without_jumps(displaced(self.model, predicted), state)
             self.system.follow(model)
             bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, state.gap)
-            here = replace(problem, elastic_slip=model.on_its_contacts(problem.elastic_slip), bond=bond)
+            closed = model.on_its_contacts((state.normal_force != 0.0).astype(float)) > 0.0
+            here = replace(
+                problem,
+                elastic_slip=model.on_its_contacts(problem.elastic_slip),
+                bond=bond,
+                damped=closed if closed.any() else None,
+            )
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
             if phase == "displacement" and bond is None:
                 first = as_before(model, here, first, model.on_its_contacts(before))

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from orchestrator import case as cases
 from orchestrator.cli import main
-from orchestrator.masonry import dxf, picture, readers, rows
+from orchestrator.masonry import dxf, pixels, readers, rows
 from tests.unit.test_bad_input import WALL
 from tests.unit.test_intake_walls import ROWS
 

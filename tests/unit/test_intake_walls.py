@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw
 
 from orchestrator.case import LoadSettings
 from orchestrator.errors import CaseError
-from orchestrator.intake import write_wall
+from orchestrator.intake import Intake, write_wall
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.masonry.drawing import Drawing, HealingSettings, Material, wall_of
@@ -326,7 +326,7 @@ def test_row_notation_names_materials(tmp_path):
     head = "unit=m\nthickness=.3\nunit_weight=20 kN/m3\nfriction=.6\nsupport=.1\n"
     wall = parse_rows(head + ".4: .3/stone -.6 .3\n.1: 1.2/timber\n", "door")
     assert [block.material for block in wall.blocks] == ["", "stone", "", "timber"]
-    write_wall(wall, [], tmp_path / "door.json")
+    write_wall(Intake(wall, []), tmp_path / "door.json")
     assert [block.material for block in read_blocks(tmp_path / "door.json").blocks] == ["", "stone", "", "timber"]
     for words in (".4: .3/ .3", ".4: .3 -.6/stone .3"):
         with pytest.raises(CaseError, match=r"line 6: .* is no block's material; write it behind the width"):

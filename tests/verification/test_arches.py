@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from orchestrator.automatic import macroblocks_of
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import analyse, settle
+from orchestrator.macroblocks import MacroblockSettings
 from orchestrator.masonry.patterns import Arch, arch_on_piers
+from tests.verification.pushover_chain import model_of, run
 
 WEIGHT = 20e3
 FRICTION = 3.0
@@ -129,3 +133,20 @@ def test_thrust_limits_are_those_of_the_thrust_line(arch):
     outwards, inwards = (settle(assemblage, support, angle) for angle in (0.0, np.pi))
     assert -outwards.load_multiplier == pytest.approx(abs(least), rel=1e-6)
     assert inwards.load_multiplier == pytest.approx(abs(largest), rel=1e-6)
+
+
+@pytest.mark.parametrize("macroblocks", [False, True], ids=["every stone", "macroblocks"])
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("arch", ARCHES, ids=NAMES)
+def test_pushover_peaks_at_the_multiplier_of_the_thrust_line(arch, direction, macroblocks):
+    """Elastic voussoirs in large displacements, as users push them: within 1 % of rigid ones, both ways."""
+    arch = replace(arch, friction=1.2)
+    assemblage = find_joints(arch_on_piers(arch), JointSettings())
+    partition = macroblocks_of(assemblage, analyse(assemblage, None, direction), MacroblockSettings())
+    if macroblocks:
+        assert partition.count < len(assemblage.wall.blocks) - 2
+    model = model_of(assemblage.wall, partition if macroblocks else None, direction=direction, large_displacement=True)
+    curve = run(model, 2e-3).increments
+    peak = max(increment.load_multiplier for increment in curve if increment.phase != "gravity")
+    assert peak == pytest.approx(extreme(arch, [0.0, 0.0, 0.0, -1.0])[3], rel=0.01)
+    assert curve[-1].load_multiplier < peak

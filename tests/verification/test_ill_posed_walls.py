@@ -49,7 +49,7 @@ WALLS = {
     "head joints off by 10 um": (near_joints(1e-5), RUNS),
     "a corner drawn twice, 0.1 um apart": (
         {"blocks": [GROUND, [[0, 0], [0.5, 0], [0.5, 1e-7], [0.5, 0.2], [0, 0.2]], LOW[2]]},
-        r"blocks: corners near \(0\.\d+, 0\.\d+\) m miss each other",
+        RUNS,
     ),
     "a head joint open by 1 mm": ({"blocks": [GROUND, box(0, 0.499, 0, 0.2), LOW[2], box(0, 1, 0.2, 0.4)]}, RUNS),
     "touching in a point, held elsewhere": ({"blocks": [*LOW, box(0, 0.5, 0.2, 0.4)]}, RUNS),

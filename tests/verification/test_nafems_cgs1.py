@@ -33,7 +33,7 @@ SIZES = ((0.6, 0.3), (0.6, 0.3))
 
 def joined(parts: list[BodyMeshes]) -> BodyMeshes:
     """Take body n from the n-th of `parts`, each a mesh of all bodies."""
-    nodes, tetrahedra, sides, node_body, tetrahedron_body, side_body = [], [], [], [], [], []
+    nodes, tetrahedra, sides, node_body, tetrahedron_body, side_body, side_edge = [], [], [], [], [], [], []
     first = 0
     for body, part in enumerate(parts):
         mine = np.flatnonzero(part.body_of_node == body)
@@ -41,11 +41,12 @@ def joined(parts: list[BodyMeshes]) -> BodyMeshes:
         nodes.append(part.nodes[mine])
         tetrahedra.append(part.tetrahedra[part.body_of_tetrahedron == body] + shift)
         sides.append(part.side_triangles[part.body_of_side == body] + shift)
+        side_edge.append(part.side_edge[part.body_of_side == body])
         for bodies, items in ((node_body, nodes), (tetrahedron_body, tetrahedra), (side_body, sides)):
             bodies.append(np.full(len(items[-1]), body))
         first += len(mine)
-    joint = [np.concatenate(x) for x in (nodes, tetrahedra, node_body, tetrahedron_body, sides, side_body)]
-    names = [field.name for field in fields(BodyMeshes)][:6]
+    joint = [np.concatenate(x) for x in (nodes, tetrahedra, node_body, tetrahedron_body, sides, side_body, side_edge)]
+    names = [field.name for field in fields(BodyMeshes)][:7]
     return replace(parts[0], **dict(zip(names, joint, strict=True)))
 
 
