@@ -71,7 +71,7 @@ class HealingSettings:
 class Drawing:
     """Outlines (n, 2) in m, in any order and orientation: stones, supports, openings; `remarks` about the reading;
     `materials` of the stones, none where the drawing does not tell any; `error` in m: over what distance its lines had
-    to be joined to close outlines."""
+    to be joined to close outlines; `curved`: it has arcs, which came as chords."""
 
     stones: tuple[FloatArray, ...]
     supports: tuple[FloatArray, ...] = ()
@@ -79,6 +79,7 @@ class Drawing:
     remarks: tuple[str, ...] = field(default=())
     materials: tuple[str, ...] = ()
     error: float = 0.0
+    curved: bool = False
 
 
 class RefusedWallError(CaseError):
@@ -112,18 +113,22 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
         Block(k, _counter_clockwise(outline), k < len(supports), material.unit_weight, name)
         for k, (outline, name) in enumerate(zip(outlines, [""] * len(supports) + told, strict=True))
     )
-    wall, said = closed(Wall(name, blocks, material.thickness, material.friction), settings, drawing.error)
+    wall, said = closed(
+        Wall(name, blocks, material.thickness, material.friction), settings, drawing.error, drawing.curved
+    )
     return wall, [*said, *drawing.remarks, *left_out, *moved, *implausible(wall)]
 
 
-def closed(drawn: Wall, settings: HealingSettings, known_error: float = 0.0) -> tuple[Wall, list[str]]:
+def closed(
+    drawn: Wall, settings: HealingSettings, known_error: float = 0.0, curved: bool = False
+) -> tuple[Wall, list[str]]:
     """Return the checked wall with gaps and overlaps of its outlines closed, and remarks: what was not closed, and what
-    was. known_error in m: what had to be closed before. Raises CaseError with the place of a block."""
+    was. known_error, curved: as of a Drawing. Raises CaseError with the place of a block."""
     within = max(settings.tolerance, CORNERS_APART * settings.mortar)
     try:
         check_blocks(drawn, 0.0)
         refuse_overlaps(drawn, within)
-        polygons, joined = heal([block.polygon for block in drawn.blocks], within, known_error)
+        polygons, joined = heal([block.polygon for block in drawn.blocks], within, known_error, curved)
         blocks = tuple(replace(b, polygon=polygon) for b, polygon in zip(drawn.blocks, polygons, strict=True))
         gaps = closed_gaps(joined)
         wall = replace(drawn, blocks=blocks)

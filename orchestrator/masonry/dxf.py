@@ -66,7 +66,7 @@ def _drawing(path: Path, layers: Layers, tolerance: float, unit: str) -> Drawing
     document = _opened(path)
     factor, remark = _factor(document, unit)
     try:
-        paths = _paths(document, CHORD * tolerance / factor)
+        paths, curved = _paths(document, CHORD * tolerance / factor)
     except CaseError:
         raise
     except Exception as error:  # ezdxf checks little: a damaged entity fails with whatever Python raises
@@ -93,7 +93,7 @@ def _drawing(path: Path, layers: Layers, tolerance: float, unit: str) -> Drawing
     several = len({name for name, _ in on["blocks"]}) > 1
     materials = tuple(name for name, _ in closed["blocks"][0]) if several else ()
     joined = max(within for _, _, within in closed.values())
-    return Drawing(stones, supports, openings, tuple(remarks), materials, joined)
+    return Drawing(stones, supports, openings, tuple(remarks), materials, joined, curved)
 
 
 def _opened(path: Path) -> Any:
@@ -124,24 +124,27 @@ def _factor(document: Any, unit: str) -> tuple[float, str]:
     return HEADER_UNITS[code], f"drawing unit {HEADER_UNITS[code]:g} m, from its header"
 
 
-def _paths(document: Any, chord: float) -> list[OnLayer]:
-    """Return layer and points (n, 3) of everything drawn, in drawing units; the first point is repeated if closed."""
+def _paths(document: Any, chord: float) -> tuple[list[OnLayer], bool]:
+    """Return layer and points (n, 3) of everything drawn, in drawing units, the first point repeated if closed; and
+    whether curves are among it."""
     from ezdxf.disassemble import recursive_decompose
     from ezdxf.path import make_path
 
     if _expanded(document.modelspace(), document, {}) > LARGEST_ENTITIES:
         raise CaseError("", f"more than {LARGEST_ENTITIES} entities", "keep only the layers of the wall")
-    paths, corners = [], 0
+    paths, corners, curved = [], 0, False
     for entity in recursive_decompose(document.modelspace()):
         if entity.dxftype() not in DRAWN:
             continue
-        points = np.array(list(islice(make_path(entity).flattening(chord), LARGEST_CORNERS + 1)), dtype=float)
+        path = make_path(entity)
+        curved |= path.has_curves
+        points = np.array(list(islice(path.flattening(chord), LARGEST_CORNERS + 1)), dtype=float)
         corners += len(points)
         if corners > LARGEST_CORNERS:
             raise CaseError("", f"more than {LARGEST_CORNERS} corners", "raise --tolerance or import it in parts")
         if len(points) > 1:
             paths.append((str(entity.dxf.layer), points.reshape(-1, 3)))
-    return paths
+    return paths, curved
 
 
 def _expanded(entities: Any, document: Any, known: dict[str, int], depth: int = 0) -> int:

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from orchestrator.masonry.planar_map import OUTSIDE, ROUNDING, PlanarMap, planar_map
+from orchestrator.masonry.outline_rings import ROUNDING
+from orchestrator.masonry.planar_map import OUTSIDE, PlanarMap, planar_map
 from orchestrator.masonry.wall import FloatArray, read_only
 
 BEND = 1 / 20
-"""part of its length by which what lies between two blocks may bend and still be one straight joint: an arc of 23
-degrees (the extrados of a voussoir), whatever chords it was drawn with"""
+"""part of its length by which the joint of two blocks may bend where a drawing has arcs, and still be one straight
+joint: an arc of 23 degrees (the extrados of a voussoir), whatever chords it came as"""
 SHORT = 0.01
 """part of a block's size below which an edge of it is the error of a drawing, not a joint; it would only make slivers
 of finite elements"""
@@ -38,14 +39,15 @@ class Gap:
 
 
 def heal(
-    outlines: Sequence[FloatArray], tolerance: float, known_error: float = 0.0
+    outlines: Sequence[FloatArray], tolerance: float, known_error: float = 0.0, curved: bool = False
 ) -> tuple[list[FloatArray], PlanarMap]:
     """Return outlines (n, 2) of which neighbours share their vertices, and the planar map that they are.
 
     outlines: counter-clockwise; tolerance in m: largest gap or overlap that is closed; known_error in m: what was
-    closed before, between the lines of a drawing. Raises OverlapError for blocks that lie on one another.
+    closed before, between the lines of a drawing; curved: arcs came as chords, and a joint along an arc becomes
+    straight (BEND). Raises OverlapError for blocks that lie on one another.
     """
-    joined = planar_map(outlines, tolerance, BEND, SHORT, known_error)
+    joined = planar_map(outlines, tolerance, BEND if curved else 0.0, SHORT, known_error)
     return [_corners(joined.vertex[joined.ring(block)]) for block in range(len(outlines))], joined
 
 

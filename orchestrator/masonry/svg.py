@@ -138,7 +138,8 @@ def _drawing(root: Element, layers: Layers, tolerance: float, scale: float | Non
         tuple(outline for _, outline in closed[role][0]) for role in ("blocks", "supports", "openings")
     )
     joined = max(within for _, _, within in closed.values())
-    return Drawing(stones, supports, openings, (f"{len(stones)} stones found", *remarks), materials, joined)
+    curved = any(len(control) > 2 for members in on.values() for _, one in members for control in one.curves)
+    return Drawing(stones, supports, openings, (f"{len(stones)} stones found", *remarks), materials, joined, curved)
 
 
 def _unit(root: Element, scale: float | None) -> tuple[float, list[str]]:

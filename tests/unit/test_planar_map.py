@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import shapely
@@ -146,3 +148,45 @@ def test_blocks_on_one_another_are_refused_with_their_place():
     with pytest.raises(OverlapError) as caught:
         planar_map([rectangle(0, 0, 1, 1), rectangle(0, 0, 1, 2)], 1e-3)
     assert caught.value.blocks == (0, 1)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+@pytest.mark.parametrize("scale", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize(("bed", "head"), [(0.0, 3e-3), (0.0, 1e-4), (5e-4, 5e-3), (1e-4, 1e-4), (2.5e-3, 5e-3)])
+def test_head_joints_over_tight_beds_close(bed, head, scale, turn):
+    """Both corners of a head gap enter the edge below before they meet each other."""
+    outlines = [rectangle(-0.2, -0.3, 2.0, 0.3)]
+    for course in range(4):
+        left = 0.2 * (course % 2)
+        ends = np.concatenate([[0.0], np.arange(left + 0.4, 1.6 + 1e-9, 0.4), [1.6] if course % 2 else []])
+        bottom = course * 0.2 + bed
+        for a, b in pairwise(ends.tolist()):
+            outlines.append(rectangle(a + head * (a > 0), bottom, b - a - head * (a > 0), 0.2 - bed))
+    exact = joints(planar_map([np.round(outline, 1) for outline in outlines], 1e-9))
+    rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    made = planar_map([scale * outline @ rotation.T for outline in outlines], scale * 1.5 * max(bed, head))
+    assert joints(made) == exact
+
+
+def test_a_gap_as_wide_as_the_tolerance_is_closed():
+    made = planar_map([rectangle(0, 0, 1, 0.3), rectangle(0, 0.301, 1, 0.3)], 1e-3)
+    assert joints(made) == {(0, 1): 1}
+
+
+def test_a_stone_in_a_pocket_keeps_its_shape_where_bends_become_straight():
+    pocket = np.array(
+        [[0, 0.2], [0.05, 0.2], [0.05, 0.215], [0.45, 0.215], [0.45, 0.2], [0.5, 0.2], [0.5, 0.5], [0, 0.5]]
+    )
+    outlines = [rectangle(0, 0, 0.5, 0.2), rectangle(0.05, 0.2, 0.4, 0.015), pocket]
+    made = planar_map(outlines, 1e-3, bend=1 / 20)
+    assert_planar(made, outlines, 1e-3)
+
+
+def test_a_bent_joint_of_two_blocks_is_judged_once():
+    """Seen from either block, ties would keep one corner each, and neither would stay."""
+    bow = [[1.0, 0.5], [0.7, 0.555], [0.3, 0.555], [0.0, 0.5]]
+    lower, upper = np.array([[0, 0], [1, 0], *bow]), np.array([*bow[::-1], [1.0, 1.0], [0.0, 1.0]])
+    made = planar_map([lower, upper], 1e-3, bend=1 / 20)
+    assert joints(made) == {(0, 1): 2}
+    assert 0 < made.straightened < 0.035
+    assert_planar(made, [lower, upper], 6e-3)
