@@ -1,0 +1,58 @@
+"""A wall at another size has the same curve: there is no absolute length in the contact pushover.
+
+Lengths, modulus, slip tolerance, joint sizes and increments are scaled by s, times by the root of s. Gravity stays, so
+stresses scale as lengths do, and strains, rotations and multipliers are the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from orchestrator.bodies import make_bodies
+from orchestrator.joints import JointSettings, find_joints
+from orchestrator.macroblocks import one_body_per_block
+from orchestrator.masonry.patterns import Rubble, rubble, running_bond
+from orchestrator.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.model import build_model
+from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.pushover.stepping import Pushover
+
+WALLS = {"bond": running_bond(2, 4), "rubble": rubble(Rubble(0.8, 0.8, stone=0.35, seed=1))}
+
+
+def curve(wall, scale):
+    """Return load multipliers and displacements over the scale, every stone pushed to 4 mm x scale."""
+    blocks = tuple(replace(block, polygon=scale * block.polygon) for block in wall.blocks)
+    joints = JointSettings(scale * JointSettings().tolerance, scale * JointSettings().minimum_length)
+    assemblage = find_joints(replace(wall, blocks=blocks, thickness=scale * wall.thickness), joints)
+    bodies = make_bodies(assemblage, one_body_per_block(assemblage))
+    meshes = mesh_bodies(bodies, MeshSettings(0.2 * scale), None)
+    elastic, stepping = ElasticSettings(), SteppingSettings()
+    elastic = replace(elastic, elastic_modulus=scale * elastic.elastic_modulus)
+    contact = ContactSettings(slip_tolerance=scale * ContactSettings().slip_tolerance)
+    stepping = replace(
+        stepping,
+        final_displacement=4e-3 * scale,
+        displacement_increment=scale * stepping.displacement_increment,
+        proximal_time=np.sqrt(scale) * stepping.proximal_time,
+    )
+    model = build_model(bodies, meshes, elastic, contact, 1, MPI.COMM_SELF, True)
+    with LinearSystem(model, MPI.COMM_SELF) as system:
+        path = list(Pushover(model, system, NewtonSettings(), stepping).increments())
+    return np.array([(i.load_multiplier, i.control_displacement / scale) for i in path])
+
+
+@pytest.mark.parametrize("scale", [0.1, 10.0])
+@pytest.mark.parametrize("name", WALLS)
+def test_a_scaled_wall_has_the_same_curve(name, scale):
+    original, scaled = curve(WALLS[name], 1.0), curve(WALLS[name], scale)
+    assert scaled[:, 0].max() == pytest.approx(original[:, 0].max(), rel=1e-4)
+    common = np.linspace(0.2e-3, 4e-3, 9)
+    pushed = [path[np.argmax(path[:, 1] > 0) :] for path in (original, scaled)]
+    found = [np.interp(common, path[:, 1], path[:, 0]) for path in pushed]
+    assert found[1] == pytest.approx(found[0], rel=1e-3)
