@@ -93,12 +93,13 @@ def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
     if not gaps:
         return []
     width = [1e3 * abs(gap.width) for gap in gaps]
+    between = " to ".join(dict.fromkeys(f"{one:.2g}" for one in (min(width), max(width))))
     first = min(gaps, key=lambda gap: abs(gap.width))
     place = f"the first between blocks {blocks[first.i].id} and {blocks[first.j].id} at "
     place += f"({first.at[0]:.4g}, {first.at[1]:.4g}) m"
     many = f"{len(gaps)} pairs of blocks lie" if len(gaps) > 1 else "1 pair of blocks lies"
     return [
-        f"WARNING: {many} {min(width):.2g} to {max(width):.2g} mm apart or over each other, without a joint there, "
+        f"WARNING: {many} {between} mm apart or over each other, without a joint there, "
         f"{place}; joints.tolerance is {1e3 * settings.tolerance:g} mm: if these are errors of the drawing, import the "
         "file with a larger --tolerance, or --mortar"
     ]

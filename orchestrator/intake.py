@@ -121,8 +121,8 @@ def _without_loose(wall: Wall, how: str) -> tuple[Wall, Wall | None, list[str]]:
             stuck += ids
             wall = glued(assemblage, falling)
     check_wall(wall)
-    said = [f"{len(dropped)} loose stones left out: {_listed(dropped)}"] if dropped else []
-    said += [f"{len(stuck)} loose stones glued to a neighbour: {_listed(stuck)}"] if stuck else []
+    said = [f"{_stones(dropped)} that hung in mortar left out: {_listed(dropped)}"] if dropped else []
+    said += [f"{_stones(stuck)} that hung in mortar glued to a neighbour: {_listed(stuck)}"] if stuck else []
     return wall, before if said else None, said
 
 
@@ -130,9 +130,13 @@ def _hanging(wall: Wall, falling: IntArray) -> str:
     ids = [wall.blocks[k].id for k in falling]
     x, y = wall.blocks[falling[0]].polygon.mean(axis=0)
     return (
-        f"WARNING: {len(ids)} stones would fall out of dry joints, block {ids[0]} at ({x:.4g}, {y:.4g}) m first: "
+        f"WARNING: {_stones(ids)} would fall out of dry joints, block {ids[0]} at ({x:.4g}, {y:.4g}) m first: "
         f"{_listed(ids)}; --loose drop leaves them out, --loose glue unites them with a neighbour"
     )
+
+
+def _stones(ids: list[int]) -> str:
+    return f"{len(ids)} stone{'s' * (len(ids) != 1)}"
 
 
 def _listed(ids: list[int]) -> str:
