@@ -101,7 +101,8 @@ def contact_pairs(bodies: Bodies, meshes: BodyMeshes) -> Iterator[ContactPair]:
     meshes: of all bodies, supports last. A support is never a slave.
     """
     faces = find_faces(bodies)
-    touching, sides = touching_faces(bodies, faces), sides_of_edges(faces, meshes)
+    sides = sides_of_edges(faces, meshes)
+    touching = touching_faces(bodies, faces, sides)
     face_of = _faces(meshes.tetrahedra)
     joined: dict[tuple[int, int, float], list[tuple[IntArray, IntArray]]] = {}
     for k in range(len(bodies.body_i)):

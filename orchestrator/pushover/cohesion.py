@@ -128,7 +128,8 @@ def find_bond(bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: 
     )
     tensile = np.minimum(bodies.tensile_strength, ends)
     faces = find_faces(bodies)
-    touching, sides = touching_faces(bodies, faces), sides_of_edges(faces, meshes)
+    sides = sides_of_edges(faces, meshes)
+    touching = touching_faces(bodies, faces, sides)
     places = zip(contacts.slave_node.tolist(), touching.master_face[contacts.interface].tolist(), strict=True)
     row = {place: number for number, place in enumerate(places)}
     strength = np.zeros((possible, 2))

@@ -83,7 +83,8 @@ class Contacts:
 def find_contacts(bodies: Bodies, meshes: BodyMeshes) -> Contacts:
     """Return the contacts of all interfaces. Raises AssertionError if a slave node faces no master triangle."""
     faces = find_faces(bodies)
-    touching, sides = touching_faces(bodies, faces), sides_of_edges(faces, meshes)
+    sides = sides_of_edges(faces, meshes)
+    touching = touching_faces(bodies, faces, sides)
     parts = [_of_interface(k, bodies, meshes.nodes, touching, sides) for k in range(len(bodies.body_i))]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     place = np.column_stack([columns["slave_node"], touching.master_face[columns["interface"]]])

@@ -134,17 +134,20 @@ class Touching:
     tangent: FloatArray
 
 
-def touching_faces(bodies: Bodies, faces: Faces) -> Touching:
-    """Return the sides of all interfaces: body i is the slave, unless it is a support.
+def touching_faces(bodies: Bodies, faces: Faces, sides: list[IntArray]) -> Touching:
+    """Return both sides of all interfaces: the slave is the one with more triangles in `sides` (`sides_of_edges`), body i
+    where both have as many, never a support.
 
-    Both sides have the same nodes there, so the choice is free; but interfaces of two bodies that share a face need the
-    same one, or a node between them has two contacts that are one: the first of them decides.
+    Interfaces of two bodies that share a face need the same slave, or a node between them has two contacts that are
+    one: the first of them decides.
     """
     edge_i, edge_j = faces.first_edge[bodies.body_i] + bodies.edge_i, faces.first_edge[bodies.body_j] + bodies.edge_j
     first = _first_on_faces(
         np.stack([bodies.body_i, bodies.body_j]), np.stack([faces.of_edge[edge_i], faces.of_edge[edge_j]])
     )
-    slave = np.where(bodies.body_i < bodies.moving, bodies.body_i, bodies.body_j)[first]
+    count = np.array([len(side) for side in sides])
+    finer_j = (bodies.body_i >= bodies.moving) | (count[edge_j] > count[edge_i])
+    slave = np.where(finer_j, bodies.body_j, bodies.body_i)[first]
     i_is_slave = slave == bodies.body_i
     slave_edge, master_edge = np.where(i_is_slave, edge_i, edge_j), np.where(i_is_slave, edge_j, edge_i)
     along = bodies.end - bodies.start

@@ -144,9 +144,10 @@ class _Surface:
         self.bodies, self.meshes, self.faces = bodies, meshes, faces
         self.triangles = sides_of_faces(faces, meshes)
         self.nodes = [np.unique(triangles) for triangles in self.triangles]
-        of_edge = [np.unique(triangles) for triangles in sides_of_edges(faces, meshes)]
+        sides = sides_of_edges(faces, meshes)
+        of_edge = [np.unique(triangles) for triangles in sides]
         self.nodes_of_vertex = [np.intersect1d(of_edge[k], of_edge[other]) for k, other in enumerate(faces.before)]
-        self.touching = touching_faces(bodies, faces)
+        self.touching = touching_faces(bodies, faces, sides)
         self.heights, self.level = np.unique(np.round(meshes.nodes[:, 2], 9), return_inverse=True)
         self.place_of_vertex = np.unique(faces.vertex, axis=0, return_inverse=True)[1]
         self.place = np.full(len(meshes.nodes), -1)

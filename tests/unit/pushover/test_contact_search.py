@@ -9,6 +9,7 @@ from orchestrator.bodies import make_bodies
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Block, Wall
+from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.contact_search import find_contacts
 from orchestrator.pushover.faces import STRAIGHT, find_faces, sides_of_edges, sides_of_faces, touching_faces
 from orchestrator.pushover.model import displaced
@@ -62,7 +63,8 @@ def test_interfaces_on_one_face_have_one_slave():
     """Whichever body of an interface is body i: a node between two of them would have two contacts that are one."""
     assemblage = assemblage_of(bent(1e-4))
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
-    touching = touching_faces(bodies, find_faces(bodies))
+    faces, meshes = find_faces(bodies), mesh_bodies(bodies, MeshSettings(), None)
+    touching = touching_faces(bodies, faces, sides_of_edges(faces, meshes))
     between = (touching.slave < bodies.moving) & (touching.master < bodies.moving)
     assert between.sum() == 2
     assert len(set(touching.slave[between].tolist())) == 1
