@@ -135,8 +135,8 @@ class Touching:
 
 
 def touching_faces(bodies: Bodies, faces: Faces, sides: list[IntArray]) -> Touching:
-    """Return both sides of all interfaces: the slave is the one with more triangles in `sides` (`sides_of_edges`), body i
-    where both have as many, never a support.
+    """Return both sides of all interfaces. The slave is the one with more triangles in `sides` (`sides_of_edges`), body
+    i where both have as many, never a support.
 
     Interfaces of two bodies that share a face need the same slave, or a node between them has two contacts that are
     one: the first of them decides.
