@@ -25,7 +25,7 @@ from orchestrator.masonry.dxf import Layers
 from orchestrator.masonry.outlines import outlines
 from orchestrator.masonry.picture import drawing_of_numbers, lower_left
 from orchestrator.masonry.pixels import LARGEST_PICTURE
-from orchestrator.masonry.readers import refuse_what_is_no_file
+from orchestrator.masonry.readers import json_in, refuse_what_is_no_file
 from orchestrator.masonry.segmentation import large_patches
 from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.units import Unit
@@ -82,20 +82,12 @@ def read_coco(path: Path, layers: Layers, settings: CocoSettings) -> Drawing:
 
 
 def _record(path: Path) -> dict[str, Any]:
-    try:
-        refuse_what_is_no_file(path, LARGEST_FILE, "keep one image")
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise CaseError("", "no such file", "give the path of a file of annotations") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise CaseError("", f"cannot be read ({error})", "save it as COCO JSON") from None
-    except (ValueError, RecursionError) as error:
-        raise CaseError("", f"is not JSON ({str(error)[:100]})", "save it as COCO JSON") from None
+    record = json_in(path, "a file of annotations", LARGEST_FILE, "save it as COCO JSON")
     for key in ("images", "annotations"):
         rows = record.get(key) if isinstance(record, dict) else None
         if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
             raise CaseError(key, "is not a list of objects", "save it as COCO JSON, object detection")
-    return record
+    return dict(record)
 
 
 def _shapes(record: dict[str, Any]) -> tuple[list[Shape], list[str]]:

@@ -48,16 +48,22 @@ def read_blocks(path: Path) -> Wall:
         raise error.in_file(str(path)) from None
 
 
-def _record(path: Path) -> dict[str, Any]:
+def json_in(path: Path, kind: str, largest: int, remedy: str) -> Any:
+    """Return what the JSON file `path` holds; `kind` is what it should be, `remedy` what helps if it is not. Raises
+    CaseError."""
     try:
-        refuse_what_is_no_file(path, LARGEST_FILE, "is this a block file?")
-        record = json.loads(path.read_text(encoding="utf-8"))
+        refuse_what_is_no_file(path, largest, remedy)
+        return json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise CaseError("", "no such file", "give the path of a block file") from None
+        raise CaseError("", "no such file", f"give the path of {kind}") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise CaseError("", f"cannot be read ({error})", "give the path of a JSON block file") from None
+        raise CaseError("", f"cannot be read ({error})", f"give the path of {kind}") from None
     except (ValueError, RecursionError) as error:  # not only JSONDecodeError: numbers of 5000 digits, NUL in a path
-        raise CaseError("", f"is not JSON ({error})", "see the block file format in the README") from None
+        raise CaseError("", f"is not JSON ({str(error)[:100]})", remedy) from None
+
+
+def _record(path: Path) -> dict[str, Any]:
+    record = json_in(path, "a JSON block file", LARGEST_FILE, "see the block file format in the README")
     if not isinstance(record, dict):
         raise CaseError("", "is not a block file", 'it must be an object with "blocks"')
     return record
