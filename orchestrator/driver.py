@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from orchestrator import results
 from orchestrator.automatic import macroblocks_of
 from orchestrator.bodies import Bodies, make_bodies
-from orchestrator.case import Case, ModelName, read_wall, refuse_spectrum, refuse_what_only_limit_analysis_takes
+from orchestrator.case import Case, ModelName, read_wall, refuse_seismic, refuse_what_only_limit_analysis_takes
 from orchestrator.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
@@ -79,7 +79,7 @@ def examine(case: Case) -> list[str]:
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
     try:
         refuse_what_only_limit_analysis_takes(case)
-        refuse_spectrum(case)
+        refuse_seismic(case)
         refuse_size(case, assemblage.wall)
     except CaseError as error:
         said.append(f"WARNING: check, limit and segment take this case, run does not: {error}")
@@ -161,7 +161,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
-    on_root(comm, refuse_spectrum, case)
+    on_root(comm, refuse_seismic, case)
     segmented = on_root(comm, segment, case)
     on_root(comm, refuse_size, case, segmented.assemblage.wall)
     on_root(comm, _refuse_own_input, case, output)
@@ -220,7 +220,6 @@ def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed],
         segmented.analysis,
         segmented.partition,
         {model: (done.curve, done.capacity) for model, done in pushed.items()},
-        {model: done.system for model, done in pushed.items()},
         [done.summary for done in pushed.values()],
     )
     return Outcome(summary, tuple(complaint for done in pushed.values() for complaint in done.complaints))

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
     from orchestrator.pushover.model import ContactModel
     from orchestrator.pushover.nodal_loads import NodalLoads
-    from orchestrator.seismic import EquivalentSystem
 
 logger = logging.getLogger(__name__)
 
@@ -42,7 +41,6 @@ class Pushed:
 
     curve: PushoverCurve
     capacity: Capacity
-    system: EquivalentSystem
     summary: dict[str, Any]
     complaints: tuple[ConvergenceError | ResultError, ...]
 
@@ -197,7 +195,6 @@ def _folded(
     """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
     from orchestrator import report as reporting
     from orchestrator.pushover.stepping import end_of_curve
-    from orchestrator.verification import elastic_step, equivalent_system_of
 
     last = store.last()
     if isinstance(complaint, ConvergenceError):
@@ -215,7 +212,6 @@ def _folded(
     return Pushed(
         curve=curve,
         capacity=capacity,
-        system=equivalent_system_of(contact_model, store.read(int(curve.step[0])), store.read(elastic_step(curve))),
         summary=results.pushover_summary(
             model,
             contact_model.meshes,

@@ -120,30 +120,36 @@ def run_table(summary: dict[str, Any]) -> Table:
     return table
 
 
-def seismic_table(record: dict[str, Any]) -> Table:
-    """Return the seismic verification: demand, capacity, capacity in terms of ag and safety ratio of each approach."""
-    ground = record["spectrum"]["ag_m_per_s2"]
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"Seismic verification, ag {ground:.3g} m/s2")
-    for column in ("", "demand", "capacity", "capacity ag\nm/s2", "safety\nratio"):
+def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
+    """Return the seismic verification: one row per check; the numbers behind ratios are those of `seismic_notes`."""
+    title = f"Seismic verification{', ' * bool(load_case)}{escape(load_case)}"
+    table = Table(box=SIMPLE_HEAD, padding=0, title=title)
+    for column in ("", "limit\nstate", "ag\nm/s2", "demand", "capacity", "capacity\nag m/s2", "safety\nratio", "notes"):
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    for row in record["pushover"]:
-        name = f"N2, {row['model']} FE"
-        if "safety_ratio" not in row:
-            table.add_row(name, "none")
+    notes = seismic_notes(record)
+    for row in record["checks"]:
+        said = ",".join(str(notes.index(text) + 1) for text in _said(row))
+        if "refused" in row:
+            table.add_row(row["approach"], row["limit_state"], "", "not", "verified", "", "", said)
             continue
-        lengths = (f"{1e3 * row['demand_m']:.3g} mm", f"{1e3 * row['capacity_m']:.3g} mm")
-        table.add_row(name, *lengths, f"{row['capacity_ag_m_per_s2']:.3f}", f"{row['safety_ratio']:.2f}")
-    kinematic, linear, turning = record["kinematic"], record["kinematic"]["linear"], record["kinematic"]["nonlinear"]
-    table.add_row(
-        "kinematic, linear", f"{linear['demand_m_per_s2']:.3g} m/s2", f"{kinematic['a0_star_m_per_s2']:.3g} m/s2",
-        f"{linear['capacity_ag_m_per_s2']:.3f}", f"{linear['safety_ratio']:.2f}",
-    )  # fmt: skip
-    if turning:
-        table.add_row(
-            "kinematic, non-linear", f"{1e3 * turning['demand_m']:.3g} mm", f"{1e3 * turning['du_star_m']:.3g} mm",
-            f"{turning['capacity_ag_m_per_s2']:.3f}", f"{turning['safety_ratio']:.2f}",
-        )  # fmt: skip
+        demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
+        ground = (f"{row['ag_m_per_s2']:.4g}", demand, capacity, f"{row['capacity_ag_m_per_s2']:.4g}")
+        table.add_row(row["approach"], row["limit_state"], *ground, f"{row['safety_ratio']:.2f}", said)
     return table
+
+
+def seismic_notes(record: dict[str, Any]) -> list[str]:
+    """Return every remark and refusal of a verification once, in order."""
+    return list(dict.fromkeys(text for row in record["checks"] for text in _said(row)))
+
+
+def in_its_unit(value: float, unit: str) -> str:
+    """Return a displacement (m) in mm, an acceleration in m/s2, with its unit."""
+    return f"{1e3 * value:.3g} mm" if unit == "m" else f"{value:.3g} {unit}"
+
+
+def _said(row: dict[str, Any]) -> list[str]:
+    return [row["refused"]] if "refused" in row else list(row["remarks"])
 
 
 def _pushover_row(pushover: dict[str, Any]) -> list[str]:
