@@ -24,6 +24,7 @@ from orchestrator import driver, file_commands, load_cases, plots, results, stud
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
 from orchestrator.progress import IncrementDone, StageDone
+from orchestrator.seismic.record import notes, verdict
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -250,8 +251,8 @@ def _print_verification(summary: dict[str, Any], console: Console, load_case: st
         return
     record = summary["seismic"]
     console.print(tables.seismic_table(record, load_case))
-    console.print(f"control point of N2: {record['control_point']}", soft_wrap=True)
-    for number, text in enumerate(tables.seismic_notes(record), 1):
+    console.print(f"{verdict(record)}. Control point of N2: {record['control_point']}", soft_wrap=True)
+    for number, text in enumerate(notes(record), 1):
         console.print(f"({number}) {text}", soft_wrap=True, markup=False)
 
 

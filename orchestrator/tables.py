@@ -13,6 +13,7 @@ from rich.table import Table
 from orchestrator.bodies import Bodies
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
+from orchestrator.seismic.record import in_its_unit, notes, numbers, ratio
 
 
 def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
@@ -121,35 +122,22 @@ def run_table(summary: dict[str, Any]) -> Table:
 
 
 def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
-    """Return the seismic verification: one row per check; the numbers behind ratios are those of `seismic_notes`."""
+    """Return the seismic verification: one row per check; the numbers behind ratios are those of its notes."""
     title = f"Seismic verification{', ' * bool(load_case)}{escape(load_case)}"
     table = Table(box=SIMPLE_HEAD, padding=0, title=title)
-    for column in ("", "limit\nstate", "ag\nm/s2", "demand", "capacity", "capacity\nag m/s2", "safety\nratio", "notes"):
-        table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    notes = seismic_notes(record)
+    columns = ("", "limit\nstate", "ag\nm/s2", "demand", "capacity", "capacity\nag m/s2", "ratio\n(e* = 1)", "notes")
+    for column in columns:
+        table.add_column(column, justify="right" if column else "left", no_wrap=column != "notes")
+    listed = notes(record)
     for row in record["checks"]:
-        said = ",".join(str(notes.index(text) + 1) for text in _said(row))
+        said = numbers(row, listed)
         if "refused" in row:
             table.add_row(row["approach"], row["limit_state"], "", "not", "verified", "", "", said)
             continue
         demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
         ground = (f"{row['ag_m_per_s2']:.4g}", demand, capacity, f"{row['capacity_ag_m_per_s2']:.4g}")
-        table.add_row(row["approach"], row["limit_state"], *ground, f"{row['safety_ratio']:.2f}", said)
+        table.add_row(row["approach"], row["limit_state"], *ground, ratio(row), said)
     return table
-
-
-def seismic_notes(record: dict[str, Any]) -> list[str]:
-    """Return every remark and refusal of a verification once, in order."""
-    return list(dict.fromkeys(text for row in record["checks"] for text in _said(row)))
-
-
-def in_its_unit(value: float, unit: str) -> str:
-    """Return a displacement (m) in mm, an acceleration in m/s2, with its unit."""
-    return f"{1e3 * value:.3g} mm" if unit == "m" else f"{value:.3g} {unit}"
-
-
-def _said(row: dict[str, Any]) -> list[str]:
-    return [row["refused"]] if "refused" in row else list(row["remarks"])
 
 
 def _pushover_row(pushover: dict[str, Any]) -> list[str]:

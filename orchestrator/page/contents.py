@@ -18,6 +18,7 @@ from orchestrator.limit_analysis import LoadSettings
 from orchestrator.masonry.geometry import block_areas, block_weights
 from orchestrator.page.collapse import collapse
 from orchestrator.page.damage import Damage, damage_sequence
+from orchestrator.page.seismic import LABELS, seismic_contents
 from orchestrator.page.stored import StoredModel, StoredRun
 from orchestrator.pushover import checks
 from orchestrator.pushover.state import PushoverCurve
@@ -30,7 +31,6 @@ DAMAGE_LIMIT = 10.0
 """opening or slip that counts as damage, in slip tolerances of the contact law"""
 SHOWN_DAMAGE = 25
 """rows of the damage table before the rest, which is folded away"""
-LABELS = {"macro": "Macroblock FE", "micro": "Micro-FE"}
 FILES = (
     "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "summary.json",
     "macro/curve.csv", "macro/states.h5", "micro/curve.csv", "micro/states.h5",
@@ -55,7 +55,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
     remarks = [*run.analysis.remarks, *run.partition.remarks]
     return {
         "summary": run.summary,
-        "seismic": run.summary.get("seismic"),
+        "seismic": seismic_contents(run, in_words(run.case.load)),
         "title": wall.name or run.summary["case"],
         "settings": list(_settings(settings)),
         "wall": {

@@ -83,7 +83,14 @@ def _draw_system(
         for key, marker in (("demand", "o"), ("capacity", "s")):
             place = 1e3 * row[key]
             height = float(np.interp(place * gamma, corners, force))
-            style = {"color": "white", "markeredgecolor": edge, "markeredgewidth": 1.6, "markersize": 6, "zorder": 5}
+            style = {
+                "color": "white",
+                "markeredgecolor": edge,
+                "markeredgewidth": 1.6,
+                "markersize": 6,
+                "zorder": 5,
+                "clip_on": False,
+            }
             adrs.plot(place, to_acceleration * height, marker, **style)  # type: ignore[arg-type]
             shear.plot(gamma * place, 1e-3 * height, marker, **style)  # type: ignore[arg-type]
             reach = max(reach, place)

@@ -171,9 +171,9 @@ def _linear(
         "capacity_ag_m_per_s2": ground,
         "safety_ratio": ground / asked,
         "safety_ratio_without_e_star": without,
-        "clause": f"Circolare 7/2019 {clause}",
+        "clause": f"Circ. 7/2019 {clause}",
     }
-    return row | {"remarks": [f"with α0 g/FC, e* = 1: ratio {without:.3g}", *_cautions(state, has, row)]}
+    return row | {"remarks": _cautions(state, has, row)}
 
 
 def _nonlinear(
@@ -213,11 +213,12 @@ def _nonlinear(
         "safety_ratio_without_e_star": without,
         "period_s": period,
         "damping": damping,
-        "clause": f"Circolare 7/2019 C8.7.1.2.1.6, C8.7.1.2.1.8, [C8.7.1.1{'0' if like == 'SLV' else '1'}]",
+        "clause": f"Circ. 7/2019 C8.7.1.2.1.6, .8, [C8.7.1.1{'0' if like == 'SLV' else '1'}]",
     }
-    said = [f"with α0 g/FC, e* = 1: ratio {without:.3g}", *_cautions(state, has, row)]
+    said = _cautions(state, has, row)
     if starts > ground:
-        said.insert(0, f"it starts to move at a_g = {starts:.3g} m/s2 only: C8.7.1.2.1.8 allows ratio {starts / asked:.3g}")
+        allows = f"C8.7.1.2.1.8 allows ratio {starts / asked:.3g}"
+        said.insert(0, f"it starts to move at a_g = {starts:.3g} m/s2 only: {allows}")
     return row | {"remarks": said}
 
 
@@ -225,7 +226,7 @@ def _cautions(state: LimitStateSettings, has: Kinematics, row: dict[str, Any]) -
     """Return what must be said beside a row of the kinematic approach."""
     bodies = f"{has.bodies} bod{'y' if has.bodies == 1 else 'ies'}"
     said = {
-        f"e* = {has.participation:.3g} of {bodies} is below {FEW:g}: slow bodies count in it, take e* = 1": (
+        f"e* = {has.participation:.3g} of {bodies} is below {FEW:g}: slow bodies count in it, read e* = 1": (
             has.participation < FEW
         ),
         f"a ratio above {STRONGER:g} says that this check does not govern, not how strong the wall is": (

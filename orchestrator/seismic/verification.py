@@ -40,13 +40,14 @@ SLIPPERY = 0.1
 LAZY = 0.2
 """motion of the control point over that of the fastest stone below which it is outside the mechanism"""
 CLAUSES = {
-    "SLD": "Circolare 7/2019 C7.3.4.2; capacity at the peak, C7.8.1.5.4",
-    "SLV": "Circolare 7/2019 C7.3.4.2; capacity 3/4 of SLC, C7.8.1.5.4; q* C7.8.1.6",
-    "SLC": "Circolare 7/2019 C7.3.4.2; capacity at a drop of 20 %, C7.8.1.5.4; q* C7.8.1.6",
-    "DL": "EN 1998-1 Annex B; capacity at yield, EN 1998-3 Annex C",
-    "SD": "EN 1998-1 Annex B; capacity 3/4 of NC, EN 1998-3 Annex C",
-    "NC": "EN 1998-1 Annex B; capacity at a drop of 20 %, EN 1998-3 Annex C",
+    "SLD": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (peak)",
+    "SLV": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (3/4), C7.8.1.6",
+    "SLC": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (80 %), C7.8.1.6",
+    "DL": "EN 1998-1 Annex B, EN 1998-3 Annex C (yield)",
+    "SD": "EN 1998-1 Annex B, EN 1998-3 Annex C (3/4)",
+    "NC": "EN 1998-1 Annex B, EN 1998-3 Annex C (80 %)",
 }
+"""of N2, and in brackets what the displacement capacity is"""
 
 
 def verify(
@@ -165,7 +166,7 @@ def _n2(
     }
     target = FAR * found.displacement * system.gamma
     remarks = {
-        f"q* ≤ {largest:g} governs: the curve goes on to {1e3 * of_curve:.3g} mm": capacity(asked) < of_curve,
+        f"q* ≤ {largest:g} governs the capacity: the curve goes further": capacity(asked) < of_curve,
         f"q* = {found.force_ratio:.3g} is above {largest:g}": found.force_ratio > largest,
         "the base shear has not dropped by 20 %: the end of the curve stands for it, a lower bound": (
             not line.dropped and state.name not in ("SLD", "DL")
@@ -184,7 +185,9 @@ def _cautions(seen: Observed, line: Bilinear, row: dict[str, Any]) -> list[str]:
     said = {
         f"{seen.slip_share:.0%} of the elastic displacement is the slip tolerance of the contact law: "
         f"T* = {row['period_s']:.3g} s is made by it, not by masonry": seen.slip_share > SLIPPERY,
-        f"ductility {ductility:.3g}: equal energy was not made for more than {DUCTILE:g}": ductility > DUCTILE,
+        f"ductility above {DUCTILE:g}: equal energy, from which the demand comes, was not made for it": (
+            ductility > DUCTILE
+        ),
         f"a ratio above {DUCTILE:g} says that this check does not govern, not how strong the wall is": (
             row["safety_ratio"] > DUCTILE
         ),
