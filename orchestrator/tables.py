@@ -125,18 +125,18 @@ def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
     """Return the seismic verification: one row per check; the numbers behind ratios are those of its notes."""
     title = f"Seismic verification{', ' * bool(load_case)}{escape(load_case)}"
     table = Table(box=SIMPLE_HEAD, padding=0, title=title)
-    columns = ("", "limit\nstate", "ag\nm/s2", "demand", "capacity", "capacity\nag m/s2", "ratio\n(e* = 1)", "notes")
-    for column in columns:
-        table.add_column(column, justify="right" if column else "left", no_wrap=column != "notes")
+    for column in ("", "limit\nstate", "ag\nm/s2", "demand", "capacity", "ratio\n(e* = 1)", "notes"):
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
     listed = notes(record)
     for row in record["checks"]:
         said = numbers(row, listed)
         if "refused" in row:
-            table.add_row(row["approach"], row["limit_state"], "", "not", "verified", "", "", said)
+            table.add_row(row["approach"], row["limit_state"], "", "not", "verified", "", said)
             continue
         demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
-        ground = (f"{row['ag_m_per_s2']:.4g}", demand, capacity, f"{row['capacity_ag_m_per_s2']:.4g}")
-        table.add_row(row["approach"], row["limit_state"], *ground, ratio(row), said)
+        table.add_row(
+            row["approach"], row["limit_state"], f"{row['ag_m_per_s2']:.4g}", demand, capacity, ratio(row), said
+        )
     return table
 
 
