@@ -72,12 +72,11 @@ def candidates(assemblage: Assemblage, load: LoadSettings) -> list[ControlPoint]
     for extra in load.dead:
         carrying = np.unique(extra_dead_loads(wall, (extra,)).block)
         found += [_named("floor", tops, level) for level in _levels(tops, carrying)]
-    open_tops = uncovered(assemblage)
-    return found + [_named("roof", tops, level) for level in _levels(tops, open_tops)]
+    return found + [_named("roof", tops, level) for level in _levels(tops, uncovered(assemblage))]
 
 
 def uncovered(assemblage: Assemblage) -> IntArray:
-    """Return the positions of the free blocks of whose tops others cover no more than COVERED."""
+    """Return the positions of the free blocks of whose tops others cover no more than COVERED, all where none is."""
     wall = assemblage.wall
     centroids = block_centroids(wall)
     covered = np.zeros(len(wall.blocks))
@@ -87,7 +86,8 @@ def uncovered(assemblage: Assemblage) -> IntArray:
         lower = min(pair, key=lambda k: float(centroids[k, 1]))
         covered[lower] += run[joint, 0]
     free = [position for position, block in enumerate(wall.blocks) if not block.fixed]
-    return np.array([k for k in free if covered[k] <= COVERED * top_of(wall.blocks[k].polygon)[0]], dtype=np.int64)
+    found = [k for k in free if covered[k] <= COVERED * top_of(wall.blocks[k].polygon)[0]]
+    return np.array(found or free, dtype=np.int64)
 
 
 def velocity_of_tops(wall: Wall, mechanism: Mechanism) -> FloatArray:

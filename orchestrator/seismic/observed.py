@@ -15,6 +15,7 @@ from scipy import sparse
 
 from orchestrator.bodies import Bodies
 from orchestrator.capacity import SECANT
+from orchestrator.errors import ResultError
 from orchestrator.limit_analysis import DeadLoad, LoadSettings
 from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray, Wall
 from orchestrator.meshing import BodyMeshes
@@ -52,13 +53,15 @@ class Observed:
 
 
 def observe(pushover: Pushover, wall: Wall, load: LoadSettings, point: ControlPoint) -> Observed:
-    """Return what a pushover says of one control point."""
+    """Return what a pushover says of one control point. Raises ResultError for one that does not go with the load."""
     meshes, bodies, curve = pushover.meshes, pushover.bodies, pushover.curve
     weights = load.sign * point_weights(wall, bodies, meshes, point)
     gravity = pushover.read(int(curve.step[0]))
     displacement = np.zeros(len(curve.step))
     for row, number in enumerate(curve.step):
         displacement[row] = weights @ _moved(pushover.read(int(number)), gravity, len(meshes.nodes))[:, 0]
+    if displacement[elastic_row(curve)] <= 0.0:
+        raise ResultError("control point", f"{point.name} does not move along the load: name another control point")
     elastic = pushover.read(int(curve.step[elastic_row(curve)]))
     mass, force = masses_and_load(wall, bodies, meshes, load)
     along = load.sign * _moved(elastic, gravity, len(meshes.nodes))[:, 0]

@@ -458,7 +458,7 @@ def curves_figure(state):
     moved = np.array([0.001, 0.003, 0.011, 0.021])
     none = np.zeros(4)
     curve = PushoverCurve(counts, none, shear, shear, moved, none, none, none, counts, counts, counts, counts, "done")
-    capacity = Capacity(6600.0, 0.29696, 0.010, 0.020, 2.5e6, 0.0, 0.0)
+    capacity = Capacity(6600.0, 0.29696, 0.010, 0.020, 2.5e6, 0.0, 0.0, True)
     models = {"macroblocks": (curve, capacity), "micro": (curve, capacity)}
     return plots.curves(models, analysis, "wall 6")
 

@@ -37,8 +37,8 @@ def pair(tmp_path_factory):
 
 
 def test_a_floor_is_in_m_star_gamma_and_period(pair):
-    """Demand was 12 times, capacity 4 times on the unsafe side. 5 % is left at two elements over the height (3 % at ten):
-    the floor's mass sits on the nodes."""
+    """Demand was 12 times, capacity 4 times on the unsafe side. 5 % is left at four elements over the height, 3 % at
+    ten: the floor's mass sits on the nodes."""
     heavy, light, _ = (summary["seismic"] if isinstance(summary, dict) else summary for summary in pair)
     (one,), (other,) = heavy["systems"], light["systems"]
     assert one["whole_mass_kg"] == pytest.approx(100e3 / 9.81)
