@@ -48,12 +48,14 @@ class Moving:
 
 @dataclass(frozen=True, slots=True)
 class Kinematics:
-    """What a mechanism has: alpha_0, participation e*, how many bodies move, d_0* in m where it rocks."""
+    """What a mechanism has: alpha_0, participation e*, how many bodies move, d_0* in m where it rocks, and the part of
+    the live load's power that friction takes."""
 
     multiplier: float
     participation: float
     bodies: int
     displacement: float | None
+    friction_share: float
 
 
 def kinematics(multiplier: float, masses: Moving, dead: Moving, load_direction: int) -> Kinematics:
@@ -61,14 +63,10 @@ def kinematics(multiplier: float, masses: Moving, dead: Moving, load_direction: 
 
     dead: all weights, also those without mass, which do work only (P_k and Q_k of the clause are `masses`).
     """
-    bodies = as_bodies(masses, load_direction)
-    weight, delta = bodies
-    return Kinematics(
-        multiplier,
-        participation(weight, delta),
-        len(weight),
-        balance_displacement(multiplier, masses, dead, load_direction),
-    )
+    weight, delta = as_bodies(masses, load_direction)
+    live, friction = powers(multiplier, masses, dead, load_direction)
+    balance = balance_displacement(friction, masses, dead)
+    return Kinematics(multiplier, participation(weight, delta), len(weight), balance, friction / live)
 
 
 def as_bodies(masses: Moving, load_direction: int) -> tuple[FloatArray, FloatArray]:
@@ -106,19 +104,23 @@ def rocking_period(state: LimitStateName, displacement: float, acceleration: flo
     return PERIOD[state] * pi * sqrt(displacement / at_displacement)
 
 
-def balance_displacement(multiplier: float, masses: Moving, dead: Moving, load_direction: int) -> float | None:
+def powers(multiplier: float, masses: Moving, dead: Moving, load_direction: int) -> tuple[float, float]:
+    """Return the power of the live load at alpha_0, and what friction takes of it: the rest lifts weights."""
+    live = multiplier * float(masses.weight @ (load_direction * masses.velocities[:, 0]))
+    return live, live - float(dead.weight @ dead.velocities[:, 1])
+
+
+def balance_displacement(friction: float, masses: Moving, dead: Moving) -> float | None:
     """Return d_0* in m, where the multiplier has fallen to zero, or None where it does not by turning [C8.7.1.4].
 
-    Every body turns about its centre of rotation, so the velocity of a point turns with it; what friction dissipates
-    stays. d_0* = sum(W delta d) / sum(W delta) with d the displacements there: d_C sum(W delta^2) / (delta_C
-    sum(W delta)) of the clause, where d is proportional to delta.
+    friction: what it dissipates, in the units of weight x velocity, to the end. Every body turns about its centre of
+    rotation, so the velocity of a point turns with it. d_0* = sum(W delta d) / sum(W delta) with d the displacements
+    there: d_C sum(W delta^2) / (delta_C sum(W delta)) of the clause, where d is proportional to delta.
     """
     u, v, w = dead.velocities.T
-    live = float(masses.weight @ (load_direction * masses.velocities[:, 0]))
-    dissipated = multiplier * live - float(dead.weight @ v)
 
     def left(time: float) -> float:
-        return float(dissipated + dead.weight @ (v * np.cos(w * time) + u * np.sin(w * time)))
+        return float(friction + dead.weight @ (v * np.cos(w * time) + u * np.sin(w * time)))
 
     time = _first_zero(left, 0.5 * pi / max(float(np.abs(w).max()), 1e-300))
     if time is None:

@@ -51,6 +51,8 @@ UPPER_BOUND = (
     "own weight can have one"
 )
 NOT_TURNING = "the multiplier of this mechanism does not fall to zero by turning: it slides, and has no d0*"
+SLIDING = 0.1
+"""part of the live load's power taken by friction above which d_0* is called an upper bound"""
 STRONGER = 10.0
 """ratio above which it says only that the check does not govern"""
 
@@ -130,6 +132,7 @@ def kinematic_checks(
         "e_star": has.participation,
         "a0_star_m_per_s2": acceleration,
         "d0_star_m": has.displacement,
+        "friction_share": has.friction_share,
         "z_m": settings.mechanism_height,
         "remarks": list(found.remarks),
     }
@@ -216,6 +219,9 @@ def _nonlinear(
         "clause": f"Circ. 7/2019 C8.7.1.2.1.6, .8, [C8.7.1.1{'0' if like == 'SLV' else '1'}]",
     }
     said = _cautions(state, has, row)
+    if has.friction_share > SLIDING:
+        share = f"friction takes {has.friction_share:.0%} of the live load's power"
+        said.insert(0, f"{share}, and is taken to do so to the end: d0* is an upper bound")
     if starts > ground:
         allows = f"C8.7.1.2.1.8 allows ratio {starts / asked:.3g}"
         said.insert(0, f"it starts to move at a_g = {starts:.3g} m/s2 only: {allows}")

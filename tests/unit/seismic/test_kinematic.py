@@ -10,9 +10,10 @@ import pytest
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import DeadLoad, LimitAnalysisSettings, LiveLoad, LoadSettings, analyse, loads_on
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.seismic.kinematic import Moving, balance_displacement, kinematics, participation
+from orchestrator.seismic.kinematic import Moving, kinematics, participation
 from orchestrator.seismic.local_mechanism import UPPER_BOUND, kinematic_checks, loads_in_mechanism
 from orchestrator.seismic.settings import SeismicSettings, limit_states
+from tests.verification.limit_analysis_cases import case
 
 G, AG = 9.81, 0.15 * 9.81
 WIDTH, HEIGHT, THICKNESS = 0.5, 1.0, 1.0
@@ -181,6 +182,31 @@ def test_an_associative_state_alone_is_refused():
     assert rows == [{"approach": "kinematic approach", "limit_state": "all", "refused": UPPER_BOUND}]
 
 
+def test_the_part_that_friction_takes_is_stated():
+    """10 kN that slides at 0.65 (friction takes all) or turns about its toe at 0.5 (weight is lifted, none)."""
+    slides = Moving(np.array([10e3]), np.array([[1.0, 0.0, 0.0]]), np.zeros(1, np.int64))
+    turns = Moving(np.array([10e3]), np.array([[0.5, 0.25, -1.0]]), np.zeros(1, np.int64))
+    assert kinematics(0.65, slides, slides, 1).friction_share == pytest.approx(1.0)
+    assert kinematics(0.5, turns, turns, 1).friction_share == pytest.approx(0.0, abs=1e-12)
+
+
+def test_slow_stones_of_benchmark_1_no_longer_make_its_participation():
+    """H3: e* was 0.352 (a_0* = 0.841 g) of 87 stones, 0.26 to 0.77 by a constant no one sees. alpha_0 is 0.2958."""
+    assemblage = case("ferris_tinloi_wall6")
+    load = LoadSettings()
+    found = loads_in_mechanism(assemblage, load, LimitAnalysisSettings(), analyse(assemblage))
+    record, (linear, rocks) = kinematic_checks(
+        SeismicSettings(AG, confidence_factor=1.0), limit_states(SeismicSettings(AG)), found, 1
+    )
+    assert record["bodies"] < 10
+    assert 0.74 < record["e_star"] < 0.77
+    assert record["alpha0_g_over_FC_m_per_s2"] / G == pytest.approx(0.2958, abs=2e-4)
+    assert record["a0_star_m_per_s2"] / G == pytest.approx(0.392, abs=2e-3)
+    assert linear["safety_ratio_without_e_star"] == pytest.approx(0.754 * linear["safety_ratio"], rel=2e-3)
+    assert record["friction_share"] > 0.1
+    assert any("d0* is an upper bound" in text for text in rocks["remarks"])
+
+
 def test_participation_by_hand():
     """Weights 1, 1 with displacements 1, 3: (1 + 3)^2 / (2 (1 + 9)) = 0.8."""
     assert participation(np.ones(2), np.array([1.0, 3.0])) == pytest.approx(0.8)
@@ -202,4 +228,4 @@ def test_mirrored_and_faster_mechanisms_have_the_same_displacement():
     velocity = np.array([[0.5, 0.25, -1.0]])
     for factor, direction in ((np.array([1, 1, 1]), 1), (7.0 * np.array([-1, 1, -1]), -1)):
         masses = Moving(np.array([10e3]), factor * velocity, np.zeros(1, np.int64))
-        assert balance_displacement(0.5, masses, masses, direction) == pytest.approx(0.25)
+        assert kinematics(0.5, masses, masses, direction).displacement == pytest.approx(0.25)
