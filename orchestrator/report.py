@@ -139,7 +139,7 @@ def write_verification(
     for name, (curve, capacity) in curves.items():
         store, meshes, contacts = results.read_geometry(output / name)
         bodies = make_bodies(assemblage, partition if name == "macro" else one_body_per_block(assemblage))
-        refused = _refused(entries[name], capacity)
+        refused = _refused(entries[name], capacity, curve.stopped_because)
         tolerance = case.contact.slip_tolerance
         models.append(Pushover(name, bodies, meshes, contacts.interface, tolerance, curve, store.read, refused))
     with naming(case.file):
@@ -154,13 +154,13 @@ def write_verification(
     return {"seismic": record}
 
 
-def _refused(entry: dict[str, Any], capacity: Capacity) -> str:
+def _refused(entry: dict[str, Any], capacity: Capacity, stopped: str) -> str:
     """Return why a curve may not be verified, or ""."""
     if not entry["valid"]:
         return f"the curve is not valid: {entry['not_valid_because']}"
     if not capacity.peak_reached:
         carried = f"the wall carries at least {capacity.peak_base_shear / 1e3:.4g} kN"
-        return f"the curve ends before its peak ({carried}): increase stepping.final_displacement"
+        return f"the curve ends before its peak ({carried}; {stopped}): follow it further"
     return ""
 
 
