@@ -101,3 +101,14 @@ def test_a_curve_that_is_not_valid_is_refused(pair):
     path.write_text(kept, encoding="utf-8")
     rebuild(folder)
     assert json.loads(path.read_text(encoding="utf-8"))["seismic"] == json.loads(kept)["seismic"]
+
+
+def test_masses_do_not_depend_on_the_live_load_and_a_soft_contact_law_is_named(pair, tmp_path):
+    """H2: a force on the block instead of its weight: the same masses, alpha_0 = 0.5. T* is of 0.2 mm of tolerance."""
+    load = "[load]\ndistribution = 'per_block'\nlive = [{blocks = [1], force = '100 kN'}]\n"
+    record = run(tmp_path / "soft", 200.0, f"[contact]\nslip_tolerance = '0.2 mm'\n{load}{SEISMIC}")["seismic"]
+    (system,), (stiff,) = record["systems"], pair[0]["seismic"]["systems"]
+    assert system["whole_mass_kg"] == pytest.approx(stiff["whole_mass_kg"])
+    assert record["kinematic"]["alpha0"] == pytest.approx(0.5)
+    assert stiff["slip_tolerance_share"] < 0.01 < 0.1 < system["slip_tolerance_share"]
+    assert any("is the slip tolerance of the contact law: T*" in text for text in record["checks"][0]["remarks"])

@@ -10,8 +10,14 @@ import pytest
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import DeadLoad, LimitAnalysisSettings, LiveLoad, LoadSettings, analyse, loads_on
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.seismic.kinematic import Moving, kinematics, participation
-from orchestrator.seismic.local_mechanism import UPPER_BOUND, kinematic_checks, loads_in_mechanism
+from orchestrator.seismic.kinematic import Kinematics, Moving, kinematics, participation
+from orchestrator.seismic.local_mechanism import (
+    NOT_TURNING,
+    UPPER_BOUND,
+    InMechanism,
+    kinematic_checks,
+    loads_in_mechanism,
+)
 from orchestrator.seismic.settings import SeismicSettings, limit_states
 from tests.verification.limit_analysis_cases import case
 
@@ -229,3 +235,13 @@ def test_mirrored_and_faster_mechanisms_have_the_same_displacement():
     for factor, direction in ((np.array([1, 1, 1]), 1), (7.0 * np.array([-1, 1, -1]), -1)):
         masses = Moving(np.array([10e3]), factor * velocity, np.zeros(1, np.int64))
         assert kinematics(0.5, masses, masses, direction).displacement == pytest.approx(0.25)
+
+
+def test_a_small_participation_is_warned_about_and_what_slides_has_no_non_linear_check():
+    found = InMechanism("sequence", Kinematics(0.3, 0.5, 8, None, 1.0), ())
+    asked = SeismicSettings(AG)
+    _, (linear, rocks) = kinematic_checks(asked, limit_states(asked), found, 1)
+    assert "e* = 0.5 of 8 bodies is below 0.75: slow bodies count in it, read e* = 1" in linear["remarks"]
+    assert rocks == {
+        "approach": "kinematic, non-linear", "limit_state": "SD", "refused": NOT_TURNING, "remarks": []
+    }  # fmt: skip
