@@ -6,7 +6,9 @@ displacement, H the horizontal live load and lambda its multiplier:
     peak                  V_p = max V up to the final displacement (first row that reaches it)
     initial stiffness     k = sum(V d) / sum(d d), the least-squares line through the origin, over the leading lateral
                           rows with V - V_gravity <= 10 % of the peak, but at least the first two
-    equilibrium residual  max |lambda H - V| / H over all rows
+    equilibrium residual  max |lambda H - V| / V_p over all rows
+
+Rows in which the wall moves are left out: only the static ones count.
 
 Bilinear idealisation (Circolare 7/2019, masonry; the two parts are arguments):
 
@@ -23,7 +25,7 @@ import numpy as np
 
 from orchestrator.errors import ResultError
 from orchestrator.masonry.wall import FloatArray
-from orchestrator.pushover.checks import equilibrium_error, kinetic_share
+from orchestrator.pushover.checks import equilibrium_error
 from orchestrator.pushover.state import PushoverCurve
 
 STIFFNESS_FRACTION = 0.1
@@ -42,7 +44,6 @@ FAR = 1.5
 class Capacity:
     """peak_base_shear N, displacement_at_peak and final_displacement m, initial_stiffness N/m.
 
-    max_kinetic_over_internal: largest ratio of kinetic to internal energy up to the peak (pushover.checks).
     peak_reached: whether the curve shows that its peak is one (`peak_reached`); else the wall carries at least as much.
     """
 
@@ -51,16 +52,16 @@ class Capacity:
     displacement_at_peak: float
     final_displacement: float
     initial_stiffness: float
-    max_kinetic_over_internal: float
     equilibrium_residual: float
     peak_reached: bool
 
 
-def find_capacity(curve: PushoverCurve, horizontal_load: float) -> Capacity:
-    """Return the capacity from a curve; horizontal_load: that of a load multiplier of 1, N (by default the weight).
+def find_capacity(curve: PushoverCurve) -> Capacity:
+    """Return the capacity from the static rows of a curve.
 
     Raises ResultError for a curve without lateral rows, with values that are not finite, or that does not move.
     """
+    curve = curve.static
     _require_usable(curve)
     displacement = curve.control_displacement_m - curve.control_displacement_m[0]
     peak = int(np.argmax(curve.base_shear_N))
@@ -70,8 +71,7 @@ def find_capacity(curve: PushoverCurve, horizontal_load: float) -> Capacity:
         displacement_at_peak=float(displacement[peak]),
         final_displacement=float(displacement[-1]),
         initial_stiffness=initial_stiffness(curve.base_shear_N, displacement),
-        max_kinetic_over_internal=kinetic_share(curve),
-        equilibrium_residual=equilibrium_error(curve, horizontal_load),
+        equilibrium_residual=equilibrium_error(curve),
         peak_reached=peak_reached(curve),
     )
 
@@ -82,6 +82,7 @@ def peak_reached(curve: PushoverCurve) -> bool:
     It is where the base shear has fallen by FALLEN of it in a later row, or where the curve goes on to FAR times the
     displacement at which it first came that close to it.
     """
+    curve = curve.static
     shear, moved = curve.base_shear_N, curve.control_displacement_m - curve.control_displacement_m[0]
     peak = int(np.argmax(shear))
     close = (1.0 - FALLEN) * float(shear[peak])
@@ -151,7 +152,7 @@ def initial_stiffness(base_shear: FloatArray, displacement: FloatArray) -> float
 def _require_usable(curve: PushoverCurve) -> None:
     if len(curve.base_shear_N) < 2:
         raise ResultError("capacity curve", f"no lateral increment was stored (stopped: {curve.stopped_because})")
-    for name in ("load_multiplier", "base_shear_N", "control_displacement_m", "kinetic_energy_J", "internal_energy_J"):
+    for name in ("load_multiplier", "base_shear_N", "control_displacement_m", "internal_energy_J"):
         wrong = np.flatnonzero(~np.isfinite(getattr(curve, name)))
         if wrong.size:
             raise ResultError("capacity curve", f"{name} is not finite in step {curve.step[wrong[0]]}")

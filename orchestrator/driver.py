@@ -191,7 +191,8 @@ def push(
         for model in dict.fromkeys(case.run.models):
             began = perf_counter()
             wall, bodies = segmented.assemblage.wall, _bodies(model, segmented)
-            pushed[model] = push_model(model, case, wall, bodies, output / model, resume, comm, report)
+            expected = segmented.analysis.associative.load_multiplier
+            pushed[model] = push_model(model, case, wall, bodies, output / model, resume, comm, report, expected)
             report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
         outcome = on_root(comm, _finished, case, segmented, pushed, output)
         for model, done in pushed.items():

@@ -95,7 +95,8 @@ def draw_moments(
     valid: bool,
 ) -> None:
     """Draw the deformed wall at the end of the curve and at its peak; stamped where the curve is not valid."""
-    moments = {"end": curve.step[-1], "peak": curve.step[curve.base_shear_N.argmax()]}
+    static = curve.static
+    moments = {"end": curve.step[-1], "peak": static.step[static.base_shear_N.argmax()]}
     for moment, number in moments.items():
         increment, title = store.read(int(number)), f"{name} FE at its {moment}"
         contacts = (places.point, places.slave_body, places.master_body)
@@ -201,8 +202,7 @@ def rebuild(run: Path) -> Path:
         draw_moments(
             model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve, model.summary["valid"]
         )
-    load = stored.analysis.horizontal_load
-    capacities = {model.name: (model.curve, find_capacity(model.curve, load)) for model in stored.models}
+    capacities = {model.name: (model.curve, find_capacity(model.curve)) for model in stored.models}
     reasons = results.reasons([model.summary for model in stored.models])
     draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons)
     rest = {key: value for key, value in stored.summary.items() if key != "seismic"}

@@ -41,7 +41,7 @@ FILES = (
 def bilinear_of(curve: PushoverCurve) -> Bilinear | None:
     """Return the bilinear idealisation, None for a curve that has none (it ends on its elastic branch)."""
     try:
-        return idealise(curve.base_shear_N, curve.control_displacement_m)
+        return idealise(curve.static.base_shear_N, curve.static.control_displacement_m)
     except ResultError:
         return None
 
@@ -185,9 +185,13 @@ def _damage(run: StoredRun, model: StoredModel, damage: Damage) -> dict[str, Any
 def _checks(summary: dict[str, Any]) -> list[dict[str, Any]]:
     """Return what `pushover.checks` asks of a curve, with the figures of the summary."""
     asked = (
-        ("equilibrium", "equilibrium_residual", checks.EQUILIBRIUM, "largest |λ H − V| / H, H: horizontal live load"),
-        ("quasi-static", "max_kinetic_over_internal", checks.KINETIC, "largest kinetic / internal energy to the peak"),
-        ("penetration", "max_penetration", checks.PENETRATION, "largest overlap of two bodies, m"),
+        (
+            "equilibrium",
+            "equilibrium_residual",
+            checks.EQUILIBRIUM,
+            "largest |λ H − V| / peak, H: horizontal live load",
+        ),
+        ("penetration", "max_penetration_over_size", checks.OVERLAP, "largest overlap of two bodies / smaller size"),
         ("energy balance", "energy_error", checks.ENERGY, "largest imbalance of work and energies"),
     )
     return [
