@@ -33,7 +33,8 @@ def check(
     """Raise ResultError if the curve is not in balance, its bodies penetrate each other, or its peak is not static.
 
     overlap: of displaced outlines over the smaller body's size; energy_error: share of the energies. highest: base
-    shear in N that limit analysis says no static state exceeds, None where that does not hold. The error names every check that failed; a value that is not a number fails.
+    shear in N that limit analysis says no static state exceeds, None where that does not hold. The error names every
+    check that failed; a value that is not a number fails.
     """
     static = curve.base_shear_N[curve.moving == 0]
     beyond = -1.0 if highest is None else float(static.max()) / highest - 1.0
