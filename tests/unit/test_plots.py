@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.image import imread
 from matplotlib.patches import PathPatch
@@ -24,6 +24,7 @@ from orchestrator.capacity import Capacity
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, Mechanism
 from orchestrator.macroblocks import Partition
+from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import BodyMeshes
 from orchestrator.plots.canvas import BLUE, INK, STONE, VERMILLION
@@ -137,6 +138,19 @@ def test_everything_drawn_lies_inside_the_axes(assemblage):
     axes = plots.blocks(assemblage.wall).axes[0]
     assert axes.get_xlim()[0] < 0.0 < 2.0 < axes.get_xlim()[1]
     assert axes.get_ylim()[0] < -0.2 < 1.0 < axes.get_ylim()[1]
+
+
+def test_numbers_of_two_thousand_stones_are_few_artists_at_the_centroids():
+    wall = running_bond(40, 60)
+    figure = plots.blocks(wall, numbered=True)
+    digits = [c for c in figure.axes[0].collections if isinstance(c, PathCollection)]
+    assert not figure.axes[0].texts
+    assert len(digits) < 100
+    offsets = np.vstack([c.get_offsets() for c in digits])
+    expected = np.vstack([np.tile(centroid(b.polygon), (len(str(b.id)), 1)) for b in wall.blocks])
+    np.testing.assert_allclose(*(p[np.lexsort(np.round(p, 9).T)] for p in (offsets, expected)), atol=1e-9)
+    boxes = [c.get_paths()[0].get_extents() for c in digits if len(c.get_offsets())]
+    assert min(box.x0 for box in boxes) == pytest.approx(-max(box.x1 for box in boxes), abs=0.5)  # points
 
 
 def test_numbers_are_left_out_unless_asked_for(assemblage):
