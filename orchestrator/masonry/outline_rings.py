@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
+from math import sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -216,25 +217,18 @@ class Rings:
     def _is_run(self, rows: set[int]) -> bool:
         """Return whether the rows of one block, and what little lies between them, may be one corner of the block."""
         ring = self._ring(min(rows))
-        between, last = self._between(ring, sorted(rows))
-        kept = [row for row in ring.tolist() if row == last or (row not in rows and row not in between)]
-        points = self.point[self.vertex[kept]]
-        return len(kept) >= 3 and _area(points) > KEPT * _area(self.point[self.vertex[ring]])
+        points = self.point[self.vertex[ring.start : ring.stop]].tolist()
+        between, last = _between(ring, points, sorted(rows))
+        kept = [
+            point
+            for row, point in zip(ring, points, strict=True)
+            if row == last or (row not in rows and row not in between)
+        ]
+        return len(kept) >= 3 and _area(kept) > KEPT * _area(points)
 
-    def _ring(self, row: int) -> IntArray:
+    def _ring(self, row: int) -> range:
         """Return all rows of the block that has this row."""
-        return np.arange(*np.searchsorted(self.block, [self.block[row], self.block[row] + 1]))
-
-    def _between(self, ring: IntArray, rows: list[int]) -> tuple[set[int], int]:
-        """Return the rows of a ring that lie between `rows`, but for those on the longest way from one to the next; and
-        the row where that way begins."""
-        points = self.point[self.vertex[ring]]
-        walked = np.append(0.0, np.cumsum(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)))
-        place = [row - int(ring[0]) for row in rows]
-        longest = int(np.argmax(np.diff(walked[place], append=walked[place[0]] + walked[-1])))
-        begin, end = place[(longest + 1) % len(place)], place[longest]
-        inner = range(begin, end + 1) if begin <= end else [*range(begin, len(ring)), *range(end + 1)]
-        return {int(ring[k]) for k in inner} - {*rows}, rows[longest]
+        return range(*np.searchsorted(self.block, [self.block[row], self.block[row] + 1]).tolist())
 
     def join_edges(self, within: float) -> list[float]:
         """Give edges the vertices that lie beside them; return the distances that were joined."""
@@ -267,7 +261,8 @@ class Rings:
             group += [int(order[k])] if group else [int(order[k - 1]), int(order[k])]
         for rows in groups.values():
             ring = self._ring(rows[0])
-            between, last = self._between(ring, sorted(rows))
+            points = self.point[self.vertex[ring.start : ring.stop]].tolist()
+            between, last = _between(ring, points, sorted(rows))
             drop[[row for row in (*between, *rows) if row != last]] = True  # the last of them keeps its edge
         self._drop(drop)
 
@@ -373,8 +368,10 @@ class Rings:
             spoilt = False
             for ring in (np.arange(a, b) for a, b in pairwise(begins)):
                 gone = drop[self.vertex[ring]]
-                rest = self.point[self.vertex[ring[~gone]]]
-                if gone.any() and (len(rest) < 3 or _area(rest) < KEPT * _area(self.point[self.vertex[ring]])):
+                if not gone.any():
+                    continue
+                points, rest = (self.point[self.vertex[rows]].tolist() for rows in (ring, ring[~gone]))
+                if len(rest) < 3 or _area(rest) < KEPT * _area(points):
                     drop[self.vertex[ring]] = False
                     spoilt = True
         self._drop(drop[self.vertex])
@@ -393,9 +390,29 @@ def _foot(point: FloatArray, start: FloatArray, unit: FloatArray) -> FloatArray:
     return start + np.sum((point - start) * unit, axis=1)[:, None] * unit
 
 
-def _area(ring: FloatArray) -> float:
-    x, y = (ring - ring[0]).T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+def _between(ring: range, points: list[list[float]], rows: list[int]) -> tuple[set[int], int]:
+    """Return the rows of a ring that lie between `rows`, but for those on the longest way from one to the next; and
+    the row where that way begins. points: [x, y] of every row of the ring, in m."""
+    walked = [0.0]
+    for (x, y), (next_x, next_y) in zip(points, points[1:] + points[:1], strict=True):
+        walked.append(walked[-1] + sqrt((next_x - x) * (next_x - x) + (next_y - y) * (next_y - y)))
+    place = [row - ring.start for row in rows]
+    reached = [walked[k] for k in place]
+    ways = [after - before for before, after in pairwise([*reached, reached[0] + walked[-1]])]
+    longest = ways.index(max(ways))
+    begin, end = place[(longest + 1) % len(place)], place[longest]
+    inner = range(begin, end + 1) if begin <= end else [*range(begin, len(ring)), *range(end + 1)]
+    return {ring[k] for k in inner} - {*rows}, rows[longest]
+
+
+def _area(points: list[list[float]]) -> float:
+    """Return the area (m2) within [x, y] in m, counter-clockwise; of a few corners plain numbers are ten times as fast
+    as arrays."""
+    origin_x, origin_y = points[0]
+    doubled = 0.0
+    for (x, y), (next_x, next_y) in zip(points, points[1:] + points[:1], strict=True):
+        doubled += (x - origin_x) * (next_y - origin_y) - (next_x - origin_x) * (y - origin_y)
+    return 0.5 * doubled
 
 
 def _kept(chain: FloatArray, within: float, bend: float, most: float) -> npt.NDArray[np.bool_]:
