@@ -126,7 +126,7 @@ def _check_place(block: Block) -> None:
 
 
 def _check_block(block: Block, simple: bool, area: float, length: float, tolerance: float) -> None:
-    """Raise CaseError for a block of this area (m2) and length of its outline (m); simple: which does not cross itself."""
+    """Raise CaseError for a block whose outline has this area (m2) and length (m); simple: it does not cross itself."""
     key = f"block {block.id}"
     if not simple:
         raise CaseError(key, "its polygon crosses or touches itself", "list the corners once, in order round the block")
