@@ -305,7 +305,19 @@ class Rings:
         step = np.linalg.solve(matrix, right[..., None])[..., 0]
         far = np.linalg.norm(step, axis=1)
         step *= np.minimum(1.0, REACH * self.spread / np.maximum(far, 1e-300))[:, None]
-        self.point = self.point + np.where((self.spread > self.rounding)[:, None], step, 0.0)
+        self.point = self.point + self._without_folds(np.where((self.spread > self.rounding)[:, None], step, 0.0))
+
+    def _without_folds(self, step: FloatArray) -> FloatArray:
+        """Return the steps (v, 2) of vertices, halved until no edge runs the other way round: lines that are nearly
+        parallel meet far off, beyond the next vertex."""
+        there = self.vertex[self.following]
+        before = self.point[there] - self.point[self.vertex]
+        while True:
+            folded = np.sum(before * (before + step[there] - step[self.vertex]), axis=1) < 0
+            if not folded.any():
+                return step
+            step = step.copy()
+            step[np.union1d(self.vertex[folded], there[folded])] *= 0.5
 
     def collapse(self, error: float, short: float) -> None:
         """Take short edges for points, the shortest first: those below `error` (m), over which outlines were joined,
