@@ -94,9 +94,9 @@ def check_blocks(wall: Wall, tolerance: float) -> None:
     for block in wall.blocks:
         _check_place(block)
     outlines = shapes(wall)
-    simple, area, length = shapely.is_valid(outlines), shapely.area(outlines), shapely.length(outlines)
-    for block, *measured in zip(wall.blocks, simple.tolist(), area.tolist(), length.tolist(), strict=True):
-        _check_block(block, *measured, tolerance)
+    simple, area, length = (of(outlines).tolist() for of in (shapely.is_valid, shapely.area, shapely.length))
+    for block, of_block in zip(wall.blocks, zip(simple, area, length, strict=True), strict=True):
+        _check_block(block, *of_block, tolerance)
     if not any(block.fixed for block in wall.blocks):
         raise CaseError("blocks", "no block is a support", 'mark the ground as a block with "fixed": true')
     if all(block.fixed for block in wall.blocks):
