@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,8 +19,8 @@ from annotated_types import Ge, Gt
 from scipy import ndimage
 
 from orchestrator.errors import CaseError
+from orchestrator.masonry.closing import Layers, is_chosen
 from orchestrator.masonry.drawing import LARGEST_COUNT, Drawing
-from orchestrator.masonry.dxf import Layers
 from orchestrator.masonry.outlines import outlines
 from orchestrator.masonry.picture import drawing_of_numbers, lower_left
 from orchestrator.masonry.pixels import LARGEST_PICTURE
@@ -211,7 +210,9 @@ def _by_role(shapes: list[Shape], layers: Layers) -> tuple[dict[str, list[Shape]
     """Return the shapes by role; where no category has the blocks' usual name, all others are blocks."""
     on: dict[str, list[Shape]] = {"openings": [], "supports": [], "blocks": [], "": []}
     for shape in shapes:
-        roles = (role for role in ("openings", "supports", "blocks") if _matches(shape.category, getattr(layers, role)))
+        roles = (
+            role for role in ("openings", "supports", "blocks") if is_chosen(shape.category, getattr(layers, role))
+        )
         on[next(roles, "")].append(shape)
     if layers.blocks == Layers().blocks and not on["blocks"]:
         on["blocks"], on[""] = on[""], []
@@ -220,10 +221,6 @@ def _by_role(shapes: list[Shape], layers: Layers) -> tuple[dict[str, list[Shape]
         raise CaseError("blocks", f"no annotation has a category {layers.blocks!r}", f"categories here: {names}")
     names = ", ".join(sorted({shape.category for shape in on[""]})[:20])
     return on, [f"{len(on[''])} annotations of other categories left out: {names}"] if on[""] else []
-
-
-def _matches(name: str, patterns: str) -> bool:
-    return any(fnmatchcase(name.lower(), pattern.strip()) for pattern in patterns.lower().split(","))
 
 
 def _polygons(shapes: list[Shape], smallest: float) -> tuple[list[tuple[str, FloatArray]], list[str]]:
