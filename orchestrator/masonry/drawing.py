@@ -152,6 +152,12 @@ def closed(
         located = _located(error, drawn)
         raise RefusedWallError(located.key, located.problem, located.remedy, drawn) from None
     said = [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall)]
+    if joined.tips:
+        many = f"{len(joined.tips)} acute tips that overlap" if len(joined.tips) > 1 else "1 acute tip that overlaps"
+        said.append(f"WARNING: {many} cut back by up to {_millimetres(max(joined.tips))}, more than the tolerance")
+    if joined.collapsed:
+        many = f"{len(joined.collapsed)} short edges" if len(joined.collapsed) > 1 else "1 short edge"
+        said.append(f"{many} of stones taken for points, up to {_millimetres(max(joined.collapsed))} long")
     if joined.straightened:
         said.append(f"joints that bend taken straight, by up to {_millimetres(joined.straightened)}")
     return wall, said

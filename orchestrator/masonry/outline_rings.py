@@ -319,9 +319,9 @@ class Rings:
             step = step.copy()
             step[np.union1d(self.vertex[folded], there[folded])] *= 0.5
 
-    def collapse(self, error: float, short: float) -> None:
+    def collapse(self, error: float, short: float) -> list[float]:
         """Take short edges for points, the shortest first: those below `error` (m), over which outlines were joined,
-        and those between two blocks below `short` of the size of one of them."""
+        and those between two blocks below `short` of the size of one of them. Return their lengths (m)."""
         there = self.vertex[self.following]
         length = np.linalg.norm(self.point[there] - self.point[self.vertex], axis=1)
         begin = np.flatnonzero(np.diff(self.block, prepend=-1))
@@ -335,7 +335,9 @@ class Rings:
         pairs, index = np.unique(np.column_stack([p, q]), axis=0, return_index=True)
         length = length[rows[index]]
         order = np.lexsort((*pairs.T, length))
-        self._unite((*pair, apart) for pair, apart in zip(pairs[order].tolist(), length[order].tolist(), strict=True))
+        return self._unite(
+            (*pair, apart) for pair, apart in zip(pairs[order].tolist(), length[order].tolist(), strict=True)
+        )
 
     def measure(self) -> None:
         """Note for each row what lay between its drawn edge and the one beyond, m, at the middle of both."""

@@ -202,7 +202,7 @@ def test_rubble_is_healed_too(seed):
     noisy = tuple(stone + random.uniform(-off, off, stone.shape) for stone in stones)
     settings = HealingSettings(TOLERANCE, 0.2)
     exact, remarks = wall_of(Drawing(tuple(stones)), "rubble", MATERIAL, settings)
-    assert remarks == []
+    assert not [remark for remark in remarks if "short edge" not in remark], "of 1/100 of a stone: points, and said"
     healed, remarks = wall_of(Drawing(noisy), "rubble", MATERIAL, settings)
     assert touching_pairs(healed, 5 * TOLERANCE) == touching_pairs(exact, 5 * TOLERANCE)
     assert joint_lengths(healed)[1] == pytest.approx(joint_lengths(exact)[1], rel=2e-3)
