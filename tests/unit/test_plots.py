@@ -27,7 +27,7 @@ from orchestrator.macroblocks import Partition
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import BodyMeshes
-from orchestrator.plots.canvas import BLUE, INK, STONE, VERMILLION
+from orchestrator.plots.canvas import BLUE, INK, STONE, VERMILLION, lay_out, legend_below, wall_figure
 from orchestrator.plots.joint_pieces import closed_loops, nodes_of_contacts, shares_of_interface
 from orchestrator.plots.pushover import outline, readable_factor
 from orchestrator.plots.thrust import carrying, thrust
@@ -166,6 +166,20 @@ def test_any_name_can_be_drawn_and_fits(assemblage, name, tmp_path):
     assert 0 < box.x0 < box.x1 < figure.bbox.width
     assert figure.axes[0].get_title().splitlines()[0][:12] == name[:12]
     ElementTree.parse(tmp_path / "blocks.svg")
+
+
+@pytest.mark.parametrize("legend", [0, 2, 7])
+@pytest.mark.parametrize("size", [(5, 6), (7, 7.5), (2.2, 1.3), (2, 2.4), (1, 8), (8, 1)])
+def test_no_line_of_a_title_is_cut_off(size, legend):
+    figure, axes = wall_figure(np.array([[0, 0], size]), "load multiplier 0.12\ndisplacements drawn × 5", "a wall")
+    for number in range(legend):
+        axes.plot([], [], label=f"label {number}")
+    legend_below(axes, 3)
+    lay_out(figure)
+    drawn(figure)
+    title = axes.title.get_window_extent()
+    assert title.y1 <= figure.bbox.y1
+    assert 0 <= title.x0 <= title.x1 <= figure.bbox.x1
 
 
 def test_a_wall_far_from_the_origin_is_drawn_without_an_offset_on_the_axes(assemblage):
