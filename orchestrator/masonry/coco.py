@@ -18,11 +18,11 @@ import shapely
 from annotated_types import Ge, Gt
 from scipy import ndimage
 
-from orchestrator.errors import CaseError
+from orchestrator.errors import CaseError, naming
 from orchestrator.masonry.closing import Layers, is_chosen
 from orchestrator.masonry.drawing import LARGEST_COUNT, Drawing
 from orchestrator.masonry.outlines import outlines
-from orchestrator.masonry.picture import drawing_of_numbers, lower_left
+from orchestrator.masonry.picture import drawing_of_numbers, lower_left, upright
 from orchestrator.masonry.pixels import LARGEST_PICTURE
 from orchestrator.masonry.readers import json_in, refuse_what_is_no_file
 from orchestrator.masonry.segmentation import large_patches
@@ -73,11 +73,9 @@ def read_coco(path: Path, layers: Layers, settings: CocoSettings) -> Drawing:
 
     layers: names of categories. Raises CaseError naming file and remedy.
     """
-    try:
+    with naming(path):
         shapes, remarks = _shapes(_record(path))
         return _drawing(shapes, remarks, layers, settings)
-    except CaseError as error:
-        raise error.in_file(str(path)) from None
 
 
 def _record(path: Path) -> dict[str, Any]:
@@ -193,11 +191,11 @@ def _drawing(shapes: list[Shape], remarks: list[str], layers: Layers, settings: 
         polygons, said = _polygons(stones, smallest)
         corners = np.vstack([outline for _, outline in polygons])
         low = np.array([corners[:, 0].min(), corners[:, 1].max()])
-        outlined = [(outline - low) * settings.scale * [1.0, -1.0] for _, outline in polygons]
+        outlined = [upright(outline, low, settings.scale) for _, outline in polygons]
         category = [name for name, _ in polygons]
         said = [f"{len(outlined)} stones found", *said]
     rest = {
-        role: tuple((outline - low) * settings.scale * [1.0, -1.0] for _, outline in _polygons(on[role], smallest)[0])
+        role: tuple(upright(outline, low, settings.scale) for _, outline in _polygons(on[role], smallest)[0])
         for role in ("supports", "openings")
         if on[role]
     }

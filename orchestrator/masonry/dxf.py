@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from orchestrator.errors import CaseError
+from orchestrator.errors import CaseError, naming
 from orchestrator.masonry.closing import CHORD, ROLES, Layers, OnLayer, drawing_of, is_chosen
 from orchestrator.masonry.drawing import LARGEST_COUNT, Drawing
 from orchestrator.masonry.readers import refuse_what_is_no_file
@@ -33,10 +33,8 @@ def read_dxf(path: Path, layers: Layers, tolerance: float, unit: str = "") -> Dr
     tolerance in m: ends of lines nearer than this meet, arcs become chords no farther off. unit: of the drawing's
     coordinates, instead of its header's.
     """
-    try:
+    with naming(path):
         return _drawing(path, layers, tolerance, unit)
-    except CaseError as error:
-        raise error.in_file(str(path)) from None
 
 
 def _drawing(path: Path, layers: Layers, tolerance: float, unit: str) -> Drawing:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from math import sqrt
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
+from orchestrator.masonry.ring_geometry import area_of, foot_on, kept_of_chain, rows_between
 from orchestrator.masonry.wall import FloatArray, IntArray
 
 ROUNDING = 1e-9
@@ -218,13 +218,13 @@ class Rings:
         """Return whether the rows of one block, and what little lies between them, may be one corner of the block."""
         ring = self._ring(min(rows))
         points = self.point[self.vertex[ring.start : ring.stop]].tolist()
-        between, last = _between(ring, points, sorted(rows))
+        between, last = rows_between(ring, points, sorted(rows))
         kept = [
             point
             for row, point in zip(ring, points, strict=True)
             if row == last or (row not in rows and row not in between)
         ]
-        return len(kept) >= 3 and _area(kept) > KEPT * _area(points)
+        return len(kept) >= 3 and area_of(kept) > KEPT * area_of(points)
 
     def _ring(self, row: int) -> range:
         """Return all rows of the block that has this row."""
@@ -262,7 +262,7 @@ class Rings:
         for rows in groups.values():
             ring = self._ring(rows[0])
             points = self.point[self.vertex[ring.start : ring.stop]].tolist()
-            between, last = _between(ring, points, sorted(rows))
+            between, last = rows_between(ring, points, sorted(rows))
             drop[[row for row in (*between, *rows) if row != last]] = True  # the last of them keeps its edge
         self._drop(drop)
 
@@ -296,7 +296,7 @@ class Rings:
         weight = np.minimum(length, length[twin])
         matrix, right, total = np.zeros((size, 2, 2)), np.zeros((size, 2)), np.zeros(size)
         for vertex in (self.vertex, self.vertex[self.following]):
-            feet = [_foot(self.point[vertex], self.line_start[self.line[r]], unit[r]) for r in (rows, twin)]
+            feet = [foot_on(self.point[vertex], self.line_start[self.line[r]], unit[r]) for r in (rows, twin)]
             offset = np.sum(normal * (0.5 * (feet[0] + feet[1]) - self.point[vertex]), axis=1)
             np.add.at(matrix, vertex, weight[:, None, None] * normal[:, :, None] * normal[:, None, :])
             np.add.at(right, vertex, (weight * offset)[:, None] * normal)
@@ -345,7 +345,7 @@ class Rings:
         middle = 0.5 * (self.point[self.vertex] + self.point[self.vertex[self.following]])
         along = self.line_end[self.line] - self.line_start[self.line]
         unit = along / np.linalg.norm(along, axis=1)[:, None]
-        foot = _foot(middle, self.line_start[self.line], unit)
+        foot = foot_on(middle, self.line_start[self.line], unit)
         outward = np.column_stack([unit[:, 1], -unit[:, 0]])
         width = np.sum(outward * (foot[twin] - foot), axis=1)
         self.width = np.where((twin >= 0) & (np.abs(width) > self.rounding), width, 0.0)
@@ -371,7 +371,7 @@ class Rings:
                 if end - begin > 1 and not second[rows[begin]]:
                     chain = self.vertex[np.append(rows[begin:end], rows[end % len(rows)])]
                     most = max(within, tolerance) if is_open[rows[begin]] else np.inf
-                    kept = _kept(self.point[chain], within, bend, most)
+                    kept = kept_of_chain(self.point[chain], within, bend, most)
                     drop[chain[~kept]] = True
                     if not is_open[rows[begin]] and not kept.all():
                         straight = shapely.LineString(self.point[chain[kept]])
@@ -385,7 +385,7 @@ class Rings:
                 if not gone.any():
                     continue
                 points, rest = (self.point[self.vertex[rows]].tolist() for rows in (ring, ring[~gone]))
-                if len(rest) < 3 or _area(rest) < KEPT * _area(points):
+                if len(rest) < 3 or area_of(rest) < KEPT * area_of(points):
                     drop[self.vertex[ring]] = False
                     spoilt = True
         self._drop(drop[self.vertex])
@@ -397,52 +397,3 @@ def _root(to: IntArray, vertex: int) -> int:
         to[vertex] = to[to[vertex]]
         vertex = int(to[vertex])
     return vertex
-
-
-def _foot(point: FloatArray, start: FloatArray, unit: FloatArray) -> FloatArray:
-    """Return the points (r, 2) at right angles on lines through `start` (r, 2) along `unit` (r, 2)."""
-    return start + np.sum((point - start) * unit, axis=1)[:, None] * unit
-
-
-def _between(ring: range, points: list[list[float]], rows: list[int]) -> tuple[set[int], int]:
-    """Return the rows of a ring that lie between `rows`, but for those on the longest way from one to the next; and
-    the row where that way begins. points: [x, y] of every row of the ring, in m."""
-    walked = [0.0]
-    for (x, y), (next_x, next_y) in zip(points, points[1:] + points[:1], strict=True):
-        walked.append(walked[-1] + sqrt((next_x - x) * (next_x - x) + (next_y - y) * (next_y - y)))
-    place = [row - ring.start for row in rows]
-    reached = [walked[k] for k in place]
-    ways = [after - before for before, after in pairwise([*reached, reached[0] + walked[-1]])]
-    longest = ways.index(max(ways))
-    begin, end = place[(longest + 1) % len(place)], place[longest]
-    inner = range(begin, end + 1) if begin <= end else [*range(begin, len(ring)), *range(end + 1)]
-    return {ring[k] for k in inner} - {*rows}, rows[longest]
-
-
-def _area(points: list[list[float]]) -> float:
-    """Return the area (m2) within [x, y] in m, counter-clockwise; of a few corners plain numbers are ten times as fast
-    as arrays."""
-    origin_x, origin_y = points[0]
-    doubled = 0.0
-    for (x, y), (next_x, next_y) in zip(points, points[1:] + points[:1], strict=True):
-        doubled += (x - origin_x) * (next_y - origin_y) - (next_x - origin_x) * (y - origin_y)
-    return 0.5 * doubled
-
-
-def _kept(chain: FloatArray, within: float, bend: float, most: float) -> npt.NDArray[np.bool_]:
-    """Return which points of a chain (p, 2) Douglas and Peucker's rule keeps: those farther from the line between two
-    kept ones than `within` (m) and than `bend` of its length, or than `most` (m). A closed chain keeps three."""
-    keep = np.zeros(len(chain), bool)
-    keep[[0, -1]] = True
-    stack = [(0, len(chain) - 1)]
-    while stack:
-        a, b = stack.pop()
-        if b - a < 2:
-            continue
-        line = chain[b] - chain[a]
-        off = shapely.distance(shapely.points(chain[a + 1 : b]), shapely.LineString(chain[[a, b]]))
-        if off.max() > min(max(within, bend * float(np.hypot(*line))), most):
-            middle = a + 1 + int(off.argmax())
-            keep[middle] = True
-            stack += [(a, middle), (middle, b)]
-    return keep

@@ -17,7 +17,7 @@ from xml.parsers import expat
 import numpy as np
 import shapely
 
-from orchestrator.errors import CaseError
+from orchestrator.errors import CaseError, naming
 from orchestrator.masonry.closing import CHORD, ROLES, Layers, drawing_of, is_chosen
 from orchestrator.masonry.drawing import Drawing
 from orchestrator.masonry.readers import refuse_what_is_no_file
@@ -56,10 +56,8 @@ def read_svg(path: Path, layers: Layers, tolerance: float, scale: float | None =
     tolerance in m: ends of lines nearer than this meet, curves become chords no farther off. scale: m a user unit,
     instead of what the file says. Raises CaseError naming file, group or place, and remedy.
     """
-    try:
+    with naming(path):
         return _drawing(_root(path), layers, tolerance, scale)
-    except CaseError as error:
-        raise error.in_file(str(path)) from None
 
 
 def _root(path: Path) -> Element:
