@@ -15,7 +15,7 @@ from annotated_types import Ge, Gt, Le
 from orchestrator.errors import CaseError
 from orchestrator.masonry.copies import without_copies
 from orchestrator.masonry.healing import Gap, closed_gaps, heal, open_gaps
-from orchestrator.masonry.planar_map import OverlapError
+from orchestrator.masonry.planar_map import OverlapError, PlanarMap
 from orchestrator.masonry.wall import (
     Block,
     FloatArray,
@@ -142,7 +142,7 @@ def closed(
             mortar = {(blocks[gap.i].id, blocks[gap.j].id): gap.width for gap in gaps if gap.width > 0}
             mortar = {(known.i, known.j): known.thickness for known in drawn.mortar} | mortar
             wall = replace(wall, mortar=tuple(Mortar(i, j, width) for (i, j), width in sorted(mortar.items())))
-        check_wall(wall)
+        _refuse_what_healing_spoilt(wall, within)
     except OverlapError as error:
         one, other = (drawn.blocks[k].id for k in error.blocks)
         key = f"blocks {one} and {other} at ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
@@ -151,7 +151,21 @@ def closed(
     except CaseError as error:
         located = _located(error, drawn)
         raise RefusedWallError(located.key, located.problem, located.remedy, drawn) from None
-    said = [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall)]
+    return wall, [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall), *_said_changes(joined)]
+
+
+def _refuse_what_healing_spoilt(wall: Wall, within: float) -> None:
+    """Raise CaseError for a healed wall that is none, though it was one as drawn."""
+    try:
+        check_wall(wall)
+    except CaseError as error:
+        problem = f"{error.problem} where gaps and overlaps up to {_millimetres(within)} are closed"
+        raise CaseError(error.key, problem, "correct the corners there, or try another --tolerance") from None
+
+
+def _said_changes(joined: PlanarMap) -> list[str]:
+    """Return what else became of the outlines: tips cut back, edges that became points, joints taken straight."""
+    said = []
     if joined.tips:
         many = f"{len(joined.tips)} acute tips that overlap" if len(joined.tips) > 1 else "1 acute tip that overlaps"
         said.append(f"WARNING: {many} cut back by up to {_millimetres(max(joined.tips))}, more than the tolerance")
@@ -160,7 +174,7 @@ def closed(
         said.append(f"{many} of stones taken for points, up to {_millimetres(max(joined.collapsed))} long")
     if joined.straightened:
         said.append(f"joints that bend taken straight, by up to {_millimetres(joined.straightened)}")
-    return wall, said
+    return said
 
 
 def _located(error: CaseError, wall: Wall) -> CaseError:

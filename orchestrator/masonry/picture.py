@@ -122,7 +122,7 @@ def drawing_of_numbers(number: IntArray, scale: float, mortar: float) -> tuple[D
 
 def upright(points: npt.ArrayLike, low: npt.ArrayLike, scale: float) -> FloatArray:
     """Return points (..., 2) in pixels, rows downwards, in m, y upwards; `low` (2,) becomes (0, 0)."""
-    return (np.asarray(points, float) - low) * scale * [1.0, -1.0]
+    return (np.asarray(points, float) - np.asarray(low, float)) * scale * [1.0, -1.0]
 
 
 def lower_left(number: IntArray) -> IntArray:

@@ -8,6 +8,8 @@ import pytest
 
 from orchestrator.errors import CaseError
 from orchestrator.intake import import_wall
+from orchestrator.masonry import drawing
+from orchestrator.masonry.healing import heal
 from orchestrator.masonry.patterns import ArchedOpening, ArchedWall, IrregularCourses, Rubble, arched_wall, rubble
 from tests.support.drawings import CENTIMETRES, INCHES, METRES, MILLIMETRES, polylines
 
@@ -140,6 +142,23 @@ def test_thin_stones_side_by_side_are_no_copies(tmp_path):
     found, remarks = read(drawn(tmp_path / "slates.dxf", outlines=slates), tolerance="10 mm")
     assert found == 4
     assert not [remark for remark in remarks if "twice" in remark]
+
+
+def test_a_stone_that_closing_gaps_would_fold_is_named_with_its_place(tmp_path, monkeypatch):
+    """No drawing is known any more that does this; what is said must not blame the order of the corners."""
+
+    def folding(polygons, *settings):
+        healed, joined = heal(polygons, *settings)
+        healed[1] = healed[1][[0, 2, 1, 3]]
+        return healed, joined
+
+    monkeypatch.setattr(drawing, "heal", folding)
+    said = (
+        r"block 1 at \(0.2, 0.15\) m: its polygon crosses or touches itself where gaps and overlaps up to 1 mm are "
+        r"closed; correct the corners there, or try another --tolerance"
+    )
+    with pytest.raises(CaseError, match=said):
+        read(drawn(tmp_path / "wall.dxf", outlines=[box(0, 0, 400, 300), box(400, 0, 800, 300)]))
 
 
 @pytest.mark.parametrize("errors", [{}, {"error": 4e-4}, {"gap": 3e-3}])
