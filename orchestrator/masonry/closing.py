@@ -25,7 +25,7 @@ SMALLEST_ERROR = 1e-6
 ROLES = ("blocks", "supports", "openings")
 LISTED = 5
 """open ends of lines that a remark names"""
-TRIED = 6
+TRIED = 4
 """larger tolerances that are tried on lines that stay open"""
 OnLayer = tuple[str, FloatArray]
 """layer and points (n, 2) in m"""
@@ -193,7 +193,12 @@ def _said_ends(network: Network, lines: list[FloatArray]) -> str:
     best = max(closed, key=lambda width: (len(closed[width].outlines), -width), default=0.0)
     more = len(closed[best].outlines) - len(network.outlines) if closed else 0
     if more < 1:
-        return f"{said}; no tolerance up to {1e3 * LARGEST_TOLERANCE:g} mm closes more: draw on to where they meet"
+        why = (
+            f"tolerances up to {1e3 * tried[-1]:g} mm close no outline more"
+            if closed
+            else f"nothing else is within {1e3 * LARGEST_TOLERANCE:g} mm"
+        )
+        return f"{said}; {why}: draw on to where they meet"
     left = len(closed[best].rest)
     stay = "1 line stays" if left == 1 else f"{left} lines stay"
     said += f'; --tolerance "{1e3 * best:g} mm" closes {more} outline{"s" * (more > 1)} more'
