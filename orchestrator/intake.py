@@ -56,7 +56,8 @@ class LooseSettings:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Intake:
-    """A wall as read, remarks on how, and the wall before loose stones were left out or glued (None: none were)."""
+    """A wall as read, remarks on how (warnings first), and the wall before loose stones were left out or glued, if any
+    were."""
 
     wall: Wall
     remarks: list[str]
@@ -86,7 +87,7 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
             warned = "".join(f"; while reading: {remark}" for remark in remarks if "WARNING" in remark)
             said = CaseError(error.key, error.problem, error.remedy + warned)
             raise _drawn(said, wall, picture) from None
-    return Intake(kept, [*more, *remarks], before)
+    return Intake(kept, sorted([*more, *remarks], key=lambda remark: "WARNING" not in remark), before)
 
 
 def _drawn(error: CaseError, wall: Wall, picture: Path | None) -> CaseError:

@@ -62,6 +62,7 @@ def test_lines_that_stop_short_are_counted_with_places_and_the_tolerance_that_cl
         "blocks: WARNING: 2 lines close no outline; 3 open ends at (0.4, 0.003), (0.8, 0.003), (0.8, 0.298) m; "
         '--tolerance "4 mm" closes 2 outlines more'
     ) in remarks
+    assert "WARNING" in remarks[0], "warnings are first"
     found, remarks = read(path, tolerance="4 mm")
     assert found == 3
     assert not [remark for remark in remarks if "open end" in remark]
