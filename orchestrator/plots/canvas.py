@@ -106,7 +106,7 @@ def write_numbers(axes: Axes, positions: Sequence[FloatArray], numbers: Sequence
     """Write numbers at `positions`, each (2,) in m; size in points.
 
     The smallest ones, of walls of a thousand stones, go without a halo and as outlines of digits, one collection for
-    each digit and its place in a number: 2,000 texts would take four seconds, these take half a second.
+    each digit and its place in a number: the picture of 1,460 stones takes 0.4 s of CPU for 1.8.
     """
     if size > SMALLEST_NUMBER:
         for position, number in zip(positions, numbers, strict=True):
