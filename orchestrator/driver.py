@@ -69,9 +69,11 @@ def check(case: Case) -> Assemblage:
     return assemblage
 
 
-def examine(case: Case) -> list[str]:
-    """Refuse, of one load case, whatever `limit` and `run` would refuse (CaseError); return what else is to be said."""
-    assemblage = check(case)
+def examine(case: Case, assemblage: Assemblage) -> list[str]:
+    """Refuse, of one load case, whatever `limit` and `run` would refuse (CaseError); return what else is to be said.
+
+    assemblage: of the case, as `check` returns it.
+    """
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
     with naming(case.block_file):
