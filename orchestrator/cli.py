@@ -218,6 +218,8 @@ def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Conso
     with _Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
     console.print(tables.run_table(outcome.summary))
+    for remark in results.remarks(outcome.summary["pushover"]):
+        console.print(remark, soft_wrap=True, markup=False)
     for reason in results.reasons(outcome.summary["pushover"]):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)
     _print_verification(outcome.summary, console)

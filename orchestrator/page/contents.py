@@ -75,6 +75,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "tolerances": run.partition.tolerances,
         "pictures": {path.stem: picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
         "models": [_model(run, model) for model in models],
+        "remarks": results.remarks([model.summary for model in models]),
         "complaints": [(LABELS[m.name], m.summary["complaint"]) for m in models if m.summary.get("complaint")],
         "remarks": remarks,
         "failed_checks": sum(not check["passed"] for model in models for check in _checks(model.summary)),

@@ -17,6 +17,8 @@ from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Increment
 
+TOLD = 5
+"""local failures that are told one by one"""
 TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
 """what `seconds` of a pushover holds, in s"""
 
@@ -121,6 +123,27 @@ def pushover_summary(
 def reasons(pushovers: Sequence[dict[str, Any]]) -> list[str]:
     """Return why entries of `pushover` are not valid."""
     return [f"{entry['model']} FE: {entry['not_valid_because']}" for entry in pushovers if not entry["valid"]]
+
+
+def remarks(pushovers: Sequence[dict[str, Any]]) -> list[str]:
+    """Return what entries of `pushover` have to say beside their figures: local failures, a peak that was not reached.
+
+    Many events are told in short: the first ones, and how many there were.
+    """
+    said = []
+    for entry in pushovers:
+        for event in entry["events"][:TOLD]:
+            bodies, share = ", ".join(event["bodies"]), 100 * event["mass_share"]
+            said.append(
+                f"{entry['model']} FE: {bodies} ({share:.2g} % of the mass) fell at a load multiplier of "
+                f"{event['load_multiplier']:.4f}; the wall went on"
+            )
+        if (more := len(entry["events"]) - TOLD) > 0:
+            said.append(f"{entry['model']} FE: {more} more local failures, in summary.json")
+        if not entry["peak_reached"]:
+            multiplier = entry["peak_multiplier"]
+            said.append(f"{entry['model']} FE: the peak was not reached; the wall carries at least {multiplier:.4f}")
+    return said
 
 
 def summary(
