@@ -77,7 +77,7 @@ SLOWER = 3.0
 """a step of motion that fails is made shorter by this factor"""
 NEAR_REST = 10.0
 """rest is looked for when the out-of-balance forces have fallen to this many times what counts as static"""
-TRIES = 12
+TRIES = 20
 """times that a step of motion is made shorter"""
 
 
@@ -318,7 +318,7 @@ class Pushover:
         driving = self._driving(replace(state, phase="displacement", moving=False), part)
         largest = self._largest("displacement")
         last = float(self._model_of(driving).mean_row @ state.change.ravel())
-        return replace(driving, step=(min(max(last, 1e-2 * largest), largest), 0.0))
+        return replace(driving, step=(min(max(SHRINK * last, 1e-2 * largest), largest), 0.0))
 
     def _driving(self, state: Increment, driven: BodyMask) -> Increment:
         state = replace(state, driven=read_only(driven, np.bool_))
