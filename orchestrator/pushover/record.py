@@ -50,14 +50,17 @@ def increment_of(
     elastic_slip = np.where(holds[:, None], iterate.response.elastic_slip, 0.0)
     change = iterate.displacement - problem.displacement
     slip_change = (model.tangential_rows @ change).reshape(-1, 2)
-    plastic = np.where(holds[:, None], slip_change - (elastic_slip - problem.elastic_slip), 0.0)
+    sliding = slip_change - (elastic_slip - problem.elastic_slip)  # a contact that opens gives off its elastic slip
+    plastic = np.where(holds[:, None], sliding, 0.0)
     load = problem.gravity_share * model.gravity + iterate.load_multiplier * model.lateral
     earlier = _gravity_share(state) * model.gravity + state.load_multiplier * model.lateral
     work = 0.5 * float((load + earlier) @ change)
     limit = model.contacts.friction * np.maximum(model.on_its_contacts(state.normal_force), 0.0)
     before = limit[:, None] * problem.elastic_slip / model.slip_tolerance
-    friction = 0.5 * float(np.sum((before + iterate.response.traction) * plastic))
+    friction = 0.5 * float(np.sum((before + iterate.response.traction) * sliding))
     if problem.bond is not None and bond is not None:
+        left = (bond.intact * bond.cohesion / model.slip_tolerance)[:, None] * iterate.response.elastic_slip
+        friction += 0.5 * float(np.sum(left * sliding))  # all of it: `dissipation` has only what is beyond it
         friction += float(dissipation(problem.bond, bond, iterate.gap).sum())
     resisting = resistance(model, problem, iterate)
     internal = _internal_energy(model, iterate, elastic_slip)
@@ -159,6 +162,9 @@ def _other_work(
     before = model.on_its_contacts(state.normal_force)
     gaps = -0.5 * float((before + iterate.normal_force) @ (model.normal_rows @ change))
     stiffer = model.contacts.friction * (np.maximum(iterate.normal_force, 0.0) - np.maximum(before, 0.0))
+    if problem.bond is not None and iterate.bond is not None:
+        bond = problem.bond
+        stiffer = stiffer + iterate.bond.intact * (iterate.bond.cohesion - bond.cohesion * (1.0 - bond.damage))
     sticking = np.sum(problem.elastic_slip * elastic_slip, axis=1) / model.slip_tolerance
     return gaps - 0.5 * float(stiffer @ sticking)
 
