@@ -126,7 +126,8 @@ def balance(result: Run, friction_factor: float = 1.0) -> float:
 
 @pytest.mark.parametrize(("name", "large_displacement"), CASES)
 def test_balance_closes(name, large_displacement):
-    assert abs(balance(pushed(name, large_displacement))) < 0.002
+    """Trapezoids are exact in small displacements; straight chords of bodies that turn miss 0.25 % on the rocking wall."""
+    assert abs(balance(pushed(name, large_displacement))) < (0.004 if large_displacement else 1e-4)
 
 
 @pytest.mark.parametrize("large_displacement", [False, True])
@@ -138,12 +139,15 @@ def test_a_tenth_of_the_friction_is_noticed(large_displacement):
 @pytest.mark.parametrize(("name", "large_displacement"), CASES)
 def test_energies_of_the_increments(name, large_displacement):
     result = pushed(name, large_displacement)
-    work, friction = external_work(result), friction_work(result)
+    work, friction, other = external_work(result), friction_work(result), other_work(result)
     for number, increment in enumerate(result.increments[1:], start=1):
         if any(attempt.action == RESTED for attempt in increment.attempts):
             break  # what happens within a motion that rests is not stored
         stored = strain_energy(result, increment) + slip_energy(result, increment)
         assert increment.internal_energy == pytest.approx(stored, rel=2e-3)
         assert increment.external_work == pytest.approx(work[number], rel=1e-6)
-        assert increment.dissipated_energy == pytest.approx(friction[number], rel=1e-6, abs=1e-9)
+        assert increment.dissipated_energy == pytest.approx(friction[number], rel=1e-4, abs=1e-9)
+        assert increment.other_work == pytest.approx(other[number], rel=0.01, abs=1e-4 * stored)
+        missing = work[number] - friction[number] - other[number] - stored
+        assert increment.energy_error == pytest.approx(missing, abs=2e-3 * (stored + friction[number]))
     assert number > 20
