@@ -3,8 +3,8 @@
 Every work of an increment is computed by the trapezoidal rule from the forces at its two ends, and nothing is a rest:
 
     external      1/2 (f0 + f1) du                of dead and live load
-    friction      1/2 (tau0 + tau1) dq_plastic    and the fracture of bonded joints, with its exact integral; dq_plastic is
-                                                  all that is not elastic, what an opening contact gives off too
+    friction      1/2 (tau0 + tau1) dq_plastic    and the exact integral of the fracture of bonded joints; dq_plastic
+                                                  is all that is not elastic: what an opening contact gives off, too
     other         -1/2 (lambda0 + lambda1) dg     gaps that open and close under force
                   -1/2 (k1 - k0) q0 q1            pressure makes a contact that sticks stiffer: k = mu lambda / gamma
                   (proximal, viscous force) du    what the increment resists besides

@@ -486,7 +486,9 @@ def curves_figure(state):
     shear, counts = np.array([0.0, 5000.0, 6600.0, 6500.0]), np.zeros(4, int)
     moved = np.array([0.001, 0.003, 0.011, 0.021])
     none = np.zeros(4)
-    curve = PushoverCurve(counts, none, shear, shear, shear, moved, none, none, *4 * [counts], none, counts, counts, "done")
+    curve = PushoverCurve(
+        counts, none, shear, shear, shear, moved, none, none, *4 * [counts], none, counts, counts, "done"
+    )
     capacity = Capacity(6600.0, 0.29696, 0.010, 0.020, 2.5e6, 0.0, True)
     models = {"macroblocks": (curve, capacity), "micro": (curve, capacity)}
     return plots.curves(models, analysis, "wall 6")

@@ -25,7 +25,19 @@ def curve(**changed):
     rows = np.arange(4)
     shear, zero = np.array([0.0, 100.0, 200.0, 150.0]), np.zeros(4)
     whole = PushoverCurve(
-        rows, zero, shear / 1000, shear, zero + 1000, 1e-3 * rows, zero + 1, zero, *4 * [rows], zero, 0 * rows, 0 * rows, ""
+        rows,
+        zero,
+        shear / 1000,
+        shear,
+        zero + 1000,
+        1e-3 * rows,
+        zero + 1,
+        zero,
+        *4 * [rows],
+        zero,
+        0 * rows,
+        0 * rows,
+        "",
     )
     return replace(whole, **changed)
 
