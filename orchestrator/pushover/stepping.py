@@ -29,7 +29,7 @@ from orchestrator.pushover.iterate import Problem, as_before, evaluate
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, displaced, driven_by, largest_turn, without
 from orchestrator.pushover.moving import body_motion, body_size, moving_part, participation, without_hold
-from orchestrator.pushover.newton import PASSES, solve_increment
+from orchestrator.pushover.newton import solve_increment
 from orchestrator.pushover.prediction import carried_on
 from orchestrator.pushover.record import contact_states, increment_of, scattered, states_of, without_jumps
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
@@ -162,6 +162,8 @@ class Pushover:
         """
         state = last or at_rest(self.model)
         while not self.finished(state):
+            if state.phase == "gravity" and state.number >= self.stepping.largest_increments and not self._rests(state):
+                raise ConvergenceError("gravity", "the wall keeps moving under its own weight")
             for following in self._after(state):
                 state = following
                 yield state
@@ -440,7 +442,7 @@ class Pushover:
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
             if phase == "displacement" and bond is None:
                 first = as_before(model, here, first, model.on_its_contacts(before))
-            iterate = solve_increment(model, self.system, here, first, self.newton, PASSES)
+            iterate = solve_increment(model, self.system, here, first, self.newton)
             spent += iterate.number
             turned = largest_turn(self.model, predicted, iterate.displacement)
             allowed = (
