@@ -55,10 +55,12 @@ def solve_associative(
     shift: FloatArray | None = None,
     live_weight: float = 1.0,
     tolerance: float = TOLERANCE,
+    seconds: float = np.inf,
 ) -> ConicSolution:
     """Maximise live_weight lambda - sum s N, with a shift s (p,) in m/s at unit live-load power (none: 0).
 
-    Raises InfeasibleError, UnboundedError, or ConvergenceError when the solver stops short of ACCEPTED tolerance.
+    Raises InfeasibleError, UnboundedError, or ConvergenceError when the solver stops short of ACCEPTED tolerance or
+    takes more than so many seconds.
     """
     slopes = equilibrium.friction
     rubbing = slopes >= FRICTIONLESS
@@ -66,11 +68,11 @@ def solve_associative(
     if shift is not None:
         objective[::3] = equilibrium.live_total * shift
     cones, rows, offset = _coulomb_cones(rubbing, slopes)
-    return _solve(equilibrium, objective, live_weight, rows, offset, cones, tolerance, "limit analysis")
+    return _solve(equilibrium, objective, live_weight, rows, offset, cones, tolerance, "limit analysis", seconds)
 
 
 def solve_given_normals(
-    equilibrium: SpaceEquilibrium, normal: FloatArray, tolerance: float = TOLERANCE
+    equilibrium: SpaceEquilibrium, normal: FloatArray, tolerance: float = TOLERANCE, seconds: float = np.inf
 ) -> ConicSolution:
     """Maximise lambda with friction mu N^ for given normal forces N^ (p,) in N: a mechanism without dilation."""
     radius = equilibrium.friction * np.maximum(normal, 0.0) / equilibrium.weight_scale
@@ -93,7 +95,7 @@ def solve_given_normals(
         cones += [clarabel.SecondOrderConeT(3)] * len(sliding)
     rows, offset = sp.vstack(blocks, format="csc"), np.concatenate(offsets)
     rows.eliminate_zeros()
-    return _solve(equilibrium, np.zeros(3 * len(radius)), 1.0, rows, offset, cones, tolerance, "mechanism")
+    return _solve(equilibrium, np.zeros(3 * len(radius)), 1.0, rows, offset, cones, tolerance, "mechanism", seconds)
 
 
 def gravity_forces(equilibrium: SpaceEquilibrium, stiffness: FloatArray, tolerance: float = 1e-8) -> FloatArray:
@@ -160,6 +162,7 @@ def _solve(
     cones: Sequence[object],
     tolerance: float,
     stage: str,
+    seconds: float,
 ) -> ConicSolution:
     """Maximise live_weight lambda - objective . q under equilibrium and the cones."""
     scale, weight, live_total = equilibrium.row_scale, equilibrium.weight_scale, equilibrium.live_total
@@ -168,8 +171,8 @@ def _solve(
     A = sp.bmat([[B, f_L], [rows, None]], format="csc")
     b = np.concatenate([-scale * equilibrium.dead_load / weight, offset])
     q = np.append(objective, -live_weight)
-    solver = _solver(sp.csc_matrix(2 * (A.shape[1],)), q, A, b, [clarabel.ZeroConeT(B.shape[0]), *cones], tolerance)
-    solution = _solved(solver, stage)
+    every = [clarabel.ZeroConeT(B.shape[0]), *cones]
+    solution = _solved(_solver(sp.csc_matrix(2 * (A.shape[1],)), q, A, b, every, tolerance, seconds), stage)
     velocities = np.array(solution.z[: B.shape[0]]) * scale
     velocities = (velocities / (equilibrium.live_load @ velocities)).reshape(-1, 6)
     return ConicSolution(
@@ -184,12 +187,19 @@ def _solve(
 
 
 def _solver(
-    P: sp.csc_matrix, objective: FloatArray, A: sp.csc_matrix, b: FloatArray, cones: Sequence[object], tolerance: float
+    P: sp.csc_matrix,
+    objective: FloatArray,
+    A: sp.csc_matrix,
+    b: FloatArray,
+    cones: Sequence[object],
+    tolerance: float,
+    seconds: float = np.inf,
 ) -> clarabel.DefaultSolver:
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.presolve_enable = False
     settings.max_threads = 1
+    settings.time_limit = max(seconds, 0.1)
     settings.direct_solve_method = "qdldl"
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     accepted = ACCEPTED * tolerance

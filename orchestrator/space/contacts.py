@@ -54,9 +54,9 @@ class Ignored:
 class Interfaces:
     """k joints and their p contact points, as arrays (block numbers are positions in `wall.blocks`, not ids).
 
-    block_i, block_j (k,); normal (k, 3) from i to j; tangents (k, 2, 3), with the normal a right-handed frame; area (k,)
-    in m2; centroid (k, 3) in m; friction (k,). point (p, 3) in m: corners of the joints' hulls, joint by joint; joint
-    (p,) the number of the joint of each. outlines: the joints' outlines (v, 3), for pictures.
+    block_i, block_j (k,); normal (k, 3) from i to j; tangents (k, 2, 3), with the normal a right-handed frame; area
+    (k,) in m2; centroid (k, 3) in m; friction (k,). point (p, 3) in m: corners of the joints' hulls, joint by joint;
+    joint (p,) the number of the joint of each. outlines: the joints' outlines (v, 3), for pictures.
     """
 
     block_i: IntArray
@@ -108,8 +108,8 @@ class _Region:
 
 
 def find_joints(wall: SpaceWall, settings: ContactSettings | None = None) -> SpaceAssemblage:
-    """Return the assemblage of a wall: joints sorted by block i, block j; two supports have none. Raises CaseError for a
-    block that no chain of joints connects to a support."""
+    """Return the assemblage of a wall: joints sorted by block i, block j; two supports have none. Raises CaseError for
+    a block that no chain of joints connects to a support."""
     settings = settings or ContactSettings()
     faces = [_faces(wall, number) for number in range(len(wall.blocks))]
     length = np.cbrt(wall.weights / np.array([block.unit_weight for block in wall.blocks]))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from annotated_types import Gt, MinLen
+from annotated_types import Ge, Gt, Le, MinLen
 
 from orchestrator.errors import CaseError
 from orchestrator.masonry.wall import FloatArray, read_only
@@ -71,6 +71,8 @@ class SpaceLoadSettings:
     """forces on named blocks, each a table [[load.live]]; for "per_block" only"""
     dead: tuple[SpaceDeadLoad, ...] = ()
     """besides weight, each a table [[load.dead]]"""
+    directions: Annotated[int, Ge(0), Le(360)] = 0
+    """besides, so many directions in plan all round: table and polar plot of the multiplier"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -128,10 +130,10 @@ def loads_on(wall: SpaceWall, settings: SpaceLoadSettings | None = None) -> Spac
         along = unit_vector(load.direction, f"load.dead.{number}.direction") if load.direction else -wall.up
         for k in _loaded(wall, load):
             point, length = top_of(wall, k)
-            size = load.force if load.force is not None else (load.line_load or 0.0) * length
-            dead[k] += _wrench(size * along, point - centroids[k])
+            each = load.force if load.force is not None else (load.line_load or 0.0) * length
+            dead[k] += _wrench(each * along, point - centroids[k])
             if load.inertia:
-                masses.append((k, point, size))
+                masses.append((k, point, each))
     if settings.distribution == "per_block":
         place = {block.id: k for k, block in enumerate(wall.blocks)}
         masses = [

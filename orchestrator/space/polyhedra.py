@@ -7,7 +7,6 @@ whose faces are plane and run counter-clockwise seen from outside, convex or not
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import shapely
@@ -234,7 +233,6 @@ def _inside(triangle: FloatArray, points: FloatArray) -> bool:
     return bool(inside.any())
 
 
-@cache
 def rotation(axis: tuple[float, float, float], angle: float) -> FloatArray:
     """Return the turn (3, 3) by `angle` (rad) about `axis`: Rodrigues' formula."""
     x, y, z = np.array(axis) / np.linalg.norm(axis)

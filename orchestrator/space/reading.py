@@ -30,8 +30,8 @@ from orchestrator.units import Unit
 
 TOP_KEYS = ("units", "up", "thickness", "unit_weight", "friction", "blocks", "mortar")
 BLOCK_KEYS = (
-    "id", "vertices", "faces", "polygon", "thickness", "depth", "offset", "fixed", "unit_weight", "material", "friction",
-)  # fmt: skip
+    "id", "vertices", "faces", "polygon", "thickness", "depth", "offset", "fixed", "unit_weight", "material",
+"friction", )  # fmt: skip
 UNITS = {"length": Unit("m"), "unit_weight": Unit("N/m3")}
 UP = {
     "x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0]), "z": np.array([0.0, 0.0, 1.0]),

@@ -114,7 +114,8 @@ def refuse_overlaps(wall: SpaceWall) -> None:
 
 
 def _apart(one: Polyhedron, normals: FloatArray, other: Polyhedron) -> bool:
-    """Return whether the plane of a face of `one` has all of it behind and all of `other` in front, but for rounding."""
+    """Return whether the plane of a face of `one` has all of it behind and all of `other` in front, but for
+    rounding."""
     slack = 1e-5 * min(one.size, other.size)
     behind = (normals @ one.vertices.T).max(axis=1)
     return bool(((normals @ other.vertices.T).min(axis=1) > behind - slack).any())

@@ -1,4 +1,5 @@
-"""Blocks in space for the tests: a block on the ground in any position, plane walls as prisms, and one call to analyse."""
+"""Blocks in space for the tests: a block on the ground in any position, plane walls as prisms, and one call to
+analyse."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Walls of stones whose plan is straight, L, U, T or a box, with corners that interlock.
 
-Stones are l x t x h; the courses run in turn: in even courses the facade (along x, from y = 0 to t) runs through, in odd
-courses the returns do. What is left at the end of a run is a cut stone. Lengths and heights in numbers of stones, so
-that a wall has no joint over a joint but where `straight_joints` asks for it.
+Stones are l x t x h; the courses run in turn: in even courses the facade (along x, from y = 0 to t) runs through, in
+odd courses the returns do. What is left at the end of a run is a cut stone. Lengths and heights in numbers of stones,
+so that a wall has no joint over a joint but where `straight_joints` asks for it.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def runs(start: float, end: float, length: float, first: float = 0.0) -> list[tu
 
 def of_courses(name: str, plans: list[list[Run]], stones: Stones) -> SpaceWall:
     """Return a wall from the plan of every course, on a base as deep as three courses that reaches beyond it."""
-    blocks = []
+    blocks: list[SpaceBlock] = []
     for course, plan in enumerate(plans):
         low, high = course * stones.height, (course + 1) * stones.height
         for x0, x1, y0, y1 in plan:
@@ -84,9 +84,9 @@ def ground(plan: list[Run], stones: Stones) -> SpaceBlock:
 
 def straight_wall(plan: Plan, stones: Stones) -> SpaceWall:
     """Running bond with half stones at the ends of odd courses."""
-    l, t, end = stones.length, stones.thickness, plan.facade * stones.length
-    even = [(a, b, 0.0, t) for a, b in runs(0.0, end, l)]
-    odd = [(a, b, 0.0, t) for a, b in runs(0.0, end, l, 0.5 * l)]
+    length, t, end = stones.length, stones.thickness, plan.facade * stones.length
+    even = [(a, b, 0.0, t) for a, b in runs(0.0, end, length)]
+    odd = [(a, b, 0.0, t) for a, b in runs(0.0, end, length, 0.5 * length)]
     return of_courses("straight wall", [odd if k % 2 else even for k in range(plan.courses)], stones)
 
 
@@ -102,30 +102,30 @@ def l_wall(plan: Plan, stones: Stones) -> SpaceWall:
 
 def _facade_with_returns(plan: Plan, stones: Stones, at: tuple[bool, bool]) -> Iterator[list[Run]]:
     """Yield the plan of every course; `at`: whether there is a return at the left and at the right end."""
-    l, t = stones.length, stones.thickness
-    end, back = plan.facade * l, t + plan.returns * l
+    length, t = stones.length, stones.thickness
+    end, back = plan.facade * length, t + plan.returns * length
     sides = [(0.0, t)] * at[0] + [(end - t, end)] * at[1]
     for course in range(plan.courses):
         if course % 2 == 0:
-            yield [(a, b, 0.0, t) for a, b in runs(0.0, end, l)] + [
-                (x0, x1, a, b) for x0, x1 in sides for a, b in runs(t, back, l)
+            yield [(a, b, 0.0, t) for a, b in runs(0.0, end, length)] + [
+                (x0, x1, a, b) for x0, x1 in sides for a, b in runs(t, back, length)
             ]
         else:
-            yield [(a, b, 0.0, t) for a, b in runs(t * at[0], end - t * at[1], l)] + [
-                (x0, x1, a, b) for x0, x1 in sides for a, b in runs(0.0, back, l)
+            yield [(a, b, 0.0, t) for a, b in runs(t * at[0], end - t * at[1], length)] + [
+                (x0, x1, a, b) for x0, x1 in sides for a, b in runs(0.0, back, length)
             ]
 
 
 def t_wall(plan: Plan, stones: Stones, straight_joints: bool = False) -> SpaceWall:
     """A facade with one return behind its middle. straight_joints: leave out the half stones at the facade's ends, so
     that a joint runs straight up one stone from each end."""
-    l, t, end = stones.length, stones.thickness, plan.facade * stones.length
-    left, right, back = 0.5 * (end - t), 0.5 * (end + t), t + plan.returns * l
-    half = 0.0 if straight_joints else 0.5 * l
-    facade = runs(0.0, left, l, half)
-    other = [(end - b, end - a) for a, b in _from_web(end - right, l, half)]
-    even = [(a, b, 0.0, t) for a, b in runs(0.0, end, l)] + [(left, right, a, b) for a, b in runs(t, back, l)]
-    odd = [(a, b, 0.0, t) for a, b in (*facade, *other)] + [(left, right, a, b) for a, b in runs(0.0, back, l)]
+    length, t, end = stones.length, stones.thickness, plan.facade * stones.length
+    left, right, back = 0.5 * (end - t), 0.5 * (end + t), t + plan.returns * length
+    half = 0.0 if straight_joints else 0.5 * length
+    facade = runs(0.0, left, length, half)
+    other = [(end - b, end - a) for a, b in _from_web(end - right, length, half)]
+    even = [(a, b, 0.0, t) for a, b in runs(0.0, end, length)] + [(left, right, a, b) for a, b in runs(t, back, length)]
+    odd = [(a, b, 0.0, t) for a, b in (*facade, *other)] + [(left, right, a, b) for a, b in runs(0.0, back, length)]
     return of_courses("T-shaped wall", [odd if k % 2 else even for k in range(plan.courses)], stones)
 
 
@@ -139,10 +139,10 @@ def _from_web(width: float, length: float, half: float) -> list[tuple[float, flo
 
 def box_wall(plan: Plan, stones: Stones) -> SpaceWall:
     """Four walls: `facade` stones by `returns` stones and two thicknesses."""
-    l, t = stones.length, stones.thickness
-    end, back = plan.facade * l, 2.0 * t + plan.returns * l
-    even = [(a, b, y, y + t) for y in (0.0, back - t) for a, b in runs(0.0, end, l)]
-    even += [(x, x + t, a, b) for x in (0.0, end - t) for a, b in runs(t, back - t, l)]
-    odd = [(x, x + t, a, b) for x in (0.0, end - t) for a, b in runs(0.0, back, l)]
-    odd += [(a, b, y, y + t) for y in (0.0, back - t) for a, b in runs(t, end - t, l)]
+    length, t = stones.length, stones.thickness
+    end, back = plan.facade * length, 2.0 * t + plan.returns * length
+    even = [(a, b, y, y + t) for y in (0.0, back - t) for a, b in runs(0.0, end, length)]
+    even += [(x, x + t, a, b) for x in (0.0, end - t) for a, b in runs(t, back - t, length)]
+    odd = [(x, x + t, a, b) for x in (0.0, end - t) for a, b in runs(0.0, back, length)]
+    odd += [(a, b, y, y + t) for y in (0.0, back - t) for a, b in runs(t, end - t, length)]
     return of_courses("box of four walls", [odd if k % 2 else even for k in range(plan.courses)], stones)
