@@ -42,6 +42,8 @@ TIGHT_BALANCE = 1e-11
 """The same for the state that is kept."""
 ASTRAY = 100.0
 """Times the first force out of balance from which Newton's method is given up."""
+RUNAWAY = 1e5
+"""Flow error of a step in which a block flies off: it held by nothing, and the step is refused."""
 NEWTON_STEPS, HALVINGS, FAILURES = 16, 6, 20
 LEAST_STIFFNESS = 1e-8
 """Part of its spring's that an open point has in the matrix: a block that hangs free for a moment is held."""
@@ -131,11 +133,11 @@ def push(
         tolerance = TIGHT_BALANCE if flow < 1e3 * FLOW else BALANCE
         pushed, steps = _newton(springs, last.forces, last.multiplier, h * velocities, h, NEWTON_STEPS, tolerance)
         used += steps
-        if not pushed.error < 10.0 * BALANCE:
+        reached = _flow(springs, pushed, pushed.displacements / h)
+        if not (pushed.error < 10.0 * BALANCE and reached < RUNAWAY):
             h, failures = 0.25 * h, failures + 1
             continue
-        last, velocities, failures = pushed, pushed.displacements / h, 0
-        flow = _flow(springs, last, velocities)
+        last, velocities, flow, failures = pushed, pushed.displacements / h, reached, 0
         path.append(last.multiplier * equilibrium.weight_scale / equilibrium.live_total)
         report(f"λ {path[-1]:.4f}, {used} factorisations, flow error {flow:.0e}")
         if flow <= FLOW and last.error <= 100 * TIGHT_BALANCE:

@@ -128,6 +128,8 @@ def _mean_distance(outline: FloatArray, area: float) -> float:
     G(t) = (t sqrt(1 + t^2) + asinh t) / 2.
     """
     start, end = outline, np.roll(outline, -1, axis=0)
+    whole = np.linalg.norm(end - start, axis=1) > 0
+    start, end = start[whole], end[whole]
     run = end - start
     length = np.linalg.norm(run, axis=1)
     height = (start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]) / length

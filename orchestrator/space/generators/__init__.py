@@ -7,6 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from orchestrator.space.generators.shapes import Plan, Stones, box_wall, l_wall, straight_wall, t_wall, u_wall
+from orchestrator.space.generators.vaults import Barrel, Column, Dome, Material, barrel_vault, dome, drum_column
+from orchestrator.space.generators.walls import (
+    Gable,
+    Leaves,
+    Openings,
+    Setbacks,
+    buttressed_wall,
+    gable,
+    two_leaf_wall,
+    wall_with_openings,
+)
 from orchestrator.space.wall import SpaceWall
 
 
@@ -24,6 +35,13 @@ GENERATORS = {
     "u": Generator(u_wall, (Plan, Stones)),
     "t": Generator(t_wall, (Plan, Stones)),
     "box": Generator(box_wall, (Plan, Stones)),
+    "openings": Generator(wall_with_openings, (Plan, Openings, Stones)),
+    "gable": Generator(gable, (Gable, Stones)),
+    "buttress": Generator(buttressed_wall, (Plan, Setbacks, Stones)),
+    "two_leaf": Generator(two_leaf_wall, (Leaves, Stones)),
+    "column": Generator(drum_column, (Column, Material)),
+    "barrel": Generator(barrel_vault, (Barrel, Material)),
+    "dome": Generator(dome, (Dome, Material)),
 }
 """generators by the name that a case file gives them"""
 
