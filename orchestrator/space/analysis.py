@@ -40,6 +40,8 @@ SHIFTS, TURNS = 40, 6
 SHARES = (0.5, 0.65, 0.85, 0.9)
 """Parts of the time after which the first push, the second, the shift and the descents end at the latest."""
 DEPTH_POWER = 2.0
+PUSHES = ("elastic joints", "elastic joints, equal springs")
+"""names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +94,10 @@ class SpaceAnalysis:
 
     @property
     def headline(self) -> SpaceState | None:
-        """The end of the first push if it is a state, else the lowest state found."""
+        """The end of the first push that is a state, else the lowest state found."""
         found = [state for state in self.states if state.valid]
-        if self.states and self.states[0].valid:
-            return self.states[0]
+        if pushes := [state for state in found if state.name in PUSHES]:
+            return pushes[0]
         return min(found, key=lambda state: state.load_multiplier, default=None)
 
     @property
@@ -188,12 +190,12 @@ class _Search:
 
     def states(self) -> Iterator[SpaceState]:
         """Yield the first push, whatever it ended as, then what else is found."""
-        first = self._push("elastic joints", DEPTH_POWER, SHARES[0])
-        yield self._of_push("elastic joints", first)
+        first = self._push(PUSHES[0], DEPTH_POWER, SHARES[0])
+        yield self._of_push(PUSHES[0], first)
         starts = [("elastic joints", first.slip)]
-        if first.converged:  # else the time is better spent on closing what it has come to
-            second = self._push("elastic joints, equal springs", 0.0, SHARES[1])
-            yield self._of_push("elastic joints, equal springs", second)
+        if perf_counter() < self._until(0.8 * SHARES[0]):  # else time is better spent on closing what it has come to
+            second = self._push(PUSHES[1], 0.0, SHARES[1])
+            yield self._of_push(PUSHES[1], second)
             starts.append(("equal springs", second.slip))
         for name, slip in starts:
             yield from self._closed(name, slip, self._until(SHARES[2]))
@@ -257,9 +259,14 @@ def _state(
 
 
 def _remarks(states: list[SpaceState]) -> list[str]:
-    """Say what the figures do not: no headline, or nothing at all."""
+    """Say what the figures do not: which push the headline is not, and how near to a state one came where none is."""
     if states[0].valid:
         return []
+    why = f"the push on elastic joints found no state ({states[0].error})"
     if any(state.valid for state in states):
-        return [f"WARNING: the push on elastic joints found no state ({states[0].error}); lowest state found instead"]
-    return [f"WARNING: no state without dilation found ({states[0].error}); the associative multiplier is a bound"]
+        other = any(state.valid and state.name in PUSHES for state in states)
+        instead = "that with equal springs did" if other else "the headline is the lowest state found otherwise"
+        return [f"WARNING: {why}; {instead}"]
+    near = min(states, key=lambda state: state.validation.flow)
+    nearest = f"nearest to one: λ {near.load_multiplier:.4f}, {near.validation.flow:.0e} of its power out of balance"
+    return [f"WARNING: no state without dilation found: {why}; {nearest}; the associative multiplier is a bound"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
@@ -12,7 +13,7 @@ from annotated_types import Ge, Gt, Le
 from orchestrator.errors import CaseError
 from orchestrator.masonry.wall import read_only
 from orchestrator.space.generators.shapes import Plan, Run, Stones, ground, of_courses, runs
-from orchestrator.space.polyhedra import box, prism
+from orchestrator.space.polyhedra import box, prism, volume_of
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
 SLIVER = 0.3
@@ -104,14 +105,15 @@ def _around(cuts: list[float], holes: list[tuple[float, float]], length: float) 
     inner = [x for x in cuts[1:-1] if min(abs(x - end) for end in ends) > SLIVER * length]
     places = sorted({*ends, *inner})
     found = []
-    for a, b in zip(places[:-1], places[1:], strict=True):
+    for a, b in pairwise(places):
         if b - a > 1e-9 * length and not any(x0 <= 0.5 * (a + b) <= x1 for x0, x1 in holes):
             found.append((a, b))
     return found
 
 
 def gable(shape: Gable, stones: Stones) -> SpaceWall:
-    """A triangle in running bond, its stones cut along the slopes; slivers at the slopes are part of their neighbours."""
+    """A triangle in running bond, its stones cut along the slopes; slivers at the slopes are part of their
+    neighbours."""
     length, t, h = stones.length, stones.thickness, stones.height
     wide, high = shape.width * length, shape.courses * h
     slopes = shapely.Polygon([(0.0, 0.0), (wide, 0.0), (0.5 * wide, high)])
@@ -123,7 +125,7 @@ def gable(shape: Gable, stones: Stones) -> SpaceWall:
         top = inset + 0.5 * wide / shape.courses
         inner = [x for x in cuts if top + SLIVER * length < x < wide - top - SLIVER * length]
         places = [inset, *inner, wide - inset]
-        for a, b in zip(places[:-1], places[1:], strict=True):
+        for a, b in pairwise(places):
             stone = slopes.intersection(shapely.box(a, course * h, b, (course + 1) * h))
             corners = shapely.get_coordinates(shapely.normalize(stone).simplify(1e-9 * length))[:-1]
             body = prism(corners, np.zeros(3), axes)
@@ -165,8 +167,8 @@ def two_leaf_wall(leaves: Leaves, stones: Stones) -> SpaceWall:
 def between_floors(courses: int, stones: Stones, load: float, turning: bool) -> SpaceWall:
     """A wall one stone long between a ground and a slab of `load` times the wall's weight, for checks.
 
-    The slab is guided by four walls without friction: it may rise, but not move sideways; `turning`: it is a narrow bar
-    on the wall's axis, so that the wall's top turns freely, else it is wide and cannot turn.
+    The slab is guided by four walls without friction: it may rise, but not move sideways; `turning`: it stands on a narrow
+    foot on the wall's axis, so that the wall's top turns freely, else it is wide and cannot turn.
     """
     length, t, h = stones.length, stones.thickness, stones.height
     blocks = [SpaceBlock(0, box((-length, -t, -h), (2 * length, 2 * t, 0.0)), fixed=True)]
@@ -174,9 +176,12 @@ def between_floors(courses: int, stones: Stones, load: float, turning: bool) -> 
         shape = box((0.0, 0.0, k * h), (length, t, (k + 1) * h))
         blocks.append(SpaceBlock(len(blocks), shape, unit_weight=stones.unit_weight))
     top, weight = courses * h, courses * length * t * h * stones.unit_weight
-    half = 1e-4 * t if turning else 2.0 * t
-    slab = box((0.0, 0.5 * t - half, top), (length, 0.5 * t + half, top + h))
-    blocks.append(SpaceBlock(len(blocks), slab, unit_weight=load * weight / (2 * half * length * h)))
+    foot, half = (1e-4 * t, 0.5 * t) if turning else (2.0 * t, 2.0 * t)
+    outline = np.array([[-foot, 0.0], [foot, 0.0], [half, 0.5 * h], [half, h], [-half, h], [-half, 0.5 * h]])
+    slab = prism(
+        outline, np.array([0.0, 0.5 * t, top]), np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [length, 0.0, 0.0]])
+    )
+    blocks.append(SpaceBlock(len(blocks), slab, unit_weight=load * weight / volume_of(slab)))
     for y0, y1 in ((0.5 * t - half - h, 0.5 * t - half), (0.5 * t + half, 0.5 * t + half + h)):
         shape = box((-length, y0, top + 0.25 * h), (2 * length, y1, top + 5 * h))
         blocks.append(SpaceBlock(len(blocks), shape, fixed=True, friction=1e-8))
