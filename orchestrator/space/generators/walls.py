@@ -167,8 +167,8 @@ def two_leaf_wall(leaves: Leaves, stones: Stones) -> SpaceWall:
 def between_floors(courses: int, stones: Stones, load: float, turning: bool) -> SpaceWall:
     """A wall one stone long between a ground and a slab of `load` times the wall's weight, for checks.
 
-    The slab is guided by four walls without friction: it may rise, but not move sideways; `turning`: it stands on a narrow
-    foot on the wall's axis, so that the wall's top turns freely, else it is wide and cannot turn.
+    The slab is guided by four walls without friction: it may rise, but not move sideways; `turning`: it stands on a
+    narrow foot on the wall's axis, so that the wall's top turns freely, else it is wide and cannot turn.
     """
     length, t, h = stones.length, stones.thickness, stones.height
     blocks = [SpaceBlock(0, box((-length, -t, -h), (2 * length, 2 * t, 0.0)), fixed=True)]
