@@ -36,7 +36,8 @@ def read_step(path: Path, length: float | None, material: SpaceMaterial) -> Spac
             gmsh.model.occ.synchronize()
             size = _largest_size()
             gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-            gmsh.option.setNumber("Mesh.MeshSizeMin", size)
+            gmsh.option.setNumber("Mesh.MeshSizeMin", 0.0)
+            gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
             gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", CURVED)
             gmsh.model.mesh.generate(2)
         except Exception as error:  # gmsh raises nothing more special
