@@ -72,7 +72,7 @@ def scene(
     corners = np.vstack([block.shape.vertices for block in wall.blocks if not block.fixed])
     low, high = corners.min(axis=0), corners.max(axis=0)
     centre, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
-    count = len(wall.blocks)
+    count, centroids = len(wall.blocks), wall.centroids
     scale = 0.0 if velocities is None else FARTHER * amplitude(assemblage, velocities)
     motion = np.zeros((count, 6)) if velocities is None else scale * velocities
     body = np.zeros(count, dtype=np.int64) if mechanism is None else mechanism.body
@@ -85,7 +85,7 @@ def scene(
         | {
             "id": block.id,
             "colour": SUPPORT if block.fixed else STONE if not own else BODIES[(int(own) - 1) % len(BODIES)],
-            "centre": np.round((wall.centroids[k] - centre) / size, 5),
+            "centre": np.round((centroids[k] - centre) / size, 5),
             "move": np.round(np.concatenate([motion[k, :3] / size, motion[k, 3:]]), 6),
             "fixed": block.fixed,
         }

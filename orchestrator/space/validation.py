@@ -56,12 +56,11 @@ def validate(
     """Check forces (p, 3) in N (normal, two shears, on block j) with velocities (n, 6) of all blocks at unit live-load
     power, supports at rest."""
     wall, joints = assemblage.wall, assemblage.joints
+    centroids = wall.centroids
     of = joints.joint
     i, j = joints.block_i[of], joints.block_j[of]
     force = forces[:, :1] * joints.normal[of] + np.einsum("pk,pki->pi", forces[:, 1:], joints.tangents[of])
-    motion = _velocity(wall.centroids, velocities, j, joints.point) - _velocity(
-        wall.centroids, velocities, i, joints.point
-    )
+    motion = _velocity(centroids, velocities, j, joints.point) - _velocity(wall.centroids, velocities, i, joints.point)
     opening = np.einsum("pi,pi->p", motion, joints.normal[of])
     slip = motion - opening[:, None] * joints.normal[of]
     shear = force - forces[:, :1] * joints.normal[of]
@@ -74,7 +73,7 @@ def validate(
     scale = max(abs(multiplier), 1e-6) * abs(live_power)
     excess = max(float(-forces[:, 0].min(initial=0.0)), float((sheared - limit).max(initial=0.0)))
     largest = max(
-        float(np.linalg.norm(_velocity(wall.centroids, velocities, k, block.shape.vertices), axis=1).max())
+        float(np.linalg.norm(_velocity(centroids, velocities, k, block.shape.vertices), axis=1).max())
         for k, block in enumerate(wall.blocks)
     )
     misdirected = np.maximum(limit * sliding + np.einsum("pi,pi->p", shear, slip), 0.0)
@@ -96,9 +95,10 @@ def _out_of_balance(assemblage: SpaceAssemblage, loads: SpaceLoads, multiplier: 
     """Return the largest force, or moment over a block's size, that is missing on a free block, over the total
     weight."""
     wall, joints = assemblage.wall, assemblage.joints
+    centroids = wall.centroids
     total = loads.dead + multiplier * loads.live
     for sign, block in ((-1.0, joints.block_i[joints.joint]), (1.0, joints.block_j[joints.joint])):
-        moment = np.cross(joints.point - wall.centroids[block], force)
+        moment = np.cross(joints.point - centroids[block], force)
         np.add.at(total, block, sign * np.hstack([force, moment]))
     free = ~wall.fixed
     sizes = np.array([block.shape.size for block in wall.blocks])[free]
