@@ -3,8 +3,8 @@
     .venv/bin/python benchmarks/space.py [SECONDS]
 
 Writes benchmarks/space.csv: blocks, joints, seconds for check, joints, associative program (corners), the push to the
-headline (with at most SECONDS, default 100), multipliers, flow error of the push, peak memory. Prints the exponents of a
-power law through the walls.
+headline (with at most SECONDS, default 100), multipliers, flow error of the push, peak memory. Prints the exponents of
+a power law through the walls.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.wall import check_wall
 
-PLANS = (Plan(4, 2, 6), Plan(4, 2, 8), Plan(6, 4, 12), Plan(8, 5, 18), Plan(10, 6, 24), Plan(14, 8, 34), Plan(20, 12, 45))
+SIZES = ((4, 2, 6), (4, 2, 8), (6, 4, 12), (8, 5, 18), (10, 6, 24), (14, 8, 34), (20, 12, 45))
+"""stones of the facade, stones of a return, courses"""
 
 
 def measured(plan: Plan, seconds: float) -> dict[str, float]:
@@ -60,8 +61,8 @@ def main() -> None:
     """Measure all walls, smallest first, and write after each."""
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 100.0
     rows = []
-    for plan in PLANS:
-        rows.append({name: round(value, 7) for name, value in measured(plan, seconds).items()})
+    for size in SIZES:
+        rows.append({name: round(value, 7) for name, value in measured(Plan(*size), seconds).items()})
         print(rows[-1], flush=True)
         with (Path(__file__).parent / "space.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, list(rows[0]))

@@ -22,10 +22,16 @@ from orchestrator.space.contacts import ContactSettings
 from orchestrator.space.generators import GENERATORS, build
 from orchestrator.space.loads import SpaceLoadSettings
 from orchestrator.space.reading import LARGEST_FILE, is_in_space, read_wall
+from orchestrator.space.ties import TieSettings
 from orchestrator.space.wall import SpaceWall
 from orchestrator.units import Unit
 
-SECTIONS = {"load": SpaceLoadSettings, "contact": ContactSettings, "limit_analysis": SpaceLimitSettings}
+SECTIONS = {
+    "load": SpaceLoadSettings,
+    "contact": ContactSettings,
+    "reinforcement": TieSettings,
+    "limit_analysis": SpaceLimitSettings,
+}
 IN_PLANE = ("+x", "-x")
 
 
@@ -48,6 +54,7 @@ class SpaceCase:
     file: Path
     load: SpaceLoadSettings = field(default_factory=SpaceLoadSettings)
     contact: ContactSettings = field(default_factory=ContactSettings)
+    reinforcement: TieSettings = field(default_factory=TieSettings)
     limit_analysis: SpaceLimitSettings = field(default_factory=SpaceLimitSettings)
 
 

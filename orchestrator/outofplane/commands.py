@@ -23,6 +23,7 @@ from orchestrator.space.analysis import BRACKET, SpaceAnalysis, SpaceState, anal
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
 from orchestrator.space.loads import direction_of, loads_on
 from orchestrator.space.mechanism import Mechanism, mechanism_of
+from orchestrator.space.ties import with_ties
 from orchestrator.space.wall import check_wall
 
 LISTED = 5
@@ -33,7 +34,7 @@ def assemblage_of(case: SpaceCase) -> SpaceAssemblage:
     """Check the wall of a case and find its joints. Raises CaseError."""
     with naming(case.file):
         check_wall(case.wall)
-        return find_joints(case.wall, case.contact)
+        return with_ties(find_joints(case.wall, case.contact), case.reinforcement.ties)
 
 
 def check(path: Path, overrides: list[str], output: Path, console: Console) -> int:

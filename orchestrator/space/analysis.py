@@ -35,7 +35,7 @@ from orchestrator.units import Unit
 Report = Callable[[str], None]
 BRACKET = 0.01
 """Relative difference of the multipliers with both torsions from which both are reported."""
-SHIFTS, TURNS = 40, 6
+SHIFTS, TURNS = 25, 6
 """Programs of the dilation shift, turns of a descent at most."""
 SHARES = (0.5, 0.65, 0.85, 0.9)
 """Parts of the time after which the first push, the second, the shift and the descents end at the latest."""

@@ -65,12 +65,10 @@ def solve_associative(
     Raises InfeasibleError, UnboundedError, or ConvergenceError when the solver stops short of ACCEPTED tolerance or
     takes more than so many seconds.
     """
-    slopes = equilibrium.friction
-    rubbing = slopes >= FRICTIONLESS
-    objective = np.zeros(3 * len(slopes))
+    objective = np.zeros(3 * len(equilibrium.friction))
     if shift is not None:
         objective[::3] = equilibrium.live_total * shift
-    cones, rows, offset = _coulomb_cones(rubbing, slopes)
+    cones, rows, offset = _coulomb_cones(equilibrium)
     return _solve(equilibrium, objective, live_weight, rows, offset, cones, tolerance, "limit analysis", seconds)
 
 
@@ -96,6 +94,7 @@ def solve_given_normals(
         blocks.append(_rows(column, value, len(radius)))
         offsets.append(np.column_stack([radius[sliding], np.zeros((len(sliding), 2))]).ravel())
         cones += [clarabel.SecondOrderConeT(3)] * len(sliding)
+    _limit_ties(equilibrium, blocks, offsets, cones)
     rows, offset = sp.vstack(blocks, format="csc"), np.concatenate(offsets)
     rows.eliminate_zeros()
     return _solve(equilibrium, np.zeros(3 * len(radius)), 1.0, rows, offset, cones, tolerance, "mechanism", seconds)
@@ -108,8 +107,7 @@ def gravity_forces(equilibrium: SpaceEquilibrium, stiffness: FloatArray, toleran
     """
     scale, weight = equilibrium.row_scale, equilibrium.weight_scale
     B = sp.diags(scale) @ equilibrium.matrix
-    slopes = equilibrium.friction
-    cones, rows, offset = _coulomb_cones(slopes >= FRICTIONLESS, slopes)
+    cones, rows, offset = _coulomb_cones(equilibrium)
     A = sp.vstack([B, rows], format="csc")
     b = np.concatenate([-scale * equilibrium.dead_load / weight, offset])
     P = sp.diags(np.repeat(stiffness.mean() / stiffness, 3), format="csc")
@@ -122,8 +120,7 @@ def missing_support(equilibrium: SpaceEquilibrium) -> tuple[float, FloatArray]:
     and the motion (m, 6) it would make: the dual, in which gravity does that much work."""
     scale, weight = equilibrium.row_scale, equilibrium.weight_scale
     B = sp.diags(scale) @ equilibrium.matrix
-    slopes = equilibrium.friction
-    cones, rows, offset = _coulomb_cones(slopes >= FRICTIONLESS, slopes)
+    cones, rows, offset = _coulomb_cones(equilibrium)
     r, count = sp.identity(len(scale)), B.shape[1]
     A = sp.bmat([[B, r, -r], [rows, None, None], [None, -r, None], [None, None, -r]], format="csc")
     b = np.concatenate([-scale * equilibrium.dead_load / weight, offset, np.zeros(2 * len(scale))])
@@ -139,9 +136,10 @@ def _rows(columns: np.ndarray, values: FloatArray | float, points: int) -> sp.cs
     return sp.csc_matrix((data, (np.arange(len(columns)), columns)), shape=(len(columns), 3 * points))
 
 
-def _coulomb_cones(rubbing: np.ndarray, slopes: FloatArray) -> tuple[list[object], sp.csc_matrix, FloatArray]:
-    """Return cones, rows and right side of ||T|| <= mu N; a frictionless point has N >= 0 and T = 0."""
-    points = np.arange(len(slopes))
+def _coulomb_cones(equilibrium: SpaceEquilibrium) -> tuple[list[object], sp.csc_matrix, FloatArray]:
+    """Return cones, rows and right side of ||T|| <= mu N; a frictionless point has N >= 0 and T = 0; ties N <= F_y."""
+    slopes = equilibrium.friction
+    rubbing, points = slopes >= FRICTIONLESS, np.arange(len(slopes))
     smooth = points[~rubbing]
     column = (3 * points[rubbing, None] + np.arange(3)).ravel()
     value = -np.column_stack([slopes[rubbing], np.ones((len(points) - len(smooth), 2))]).ravel()
@@ -151,8 +149,20 @@ def _coulomb_cones(rubbing: np.ndarray, slopes: FloatArray) -> tuple[list[object
         both = np.concatenate([3 * smooth + 1, 3 * smooth + 2])
         blocks += [_rows(3 * smooth, -1.0, len(slopes)), _rows(both, 1.0, len(slopes))]
         cones += [clarabel.NonnegativeConeT(len(smooth)), clarabel.ZeroConeT(len(both))]
-    rows = sp.vstack(blocks, format="csc")
-    return cones, rows, np.zeros(rows.shape[0])
+    offset = [np.zeros(sum(block.shape[0] for block in blocks))]
+    _limit_ties(equilibrium, blocks, offset, cones)
+    return cones, sp.vstack(blocks, format="csc"), np.concatenate(offset)
+
+
+def _limit_ties(
+    equilibrium: SpaceEquilibrium, blocks: list[sp.csc_matrix], offset: list[FloatArray], cones: list[object]
+) -> None:
+    """Add N <= F_y of ties to rows, right sides and cones."""
+    ties = np.flatnonzero(np.isfinite(equilibrium.capacity))
+    if len(ties):
+        blocks.append(_rows(3 * ties, 1.0, len(equilibrium.capacity)))
+        offset.append(equilibrium.capacity[ties] / equilibrium.weight_scale)
+        cones.append(clarabel.NonnegativeConeT(len(ties)))
 
 
 def _solve(

@@ -58,8 +58,9 @@ class Interfaces:
     """k joints and their p contact points, as arrays (block numbers are positions in `wall.blocks`, not ids).
 
     block_i, block_j (k,); normal (k, 3) from i to j; tangents (k, 2, 3), with the normal a right-handed frame; area
-    (k,) in m2; centroid (k, 3) in m; friction (k,). point (p, 3) in m: corners of the joints' hulls, joint by joint;
-    joint (p,) the number of the joint of each. outlines: the joints' outlines (v, 3), for pictures.
+    (k,) in m2; centroid (k, 3) in m; friction (k,); capacity (k,) in N: largest normal force (inf; finite for ties).
+    point (p, 3) in m: corners of the joints' hulls, joint by joint; joint (p,) the number of the joint of each.
+    outlines: the joints' outlines (v, 3), for pictures.
     """
 
     block_i: IntArray
@@ -69,9 +70,15 @@ class Interfaces:
     area: FloatArray
     centroid: FloatArray
     friction: FloatArray
+    capacity: FloatArray
     point: FloatArray
     joint: IntArray
     outlines: tuple[FloatArray, ...]
+
+    @property
+    def is_tie(self) -> np.ndarray:
+        """Which of them are ties (k,)."""
+        return np.isfinite(self.capacity)
 
     @property
     def count(self) -> int:
@@ -226,6 +233,7 @@ def _interfaces(wall: SpaceWall, found: list[tuple[int, int, _Region]]) -> Inter
             np.array([r.origin + c @ r.frame[:2] for (_, _, r), c in zip(found, centres, strict=True)]).reshape(-1, 3)
         ),
         friction=read_only(np.minimum(friction[i], friction[j])),
+        capacity=read_only(np.full(len(found), np.inf)),
         point=read_only(np.concatenate(hulls) if hulls else np.zeros((0, 3))),
         joint=read_only(np.repeat(np.arange(len(hulls)), [len(hull) for hull in hulls]), np.int64),
         outlines=tuple(

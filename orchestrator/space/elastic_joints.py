@@ -74,10 +74,12 @@ class Push:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Springs:
-    """The scaled problem: friction mu, stiffness k and smoothing m of the points (p,), dead and live load (6m,)."""
+    """The scaled problem: friction mu, capacity (ties), stiffness k and smoothing m of the points (p,), dead and live
+    load (6m,)."""
 
     contacts: ContactStiffness
     friction: FloatArray
+    capacity: FloatArray
     stiffness: FloatArray
     smoothing: FloatArray
     dead: FloatArray
@@ -177,6 +179,7 @@ def _springs(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffne
     return _Springs(
         contacts=ContactStiffness(assemblage, equilibrium),
         friction=equilibrium.friction,
+        capacity=equilibrium.capacity / equilibrium.weight_scale,
         stiffness=stiffness / stiffness.mean(),
         smoothing=SMOOTHING * np.sqrt(stiffness / stiffness.mean()),
         dead=scale * equilibrium.dead_load / equilibrium.weight_scale,
@@ -231,14 +234,19 @@ def _best(
 def _displaced(springs: _Springs, before: FloatArray, multiplier: float, displacements: FloatArray) -> _Pushed:
     """Return the forces after displacements (6m,) from forces `before` (p, 3)."""
     trial = before - springs.stiffness[:, None] * springs.contacts.rates(displacements)
-    forces, tangent = returned(trial, springs.friction, springs.smoothing)
+    forces, tangent = returned(trial, springs.friction, springs.smoothing, springs.capacity)
     unbalanced = springs.contacts.sums(forces) + multiplier * springs.live + springs.dead
     return _Pushed(multiplier, displacements, forces, tangent, unbalanced)
 
 
-def returned(trial: FloatArray, friction: FloatArray, smoothing: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return forces (p, 3) in Coulomb's cone from trials (p, 3), smoothed by (p,), and their derivative (p, 3, 3)."""
+def returned(
+    trial: FloatArray, friction: FloatArray, smoothing: FloatArray, capacity: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return forces (p, 3) in Coulomb's cone, normal ones up to the capacity (p,), from trials (p, 3), smoothed by
+    (p,), and their derivative (p, 3, 3)."""
     normal, d_normal = _positive(trial[:, 0], smoothing)
+    d_normal = np.where(normal < capacity, d_normal, 0.0)
+    normal = np.minimum(normal, capacity)
     size = np.linalg.norm(trial[:, 1:], axis=1)
     limit = friction * normal
     above, d_above = _positive(size + limit, smoothing)
@@ -271,7 +279,8 @@ def _flow(springs: _Springs, pushed: _Pushed, velocities: FloatArray) -> float:
     load's power."""
     rates, forces = springs.contacts.rates(velocities), pushed.forces
     slip = np.linalg.norm(rates[:, 1:], axis=1)
-    done = np.abs(forces[:, 0] * rates[:, 0]).sum()
+    yields = (forces[:, 0] >= springs.capacity) & (rates[:, 0] < 0)
+    done = np.abs(forces[:, 0] * rates[:, 0])[~yields].sum()
     done += np.maximum(
         springs.friction * forces[:, 0] * slip + np.einsum("pi,pi->p", forces[:, 1:], rates[:, 1:]), 0
     ).sum()

@@ -26,13 +26,15 @@ Torsion = Literal["corners", "uniform"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceEquilibrium:
-    """B (6m, 3p), f_D and f_L (6m,) in N and N m; friction (p,) of the points; free_blocks (m,) as positions in the
-    wall. row_scale (6m,): rows times this are forces, moments over a block's length. weight_scale (N): mean weight."""
+    """B (6m, 3p), f_D and f_L (6m,) in N and N m; friction (p,) and capacity (p,) in N of the points; free_blocks (m,)
+    as positions in the wall. row_scale (6m,): rows times this are forces, moments over a block's length.
+    weight_scale (N): mean weight."""
 
     matrix: sp.csc_matrix
     dead_load: FloatArray
     live_load: FloatArray
     friction: FloatArray
+    capacity: FloatArray
     free_blocks: IntArray
     row_scale: FloatArray
     weight_scale: float
@@ -73,6 +75,7 @@ def equilibrium_of(assemblage: SpaceAssemblage, loads: SpaceLoads, torsion: Tors
         dead_load=read_only(loads.dead[free].ravel()),
         live_load=read_only(loads.live[free].ravel()),
         friction=read_only(joints.friction[j]),
+        capacity=read_only(joints.capacity[j]),
         free_blocks=read_only(free, np.int64),
         row_scale=read_only(np.tile(np.repeat([1.0, 1.0 / length], 3), len(free))),
         weight_scale=float(weights.mean()),
@@ -101,7 +104,7 @@ def torsion_factors(joints: Interfaces) -> FloatArray:
     """
     factors = np.ones(joints.count)
     known: dict[tuple[float, ...], float] = {}
-    for k in range(joints.count):
+    for k in np.flatnonzero(~joints.is_tie):
         flat = (joints.outlines[k] - joints.centroid[k]) @ joints.tangents[k].T
         corners = (joints.corners(k) - joints.centroid[k]) @ joints.tangents[k].T
         distance = np.linalg.norm(corners, axis=1)

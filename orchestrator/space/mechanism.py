@@ -64,6 +64,7 @@ def mechanism_of(assemblage: SpaceAssemblage, loads: SpaceLoads, velocities: Flo
         ["opens", "hinges", "twists", "slides"],
         "rests",
     )
+    motion[joints.is_tie] = "rests"
     return Mechanism(
         motion=tuple(motion.tolist()),
         body=_bodies(assemblage, motion, speeds > limit),
@@ -92,7 +93,7 @@ def _point_velocity(
 def _bodies(assemblage: SpaceAssemblage, motion: np.ndarray, moves: np.ndarray) -> IntArray:
     """Number the groups of moving blocks that joints at rest connect, the largest first; 0 for blocks at rest."""
     joints, count = assemblage.joints, len(assemblage.wall.blocks)
-    together = (motion == "rests") & moves[joints.block_i] & moves[joints.block_j]
+    together = (motion == "rests") & ~joints.is_tie & moves[joints.block_i] & moves[joints.block_j]
     pairs = (joints.block_i[together], joints.block_j[together])
     group = connected_components(coo_matrix((np.ones(together.sum()), pairs), shape=(count, count)), directed=False)[1]
     numbers, sizes = np.unique(group[moves], return_counts=True)

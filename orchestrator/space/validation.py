@@ -67,11 +67,14 @@ def validate(
     limit = joints.friction[of] * np.maximum(forces[:, 0], 0.0)
     sliding, sheared = np.linalg.norm(slip, axis=1), np.linalg.norm(shear, axis=1)
     free = ~wall.fixed
+    capacity = joints.capacity[of]
+    yields = (forces[:, 0] > (1.0 - 1e-6) * capacity) & (opening < 0)  # a tie at its strength may lengthen
     live_power = float(np.sum(loads.live[free] * velocities[free]))
     dead_power = float(np.sum(loads.dead[free] * velocities[free]))
-    dissipated = float(-np.einsum("pi,pi->p", shear, slip).sum())
+    dissipated = float(-np.einsum("pi,pi->p", shear, slip).sum() - (forces[:, 0] * opening)[yields].sum())
     scale = max(abs(multiplier), 1e-6) * abs(live_power)
     excess = max(float(-forces[:, 0].min(initial=0.0)), float((sheared - limit).max(initial=0.0)))
+    excess = max(excess, float((forces[:, 0] - capacity).max(initial=0.0)))
     largest = max(
         float(np.linalg.norm(_velocity(centroids, velocities, k, block.shape.vertices), axis=1).max())
         for k, block in enumerate(wall.blocks)
@@ -80,8 +83,8 @@ def validate(
     return Validation(
         equilibrium=_out_of_balance(assemblage, loads, multiplier, force),
         yield_excess=excess / float(wall.weights[free].mean()),
-        flow=float(np.abs(forces[:, 0] * opening).sum() + misdirected.sum()) / scale,
-        interpenetration=float(-opening.min(initial=0.0)) / largest,
+        flow=float(np.abs(forces[:, 0] * opening)[~yields].sum() + misdirected.sum()) / scale,
+        interpenetration=float(-opening[~yields].min(initial=0.0)) / largest,
         power=abs(multiplier * live_power + dead_power - dissipated) / scale,
     )
 

@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from orchestrator.space.analysis import analyse
 from orchestrator.space.conic_program import solve_associative
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.equilibrium import equilibrium_of, torsion_factors
 from orchestrator.space.generators.shapes import Plan, Stones, box_wall, l_wall, straight_wall, t_wall, u_wall
-from orchestrator.space.loads import SpaceLoads, loads_on
+from orchestrator.space.loads import SpaceLoads, SpaceLoadSettings, loads_on
 from orchestrator.space.polyhedra import box, rotation
+from orchestrator.space.ties import Tie, with_ties
 from tests.verification.limit_analysis_cases import answers
 from tests.verification.space_walls import (
     associative,
@@ -213,3 +215,24 @@ def test_uniform_torsion_lowers_wide_facades_only():
     """Section A.3: U(4,2,8) stays at 0.34229, U(8,3,6) falls from 0.35567 to about 0.338."""
     assert associative(WALLS["U(4,2,8)"][0], "-y", "uniform").load_multiplier == pytest.approx(0.34229, abs=1e-4)
     assert associative(WALLS["U(8,3,6)"][0], "-y", "uniform").load_multiplier == pytest.approx(0.3376, abs=2e-3)
+
+
+@pytest.mark.parametrize(("strength", "expected"), [(50.0, 0.25), (1e9, 1.0)])
+def test_a_tie_holds_a_block_back(strength, expected):
+    """A block of 1 kN, 0.2 x 0.2 x 1 m, tied back at its top to a wall behind it: it turns when
+    lambda W h / 2 = W t / 2 + F_y h, that is 0.2 + 2 F_y / W, or its foot slides out under a strong tie: pressure at the
+    heel, moments about the tie lambda W h / 2 = W t / 2 + mu W h, lambda = 2 mu + t / h."""
+    weight = 0.2 * 0.2 * 20e3
+    block, wall = box((0.0, 0.0, 0.0), (0.2, 0.2, 1.0)), box((-1.0, 0.0, 0.0), (-0.8, 0.2, 2.0))
+    tied = wall_of([box((-3.0, -3.0, -1.0), (3.0, 3.0, 0.0)), wall, block], 0.4, supports=2)
+    tie = Tie(blocks=(1, 2), start=(-0.8, 0.1, 1.0), end=(0.0, 0.1, 1.0), strength=strength * weight / 2000)
+    assemblage = with_ties(find_joints(tied), (tie,))
+    loads = loads_on(tied, SpaceLoadSettings(direction="+x"))
+    analysis = analyse(assemblage, loads)
+    turning, sliding = 0.2 + 2 * tie.strength / weight, 2 * 0.4 + 0.2
+    assert min(turning, sliding) == pytest.approx(expected)
+    assert analysis.headline.load_multiplier == pytest.approx(expected, abs=1e-5)
+    assert analysis.associative.load_multiplier >= expected - 1e-6
+    assert not analysis.states[0].error
+    back = analyse(assemblage, loads_on(tied, SpaceLoadSettings(direction="-x")))
+    assert back.headline.load_multiplier == pytest.approx(0.2, abs=1e-5), "a tie does not push"
