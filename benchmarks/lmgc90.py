@@ -3,8 +3,8 @@
     python -m venv build/lmgc90 && build/lmgc90/bin/pip install compas_lmgc90
     .venv/bin/python benchmarks/lmgc90.py build/lmgc90/bin/python [block groove U T L]
 
-LMGC90 runs in a Python of its own (it is no dependency): this file calls itself there. Forces on all blocks grow in
-proportion to time, 4 s to 1.15 times the associative multiplier; the largest base shear over the weight is compared
+LMGC90 runs in a Python of its own (it is no dependency): this file calls itself there. Forces on all blocks grow with
+time, 4 s to 1.15 times the associative multiplier; the largest base shear over the weight is compared
 with the range. Blocks move while they are pushed, so it is 1 to 3 % above the first state. Writes
 benchmarks/lmgc90.csv.
 """

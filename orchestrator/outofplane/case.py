@@ -14,7 +14,7 @@ from typing import Annotated, Any
 from annotated_types import Gt
 
 from orchestrator.case import overridden, toml_record
-from orchestrator.errors import CaseError, naming
+from orchestrator.errors import CaseError
 from orchestrator.masonry.readers import json_in, refuse_what_is_not_utf8
 from orchestrator.sections import settings_from
 from orchestrator.space.analysis import SpaceLimitSettings
@@ -71,6 +71,13 @@ def spatial(path: Path, overrides: Sequence[str] = ()) -> bool:
         return file.is_file() and is_in_space(json_in(file, "a block file", LARGEST_FILE, "see docs/space.md"))
     except (CaseError, OSError, ValueError):
         return False
+
+
+def refuse_space(path: Path, overrides: Sequence[str], command: str) -> None:
+    """Raise CaseError for a case in space, which `command` does not take."""
+    if spatial(path, overrides):
+        problem = f"is a wall in space, which {command} does not take yet"
+        raise CaseError("", problem, "use check or limit, or a load in the wall's plane", str(path))
 
 
 def _is_direction(load: dict[str, Any]) -> bool:
@@ -139,6 +146,3 @@ def _wall(values: Any, path: Path) -> SpaceWall:
 
 def _part(values: dict[str, Any], kind: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if name in kind.__dataclass_fields__}
-
-
-__all__ = ["SpaceCase", "naming", "read", "spatial"]

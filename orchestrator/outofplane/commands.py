@@ -19,7 +19,7 @@ from orchestrator.masonry.wall import GRAVITY
 from orchestrator.outofplane import page, picture
 from orchestrator.outofplane.case import SpaceCase, read
 from orchestrator.results.files import plain, write_json
-from orchestrator.space.analysis import BRACKET, SpaceAnalysis, SpaceState, analyse
+from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
 from orchestrator.space.loads import direction_of, loads_on
 from orchestrator.space.mechanism import Mechanism, mechanism_of
@@ -153,14 +153,15 @@ def table(analysis: SpaceAnalysis) -> Table:
     """Return multipliers, base shears and residuals of the associative optimum and of all that was found."""
     title = f"Limit analysis in space, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.1f} s"
     result = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), title=title)
-    for column in ("", "multiplier", "base shear\nkN", "time\ns", "residuals:\nequilibrium", "\nflow", "\npower"):
+    for column in ("", "multiplier", "base shear\nkN", "time\ns", "residuals:\nbalance", "\nflow", "\npower"):
         result.add_column(column, justify="right" if column else "left", no_wrap=True)
     lowest = min((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
     highest = max((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
     named = {"associative (bound)": analysis.associative}
     other = "uniform" if analysis.torsion == "corners" else "corners"
-    for state in analysis.states[:2]:
-        named[state.name] = state
+    for state in analysis.states:
+        if state.name in PUSHES:
+            named[state.name.removeprefix(f"{PUSHES[0]}, ")] = state
     named |= {"lowest found": lowest, "highest found": highest} if lowest and highest else {}
     for name, state in named.items():
         result.add_row(name, *_row(state, analysis))
@@ -192,7 +193,8 @@ def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     rows.append(("without dilation, headline", f"{headline.load_multiplier:.4f}" if headline else "no state found"))
     if found:
         rows.append(("without dilation, lowest and highest found", f"{found[0]:.4f} to {found[1]:.4f}"))
-    rows.append(("base shear", f"{analysis.shown.load_multiplier * analysis.live_total / 1e3:.3f} kN"))
+    which = "base shear" if headline else "base shear (associative)"
+    rows.append((which, f"{analysis.shown.load_multiplier * analysis.live_total / 1e3:.3f} kN"))
     return rows
 
 

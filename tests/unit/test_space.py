@@ -368,6 +368,24 @@ def test_a_file_that_is_none(tmp_path):
         assert "; " in str(refused.value)
 
 
+@pytest.mark.parametrize("command", ["run", "segment", "study"])
+def test_commands_that_do_not_take_walls_in_space_say_so(command, block_file, capsys):
+    assert cli.main([command, str(block_file)]) == 2
+    assert f"is a wall in space, which {command} does not take yet; use check or limit" in capsys.readouterr().err
+
+
+def test_ties_of_a_case_file(tmp_path, block_file, capsys):
+    case = tmp_path / "tied.toml"
+    text = '[wall]\nblocks = "wall.json"\n[load]\ndirection = "+x"\n[[reinforcement.ties]]\nblocks = [0, {}]\n'
+    text += 'start = [-0.4, 0.25, -0.05]\nend = [0.0, 0.25, 0.0]\nstrength = "1 kN"\n'
+    case.write_text(text.format(1))
+    assert cli.main(["limit", str(case), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["associative"] > 1.5
+    case.write_text(text.format(7))
+    assert cli.main(["limit", str(case)]) == 2
+    assert "reinforcement.ties.0.blocks: [0, 7] are not two blocks; name two" in capsys.readouterr().err
+
+
 def test_two_blocks_of_one_id():
     with pytest.raises(CaseError, match="block 1: two blocks have this id"):
         check_wall(replace(WALL, blocks=(*WALL.blocks, SpaceBlock(1, CUBE))))

@@ -220,8 +220,8 @@ def test_uniform_torsion_lowers_wide_facades_only():
 @pytest.mark.parametrize(("strength", "expected"), [(50.0, 0.25), (1e9, 1.0)])
 def test_a_tie_holds_a_block_back(strength, expected):
     """A block of 1 kN, 0.2 x 0.2 x 1 m, tied back at its top to a wall behind it: it turns when
-    lambda W h / 2 = W t / 2 + F_y h, that is 0.2 + 2 F_y / W, or its foot slides out under a strong tie: pressure at the
-    heel, moments about the tie lambda W h / 2 = W t / 2 + mu W h, lambda = 2 mu + t / h."""
+    lambda W h / 2 = W t / 2 + F_y h, that is 0.2 + 2 F_y / W, or its foot slides out under a strong tie: pressure at
+    the heel, moments about the tie lambda W h / 2 = W t / 2 + mu W h, lambda = 2 mu + t / h."""
     weight = 0.2 * 0.2 * 20e3
     block, wall = box((0.0, 0.0, 0.0), (0.2, 0.2, 1.0)), box((-1.0, 0.0, 0.0), (-0.8, 0.2, 2.0))
     tied = wall_of([box((-3.0, -3.0, -1.0), (3.0, 3.0, 0.0)), wall, block], 0.4, supports=2)
