@@ -172,24 +172,25 @@ def is_convex(body: Polyhedron) -> bool:
 
 def _crossing(body: Polyhedron) -> str:
     """Return which edge goes through which face, or ""."""
-    edges = sorted({(min(e), max(e)) for face in body.faces for e in zip(face, (*face[1:], face[0]), strict=True)})
+    pairs = {(min(e), max(e)) for face in body.faces for e in zip(face, (*face[1:], face[0]), strict=True)}
+    edges = np.array(sorted(pairs))
+    start, end = body.vertices[edges[:, 0]], body.vertices[edges[:, 1]]
     for number, face in enumerate(body.faces):
         ring = body.vertices[list(face)]
         normal = area_vector(ring)
         normal /= np.linalg.norm(normal)
+        low, high = (start - ring[0]) @ normal, (end - ring[0]) @ normal
+        through = np.flatnonzero((low * high < -CROSSING * body.size**2) & ~np.isin(edges, face).any(axis=1))
+        if not len(through):
+            continue
         across = tangents_of(normal)
-        outline = shapely.Polygon((ring - ring[0]) @ across.T)
-        inside = outline.buffer(-1e-6 * body.size)
-        for start, end in edges:
-            if start in face or end in face:
-                continue
-            heights = (body.vertices[[start, end]] - ring[0]) @ normal
-            if heights[0] * heights[1] >= -CROSSING * body.size**2:
-                continue
-            part = heights[0] / (heights[0] - heights[1])
-            point = body.vertices[start] + part * (body.vertices[end] - body.vertices[start]) - ring[0]
-            if inside.contains(shapely.Point(point @ across.T)):
-                return f"crosses itself: the edge from corner {start} to {end} goes through face {number}"
+        part = low[through] / (low[through] - high[through])
+        points = (start[through] + part[:, None] * (end[through] - start[through]) - ring[0]) @ across.T
+        outline = shapely.Polygon((ring - ring[0]) @ across.T).buffer(-1e-6 * body.size)
+        hit = through[shapely.contains_xy(outline, points[:, 0], points[:, 1])]
+        if len(hit):
+            one, other = edges[hit[0]]
+            return f"crosses itself: the edge from corner {one} to {other} goes through face {number}"
     return ""
 
 
