@@ -315,7 +315,7 @@ class Pushover:
         mass = self.model.body_mass
         if state.phase == "displacement" and mass[part & state.driven].sum() > 0.5 * mass[part].sum():
             return None
-        if float(driven_by(self.model, part).mean_row @ change) <= 0.0:
+        if not part.any() or float(driven_by(self.model, part).mean_row @ change) <= 0.0:
             return None
         driving = self._driving(replace(state, phase="displacement", moving=False), part)
         largest = self._largest("displacement")
