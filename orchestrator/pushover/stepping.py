@@ -202,7 +202,8 @@ class Pushover:
                     attempts += (Attempt("a local part moves and the wall goes back", size, "no longer driven", spent),)
                     state, size, cuts = retreat, retreat.step[0], 0
                     continue
-            if cuts < CUTS[state.phase] and size > ONSET * self._largest(state.phase):
+            in_turn = _rested(state) and size <= 2.0 * state.step[1]
+            if cuts < CUTS[state.phase] and not in_turn and size > ONSET * self._largest(state.phase):
                 attempts += (Attempt(failure, size, f"retried with {SHRINK * size:g}", spent),)
                 size, cuts = SHRINK * size, cuts + 1
                 continue
@@ -210,7 +211,10 @@ class Pushover:
             spent += sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
             if not rows[-1].moving:
                 attempts += (Attempt(failure, size, RESTED, spent - rows[-1].iterations),)
-                yield replace(rows[-1], number=state.number + 1, attempts=attempts, step=(aim.size, aim.size))
+                largest = self._largest(state.phase)
+                yield replace(
+                    rows[-1], number=state.number + 1, attempts=attempts, step=(min(GROW * aim.size, largest), aim.size)
+                )
                 return
             driving = self._driving_what_moves(state, rows[-1].change.ravel())
             if driving is not None:
@@ -457,6 +461,11 @@ class Pushover:
             raise ConvergenceError("geometry", f"bodies turn by {turned:.1e} more than expected", spent)
         bound = self.stepping.out_of_balance
         return increment_of(model, state, here, replace(iterate, number=spent), phase, time, bound)
+
+
+def _rested(state: Increment) -> bool:
+    """Return whether a state was found by motion; where joints stick and slip in turn, one motion follows another."""
+    return bool(state.attempts) and state.attempts[-1].action == RESTED
 
 
 def _growth(iterations: int) -> float:
