@@ -56,6 +56,7 @@ def increment_of(
     load = problem.gravity_share * model.gravity + iterate.load_multiplier * model.lateral
     earlier = _gravity_share(state) * model.gravity + state.load_multiplier * model.lateral
     work = 0.5 * float((load + earlier) @ change)
+    live = 0.5 * (state.load_multiplier + iterate.load_multiplier) * float(model.lateral @ change)
     limit, cohesion = _limit_before(model, state, problem)
     before = (limit - cohesion)[:, None] * problem.elastic_slip / model.slip_tolerance
     friction = 0.5 * float(np.sum((before + iterate.response.traction) * sliding))
@@ -95,6 +96,7 @@ def increment_of(
         dissipated_energy=state.dissipated_energy + friction,
         external_work=state.external_work + work,
         other_work=state.other_work + other,
+        live_work=state.live_work + live,
         lost_in_motion=state.lost_in_motion + moving * missing,
         energy_error=state.energy_error + (not moving) * missing,
         largest_base_shear=state.largest_base_shear if moving else max(state.largest_base_shear, base_shear),

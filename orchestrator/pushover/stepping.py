@@ -107,6 +107,7 @@ def at_rest(model: ContactModel) -> Increment:
         dissipated_energy=0.0,
         external_work=0.0,
         other_work=0.0,
+        live_work=0.0,
         lost_in_motion=0.0,
         energy_error=0.0,
         largest_base_shear=0.0,
