@@ -19,10 +19,11 @@ import numpy as np
 
 from orchestrator.space.conic_program import gravity_forces, solve_associative
 from orchestrator.space.contacts import find_joints
-from orchestrator.space.elastic_joints import depth_stiffness, push
+from orchestrator.space.elastic_joints import push
 from orchestrator.space.equilibrium import equilibrium_of
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
+from orchestrator.space.springs import depth_stiffness
 from orchestrator.space.wall import check_wall
 
 SIZES = ((4, 2, 6), (4, 2, 8), (6, 4, 12), (8, 5, 18), (10, 6, 24), (14, 8, 34), (20, 12, 45))

@@ -26,9 +26,10 @@ from orchestrator.space.conic_program import (
     solve_associative,
 )
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.elastic_joints import Push, depth_stiffness, push
+from orchestrator.space.elastic_joints import LEAPING_BLOCKS, Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
 from orchestrator.space.loads import SpaceLoads
+from orchestrator.space.springs import depth_stiffness
 from orchestrator.space.validation import Validation, validate
 from orchestrator.units import Unit
 
@@ -37,8 +38,9 @@ BRACKET = 0.01
 """Relative difference of the multipliers with both torsions from which both are reported."""
 SHIFTS, TURNS = 25, 6
 """Programs of the dilation shift, turns of a descent at most."""
-SHARES = (0.5, 0.65, 0.85, 0.9)
-"""Parts of the time after which the first push, the second, the shift and the descents end at the latest."""
+SHARES = (0.35, 0.5, 0.9, 0.95)
+"""Parts of the time after which the first push, the second, descents and shift, and the last descent end at the
+latest."""
 DEPTH_POWER = 2.0
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
@@ -94,11 +96,9 @@ class SpaceAnalysis:
 
     @property
     def headline(self) -> SpaceState | None:
-        """The end of the first push that is a state, else the lowest state found."""
+        """The end of the first push that is a state, else the first that the end of a push was closed to."""
         found = [state for state in self.states if state.valid]
-        if pushes := [state for state in found if state.name in PUSHES]:
-            return pushes[0]
-        return min(found, key=lambda state: state.load_multiplier, default=None)
+        return next((state for state in found if state.name in PUSHES), found[0] if found else None)
 
     @property
     def range(self) -> tuple[float, float] | None:
@@ -199,6 +199,8 @@ class _Search:
             starts.append(("equal springs", second.slip))
         for name, slip in starts:
             yield from self._closed(name, slip, self._until(SHARES[2]))
+        if len(self._equilibrium.free_blocks) > LEAPING_BLOCKS:
+            return  # there the shift never settles
         self._report("dilation shift")
         until = self._until(SHARES[2])
         shifted = descent.settled(descent.dilation_shift(self._equilibrium, until), SHIFTS, until)
@@ -265,7 +267,7 @@ def _remarks(states: list[SpaceState]) -> list[str]:
     why = f"the push on elastic joints found no state ({states[0].error})"
     if any(state.valid for state in states):
         other = any(state.valid and state.name in PUSHES for state in states)
-        instead = "that with equal springs did" if other else "the headline is the lowest state found otherwise"
+        instead = "that with equal springs did" if other else "the headline is the state that its end was closed to"
         return [f"WARNING: {why}; {instead}"]
     near = min(states, key=lambda state: state.validation.flow)
     nearest = f"nearest to one: λ {near.load_multiplier:.4f}, {near.validation.flow:.0e} of its power out of balance"
