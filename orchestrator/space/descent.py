@@ -20,7 +20,7 @@ import numpy as np
 
 from orchestrator.errors import ConvergenceError
 from orchestrator.masonry.wall import FloatArray
-from orchestrator.space.conic_program import ConicSolution, solve_associative, solve_given_normals
+from orchestrator.space.conic_program import TOLERANCE, ConicSolution, solve_associative, solve_given_normals
 from orchestrator.space.equilibrium import SpaceEquilibrium
 from orchestrator.space.validation import LIMITS
 
@@ -36,6 +36,8 @@ BALANCE = LIMITS["power"]
 FARTHER = 1.7
 """Part of the change of slips that is taken from the second turn on while states do not balance: 1.1e-5 is left after
 six turns at 1,010 blocks, 2.3e-5 with 1."""
+ROUGH = 1e-7
+"""Tolerance of programs before states balance: a quarter fewer iterations."""
 PROGRESS = 1e-5
 """Relative fall of lambda below which a descent has ended."""
 
@@ -93,25 +95,31 @@ def settled(iterates: Iterator[Shifted], most: int, until: float) -> Shifted | N
 
 
 def closed(
-    equilibrium: SpaceEquilibrium, slip: FloatArray, face_weight: float = FACE_WEIGHT, until: float = np.inf
+    equilibrium: SpaceEquilibrium,
+    slip: FloatArray,
+    face_weight: float = FACE_WEIGHT,
+    until: float = np.inf,
+    tolerance: float = TOLERANCE,
 ) -> Closed:
     """Return the lowest forces that go with slips (p,) in m/s and the mechanism that goes with them; the highest for a
     negative face weight. Raises ConvergenceError."""
     shift, left = equilibrium.friction * slip, until - perf_counter()
-    forces = solve_associative(equilibrium, shift, 1.0 - face_weight, seconds=left)
+    forces = solve_associative(equilibrium, shift, 1.0 - face_weight, tolerance, seconds=left)
     left = until - perf_counter()
-    return Closed(forces, solve_given_normals(equilibrium, forces.forces[:, 0], seconds=left))
+    return Closed(forces, solve_given_normals(equilibrium, forces.forces[:, 0], tolerance, seconds=left))
 
 
 def descent(equilibrium: SpaceEquilibrium, slip: FloatArray, turns: int, until: float) -> Iterator[Closed]:
     """Yield states (some may not balance) with ever lower multipliers, beginning with slips (p,) in m/s, until a state
     falls no more, what does not balance comes no nearer to it, so many turns have balanced, a program fails, or
     perf_counter() is `until`."""
-    last, imbalance, balanced = np.inf, np.inf, 0
-    farther = 1.0
+    last, imbalance, balanced, farther, tolerance = np.inf, np.inf, 0, 1.0, ROUGH
     while balanced < turns and perf_counter() < until:
         try:
-            state = closed(equilibrium, slip, until=until)
+            state = closed(equilibrium, slip, until=until, tolerance=tolerance)
+            if tolerance > TOLERANCE and state.imbalance <= BALANCE + 100 * tolerance:
+                tolerance = TOLERANCE
+                state = closed(equilibrium, slip, until=until)
         except ConvergenceError:
             return
         yield state
@@ -120,7 +128,8 @@ def descent(equilibrium: SpaceEquilibrium, slip: FloatArray, turns: int, until: 
             balanced += 1
             if last - reached <= PROGRESS * abs(reached):
                 return
-        elif state.imbalance >= imbalance:
+        elif state.imbalance >= imbalance and farther == 1.0:
             return
+        farther = FARTHER if state.imbalance < imbalance else 1.0
         slip = state.mechanism.slip if state.balances else np.maximum(slip + farther * (state.mechanism.slip - slip), 0)
-        last, imbalance, farther = reached, state.imbalance, FARTHER
+        last, imbalance = reached, state.imbalance
