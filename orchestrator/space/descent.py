@@ -130,6 +130,6 @@ def descent(equilibrium: SpaceEquilibrium, slip: FloatArray, turns: int, until: 
                 return
         elif state.imbalance >= imbalance and farther == 1.0:
             return
-        farther = FARTHER if state.imbalance < imbalance else 1.0
+        farther = FARTHER if state.imbalance < imbalance < np.inf else 1.0
         slip = state.mechanism.slip if state.balances else np.maximum(slip + farther * (state.mechanism.slip - slip), 0)
         last, imbalance = reached, state.imbalance
