@@ -48,9 +48,9 @@ NEWTON_STEPS, HALVINGS, FAILURES = 16, 6, 20
 PATIENCE, LEAPING_BLOCKS = 4, 300
 """Steps that Newton's method may fail at before the interior-point method is asked; larger walls only ask that: at
 1,010 blocks the multiplier then is where it stays in 15 s, and was still a twentieth lower after 50 s without it."""
-LEAP, LEAPS_LOST = 10.0, 2
-"""Growth of h after a step of the interior-point method; how many in a row may fail on a large wall: what is left is
-done faster by closing the state (descent.py)."""
+LEAP, LEAPS_LOST = 10.0, 1
+"""Growth of h after a step of the interior-point method; how many may fail on a large wall: what is left is done faster
+by closing the state (descent.py)."""
 ARRIVED = 0.5 * LIMITS["flow"]
 """Flow error of an end that is a state; steps of Newton's method bring it to FLOW, leaps need not."""
 ENOUGH = 0.05
