@@ -41,7 +41,7 @@ SHIFTS, TURNS = 25, 6
 SHIFTED_BLOCKS = 100
 """Larger walls have no dilation shift: it settles at 52 to 68 blocks and not at 174, where it takes 8 of 26 s and gives
 neither end of the range."""
-SLOWER = 3.0
+SLOWER = 8.0
 """Times the first push, and at least as many seconds, that the second one, which creeps on tall walls, may take."""
 SHARES = (0.35, 0.5, 0.9, 0.95)
 """Parts of the time after which the first push, the second, descents and shift, and the last descent end at the
