@@ -93,7 +93,8 @@ def product(model: ContactModel, contact: Coefficients, time_step: float, x: Flo
     )
     gap = contact.gap_slope * (model.normal_rows @ change) + ~contact.active * multiplier
     if contact.displacement_control:
-        return np.concatenate([forces - alpha * model.lateral, kappa * gap, [kappa * float(model.mean_row @ change)]])
+        lateral = model.lateral / model.height
+        return np.concatenate([forces - alpha * lateral, kappa * gap, [kappa * float(model.mean_row @ change)]])
     return np.concatenate([forces, kappa * gap, [kappa * alpha]])
 
 
@@ -222,7 +223,8 @@ def _layout(model: ContactModel, first: int, last: int, slots: IntArray) -> dict
     indices[row_place] = driven
     corner = np.array([indptr[-1] - 1] if last == count else [], np.int64)
     indices[corner] = alpha
-    lateral, mean = -model.lateral[3 * first + own], model.contact_stiffness * model.mean_row[driven]
+    lateral = -model.lateral[3 * first + own] / model.height
+    mean = model.contact_stiffness * model.mean_row[driven]
     return {
         "indptr": indptr.astype(np.int32),
         "indices": indices,

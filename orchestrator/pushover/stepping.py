@@ -78,6 +78,12 @@ SLOWER = 3.0
 NEAR_REST = 10.0
 """rest is looked for when the out-of-balance forces have fallen to this many times what counts as static"""
 TRIES = 20
+SETTLING = 12
+"""steps with the friction of given pressures before the wall is left to move"""
+TRIED = 4
+"""steps of these after which rest is looked for"""
+CONVEX = 30
+"""Newton iterations of such a step, which has a solution"""
 """times that a step of motion is made shorter"""
 
 
@@ -191,14 +197,14 @@ class Pushover:
             try:
                 solved = self._static(state, aim)
             except ConvergenceError as error:
-                failure, spent = str(error), error.iterations
+                failure, spent, settles = str(error), error.iterations, True
             else:
                 retreat = self._retreats(state, solved)
                 if not solved.moving and retreat is None:
                     grown = size * _growth(solved.iterations)
                     yield replace(solved, attempts=attempts, step=(min(grown, self._largest(state.phase)), aim.size))
                     return
-                failure, spent = "a part of the wall moves", solved.iterations
+                failure, spent, settles = "a part of the wall moves", solved.iterations, False
                 if retreat is not None:
                     attempts += (Attempt("a local part moves and the wall goes back", size, "no longer driven", spent),)
                     state, size, cuts = retreat, retreat.step[0], 0
@@ -208,7 +214,7 @@ class Pushover:
                 attempts += (Attempt(failure, size, f"retried with {SHRINK * size:g}", spent),)
                 size, cuts = SHRINK * size, cuts + 1
                 continue
-            rows = self._motion(state, aim)
+            rows = self._motion(state, aim, settles)
             spent += sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
             if not rows[-1].moving:
                 attempts += (Attempt(failure, size, RESTED, spent - rows[-1].iterations),)
@@ -231,17 +237,57 @@ class Pushover:
             yield from rows[1:]
             return
 
-    def _motion(self, state: Increment, aim: Aim) -> list[Increment]:
-        """Return the states of a motion from a static state: until it rests, or is more than a slip."""
+    def _motion(self, state: Increment, aim: Aim, settles: bool) -> list[Increment]:
+        """Return the states of a motion from a static state: until it rests, or is more than a slip.
+
+        settles: whether it is tried to reach rest by friction of given pressures first, without any motion between.
+        """
         length = aim.size if aim.phase == "displacement" else float(body_motion(self.model, state.change.ravel()).max())
         moved = replace(state, step=(max(length, self.model.slip_tolerance), FASTER), moving=True)
+        attempts: tuple[Attempt, ...] = ()
+        if settles:
+            settled, spent = self._settled(state, aim)
+            if settled is not None:
+                return [settled]
+            attempts = (Attempt("it does not settle", aim.size, "moved", spent),)
         rows: list[Increment] = []
         while moved.moving and not self._is_real(state, (moved.displacement - state.displacement).ravel()):
             moved = self._moved(moved, aim)
-            rows.append(moved)
+            rows.append(replace(moved, attempts=attempts + moved.attempts))
+            attempts = ()
             if len(rows) == LONGEST:
                 break
         return rows
+
+    def _settled(self, state: Increment, aim: Aim) -> tuple[Increment | None, int]:
+        """Return the rest that is reached by steps in which friction is that of given pressures, if any; iterations.
+
+        Such a step is the minimum of a convex energy. Its pressures are those of the step before, carried on by half of
+        their last change, so that at rest friction is Coulomb's; where bodies move by more than a slip there is none.
+        """
+        moved, before, spent = state, state.normal_force, 0
+        if self.model.bond is not None:
+            return None, 0
+        for number in range(1, SETTLING + 1):
+            pressure = np.maximum(1.5 * moved.normal_force - 0.5 * before, 0.0)
+            before = moved.normal_force
+            try:
+                moved = self._solved(moved, aim, moved.displacement.ravel(), 0.0, self._time_step(aim), pressure)
+                spent += moved.iterations
+                if self._is_real(state, (moved.displacement - state.displacement).ravel()):
+                    break
+                if number % TRIED:
+                    continue
+                rest = self._static(moved, replace(aim, size=0.0))
+            except ConvergenceError as error:
+                spent += error.iterations
+                if number % TRIED:
+                    break
+                continue
+            spent += rest.iterations
+            if not rest.moving:
+                return replace(rest, iterations=spent), spent
+        return None, spent
 
     def _is_real(self, state: Increment, change: FloatArray) -> bool:
         """Return whether a body moves by more in a change (n,) than a slip that comes to rest does."""
@@ -255,8 +301,11 @@ class Pushover:
         for _ in range(TRIES):
             viscosity = min(VISCOUS_FORCE * model.weight / length, 3 * model.contact_stiffness)
             time_step = (length / (INERTIA * gravity)) ** 0.5
+            reached = aim
+            if aim.phase == "displacement":
+                reached = replace(aim, value=min(aim.value, state.mean_displacement + length))
             try:
-                moved = self._solved(state, aim, state.displacement.ravel(), viscosity, time_step)
+                moved = self._solved(state, reached, state.displacement.ravel(), viscosity, time_step)
                 break
             except ConvergenceError as error:
                 attempts.append(Attempt(str(error), length, "a shorter step", error.iterations))
@@ -265,7 +314,7 @@ class Pushover:
             spent = sum(attempt.iterations for attempt in attempts)
             raise ConvergenceError("Newton", f"no motion is found: {attempts[-1].cause}", spent)
         slows = np.linalg.norm(moved.change) <= np.linalg.norm(state.change)
-        if slows and moved.out_of_balance <= NEAR_REST * self.stepping.out_of_balance:
+        if slows and reached == aim and moved.out_of_balance <= NEAR_REST * self.stepping.out_of_balance:
             try:
                 rest = self._static(moved, replace(aim, size=0.0))
                 if not rest.moving:
@@ -360,7 +409,7 @@ class Pushover:
             return 1.0 / self.stepping.gravity_increments
         if phase == "load":
             return self.stepping.load_increment * self.expected_multiplier
-        return self.stepping.displacement_increment
+        return self.stepping.displacement_increment * self.stepping.final_displacement
 
     def _aim(self, state: Increment, size: float) -> Aim:
         if state.phase == "gravity":
@@ -395,16 +444,22 @@ class Pushover:
 
     def _rests(self, state: Increment) -> bool:
         """Return whether all weight acts and the proximal term has faded below Newton's tolerance."""
-        inertia = self.model.mass @ state.change.ravel() / self.stepping.proximal_time**2
+        inertia = self.model.mass @ state.change.ravel() / self._time_step(Aim("gravity", 1.0, 0.0)) ** 2
         quiet = np.linalg.norm(inertia) < self.newton.residual * np.linalg.norm(self.model.gravity)
         return state.time >= 1.0 and not state.moving and bool(quiet)
 
+    def _time_step(self, aim: Aim) -> float:
+        """Return the time step of a static increment, s: of displacement, its root, so that the drag has one share."""
+        share = aim.size / self._largest("displacement") if aim.phase == "displacement" else 1.0
+        gravity = self.model.weight / float(self.model.body_mass.sum())
+        largest = self._largest("displacement") / (self.stepping.proximal_share * gravity)
+        return float(np.sqrt(largest * np.clip(share, 1e-3, 1.0)))
+
     def _static(self, state: Increment, aim: Aim) -> Increment:
         """Return the static increment; its proximal term carries the same share of every size of displacement."""
-        here, time_step = state.displacement.ravel(), self.stepping.proximal_time
+        here, time_step = state.displacement.ravel(), self._time_step(aim)
         share = 0.0
         if aim.phase == "displacement":
-            time_step *= float(np.sqrt(np.clip(aim.size / self.stepping.displacement_increment, 1e-3, 1.0)))
             mean_change, _ = self._last_changes(state)
             share = min(aim.size / mean_change, 2.0) if mean_change > 0 else 0.0
         elif aim.phase == "load" and state.phase == "load" and state.step[1] > 0.0:
@@ -416,7 +471,13 @@ class Pushover:
         return solved
 
     def _solved(
-        self, state: Increment, aim: Aim, predicted: FloatArray, viscosity: float, time_step: float
+        self,
+        state: Increment,
+        aim: Aim,
+        predicted: FloatArray,
+        viscosity: float,
+        time_step: float,
+        pressure: FloatArray | None = None,
     ) -> Increment:
         """Solve on the geometry of the predicted displacement, again where bodies have turned away from it."""
         phase, undeformed = aim.phase, self._model_of(state)
@@ -443,11 +504,13 @@ class Pushover:
                 elastic_slip=model.on_its_contacts(problem.elastic_slip),
                 bond=bond,
                 damped=closed if closed.any() else None,
+                pressure=None if pressure is None else model.on_its_contacts(pressure),
             )
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
-            if phase == "displacement" and bond is None:
+            if phase == "displacement" and bond is None and pressure is None:
                 first = as_before(model, here, first, model.on_its_contacts(before))
-            iterate = solve_increment(model, self.system, here, first, self.newton)
+            newton = self.newton if pressure is None else replace(self.newton, iterations=CONVEX)
+            iterate = solve_increment(model, self.system, here, first, newton)
             spent += iterate.number
             turned = largest_turn(self.model, predicted, iterate.displacement)
             allowed = (
@@ -460,7 +523,7 @@ class Pushover:
             before = scattered(before, model.rows, states_of(iterate))
         else:
             raise ConvergenceError("geometry", f"bodies turn by {turned:.1e} more than expected", spent)
-        bound = self.stepping.out_of_balance
+        bound = self.stepping.out_of_balance * (abs(multiplier) if phase == "load" else 1.0)
         return increment_of(model, state, here, replace(iterate, number=spent), phase, time, bound)
 
 
