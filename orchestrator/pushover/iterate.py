@@ -104,7 +104,7 @@ def evaluate(
     strained = displacement - model.rigid
     residual = (
         model.stiffness @ strained
-        + model.mass @ (displacement - problem.inertia_reference) / problem.time_step**2
+        + model.mass @ (displacement - problem.inertia_reference) / np.square(problem.time_step)
         - problem.gravity_share * model.gravity
         - multiplier * model.lateral
         - model.normal_columns @ normal_force

@@ -109,7 +109,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim) -> Incre
     gravity = model.weight / float(solver.model.body_mass.sum())
     for _ in range(TRIES):
         viscosity = min(VISCOUS_FORCE * model.weight / length, 3 * model.contact_stiffness)
-        time_step = (length / (INERTIA * gravity)) ** 0.5
+        time_step = float(np.sqrt(length / (INERTIA * gravity)))
         reached = aim
         if aim.phase == "displacement":
             reached = replace(aim, value=min(aim.value, state.mean_displacement + length))

@@ -87,7 +87,7 @@ def product(model: ContactModel, contact: Coefficients, time_step: float, x: Flo
     traction = traction + kappa * contact.pressure_slope * multiplier[:, None]
     forces = (
         model.stiffness @ change
-        + model.mass @ (change / time_step**2)
+        + model.mass @ (change / np.square(time_step))
         + model.tangential_columns @ traction.ravel()
         - model.normal_columns @ (kappa * multiplier)
     )
@@ -254,7 +254,7 @@ def values(pattern: Pattern, model: ContactModel, contact: Coefficients, time_st
     blocks = (pattern.weights @ _contact_matrices(model, contact).reshape(-1, 9)).reshape(-1, 3, 3)
     blocks[pattern.block_of_elastic] += model.stiffness.data[pattern.elastic]
     diagonal = np.arange(3)
-    blocks[:, diagonal, diagonal] += pattern.mass[:, None] / time_step**2
+    blocks[:, diagonal, diagonal] += pattern.mass[:, None] / np.square(time_step)
     found = np.zeros(len(pattern.indices))
     found[pattern.place] = blocks.ravel()
     if contact.displacement_control:

@@ -299,7 +299,7 @@ class Pushover:
 
     def _rests(self, state: Increment) -> bool:
         """Return whether all weight acts and the proximal term has faded below Newton's tolerance."""
-        inertia = self.model.mass @ state.change.ravel() / self.solver.time_step(Aim("gravity", 1.0, 0.0)) ** 2
+        inertia = self.model.mass @ state.change.ravel() / np.square(self.solver.time_step(Aim("gravity", 1.0, 0.0)))
         quiet = np.linalg.norm(inertia) < self.newton.residual * np.linalg.norm(self.model.gravity)
         return state.time >= 1.0 and not state.moving and bool(quiet)
 
