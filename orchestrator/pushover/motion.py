@@ -43,24 +43,14 @@ GROW = 1.4
 """how much larger the next increment is after an easy one, and the next step after one that was not"""
 
 
-def motion(solver: IncrementSolver, state: Increment, aim: Aim, settles: bool) -> list[Increment]:
-    """Return the states of a motion from a static state: until it rests, or is more than a slip.
-
-    settles: whether it is tried to reach rest by friction of given pressures first, without any motion between.
-    """
+def motion(solver: IncrementSolver, state: Increment, aim: Aim) -> list[Increment]:
+    """Return the states of a motion from a static state: until it rests, or is more than a slip."""
     length = aim.size if aim.phase == "displacement" else float(body_motion(solver.model, state.change.ravel()).max())
     moved = replace(state, step=(max(length, solver.model.slip_tolerance), FASTER), moving=True)
-    attempts: tuple[Attempt, ...] = ()
-    if settles:
-        rest, spent = settled(solver, state, aim)
-        if rest is not None:
-            return [rest]
-        attempts = (Attempt("it does not settle", aim.size, "moved", spent),)
     rows: list[Increment] = []
     while moved.moving and not is_real(solver.model, state, (moved.displacement - state.displacement).ravel()):
         moved = step_of_motion(solver, moved, aim)
-        rows.append(replace(moved, attempts=attempts + moved.attempts))
-        attempts = ()
+        rows.append(moved)
         if len(rows) == LONGEST:
             break
     return rows

@@ -29,7 +29,7 @@ from orchestrator.masonry.wall import FloatArray, read_only
 from orchestrator.pushover.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, driven_by
-from orchestrator.pushover.motion import EASY, FASTEST, GROW, is_real, motion, step_of_motion
+from orchestrator.pushover.motion import EASY, FASTEST, GROW, is_real, motion, settled, step_of_motion
 from orchestrator.pushover.moving import body_motion, body_size, moving_part, participation, without_hold
 from orchestrator.pushover.record import scattered
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
@@ -47,8 +47,9 @@ ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
 OUT = 0.5
 """a body that has moved by this share of its size in a local failure has lost its hold"""
+SETTLED = "settled under the friction of given pressures"
 RESTED = "moved until it rested"
-"""what an attempt says that was followed by motion to a state of rest"""
+"""what attempts say that were followed by a state of rest, without motion and after it"""
 
 
 def at_rest(model: ContactModel) -> Increment:
@@ -173,10 +174,13 @@ class Pushover:
                 attempts += (Attempt(failure, size, f"retried with {SHRINK * size:g}", spent),)
                 size, cuts = SHRINK * size, cuts + 1
                 continue
-            rows = motion(self.solver, state, aim, settles)
-            spent += sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
+            rest, settling = settled(self.solver, state, aim) if settles else (None, 0)
+            rows = [rest] if rest else motion(self.solver, state, aim)
+            tried = spent if rest else spent + settling
+            spent = tried + sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
             if not rows[-1].moving:
-                attempts += (Attempt(failure, size, RESTED, spent - rows[-1].iterations),)
+                action = SETTLED if rest else RESTED
+                attempts += (Attempt(failure, size, action, spent - rows[-1].iterations),)
                 largest = self._largest(state.phase)
                 yield replace(
                     rows[-1], number=state.number + 1, attempts=attempts, step=(min(GROW * aim.size, largest), aim.size)
@@ -191,7 +195,7 @@ class Pushover:
                 attempts += (Attempt(failure, size, f"a local part moves; retried with {SHRINK * size:g}", spent),)
                 size *= SHRINK
                 continue
-            attempts += (Attempt(failure, size, "a local part moves", 0),)
+            attempts += (Attempt(failure, size, "a local part moves", tried),)
             yield replace(rows[0], attempts=attempts + rows[0].attempts)
             yield from rows[1:]
             return
@@ -305,8 +309,8 @@ class Pushover:
 
 
 def _rested(state: Increment) -> bool:
-    """Return whether a state was found by motion; where joints stick and slip in turn, one motion follows another."""
-    return bool(state.attempts) and state.attempts[-1].action == RESTED
+    """Return whether a state was found after a slip; where joints stick and slip in turn, one slip follows another."""
+    return bool(state.attempts) and state.attempts[-1].action in (RESTED, SETTLED)
 
 
 def _growth(iterations: int) -> float:
