@@ -37,8 +37,11 @@ table1: setup
 benchmark2: setup
 	$(STUDYRUN) $(PYTHON) -m orchestrator study templates/benchmark2.toml --output results/benchmark2
 
+# Files of tests are shared between WORKERS processes.
+WORKERS = 2
+
 test: lint
-	$(PYTHON) -m pytest tests/unit tests/verification tests/regression
+	$(PYTHON) -m pytest -n $(WORKERS) --dist loadfile tests/unit tests/verification tests/regression
 
 lint: setup
 	.venv/bin/ruff check . && .venv/bin/ruff format --check .
