@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
 from orchestrator.space.conic_program import gravity_forces
@@ -14,6 +15,7 @@ from orchestrator.space.interior_step import interior_step
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.polyhedra import box
 from orchestrator.space.springs import depth_stiffness, displaced, flow_error, springs_of
+from orchestrator.space.stiffness import ContactStiffness
 from orchestrator.space.ties import Tie, with_ties
 from tests.verification.space_walls import block_on_ground, v_groove, wall_of
 
@@ -103,3 +105,16 @@ def test_leaps_end_in_the_state_that_steps_end_in(monkeypatch):
     assert found.headline is not None
     assert found.headline.load_multiplier == pytest.approx(0.3195, rel=5e-3)
     assert not found.headline.validation.complaints
+
+
+@pytest.mark.parametrize("torsion", ["corners", "uniform"])
+def test_the_stiffness_matrix_is_that_of_the_equilibrium_equations(torsion):
+    """B diag(k D) B^T, of any D, summed by joints and as the product of sparse matrices."""
+    assemblage = find_joints(u_wall(Plan(2, 1, 2), Stones()))
+    equilibrium = equilibrium_of(assemblage, loads_on(assemblage.wall, SpaceLoadSettings(direction="-y")), torsion)
+    generator, points = np.random.default_rng(1), len(equilibrium.friction)
+    tangent, stiffness = generator.normal(size=(points, 3, 3)), generator.random(points)
+    B = sp.diags(equilibrium.row_scale) @ equilibrium.matrix
+    expected = (B @ sp.block_diag(list(stiffness[:, None, None] * tangent)) @ B.T).toarray()
+    found = ContactStiffness(assemblage, equilibrium).matrix(stiffness, tangent).toarray()
+    assert found == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
