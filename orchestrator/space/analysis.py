@@ -137,7 +137,7 @@ def analyse(
     except UnboundedError:
         remedy = "push in another direction, or free the blocks that hold it"
         raise CaseError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
-    associative = _state("associative", assemblage, loads, found, found.velocities)
+    associative = _state("associative", assemblage, loads, found, found.velocities, settings.torsion)
     report(f"associative multiplier {found.load_multiplier:.5f}")
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
     other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
@@ -245,7 +245,7 @@ class _Search:
         )
 
     def _of_push(self, name: str, pushed: Push) -> SpaceState:
-        state = _state(name, self._assemblage, self._loads, pushed, pushed.velocities)
+        state = _state(name, self._assemblage, self._loads, pushed, pushed.velocities, self._equilibrium.torsion)
         if pushed.converged:
             return state
         why = f"not at rest after {pushed.seconds:.0f} s: λ {pushed.load_multiplier:.4f}, flow error {pushed.flow:.0e}"
@@ -267,7 +267,8 @@ class _Search:
         yield self._of_closed(f"highest from {name}", highest)
 
     def _of_closed(self, name: str, found: descent.Closed) -> SpaceState:
-        return _state(name, self._assemblage, self._loads, found.forces, found.mechanism.velocities)
+        velocities, torsion = found.mechanism.velocities, self._equilibrium.torsion
+        return _state(name, self._assemblage, self._loads, found.forces, velocities, torsion)
 
 
 def _state(
@@ -276,11 +277,12 @@ def _state(
     loads: SpaceLoads,
     found: ConicSolution | Push,
     free_velocities: FloatArray,
+    torsion: Torsion,
 ) -> SpaceState:
     """Return forces and velocities of the free blocks as a validated state."""
     velocities = np.zeros((len(assemblage.wall.blocks), 6))
     velocities[~assemblage.wall.fixed] = free_velocities
-    validation = validate(assemblage, loads, found.load_multiplier, found.forces, velocities)
+    validation = validate(assemblage, loads, found.load_multiplier, found.forces, velocities, torsion)
     complaints = ", ".join(validation.complaints)
     return SpaceState(name, found.load_multiplier, found.forces, velocities, validation, found.seconds, complaints)
 
