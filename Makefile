@@ -16,7 +16,7 @@ setup: .venv/.ready
 	    apt-get install -y -q --no-install-recommends $$(cat apt-packages.txt); }
 	/usr/bin/python3 -m venv --system-site-packages .venv
 	$(PYTHON) -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[test,docs]'
-	$(PYTHON) -c "import numpy, petsc4py.PETSc as p; assert numpy.__version__ == '1.24.2' and p.ScalarType is numpy.float64"
+	$(PYTHON) -c "import numpy, petsc4py.PETSc as p; assert '/.venv/' not in numpy.__file__ and p.ScalarType is numpy.float64"
 	touch $@
 
 benchmark1: setup
