@@ -17,7 +17,8 @@ setup: .venv/.ready
 	    { $(SUDO) apt-get update -q && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
 	    apt-get install -y -q --no-install-recommends $(PACKAGES); }
 	/usr/bin/python3 -m venv --system-site-packages .venv
-	$(PYTHON) -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[test,docs]'
+	$(PYTHON) -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[fe,test,docs]'
+	$(PYTHON) -m pip uninstall -q -y h5py # dolfinx takes Debian's (pyproject.toml)
 	$(PYTHON) -c "import numpy, petsc4py.PETSc as p; assert '/.venv/' not in numpy.__file__ and p.ScalarType is numpy.float64"
 	touch $@
 

@@ -22,6 +22,7 @@ from rich.console import Console
 from orchestrator import case as cases
 from orchestrator import driver, file_commands, load_cases, plots, results, study_runs, tables
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
+from orchestrator.installed import refuse_missing
 from orchestrator.outofplane import commands as outofplane
 from orchestrator.outofplane.case import refuse_space, spatial
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
@@ -51,6 +52,8 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         if options.action in (_run, _segment, _study):
             refuse_space(options.case, options.set, options.command or "run")
+        if parallel:
+            refuse_missing(options.command or "run")
         return ending.together(int(options.action(options, comm, console)), "")
     except CaseError as error:
         return ending.together(2, str(error))

@@ -13,6 +13,7 @@ from orchestrator import case as cases
 from orchestrator import driver, load_cases, reference, results
 from orchestrator import export as exports
 from orchestrator.errors import CaseError
+from orchestrator.installed import refuse_missing
 from orchestrator.masonry.readers import refuse_what_is_not_utf8
 
 LISTED = 20
@@ -177,6 +178,7 @@ def _new(options: argparse.Namespace, _: None, console: Console) -> int:
 
 
 def _export(options: argparse.Namespace, _: None, console: Console) -> int:
+    refuse_missing("export", ("gmsh",))
     source = options.case / "case.toml" if options.case.is_dir() else options.case
     case = cases.read(source, options.set)
     load_cases.refuse_several(case, "export")

@@ -22,7 +22,7 @@ from orchestrator.masonry.wall import FloatArray, IntArray
 SINCE_0_7 = hasattr(fem, "functionspace")
 if SINCE_0_7:
     import basix.ufl
-    import dolfinx.fem.petsc  # noqa: F401  (0.5 has it in `fem` already)
+    import dolfinx.fem.petsc
 
 
 def vector_space(mesh: dolfinx.mesh.Mesh, order: int) -> Any:
@@ -37,9 +37,7 @@ def cell_space(mesh: dolfinx.mesh.Mesh) -> Any:
     return (fem.functionspace if SINCE_0_7 else fem.FunctionSpace)(mesh, ("DG", 0))
 
 
-def mesh_of(
-    comm: MPI.Comm, cells: IntArray, nodes: FloatArray, partitioner: Callable[..., Any]
-) -> dolfinx.mesh.Mesh:
+def mesh_of(comm: MPI.Comm, cells: IntArray, nodes: FloatArray, partitioner: Callable[..., Any]) -> dolfinx.mesh.Mesh:
     """Return the mesh of straight tetrahedra: cells (t, 4), nodes (m, 3) in m, those that this rank hands over."""
     element = (
         basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,))
