@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from orchestrator import case as cases
-from orchestrator import driver, file_commands, load_cases, plots, results, study_runs, tables
+from orchestrator import checking, driver, file_commands, load_cases, results, study_runs, tables
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.installed import refuse_missing
 from orchestrator.outofplane import commands as outofplane
@@ -116,7 +116,7 @@ def _parser() -> argparse.ArgumentParser:
         commands,
         "check",
         _check,
-        "read, validate and draw the wall with block numbers, nothing else",
+        "what a case holds: loads, materials, joints, what is unusual, whether it stands; a picture with block numbers",
         "--output results/look",
     )
     check.add_argument(
@@ -160,18 +160,8 @@ def _check(options: argparse.Namespace, _: None, console: Console) -> int:
     if spatial(options.case, options.set):
         output = options.output or Path("results") / options.case.stem
         return outofplane.check(options.case, options.set, output, console)
-    case = cases.read(options.case, options.set)
-    assemblage, said = load_cases.examine(case)
     figures = (options.output or Path("results") / options.case.stem) / "figures"
-    picture, *_rest = plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
-    for remark in said:
-        console.print(f"{options.case}: {remark}", soft_wrap=True, markup=False)
-    free = sum(not block.fixed for block in assemblage.wall.blocks)
-    found = f"{free} blocks, {len(assemblage.block_i)} joints"
-    found += f", {len(case.load.cases)} load cases" if case.load.cases else ""
-    verdict = "see the warnings above" if said else "nothing to complain about"
-    console.print(f"{options.case}: {found}, {verdict}; {picture}", soft_wrap=True, markup=False)
-    return 0
+    return checking.check(cases.read(options.case, options.set), str(options.case), figures, console)
 
 
 def _limit(options: argparse.Namespace, _: None, console: Console) -> int:

@@ -255,11 +255,16 @@ def _upper_corners(polygon: FloatArray) -> npt.NDArray[np.bool_]:
 
 def top_of(polygon: FloatArray) -> tuple[float, FloatArray]:
     """Return horizontal width (m) and middle (2,) of the edges of a counter-clockwise polygon that face upwards."""
+    start, end = upper_edges(polygon).transpose(1, 0, 2)
+    width = start[:, 0] - end[:, 0]
+    return float(width.sum()), np.average(0.5 * (start + end), axis=0, weights=width)
+
+
+def upper_edges(polygon: FloatArray) -> FloatArray:
+    """Return the edges (e, 2, 2) in m of a counter-clockwise polygon that face upwards: they run towards -x."""
     start, end = polygon, np.roll(polygon, -1, axis=0)
-    width = start[:, 0] - end[:, 0]  # counter-clockwise: upward edges run towards -x
-    above = width > STEEP * np.linalg.norm(end - start, axis=1)
-    middle = np.average(0.5 * (start + end)[above], axis=0, weights=width[above])
-    return float(width[above].sum()), middle
+    above = start[:, 0] - end[:, 0] > STEEP * np.linalg.norm(end - start, axis=1)
+    return np.stack([start[above], end[above]], axis=1)
 
 
 def _extra(wall: Wall, loads: tuple[DeadLoad, ...]) -> Iterator[tuple[int, FloatArray, bool, float]]:

@@ -15,7 +15,7 @@ import shapely
 
 from orchestrator.bodies import Bodies
 from orchestrator.errors import CaseError
-from orchestrator.limit_analysis.loads import STEEP, LoadSettings, Placed, extra_dead_loads, live_loads
+from orchestrator.limit_analysis.loads import LoadSettings, Placed, extra_dead_loads, live_loads, upper_edges
 from orchestrator.masonry.geometry import block_areas, block_centroids, block_weights
 from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
 from orchestrator.meshing import BodyMeshes
@@ -112,12 +112,11 @@ def _points_within(polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _points_on_top(polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return points (p, 2) on the edges of a counter-clockwise polygon that face upwards, and their shares (p,) of the
     horizontal projection."""
-    start, end = polygon, np.roll(polygon, -1, axis=0)
+    start, end = upper_edges(polygon).transpose(1, 0, 2)
     width = start[:, 0] - end[:, 0]
-    above = width > STEEP * np.linalg.norm(end - start, axis=1)
     place = ((np.arange(POINTS_ON_EDGE) + 0.5) / POINTS_ON_EDGE)[None, :, None]
-    points = start[above][:, None] + place * (end - start)[above][:, None]
-    return points.reshape(-1, 2), np.repeat(width[above] / width[above].sum(), POINTS_ON_EDGE) / POINTS_ON_EDGE
+    points = start[:, None] + place * (end - start)[:, None]
+    return points.reshape(-1, 2), np.repeat(width / width.sum(), POINTS_ON_EDGE) / POINTS_ON_EDGE
 
 
 def _held(points: FloatArray, meshes: BodyMeshes, body: int) -> tuple[IntArray, FloatArray]:
