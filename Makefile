@@ -25,7 +25,7 @@ setup: .venv/.ready
 	touch $@
 
 benchmark1: setup
-	$(MPIRUN) $(PYTHON) -m orchestrator run templates/benchmark1.toml --output results/benchmark1
+	$(MPIRUN) $(PYTHON) -m orchestrator run templates/benchmark1.toml --output results/benchmark1 --force
 
 # A facade between two returns, pushed out of its plane: multipliers, pictures, the collapse under a slider.
 outofplane: setup
@@ -74,7 +74,7 @@ bench: setup
 
 # The stored curves of tests/regression; look at the difference (git diff, build/regression/*.png) before you commit it.
 reference: benchmark1
-	$(PYTHON) -m orchestrator run templates/benchmark2.toml --output results/benchmark2_run
+	$(PYTHON) -m orchestrator run templates/benchmark2.toml --output results/benchmark2_run --force
 	cp results/benchmark1/case.toml tests/regression/benchmark1/case.toml
 	cp results/benchmark2_run/case.toml tests/regression/benchmark2/case.toml
 	for model in macro micro; do \

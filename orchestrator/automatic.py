@@ -14,6 +14,7 @@ looked for on the bodies by a descent from the slips they had (lower_states), wh
 from __future__ import annotations
 
 import heapq
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -29,6 +30,8 @@ from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
 from orchestrator.limit_analysis.merged_blocks import merged_problem
 from orchestrator.macroblocks import MacroblockSettings, Partition, merged, partition_of
 from orchestrator.masonry.wall import FloatArray, IntArray
+
+logger = logging.getLogger(__name__)
 
 ANOTHER = 1e-4
 """Part of the multiplier by which another state differs at least."""
@@ -188,6 +191,7 @@ def chosen(assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads
     def kept(partition: Partition) -> list[float]:
         """Return the multipliers found for the states, as far as the first that is lost."""
         found = []
+        logger.info("macroblocks: trying %d bodies", partition.count)
         for state in states:
             multiplier = kept_multiplier(assemblage, analysis, state, partition, margin, loads)
             if multiplier is None:

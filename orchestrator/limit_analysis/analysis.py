@@ -6,6 +6,7 @@ the complementarity program - a search for lower states from all of these.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -34,6 +35,8 @@ from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.limit_analysis.yield_conditions import coulomb
+
+logger = logging.getLogger(__name__)
 
 FACE_BALANCE = 1e-5
 """Power that may be out of balance at the upper end of the range that goes with the shift's mechanism: the end moves
@@ -66,7 +69,11 @@ def analyse(
     view = standard_view(assemblage, load_direction, loads)
     equilibrium = assemble_equilibrium(view.assemblage, 1, view.loads)
     problem = Problem(view.assemblage, equilibrium, coulomb(view.assemblage, equilibrium.dead_total))
+    blocks, joints = len(equilibrium.free_blocks), len(assemblage.block_i)
+    logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
+    bound = optimum.load_multiplier
+    logger.info("associative multiplier %.4f; looking for states without dilation", bound)
     search = Search(problem, settings)
     if len(equilibrium.free_blocks) > settings.search_blocks:
         search.run(optimum)
@@ -167,13 +174,13 @@ def sequence_state(
         iterates, confirmation = run_sequence(problem.equilibrium, problem.friction, start, settings)
         mechanism = programs.mechanism(confirmation.normal)
     except ConvergenceError as error:
-        return None, (f"no non-associative solution found: {error}",)
+        return None, (f"the paper's sequence found no state: {error}",)
     records = [record_of(iterate.solution, iterate.seed) for iterate in iterates]
     records += [record_of(confirmation, 0.0), record_of(mechanism, 0.0)]
     state = problem.state("sequence", problem.no_dilatancy, confirmation, mechanism, tuple(records))
     if state.power_residual > settings.power_tolerance:
         imbalance = f"the power of what it settled on is out of balance by {state.power_residual:.1e}"
-        return None, (f"no non-associative solution found: sequence of Eq. (2): {imbalance}",)
+        return None, (f"the paper's sequence found no state: {imbalance}",)
     return state, ()
 
 

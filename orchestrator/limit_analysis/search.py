@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Sequence
 
 from orchestrator.limit_analysis.complementarity import ComplementarySolution
@@ -26,6 +27,8 @@ from orchestrator.limit_analysis.smoothed_complementarity import smoothed_start
 from orchestrator.limit_analysis.state import LimitState, LinearProgramRecord
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray
+
+logger = logging.getLogger(__name__)
 
 PUSHED_BLOCKS = 500
 """Smaller walls are always pushed with elastic joints as well: 3.5 s of CPU at 418 blocks. Larger ones begin with the
@@ -92,6 +95,9 @@ class Search:
         reached = []
         for state in descent(programs, slip, turns, self.passed, face_weight):
             reached.append(state)
+            logger.info(
+                "search: state at %.4f, %d passed", state.forces.load_multiplier, len(self.passed) + len(reached)
+            )
             if self._one_is_enough and valid(self._problem, [state]):
                 break
         self.passed += reached
