@@ -15,7 +15,7 @@ from orchestrator.case import Case
 from orchestrator.errors import CaseError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import LoadSettings, loads_on
-from orchestrator.limit_analysis.loads import DeadLoad, extra_dead_loads
+from orchestrator.limit_analysis.dead_loads import DeadLoad, extra_dead_loads
 from orchestrator.masonry.geometry import block_areas, block_weights
 from orchestrator.masonry.wall import Block, FloatArray, Wall
 from orchestrator.seismic.control import candidates, named_point

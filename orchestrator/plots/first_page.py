@@ -10,7 +10,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.loads import DeadLoad, LoadSettings, extra_dead_loads, upper_edges
+from orchestrator.limit_analysis.dead_loads import DeadLoad, extra_dead_loads, upper_edges
+from orchestrator.limit_analysis.loads import LoadSettings
 from orchestrator.masonry.wall import FloatArray, Wall
 from orchestrator.plots.canvas import (
     BLUE,
@@ -70,8 +71,12 @@ def _draw_classes(axes: Axes, assemblage: Assemblage, class_of_joint: Sequence[s
 def _draw_dead(axes: Axes, wall: Wall, load: DeadLoad, size: float) -> None:
     """Draw one extra dead load: arrows onto the tops it lies on, or one onto the centroid of each block."""
     placed = extra_dead_loads(wall, (load,))
-    tips = [_along_top(wall.blocks[k].polygon, ARROWS_APART * size) for k in placed.block[placed.on_top]]
-    points = np.vstack([*tips, placed.point[~placed.on_top]])
+    points = np.vstack(
+        [
+            _along(upper_edges(wall.blocks[k].polygon, tuple(between)), ARROWS_APART * size) if kind == "top" else [at]
+            for k, at, kind, between in zip(placed.block, placed.point, placed.spread, placed.stretch, strict=True)
+        ]
+    )
     arrows = np.stack([points + [0.0, DRAWN_LOAD * size], points], axis=1)
     total = float(placed.size.sum()) / 1e3
     label = f"dead load {total:.4g} kN{', with its mass' * load.inertia}"
@@ -82,10 +87,10 @@ def _draw_dead(axes: Axes, wall: Wall, load: DeadLoad, size: float) -> None:
     axes.add_collection(drawn, autolim=False)
 
 
-def _along_top(polygon: FloatArray, apart: float) -> FloatArray:
-    """Return points (p, 2) on the edges of a counter-clockwise polygon that face upwards, about `apart` (m) apart."""
+def _along(edges: FloatArray, apart: float) -> FloatArray:
+    """Return points (p, 2) on edges (e, 2, 2), about `apart` (m) apart."""
     found = []
-    for start, end in upper_edges(polygon):
+    for start, end in edges:
         many = max(1, round(float(abs(end[0] - start[0])) / apart))
         share = (np.arange(many) + 0.5) / many
         found.append(start + share[:, None] * (end - start))
