@@ -23,6 +23,7 @@ from orchestrator.inventory import (
     joint_classes,
     load_sums,
     materials,
+    tie_words,
 )
 from orchestrator.joints import Assemblage
 from orchestrator.unusual import unusual
@@ -41,7 +42,7 @@ def check(case: Case, place: str, figures: Path, console: Console) -> int:
         console.print(loads_table(sums, name))
     console.print(materials_table(found))
     console.print(joints_table(classes))
-    for line in control_words(case, assemblage):
+    for line in [*tie_words(case), *control_words(case, assemblage)]:
         console.print(line, soft_wrap=True, markup=False)
     console.print(STANDS, soft_wrap=True)
     warnings = [*said, *unusual(case, wall, list(loads.values()), found, classes)]

@@ -206,7 +206,9 @@ def _settle(options: argparse.Namespace, case: cases.Case, output: Path, console
 
 
 def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
-    for name, one in load_cases.each(cases.read(options.case, options.set)).items():
+    case = cases.read(options.case, options.set)
+    cases.refuse_ties(case, "segment")
+    for name, one in load_cases.each(case).items():
         with Reporter(console):
             segmented = driver.segment(one)
         console.print(tables.limit_table(segmented.analysis, name))
@@ -229,6 +231,7 @@ def _benchmark1(options: argparse.Namespace, comm: MPI.Intracomm | None, console
 
 def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
     case = on_root(comm, cases.read, options.case, options.set)
+    cases.refuse_ties(case, "run")
     if options.model:
         case = replace(case, run=cases.RunSettings(MODELS[options.model]))
     output = options.output or Path("results") / options.case.stem
@@ -290,6 +293,7 @@ def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:
 def _study(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
     case = on_root(comm, cases.read, options.case, options.set)
     load_cases.refuse_several(case, "study")
+    cases.refuse_ties(case, "study")
     output = options.output or Path("results") / f"{options.case.stem}-study"
     on_root(comm, results.try_folder, output)
     logging.getLogger("orchestrator").propagate = False

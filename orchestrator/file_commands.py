@@ -192,6 +192,7 @@ def _export(options: argparse.Namespace, _: None, console: Console) -> int:
     source = options.case / "case.toml" if options.case.is_dir() else options.case
     case = cases.read(source, options.set)
     load_cases.refuse_several(case, "export")
+    cases.refuse_ties(case, "export")
     name = options.case.resolve().name if options.case.is_dir() else options.case.stem
     output = options.output or Path(f"{name}_{options.model}{exports.SUFFIX[options.format]}")
     refuse_what_is_not_utf8(str(output), "--output")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from math import dist
 
 import numpy as np
 
@@ -193,6 +194,17 @@ def _control_point(case: Case, assemblage: Assemblage) -> str:
         return error.problem
     places = "; ".join(point.name for point in candidates(assemblage, case.load))
     return named.name if named else f"what moves most in the mechanism, of: {places}"
+
+
+def tie_words(case: Case) -> list[str]:
+    """Return every tie in words."""
+    said = []
+    for number, tie in enumerate(case.reinforcement.ties, 1):
+        x, y = tie.end
+        other = f"block {tie.blocks[1]}" if len(tie.blocks) > 1 else f"an anchor at ({x:g}, {y:g}) m"
+        long = f"{dist(tie.start, tie.end):.4g} m long, yields at {tie.strength / 1e3:.3f} kN"
+        said.append(f"tie {number}: block {tie.blocks[0]} to {other}, {long}")
+    return said
 
 
 def asked_states(case: Case) -> tuple[LimitStateSettings, ...]:

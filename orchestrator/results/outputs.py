@@ -36,4 +36,4 @@ def refuse_overwriting_run(folder: Path) -> None:
 def refuse_overwriting_file(path: Path) -> None:
     """Raise CaseError for a file that exists."""
     if path.exists():
-        raise CaseError("--output", "exists already", "give another --output, or overwrite it with --force", str(path))
+        raise CaseError("", "exists already", "give another name, or overwrite it with --force", str(path))
