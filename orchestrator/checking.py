@@ -60,7 +60,7 @@ def check(case: Case, place: str, figures: Path, console: Console) -> int:
 def _draw(case: Case, assemblage: Assemblage, name: str, figures: Path) -> Path:
     words = [class_words(one) for one in class_of_joint(assemblage)]
     wall = assemblage.wall if case.file == case.block_file else replace(assemblage.wall, name=case.name)
-    picture = plots.given(replace(assemblage, wall=wall), case.load, words)
+    picture = plots.given(replace(assemblage, wall=wall), case.load, words, case.reinforcement.ties)
     return plots.save(picture, figures, f"blocks{'_' * bool(name)}{name}")[0]
 
 

@@ -93,10 +93,15 @@ def load_sums(wall: Wall, load: LoadSettings) -> LoadSums:
 
 def _extra(wall: Wall, load: DeadLoad) -> ExtraLoad:
     placed = extra_dead_loads(wall, (load,))
-    size = f"{load.line_load / 1e3:g} kN/m" if load.line_load is not None else f"{(load.force or 0.0) / 1e3:g} kN each"
+    size = f"{load.line_load / 1e3:g} kN/m" if load.line_load is not None else f"{(load.force or 0.0) / 1e3:g} kN"
+    size += " each" * (len(load.blocks) > 1 and load.force is not None)
     place = f"level {load.level:g} m" if load.level is not None else f"block{'s' * (len(load.blocks) > 1)} "
     if load.level is None:
         place += ", ".join(map(str, load.blocks[:4])) + ", ..." * (len(load.blocks) > 4)
+    if load.stretch:
+        place += f", x = {load.stretch[0]:g} to {load.stretch[1]:g} m"
+    if load.at:
+        place += f" at ({load.at[0]:g}, {load.at[1]:g}) m"
     return ExtraLoad(f"{size} on {place}", len(np.unique(placed.block)), float(placed.size.sum()), load.inertia)
 
 

@@ -48,9 +48,9 @@ class DeadLoad:
     """whether the live load acts on its mass too, where it stands"""
     level: Annotated[float, Unit("m")] | None = None
     """height of the blocks' tops (y), instead of `blocks`"""
-    stretch: Annotated[tuple[float, ...], Unit("m")] = ()
+    stretch: tuple[Annotated[float, Unit("m")], ...] = ()
     """the line load lies between these two x only, as in ["1.2 m", "3.4 m"]; left out: on the whole tops"""
-    at: Annotated[tuple[float, ...], Unit("m")] = ()
+    at: tuple[Annotated[float, Unit("m")], ...] = ()
     """x and y of the point where the force acts on the block named, as in ["1.2 m", "2.8 m"]; left out: its centroid"""
 
 

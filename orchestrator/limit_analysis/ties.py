@@ -38,9 +38,9 @@ class Tie:
 
     blocks: Annotated[tuple[int, ...], MinLen(1)]
     """ids of the two blocks, or of the one that is anchored"""
-    start: Annotated[tuple[float, ...], Unit("m"), MinLen(2)]
+    start: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(2)]
     """x and y where it is fixed to the first block, as in ["0.4 m", "2.8 m"]"""
-    end: Annotated[tuple[float, ...], Unit("m"), MinLen(2)]
+    end: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(2)]
     """x and y where it is fixed to the second block, or anchored"""
     strength: Annotated[float, Unit("N"), Gt(0)]
     """force at which it yields, or its anchorage does"""

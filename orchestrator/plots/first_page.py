@@ -12,10 +12,12 @@ from matplotlib.figure import Figure
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.dead_loads import DeadLoad, extra_dead_loads, upper_edges
 from orchestrator.limit_analysis.loads import LoadSettings
+from orchestrator.limit_analysis.ties import Tie
 from orchestrator.masonry.wall import FloatArray, Wall
 from orchestrator.plots.canvas import (
     BLUE,
     GREEN,
+    INK,
     ORANGE,
     PURPLE,
     VERMILLION,
@@ -34,7 +36,9 @@ ARROWS_APART = 0.02
 """distance of the arrows of a line load, part of the wall's larger side"""
 
 
-def given(assemblage: Assemblage, load: LoadSettings, class_of_joint: Sequence[str]) -> Figure:
+def given(
+    assemblage: Assemblage, load: LoadSettings, class_of_joint: Sequence[str], ties: Sequence[Tie] = ()
+) -> Figure:
     """Draw what an analysis is given. class_of_joint (k,): the class of each joint in words, drawn where there are
     several."""
     wall = assemblage.wall
@@ -42,7 +46,8 @@ def given(assemblage: Assemblage, load: LoadSettings, class_of_joint: Sequence[s
     size = float(np.ptp(free, axis=0).max())
     arrow = load_arrow(free, load.sign, load.inclination)
     above = free.max(axis=0) + [0.0, 2 * DRAWN_LOAD * size * bool(load.dead)]
-    figure, axes = wall_canvas(wall, np.vstack([arrow, above]))
+    ends = [point for tie in ties for point in (tie.start, tie.end)]
+    figure, axes = wall_canvas(wall, np.vstack([arrow, above, *ends]))
     draw_blocks(axes, wall)
     _draw_classes(axes, assemblage, class_of_joint)
     for one in load.dead:
@@ -50,6 +55,8 @@ def given(assemblage: Assemblage, load: LoadSettings, class_of_joint: Sequence[s
     top = free[:, 1].max()
     line = np.array([[[free[:, 0].min(), top], [free[:, 0].max(), top]]])
     draw_segments(axes, line, "black", 2.5, "height of the control displacement").set_linestyle([(0, (0.1, 2.0))])
+    for tie in ties:
+        draw_segments(axes, np.array([[tie.start, tie.end]]), INK, 2.0, f"tie, {tie.strength / 1e3:.4g} kN")
     draw_load(axes, arrow, f"λ × {load.name}")
     number_blocks(axes, wall)
     legend_below(axes, 3)

@@ -119,9 +119,10 @@ def test_limit_and_check_take_ties(tied, capsys):
     found = json.loads(capsys.readouterr().out)["non_associative"]
     assert found == pytest.approx((W * B / 2 + 4e3 * Z) / (W * H / 2), rel=1e-6)
     assert cli.main(["check", str(tied), "--output", str(tied.parent / "look")]) == 0
+    assert (tied.parent / "look" / "figures" / "blocks.png").exists()
     printed = capsys.readouterr().out
     assert "tie 1: block 1 to an anchor at (-3, 1.5) m, 3 m long, yields at 4.000 kN" in printed
-    assert "reinforcement.ties: run takes no ties yet" in printed
+    assert "segment, run, study and export take no ties yet" in printed
 
 
 @pytest.mark.parametrize("command", ["segment", "run", "study", "export"])
