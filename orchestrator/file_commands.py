@@ -196,10 +196,10 @@ def _export(options: argparse.Namespace, _: None, console: Console) -> int:
     name = options.case.resolve().name if options.case.is_dir() else options.case.stem
     output = options.output or Path(f"{name}_{options.model}{exports.SUFFIX[options.format]}")
     refuse_what_is_not_utf8(str(output), "--output")
-    if not options.force:
-        results.refuse_overwriting_file(output)
     if options.multiplier is not None and not 0 <= options.multiplier < 1e3:
         raise CaseError("--multiplier", f"{options.multiplier:g} is not a multiplier", "give one from 0 on, as in 0.3")
+    if not options.force:
+        results.refuse_overwriting_file(output)
     exports.export(case, driver.segment(case), options.model, options.format, options.multiplier, output)
     console.print(str(output), soft_wrap=True, markup=False)
     return 0

@@ -14,8 +14,12 @@ OF_A_RUN = ("summary.json", "macro", "micro", "load_cases.json")
 
 
 def try_folder(folder: Path) -> None:
-    """Raise OSError naming `folder` unless it, or what it will be made in, takes files. Leaves nothing behind."""
-    place = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    """Raise OSError naming `folder` unless it, or what it will be made in, takes files; CaseError for a name that no
+    folder can have. Leaves nothing behind."""
+    try:
+        place = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    except OSError as error:  # a name that no folder can have
+        raise CaseError("--output", (error.strerror or "").lower(), "give another name", folder.name[:40]) from None
     if not place.is_dir():
         number = errno.EEXIST if place == folder else errno.ENOTDIR
         raise OSError(number, os.strerror(number), str(place))

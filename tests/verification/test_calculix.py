@@ -43,7 +43,7 @@ def reactions(folder, *arguments):
 
 
 def deck_of(folder, *arguments):
-    assert main(["export", *arguments, "--format", "calculix", "--output", str(folder / "deck.inp")]) == 0
+    assert main(["export", *arguments, "--format", "calculix", "--output", str(folder / "deck.inp"), "--force"]) == 0
     return (folder / "deck.inp").read_text()
 
 
