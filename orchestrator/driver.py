@@ -18,13 +18,7 @@ from typing import TYPE_CHECKING, Any
 from orchestrator import results
 from orchestrator.automatic import macroblocks_of
 from orchestrator.bodies import Bodies, make_bodies
-from orchestrator.case import (
-    Case,
-    ModelName,
-    read_wall,
-    refuse_seismic,
-    refuse_what_only_limit_analysis_takes,
-)
+from orchestrator.case import Case, ModelName, read_wall, refuse_seismic, refuse_what_only_limit_analysis_takes
 from orchestrator.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle

@@ -23,8 +23,8 @@ from orchestrator.units import Unit
 
 STEEP = 1e-9
 """Edges whose outward normal points up by less than this (as a part of 1) are not the top of a block."""
-AT_LEVEL = 2e-3
-"""m by which the top of a block may be off the level of a floor"""
+AT_LEVEL = 1e-2
+"""part of a block's height by which its top may be off the level of a floor"""
 INSIDE = 1e-6
 """of a block's perimeter: a point load so near its outline is on it"""
 EVERYWHERE = (-np.inf, np.inf)
@@ -156,11 +156,12 @@ def refuse_place(wall: Wall, load: DeadLoad, key: str) -> None:
 
 def blocks_at_level(wall: Wall, level: float) -> list[int]:
     """Return the positions of the free blocks all of whose edges that face upwards lie at a level (m)."""
-    return [
-        k
-        for k, block in enumerate(wall.blocks)
-        if not block.fixed and np.abs(block.polygon[_upper_corners(block.polygon), 1] - level).max() < AT_LEVEL
-    ]
+
+    def at_level(polygon: FloatArray) -> bool:
+        off = np.abs(polygon[_upper_corners(polygon), 1] - level).max()
+        return bool(off < AT_LEVEL * np.ptp(polygon[:, 1]))
+
+    return [k for k, block in enumerate(wall.blocks) if not block.fixed and at_level(block.polygon)]
 
 
 def _upper_corners(polygon: FloatArray) -> npt.NDArray[np.bool_]:

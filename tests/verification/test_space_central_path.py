@@ -19,7 +19,7 @@ from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.polyhedra import box
 from orchestrator.space.springs import depth_stiffness, springs_of
 from orchestrator.space.ties import Tie, with_ties
-from tests.verification.space_walls import block_on_ground, turned, v_groove, wall_of
+from tests.verification.space_walls import WITHOUT_DILATION, turned, v_groove, wall_of
 
 
 def path_of(wall, direction="-y", ties=(), **settings):
@@ -32,18 +32,8 @@ def path_of(wall, direction="-y", ties=(), **settings):
     return assemblage, loads, equilibrium, end
 
 
-@pytest.mark.parametrize(
-    ("wall", "direction", "expected"),
-    [
-        (block_on_ground(0.4, 0.2, 1.0, 0.7), "+x", 0.4),
-        (block_on_ground(0.4, 0.2, 1.0, 0.7), (0.5, 0.75**0.5, 0.0), 0.230940),
-        (block_on_ground(1.0, 0.7, 0.1, 0.53), (0.6, 0.8, 0.0), 0.53),
-        (v_groove(np.radians(45), 0.5), "+y", 0.707107),
-        (v_groove(np.radians(60), 0.5), "+y", 0.577350),
-    ],
-)
+@pytest.mark.parametrize(("wall", "direction", "expected"), WITHOUT_DILATION)
 def test_the_path_ends_at_the_limit_without_dilation(wall, direction, expected):
-    """Overturning x / (h cos psi), sliding mu, a groove mu / sin b: not the associative 0.816497 and 0.603023."""
     end = path_of(wall, direction)[-1]
     assert end.left <= ENOUGH
     assert end.load_multiplier == pytest.approx(expected, abs=2e-6)

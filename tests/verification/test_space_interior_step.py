@@ -17,7 +17,7 @@ from orchestrator.space.polyhedra import box
 from orchestrator.space.springs import depth_stiffness, displaced, flow_error, springs_of
 from orchestrator.space.stiffness import ContactStiffness
 from orchestrator.space.ties import Tie, with_ties
-from tests.verification.space_walls import block_on_ground, v_groove, wall_of
+from tests.verification.space_walls import WITHOUT_DILATION, wall_of
 
 
 def problem(wall, direction, ties=()):
@@ -39,18 +39,8 @@ def leapt(springs, forces, lengths=(1.0, 30.0, 1e3, 3e4), goal=1e-9):
     return pushed, left
 
 
-@pytest.mark.parametrize(
-    ("wall", "direction", "expected"),
-    [
-        (block_on_ground(0.4, 0.2, 1.0, 0.7), "+x", 0.4),
-        (block_on_ground(0.4, 0.2, 1.0, 0.7), (0.5, 0.75**0.5, 0.0), 0.230940),
-        (block_on_ground(1.0, 0.7, 0.1, 0.53), (0.6, 0.8, 0.0), 0.53),
-        (v_groove(np.radians(45), 0.5), "+y", 0.707107),
-        (v_groove(np.radians(60), 0.5), "+y", 0.577350),
-    ],
-)
+@pytest.mark.parametrize(("wall", "direction", "expected"), WITHOUT_DILATION)
 def test_steps_that_grow_thirtyfold_end_at_the_limit_without_dilation(wall, direction, expected):
-    """Overturning x / (h cos psi), sliding mu, a groove mu / sin b: not the associative 0.816497 and 0.603023."""
     springs, forces, scale = problem(wall, direction)
     pushed, left = leapt(springs, forces)
     assert left < 1e-8
