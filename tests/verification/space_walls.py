@@ -81,5 +81,7 @@ WITHOUT_DILATION = [
     (v_groove(np.radians(45), 0.5), "+y", 0.707107),
     (v_groove(np.radians(60), 0.5), "+y", 0.577350),
 ]
-"""wall, direction and multiplier: overturning x / (h cos psi), sliding mu, a groove mu / sin b, for which the associative
-multipliers are 0.816497 and 0.603023"""
+"""wall, direction and multiplier: overturning x / (h cos psi), sliding mu, a groove mu / sin b.
+
+The associative multipliers of the grooves are 0.816497 and 0.603023.
+"""
