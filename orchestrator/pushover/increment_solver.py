@@ -69,6 +69,11 @@ class IncrementSolver:
         change, model = state.change.ravel(), self.model_of(state)
         return float(model.mean_row @ change), float(model.top_row @ change)
 
+    def was_driven(self, state: Increment) -> bool:
+        """Return whether the last change is an increment of what is driven now, not the end of a slip or a motion."""
+        mean_change, _ = self.last_changes(state)
+        return state.phase == "displacement" and state.step[1] > 0.0 and abs(mean_change / state.step[1] - 1) < 1e-3
+
     def time_step(self, aim: Aim) -> float:
         """Return the time step of a static increment, s: of displacement, its root, so that the drag has one share."""
         share = aim.size / self.largest_displacement if aim.phase == "displacement" else 1.0
@@ -81,8 +86,7 @@ class IncrementSolver:
         here, time_step = state.displacement.ravel(), self.time_step(aim)
         share = 0.0
         if aim.phase == "displacement":
-            mean_change, _ = self.last_changes(state)
-            share = min(aim.size / mean_change, 2.0) if mean_change > 0 else 0.0
+            share = min(aim.size / state.step[1], 2.0) if self.was_driven(state) else 0.0
         elif aim.phase == "load" and state.phase == "load" and state.step[1] > 0.0:
             share = min(aim.size / state.step[1], 2.0)
         predicted = carried_on(self.model, here, state.change.ravel(), share) if share else here

@@ -181,10 +181,7 @@ class Pushover:
             if not rows[-1].moving:
                 action = SETTLED if rest else RESTED
                 attempts += (Attempt(failure, size, action, spent - rows[-1].iterations),)
-                largest = self._largest(state.phase)
-                yield replace(
-                    rows[-1], number=state.number + 1, attempts=attempts, step=(min(GROW * aim.size, largest), aim.size)
-                )
+                yield replace(rows[-1], number=state.number + 1, attempts=attempts, step=self._anew(aim))
                 return
             driving = self._driving_what_moves(state, rows[-1].change.ravel())
             if driving is not None:
@@ -203,8 +200,7 @@ class Pushover:
     def _without_what_fell(self, state: Increment) -> Increment:
         """Return the state without the bodies that have lost their hold. Raises CollapseError for a large part."""
         if not state.moving:
-            largest = self._largest(state.phase)
-            return replace(state, step=(SHRINK**2 * largest, SHRINK**2 * largest))
+            return replace(state, step=self._anew(self._held(state)))
         if state.phase == "gravity":
             self._refuse_what_falls(state)
             return state
@@ -275,6 +271,16 @@ class Pushover:
             return self.stepping.load_increment * self.expected_multiplier
         return self.solver.largest_displacement
 
+    def _anew(self, aim: Aim) -> tuple[float, float]:
+        """Return what is to be tried after a slip or a motion, and the last increment, in the unit of the phase.
+
+        Where a displacement is prescribed nothing is known yet of how the wall moves on: it begins with the elastic slip.
+        """
+        largest = self._largest(aim.phase)
+        if aim.phase == "displacement":
+            return min(self.model.slip_tolerance, largest), 0.0
+        return (min(GROW * aim.size, largest), aim.size) if aim.size else (SHRINK**2 * largest, SHRINK**2 * largest)
+
     def _resolved(self, state: Increment, solved: Increment) -> float:
         """Return the increment up to which the curve after a static increment is resolved, in its phase's unit.
 
@@ -295,7 +301,7 @@ class Pushover:
         if state.phase == "load":
             return Aim("load", state.load_multiplier + size, size)
         mean_change, control_change = self.solver.last_changes(state)
-        if mean_change > 0:
+        if self.solver.was_driven(state):
             left = self.stepping.final_displacement - state.control_displacement
             if control_change > 0:
                 size = min(size, max(left * mean_change / control_change, 1e-3 * size))
@@ -330,4 +336,4 @@ def _rested(state: Increment) -> bool:
 
 def _growth(iterations: int) -> float:
     """Return by what factor the next increment is larger after one that took so many iterations."""
-    return 2.0 if iterations <= EASY // 2 else GROW if iterations <= EASY else 1.0
+    return min(max(EASY / iterations, 1.0), 4.0)
