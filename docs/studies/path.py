@@ -32,6 +32,8 @@ from mpi4py import MPI  # noqa: E402
 from orchestrator.bodies import make_bodies  # noqa: E402
 from orchestrator.errors import CollapseError, ConvergenceError  # noqa: E402
 from orchestrator.joints import JointSettings, find_joints  # noqa: E402
+from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed  # noqa: E402
+from orchestrator.limit_analysis.loads import loads_on  # noqa: E402
 from orchestrator.macroblocks import one_body_per_block  # noqa: E402
 from orchestrator.masonry.patterns import Rubble, irregular_courses, rubble  # noqa: E402
 from orchestrator.masonry.readers import read_blocks  # noqa: E402
@@ -81,10 +83,11 @@ def pushed(run: int) -> dict[str, Any]:
     model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), direction, MPI.COMM_SELF, True)
     height = float(np.ptp(meshes.nodes[:, 1]))
     stepping = SteppingSettings(final_displacement=height / 30)
+    expected = refuse_what_cannot_be_analysed(assemblage, direction, loads_on(wall)).load_multiplier
     ended, kept = "", list[Increment]()
     try:
         with LinearSystem(model, MPI.COMM_SELF) as system:
-            for increment in Pushover(model, system, NewtonSettings(), stepping).increments():
+            for increment in Pushover(model, system, NewtonSettings(), stepping, expected).increments():
                 kept.append(increment)
                 if process_time() - began > LIMIT:
                     ended = f"left after {LIMIT:g} s"

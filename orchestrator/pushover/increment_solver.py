@@ -27,8 +27,6 @@ TURN_SHARE = 0.05
 GEOMETRY_PASSES = 6
 JUMP = 10.0
 """a solution that lies farther from the expected one than this many times the expected motion is another branch's"""
-CONVEX = 30
-"""Newton iterations of such a step, which has a solution"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,13 +94,7 @@ class IncrementSolver:
         return solved
 
     def solved(
-        self,
-        state: Increment,
-        aim: Aim,
-        predicted: FloatArray,
-        viscosity: float,
-        time_step: float,
-        pressure: FloatArray | None = None,
+        self, state: Increment, aim: Aim, predicted: FloatArray, viscosity: float, time_step: float
     ) -> Increment:
         """Solve on the geometry of the predicted displacement, again where bodies have turned away from it."""
         phase, undeformed = aim.phase, self.model_of(state)
@@ -129,13 +121,11 @@ class IncrementSolver:
                 elastic_slip=model.on_its_contacts(problem.elastic_slip),
                 bond=bond,
                 damped=closed if closed.any() else None,
-                pressure=None if pressure is None else model.on_its_contacts(pressure),
             )
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
-            if phase == "displacement" and bond is None and pressure is None:
+            if phase == "displacement" and bond is None:
                 first = as_before(model, here, first, model.on_its_contacts(before))
-            newton = self.newton if pressure is None else replace(self.newton, iterations=CONVEX)
-            iterate = solve_increment(model, self.system, here, first, newton)
+            iterate = solve_increment(model, self.system, here, first, self.newton)
             spent += iterate.number
             turned = largest_turn(self.model, predicted, iterate.displacement)
             allowed = (

@@ -27,7 +27,6 @@ class Problem:
     contacts that were closed at the start (damped (c,)) resist slip by viscosity x (slip since then) besides friction,
     whether they stay closed or not: a force that came and went with the contact could leave a step without a solution.
     Bonded ones resist opening likewise. bond: strengths and history of the contacts, None where no joint has any.
-    pressure (c,) in N: normal forces whose friction acts, in place of those sought; the increment is convex then.
     """
 
     gravity_share: float
@@ -40,7 +39,6 @@ class Problem:
     viscosity: float = 0.0
     damped: npt.NDArray[np.bool_] | None = None
     bond: Bond | None = None
-    pressure: FloatArray | None = None
 
     def viscosities(self, contacts: int) -> FloatArray:
         """Return the viscosity of each contact (c,) in N/m."""
@@ -88,10 +86,7 @@ def evaluate(
     gap = model.normal_rows @ displacement + model.gap_offset
     slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
     trial = problem.elastic_slip + slip
-    pressing = normal_force if problem.pressure is None else problem.pressure
-    response = friction_response(trial, pressing, model.contacts.friction, model.slip_tolerance)
-    if problem.pressure is not None:
-        response = replace(response, pressure_slope=np.zeros_like(response.pressure_slope))
+    response = friction_response(trial, normal_force, model.contacts.friction, model.slip_tolerance)
     bond = None
     pull = pull_slope = np.zeros(len(gap))
     if problem.bond is not None:
@@ -129,15 +124,8 @@ def evaluate(
         pull=pull,
         pull_slope=pull_slope,
         bond=bond,
-        damped=_held(problem),
+        damped=problem.damped if problem.viscosity > 0.0 else None,
     )
-
-
-def _held(problem: Problem) -> npt.NDArray[np.bool_] | None:
-    """Return the contacts (c,) that take shear whether they are closed or not, None where there are none."""
-    if problem.pressure is not None:
-        return problem.pressure > 0.0
-    return problem.damped if problem.viscosity > 0.0 else None
 
 
 def as_before(model: ContactModel, problem: Problem, first: Iterate, before: FloatArray) -> Iterate:

@@ -1,4 +1,4 @@
-"""Where no static state is near: rest by friction of given pressures, or motion against mass and viscous contacts."""
+"""Where no static state is near: motion against mass and viscous contacts, until the wall rests."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from orchestrator.masonry.wall import FloatArray
 from orchestrator.pushover.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.moving import body_motion, body_size
+from orchestrator.pushover.prediction import carried_on
 from orchestrator.pushover.state import Attempt, Increment
 
 REAL = 2e-3
@@ -31,12 +32,10 @@ SLOWER = 3.0
 """a step of motion that fails is made shorter by this factor"""
 NEAR_REST = 10.0
 """rest is looked for when the out-of-balance forces have fallen to this many times what counts as static"""
+FIRST = 0.1
+"""length of the first step of a motion over the last increment"""
 TRIES = 20
 """times that a step of motion is made shorter"""
-SETTLING = 12
-"""steps with the friction of given pressures before the wall is left to move"""
-TRIED = 4
-"""steps of these after which rest is looked for"""
 EASY = 8
 """iterations up to which an increment or a step is easy"""
 GROW = 1.4
@@ -46,45 +45,14 @@ GROW = 1.4
 def motion(solver: IncrementSolver, state: Increment, aim: Aim) -> list[Increment]:
     """Return the states of a motion from a static state: until it rests, or is more than a slip."""
     length = aim.size if aim.phase == "displacement" else float(body_motion(solver.model, state.change.ravel()).max())
-    moved = replace(state, step=(max(length, solver.model.slip_tolerance), FASTER), moving=True)
+    moved = replace(state, step=(max(FIRST * length, solver.model.slip_tolerance), FASTER), moving=True)
     rows: list[Increment] = []
     while moved.moving and not is_real(solver.model, state, (moved.displacement - state.displacement).ravel()):
-        moved = step_of_motion(solver, moved, aim)
+        moved = step_of_motion(solver, moved, aim, goes_on=bool(rows))
         rows.append(moved)
         if len(rows) == LONGEST:
             break
     return rows
-
-
-def settled(solver: IncrementSolver, state: Increment, aim: Aim) -> tuple[Increment | None, int]:
-    """Return the rest that is reached by steps in which friction is that of given pressures, if any; iterations.
-
-    Such a step is the minimum of a convex energy. Its pressures are those of the step before, carried on by half of
-    their last change, so that at rest friction is Coulomb's; where bodies move by more than a slip there is none.
-    """
-    moved, before, spent = state, state.normal_force, 0
-    if solver.model.bond is not None:
-        return None, 0
-    for number in range(1, SETTLING + 1):
-        pressure = np.maximum(1.5 * moved.normal_force - 0.5 * before, 0.0)
-        before = moved.normal_force
-        try:
-            moved = solver.solved(moved, aim, moved.displacement.ravel(), 0.0, solver.time_step(aim), pressure)
-            spent += moved.iterations
-            if is_real(solver.model, state, (moved.displacement - state.displacement).ravel()):
-                break
-            if number % TRIED:
-                continue
-            rest = solver.static(moved, replace(aim, size=0.0))
-        except ConvergenceError as error:
-            spent += error.iterations
-            if number % TRIED:
-                break
-            continue
-        spent += rest.iterations
-        if not rest.moving:
-            return replace(rest, iterations=spent), spent
-    return None, spent
 
 
 def is_real(model: ContactModel, state: Increment, change: FloatArray) -> bool:
@@ -92,10 +60,15 @@ def is_real(model: ContactModel, state: Increment, change: FloatArray) -> bool:
     return bool(np.max(body_motion(model, change) * ~state.fallen / body_size(model)) > REAL)
 
 
-def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim) -> Increment:
-    """Return the state after one step of motion against mass and viscous contacts, or where the wall rests."""
+def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on: bool = True) -> Increment:
+    """Return the state after one step of motion against mass and viscous contacts, or where the wall rests.
+
+    goes_on: the last change is a step of the same motion, from which this one is expected to go on.
+    """
     length, faster = state.step
     model, attempts = solver.model_of(state), list[Attempt]()
+    here = state.displacement.ravel()
+    predicted = carried_on(solver.model, here, state.change.ravel(), 1.0) if goes_on else here
     gravity = model.weight / float(solver.model.body_mass.sum())
     for _ in range(TRIES):
         viscosity = min(VISCOUS_FORCE * model.weight / length, 3 * model.contact_stiffness)
@@ -104,11 +77,11 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim) -> Incre
         if aim.phase == "displacement":
             reached = replace(aim, value=min(aim.value, state.mean_displacement + length))
         try:
-            moved = solver.solved(state, reached, state.displacement.ravel(), viscosity, time_step)
+            moved = solver.solved(state, reached, predicted, viscosity, time_step)
             break
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "a shorter step", error.iterations))
-            length, faster = length / SLOWER, 1.0
+            length, faster, predicted = length / SLOWER, 1.0, here
     else:
         spent = sum(attempt.iterations for attempt in attempts)
         raise ConvergenceError("Newton", f"no motion is found: {attempts[-1].cause}", spent)

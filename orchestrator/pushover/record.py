@@ -148,10 +148,6 @@ def scattered(values: npt.NDArray, rows: IntArray, part: npt.NDArray) -> npt.NDA
 def resistance(model: ContactModel, problem: Problem, iterate: Iterate) -> FloatArray:
     """Return the forces (n,) in N by which mass and viscosity resist the motion of the increment."""
     inertia = model.mass @ (iterate.displacement - problem.inertia_reference) / np.square(problem.time_step)
-    if problem.pressure is not None:
-        excess = problem.pressure - np.maximum(iterate.normal_force, 0.0)
-        share = iterate.response.elastic_slip / model.slip_tolerance
-        inertia = inertia + model.tangential_columns @ ((model.contacts.friction * excess)[:, None] * share).ravel()
     if problem.viscosity == 0.0:
         return inertia
     slip = (model.tangential_rows @ (iterate.displacement - problem.displacement)).reshape(-1, 2)

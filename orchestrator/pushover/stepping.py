@@ -29,7 +29,7 @@ from orchestrator.masonry.wall import FloatArray, read_only
 from orchestrator.pushover.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, driven_by
-from orchestrator.pushover.motion import EASY, FASTEST, GROW, is_real, motion, settled, step_of_motion
+from orchestrator.pushover.motion import EASY, FASTEST, is_real, motion, step_of_motion
 from orchestrator.pushover.moving import body_motion, body_size, moving_part, participation, without_hold
 from orchestrator.pushover.record import scattered
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
@@ -47,9 +47,8 @@ ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
 OUT = 0.5
 """a body that has moved by this share of its size in a local failure has lost its hold"""
-SETTLED = "settled under the friction of given pressures"
 RESTED = "moved until it rested"
-"""what attempts say that were followed by a state of rest, without motion and after it"""
+"""what an attempt says that was followed by motion to a state of rest"""
 
 
 def at_rest(model: ContactModel) -> Increment:
@@ -157,14 +156,14 @@ class Pushover:
             try:
                 solved = self.solver.static(state, aim)
             except ConvergenceError as error:
-                failure, spent, settles = str(error), error.iterations, True
+                failure, spent = str(error), error.iterations
             else:
                 retreat = self._retreats(state, solved)
                 if not solved.moving and retreat is None:
                     grown = min(aim.size * _growth(solved.iterations), self._resolved(state, solved))
                     yield replace(solved, attempts=attempts, step=(grown, aim.size))
                     return
-                failure, spent, settles = "a part of the wall moves", solved.iterations, False
+                failure, spent = "a part of the wall moves", solved.iterations
                 if retreat is not None:
                     attempts += (Attempt("a local part moves and the wall goes back", size, "no longer driven", spent),)
                     state, size, cuts = retreat, retreat.step[0], 0
@@ -174,13 +173,10 @@ class Pushover:
                 attempts += (Attempt(failure, size, f"retried with {SHRINK * size:g}", spent),)
                 size, cuts = SHRINK * size, cuts + 1
                 continue
-            rest, settling = settled(self.solver, state, aim) if settles else (None, 0)
-            rows = [rest] if rest else motion(self.solver, state, aim)
-            tried = spent if rest else spent + settling
-            spent = tried + sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
+            rows, tried = motion(self.solver, state, aim), spent
+            spent += sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
             if not rows[-1].moving:
-                action = SETTLED if rest else RESTED
-                attempts += (Attempt(failure, size, action, spent - rows[-1].iterations),)
+                attempts += (Attempt(failure, size, RESTED, spent - rows[-1].iterations),)
                 yield replace(rows[-1], number=state.number + 1, attempts=attempts, step=self._anew(aim))
                 return
             driving = self._driving_what_moves(state, rows[-1].change.ravel())
@@ -272,14 +268,14 @@ class Pushover:
         return self.solver.largest_displacement
 
     def _anew(self, aim: Aim) -> tuple[float, float]:
-        """Return what is to be tried after a slip or a motion, and the last increment, in the unit of the phase.
+        """Return the next increment after a slip or a motion, and the last one, in the unit of the phase.
 
-        Where a displacement is prescribed nothing is known yet of how the wall moves on: it begins with the elastic slip.
+        Where a displacement is prescribed it is not known yet how the wall moves on: it begins with the elastic slip.
         """
-        largest = self._largest(aim.phase)
         if aim.phase == "displacement":
-            return min(self.model.slip_tolerance, largest), 0.0
-        return (min(GROW * aim.size, largest), aim.size) if aim.size else (SHRINK**2 * largest, SHRINK**2 * largest)
+            return min(self.model.slip_tolerance, self._largest(aim.phase)), 0.0
+        size = aim.size or SHRINK**2 * self._largest(aim.phase)
+        return size, size
 
     def _resolved(self, state: Increment, solved: Increment) -> float:
         """Return the increment up to which the curve after a static increment is resolved, in its phase's unit.
@@ -331,9 +327,9 @@ class Pushover:
 
 def _rested(state: Increment) -> bool:
     """Return whether a state was found after a slip; where joints stick and slip in turn, one slip follows another."""
-    return bool(state.attempts) and state.attempts[-1].action in (RESTED, SETTLED)
+    return bool(state.attempts) and state.attempts[-1].action == RESTED
 
 
 def _growth(iterations: int) -> float:
     """Return by what factor the next increment is larger after one that took so many iterations."""
-    return min(max(EASY / iterations, 1.0), 4.0)
+    return min(max(EASY / max(iterations, 1), 1.0), 1.0 / SHRINK)

@@ -1,0 +1,108 @@
+"""What each retry, threshold and fallback of the path earns: pushovers of path.py with each of them taken away.
+
+    python docs/studies/rescues.py [number of pushovers, default 20]
+
+writes rescues.csv and rescues.md beside this file. The pushovers are those of path.py with at most STONES stones, in its
+order; a run is left after LIMIT s of CPU time. Two runs go side by side.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+FOLDER = Path(__file__).parent
+sys.path[:0] = [str(FOLDER)]
+
+import path as study  # noqa: E402
+
+from orchestrator.pushover import increment_solver, motion, newton, stepping  # noqa: E402
+from orchestrator.pushover.settings import NewtonSettings  # noqa: E402
+
+LIMIT, STONES = 90.0, 70
+
+
+def _nothing() -> None:
+    pass
+
+
+def _set(module: Any, **values: Any) -> None:
+    for name, value in values.items():
+        assert hasattr(module, name), name
+        setattr(module, name, value)
+
+
+WITHOUT = {
+    "nothing": _nothing,
+    "a quarter of an increment that fails": lambda: _set(stepping, CUTS=dict.fromkeys(stepping.CUTS, 0)),
+    "solutions of other branches are refused": lambda: _set(increment_solver, refuse_jump=lambda *_: None),
+    "a local part that slides is no longer driven": lambda: _set(stepping.Pushover, _retreats=lambda *_: None),
+    "no quarter where one slip follows another": lambda: _set(stepping, _rested=lambda _: False),
+    "elastic slip as first increment after a motion": lambda: _set(
+        stepping.Pushover, _anew=lambda self, aim: (self._largest(aim.phase) / 16, 0.0)
+    ),
+    "contact states from before the increment": lambda: _set(increment_solver, as_before=lambda _m, _p, first, _b: first),
+    "matrix of friction that does not follow the pressure": lambda: _set(newton, _climbs=lambda *_: False),
+    "line search": lambda: _set(newton, FULL_STEP=np.inf),
+    "Newton is left when it is lost": lambda: _set(newton, LOST=np.inf),
+    "Newton is left when it goes in circles": lambda: _set(newton, REPETITION=np.inf),
+    "100 tolerances are accepted": lambda: _set(study, NewtonSettings=lambda: replace(NewtonSettings(), acceptable=1.0)),
+    "first step of motion a tenth of the increment": lambda: _set(motion, FIRST=1.0),
+    "motion goes on from its last step": lambda: _set(motion, carried_on=lambda _m, here, _c, _s: here),
+    "a step of motion is made shorter": lambda: _set(motion, TRIES=1),
+}
+"""what is taken away -> how"""
+
+
+def run(job: tuple[str, int]) -> dict[str, Any]:
+    """Return the row of one pushover without one thing."""
+    without, number = job
+    WITHOUT[without]()
+    study.LIMIT = LIMIT
+    return {"without": without, **study.pushed(number)}
+
+
+def main(count: int) -> None:
+    """Run all and write the table."""
+    order = sorted(range(100), key=lambda number: 37 * number % 100)
+    small = [number for number in order if sum(not block.fixed for block in study.wall_of(number // 2)[1].blocks) <= STONES][:count]
+    rows: list[dict[str, Any]] = []
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+        for row in pool.map(run, [(without, number) for without in WITHOUT for number in small]):
+            rows.append(row)
+            print(row, flush=True)
+            write(rows)
+
+
+def write(rows: list[dict[str, Any]]) -> None:
+    """Write rescues.csv and rescues.md."""
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    with (FOLDER / "rescues.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, columns, restval=0)
+        writer.writeheader()
+        writer.writerows(rows)
+    whole = {row["run"]: row for row in rows if row["without"] == "nothing"}
+    lines = []
+    for without in dict.fromkeys(row["without"] for row in rows):
+        of = [row for row in rows if row["without"] == without]
+        ended = sum(not str(row["ended"]).startswith(("left", "STOPPED")) for row in of)
+        work = [row["iterations"] for row in of]
+        off = [100 * abs(row["peak"] / whole[row["run"]]["peak"] - 1) for row in of]
+        lines.append(
+            f"| {without} | {len(of)} | {ended} | {np.median(work):.0f} | {np.mean(work):.0f} | {max(work)} "
+            f"| {np.median(off):.2f} | {max(off):.1f} |"
+        )
+    head = (FOLDER / "rescues_head.md").read_text()
+    names = "| without | pushovers | reach their end | iterations, median | mean | most | peak off, median % | most % |"
+    (FOLDER / "rescues.md").write_text("\n".join([head, names, "|" + " --- |" * 8, *lines, ""]))
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20)
