@@ -21,6 +21,8 @@ from orchestrator.masonry.geometry import polygon_area
 from orchestrator.masonry.planar_map import OUTSIDE, PlanarMap
 from orchestrator.masonry.wall import Block, FloatArray, IntArray, Wall, read_only
 
+STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness")
+"""what joints have per area"""
 STRAIGHT = 1e-4
 """height of a vertex over the chord of its neighbours, part of the shorter edge, below which the outline goes straight
 on (1e-4 of a stone of 0.4 m is 40 micrometres: the rounding of a drawing)"""
@@ -66,7 +68,8 @@ class Bodies:
     body_i, body_j (k,), start, end (k, 2) in m (convention of joints.py: start -> end is counter-clockwise round i, the
     normal points from i to j), friction (k,), joint (k,): the joint of the assemblage it comes from; edge_i, edge_j
     (k,): the edge of the outline of each body that it is; cohesion, tensile_strength (k,) in N/m2 of the wall's
-    thickness (less than the joint's own where a thinner block meets it), where one number stands for all.
+    thickness (less than the joint's own where a thinner block meets it), where one number stands for all; likewise
+    compressive_strength (inf: no crushing), and normal_stiffness, shear_stiffness in N/m3 (inf: rigid).
     """
 
     bodies: tuple[Body, ...]
@@ -82,9 +85,12 @@ class Bodies:
     edge_j: IntArray
     cohesion: FloatArray = field(default_factory=lambda: read_only(0.0))
     tensile_strength: FloatArray = field(default_factory=lambda: read_only(0.0))
+    compressive_strength: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    normal_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    shear_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
 
     def __post_init__(self) -> None:
-        for name in ("cohesion", "tensile_strength"):
+        for name in STRENGTHS:
             each = np.broadcast_to(getattr(self, name), self.friction.shape)
             object.__setattr__(self, name, read_only(each))
 
@@ -113,8 +119,7 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
         joint=read_only(joint, np.int64),
         edge_i=read_only([place[b][e] for b, e in zip(body_i[joint], edge[joint].tolist(), strict=True)], np.int64),
         edge_j=read_only([place[b][e] for b, e in zip(body_j[joint], edge[joint].tolist(), strict=True)], np.int64),
-        cohesion=read_only(assemblage.cohesion[joint] * share[joint]),
-        tensile_strength=read_only(assemblage.tensile_strength[joint] * share[joint]),
+        **{name: read_only(getattr(assemblage, name)[joint] * share[joint]) for name in STRENGTHS},
     )
 
 

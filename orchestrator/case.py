@@ -121,13 +121,9 @@ def read_wall(case: Case) -> Wall:
 
 
 def refuse_what_only_limit_analysis_takes(case: Case) -> None:
-    """Raise CaseError for loads and strengths that the FE pushover would silently leave out."""
+    """Raise CaseError for loads that the FE pushover would silently leave out."""
     with naming(case.file):
         refuse_upright(case.load)
-    for number, given in enumerate(case.joints.classes):
-        if given.compressive_strength is not None:
-            key, problem = f"joints.classes.{number}.compressive_strength", "the FE pushover knows no crushing"
-            raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
 
 
 def refuse_ties(case: Case, command: str) -> None:

@@ -98,7 +98,9 @@ def materials_table(found: list[MaterialSums]) -> Table:
 
 def joints_table(classes: list[JointSums]) -> Table:
     """Return the joints by the materials that meet and by their values."""
-    strengths = ("cohesion\nMPa", "tension\nMPa", "crushing\nMPa")
+    strengths: tuple[str, ...] = ("cohesion\nMPa", "tension\nMPa", "crushing\nMPa")
+    elastic = any(math.isfinite(value) for one in classes for value in (one.normal_stiffness, one.shear_stiffness))
+    strengths += ("kn\nN/mm3", "ks\nN/mm3") if elastic else ()
     table = _table("Joints", ("joints between", "", "number", "length\nm", "friction", *strengths))
     for one in classes:
         table.add_row(
@@ -108,6 +110,7 @@ def joints_table(classes: list[JointSums]) -> Table:
             f"{one.length:.4g}",
             f"{one.friction:.4g}",
             *(_megapascals(value) for value in (one.cohesion, one.tensile_strength, one.compressive_strength)),
+            *(_stiffness(value) for value in (one.normal_stiffness, one.shear_stiffness)[: 2 * elastic]),
         )
     return table
 
@@ -116,6 +119,8 @@ def class_words(one: JointSums) -> str:
     """Return a class of joints in a few words, for a legend."""
     strengths = (("c", one.cohesion), ("ft", one.tensile_strength), ("fc", one.compressive_strength))
     given = [f"{name} {_megapascals(value)} MPa" for name, value in strengths if 0.0 < value < math.inf]
+    stiffness = (("kn", one.normal_stiffness), ("ks", one.shear_stiffness))
+    given += [f"{name} {_stiffness(value)} N/mm3" for name, value in stiffness if value < math.inf]
     return ", ".join([f"{one.between[0]}-{one.between[1]}: μ {one.friction:.4g}", *given])
 
 
@@ -132,6 +137,10 @@ def _kilonewtons(force: float) -> str:
 
 def _megapascals(strength: float) -> str:
     return "none" if strength in (0.0, math.inf) else f"{strength / 1e6:.4g}"
+
+
+def _stiffness(value: float) -> str:
+    return "rigid" if value == math.inf else f"{value / 1e9:.4g}"
 
 
 def _between(values: Range, factor: float = 1.0) -> str:

@@ -27,9 +27,10 @@ from orchestrator.limit_analysis.ties import with_ties
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.drawing import implausible, refuse_implausible_size
 from orchestrator.masonry.healing import open_gaps
-from orchestrator.masonry.wall import Wall, check_wall
+from orchestrator.masonry.wall import check_wall
 from orchestrator.parallel import is_root, on_root, on_root_while
 from orchestrator.progress import Report, StageDone
+from orchestrator.pushover.mortar import refuse_bonded_mortar
 from orchestrator.pushover_run import Pushed, push_model
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
     try:
         refuse_what_only_limit_analysis_takes(case)
         refuse_seismic(case)
-        refuse_size(case, assemblage.wall)
+        refuse_what_cannot_be_pushed(case, assemblage)
     except CaseError as error:
         said.append(f"WARNING: check, limit and segment take this case, run does not: {error}")
     return said
@@ -111,10 +112,12 @@ def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
     ]
 
 
-def refuse_size(case: Case, wall: Wall) -> None:
-    """Raise CaseError for a wall that is too large to be one, before its pushover is begun."""
+def refuse_what_cannot_be_pushed(case: Case, assemblage: Assemblage) -> None:
+    """Raise CaseError for a wall that is too large to be one or has joints of no known law, before its pushover."""
     with naming(case.block_file):
-        refuse_implausible_size(wall)
+        refuse_implausible_size(assemblage.wall)
+    with naming(case.file):
+        refuse_bonded_mortar(assemblage, case.contact.softening_displacement)
 
 
 def _refuse_own_input(case: Case, output: Path) -> None:
@@ -170,7 +173,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
     on_root(comm, refuse_seismic, case)
     segmented = on_root(comm, segment, case)
-    on_root(comm, refuse_size, case, segmented.assemblage.wall)
+    on_root(comm, refuse_what_cannot_be_pushed, case, segmented.assemblage)
     on_root(comm, _refuse_own_input, case, output)
     report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
     return push(case, segmented, output, resume, comm, report)

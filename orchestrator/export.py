@@ -59,6 +59,11 @@ def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multip
     if kind in ("calculix", "abaqus") and (key := case.load.beyond_default):
         problem = "decks carry weight and a horizontal load proportional to mass only"
         raise CaseError(key, problem, "leave it out, or export the mesh", str(case.file))
+    joints = segmented.assemblage
+    laws = (1.0 / joints.normal_stiffness, 1.0 / joints.shear_stiffness, 1.0 / joints.compressive_strength)
+    if kind in ("calculix", "abaqus") and any(law.any() for law in laws):
+        problem = "decks carry rigid joints that do not crush"
+        raise CaseError("joints.classes", problem, "leave stiffness and compressive strength out", str(case.file))
     bodies = segmented.bodies
     if model == "micro":
         bodies = make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))

@@ -75,6 +75,8 @@ class JointSums:
     cohesion: float
     tensile_strength: float
     compressive_strength: float
+    normal_stiffness: float
+    shear_stiffness: float
 
 
 def load_sums(wall: Wall, load: LoadSettings) -> LoadSums:
@@ -150,12 +152,15 @@ def class_of_joint(assemblage: Assemblage) -> list[JointSums]:
     return [of_key[key] for key in _keys(assemblage)]
 
 
-def values_of(one: JointSums) -> tuple[float, float, float, float]:
-    """Return friction, cohesion, tensile and compressive strength of a class."""
-    return one.friction, one.cohesion, one.tensile_strength, one.compressive_strength
+def values_of(one: JointSums) -> tuple[float, ...]:
+    """Return friction, cohesion, tensile and compressive strength, normal and shear stiffness of a class."""
+    return tuple(getattr(one, name) for name in VALUES)
 
 
-Key = tuple[tuple[str, str], tuple[float, float, float, float]]
+VALUES = (
+    "friction", "cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness",
+)  # fmt: skip
+Key = tuple[tuple[str, str], tuple[float, ...]]
 
 
 def _grouped(assemblage: Assemblage) -> dict[Key, tuple[list[str], list[float]]]:
@@ -170,12 +175,11 @@ def _grouped(assemblage: Assemblage) -> dict[Key, tuple[list[str], list[float]]]
 
 def _keys(assemblage: Assemblage) -> list[Key]:
     blocks = assemblage.wall.blocks
-    names = ("friction", "cohesion", "tensile_strength", "compressive_strength")
-    values: FloatArray = np.column_stack([getattr(assemblage, name) for name in names])
+    values: FloatArray = np.column_stack([getattr(assemblage, name) for name in VALUES])
     keys: list[Key] = []
     for i, j, row in zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), values.tolist(), strict=True):
         one, other = sorted((_named(blocks[i]), _named(blocks[j])))
-        keys.append(((one, other), (row[0], row[1], row[2], row[3])))
+        keys.append(((one, other), tuple(row)))
     return keys
 
 

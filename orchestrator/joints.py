@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from annotated_types import Ge, Gt, Le
 from scipy.sparse import coo_matrix
@@ -40,6 +41,16 @@ class JointClass:
     softening in the FE pushover, as cohesion (contact.softening_displacement)"""
     compressive_strength: Annotated[float, Unit("Pa"), Gt(0)] | None = None
     """of a rectangular stress block; none: no crushing"""
+    normal_stiffness: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    """pressure over what the joint closes, in the FE pushover alone; none: rigid"""
+    shear_stiffness: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    """shear stress over slip while the joint sticks, in the FE pushover alone; none: contact.slip_tolerance"""
+    mortar_modulus: Annotated[float, Unit("Pa"), Gt(0)] | None = None
+    """instead of normal_stiffness: Young's modulus of the mortar, divided by mortar_thickness"""
+    mortar_shear_modulus: Annotated[float, Unit("Pa"), Gt(0)] | None = None
+    """instead of shear_stiffness: shear modulus of the mortar, divided by mortar_thickness"""
+    mortar_thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
+    """of the joint; none: as drawn (block file), where the joint was drawn as a gap"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +71,9 @@ class Assemblage:
     """A wall and its k joints as arrays (block numbers are positions in `wall.blocks`, not ids).
 
     block_i, block_j (k,): the blocks on both sides; start, end (k, 2) in m; friction (k,); cohesion, tensile_strength,
-    compressive_strength (inf: no crushing) (k,) in N/m2, where one number stands for all joints. outlines: the planar
-    map of the wall; edge (k,): the edge of it that each joint is (neither is needed for limit analysis).
+    compressive_strength (inf: no crushing) (k,) in N/m2, normal_stiffness, shear_stiffness (inf: rigid) (k,) in N/m3,
+    where one number stands for all joints. outlines: the planar map of the wall; edge (k,): the edge of it that each
+    joint is (neither is needed for limit analysis).
     """
 
     wall: Wall
@@ -73,11 +85,13 @@ class Assemblage:
     cohesion: FloatArray
     tensile_strength: FloatArray = field(default_factory=lambda: read_only(0.0))
     compressive_strength: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    normal_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    shear_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
     outlines: PlanarMap | None = None
     edge: IntArray | None = None
 
     def __post_init__(self) -> None:
-        for name in ("tensile_strength", "compressive_strength"):
+        for name in ("tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness"):
             each = np.broadcast_to(getattr(self, name), self.friction.shape)
             object.__setattr__(self, name, read_only(each))
 
@@ -173,7 +187,7 @@ def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblag
         i, j = material[assemblage.block_i], material[assemblage.block_j]
         fits = fits & (((i == one) & (j == other)) | ((i == other) & (j == one)))
 
-    def changed(value: float | None, before: FloatArray) -> FloatArray:
+    def changed(value: float | FloatArray | None, before: FloatArray) -> FloatArray:
         return before if value is None else read_only(np.where(fits, value, before))
 
     return replace(
@@ -182,7 +196,34 @@ def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblag
         cohesion=changed(given.cohesion, assemblage.cohesion),
         tensile_strength=changed(given.tensile_strength, assemblage.tensile_strength),
         compressive_strength=changed(given.compressive_strength, assemblage.compressive_strength),
+        normal_stiffness=changed(_stiffness(assemblage, given, fits, key, "normal"), assemblage.normal_stiffness),
+        shear_stiffness=changed(_stiffness(assemblage, given, fits, key, "shear"), assemblage.shear_stiffness),
     )
+
+
+def _stiffness(
+    assemblage: Assemblage, given: JointClass, fits: npt.NDArray[np.bool_], key: str, which: Literal["normal", "shear"]
+) -> float | FloatArray | None:
+    """Return the stiffness in N/m3 that a class gives the joints (k,) that it fits, None where it gives none.
+
+    Raises CaseError for `key` where it is given twice, or the thickness of mortar is not known.
+    """
+    name, modulus_name = f"{which}_stiffness", {"normal": "mortar_modulus", "shear": "mortar_shear_modulus"}[which]
+    stiffness, modulus = getattr(given, name), getattr(given, modulus_name)
+    if modulus is None:
+        return stiffness
+    if stiffness is not None:
+        raise CaseError(f"{key}.{name}", f"is given by {modulus_name} too", "give one of the two")
+    if given.mortar_thickness is not None:
+        return modulus / given.mortar_thickness
+    drawn = {(mortar.i, mortar.j): mortar.thickness for mortar in assemblage.wall.mortar}
+    ids = [block.id for block in assemblage.wall.blocks]
+    pairs = zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), strict=True)
+    thickness = np.array([drawn.get((min(ids[i], ids[j]), max(ids[i], ids[j])), np.nan) for i, j in pairs])
+    if (unknown := np.isnan(thickness) & fits).any():
+        problem = f"the thickness of {np.count_nonzero(unknown)} of {np.count_nonzero(fits)} joints is not known"
+        raise CaseError(f"{key}.mortar_thickness", problem, 'give it, as in "10 mm"')
+    return np.divide(modulus, thickness, out=np.full(len(thickness), np.inf), where=fits)
 
 
 def blocks_without_support(assemblage: Assemblage) -> IntArray:

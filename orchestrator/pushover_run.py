@@ -14,8 +14,10 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from orchestrator import results
-from orchestrator.bodies import Bodies
+from orchestrator.bodies import STRENGTHS, Bodies
 from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, ModelName
 from orchestrator.errors import CollapseError, ConvergenceError, ResultError, naming
@@ -186,8 +188,8 @@ def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:
     for array in (meshes.nodes, meshes.tetrahedra, meshes.unit_weight, bodies.start, bodies.end, bodies.friction):
         total.update(array.tobytes())
     total.update(repr([body.parts for body in bodies.bodies]).encode())
-    for strength in (bodies.cohesion, bodies.tensile_strength):
-        total.update(strength.tobytes())
+    for name in STRENGTHS:
+        total.update(getattr(bodies, name).tobytes())
     return total.hexdigest()
 
 
@@ -204,6 +206,7 @@ def _folded(
 ) -> Pushed:
     """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
     from orchestrator import report as reporting
+    from orchestrator.pushover.mortar import coarse_toes, largest_closing
     from orchestrator.pushover.overlap import largest_overlap
     from orchestrator.pushover.stepping import end_of_curve
 
@@ -218,7 +221,10 @@ def _folded(
     capacity = find_capacity(curve)
     failures = [complaint] if isinstance(complaint, ConvergenceError) else []
     large = case.stepping.large_displacement
-    overlap = largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen) if large else (0.0, 0.0)
+    closed = largest_closing(contact_model.mortar, last)
+    overlap = (0.0, 0.0)
+    if large:
+        overlap = largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen, closed)
     highest = None if large else expected * contact_model.horizontal_load
     invalid = _check(model, curve, overlap[1], effort.energy_error, highest, failures)
     reporting.write_pushover(store, model, bodies, contact_model, curve, invalid is None)
@@ -234,6 +240,7 @@ def _folded(
             capacity,
             stopped,
             overlap=overlap,
+            toe_error=coarse_toes(bodies, contact_model.contacts, store.read(_peak(curve))),
             large_displacement=large,
             ranks=ranks,
             seconds=seconds,
@@ -243,6 +250,11 @@ def _folded(
         ),
         complaints=complaints,
     )
+
+
+def _peak(curve: PushoverCurve) -> int:
+    """Return the number of the increment that carries most, of the static ones."""
+    return int(curve.static.step[np.argmax(curve.static.base_shear_N)])
 
 
 def _located(model: str, error: ConvergenceError, last: Increment | None) -> ConvergenceError:

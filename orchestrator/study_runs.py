@@ -77,7 +77,7 @@ def _study(
 ) -> StudyOutcome:
     began = perf_counter()
     assemblage, analysis = driver.limit(case)
-    driver.refuse_size(case, assemblage.wall)
+    driver.refuse_what_cannot_be_pushed(case, assemblage)
     try:
         cells = grid(assemblage, analysis.headline.mechanism, case.macroblocks, case.study)
     except CaseError as error:

@@ -15,7 +15,7 @@ FACTORS = {
     "N": {"N": 1.0, "kN": 1e3, "MN": 1e6},
     "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3},
     "rad": {"rad": 1.0, "deg": math.pi / 180},
-    "N/m3": {"N/m3": 1.0, "kN/m3": 1e3, "MN/m3": 1e6},
+    "N/m3": {"N/m3": 1.0, "kN/m3": 1e3, "MN/m3": 1e6, "GN/m3": 1e9, "N/mm3": 1e9},
 }
 """units that may be written, by the SI unit a quantity is stored in"""
 

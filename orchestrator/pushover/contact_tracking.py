@@ -134,8 +134,11 @@ def track(
     frames: Frames,
     displacement: FloatArray,
     gone: npt.NDArray[np.bool_] | None = None,
+    closed: FloatArray | None = None,
 ) -> Tracked:
     """Return the contacts of the wall displaced by `displacement` (>= m, 3) in m, but for those that are `gone` (c,).
+
+    closed (c,): by how much mortar has closed, m; points of its two faces may lie that much deeper in the other body.
 
     Bodies turn in the wall's plane only, so that equilibrium out of it is that of the undeformed wall: points keep
     their z. (A slave's z taken with its displacement, its master's without, once made a leaning wall sway for ever.)
@@ -150,6 +153,10 @@ def track(
     height = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.normal[face]) - tracking.rest
     size = tracking.size_of_pair[tracking.pair]
     near = (height < REACH * size) & (height > DEEPEST * size)
+    if closed is not None:
+        deepest = np.zeros(len(tracking.slave_of_pair))
+        np.maximum.at(deepest, tracking.pair, closed)
+        near = (height < REACH * size) & (height > DEEPEST * size - deepest[tracking.pair])
     if gone is not None:
         near &= ~gone
     within = _within(tracking, frames, position, _shifted_ends(tracking, meshes, frames, moved))

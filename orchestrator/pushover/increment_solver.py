@@ -111,16 +111,21 @@ class IncrementSolver:
         multiplier = aim.value if phase == "load" else state.load_multiplier
         time = aim.value if phase == "gravity" else state.time + time_step
         force, before, spent = state.normal_force, contact_states(state), 0
+        opening, closed = state.gap, None
+        if undeformed.mortar is not None:
+            mortar = replace(undeformed.mortar, closing=state.closing)
+            opening, closed = mortar.opened(opening, state.normal_force), mortar.closed_by(state.normal_force)
         for _ in range(GEOMETRY_PASSES):
-            model = without_jumps(displaced(undeformed, predicted), state)
+            model = without_jumps(displaced(undeformed, predicted, closed), state)
             self.system.follow(model)
-            bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, state.gap)
-            closed = model.on_its_contacts((state.normal_force != 0.0).astype(float)) > 0.0
+            bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, opening)
+            touch = model.on_its_contacts((state.normal_force != 0.0).astype(float)) > 0.0
             here = replace(
                 problem,
                 elastic_slip=model.on_its_contacts(problem.elastic_slip),
                 bond=bond,
-                damped=closed if closed.any() else None,
+                mortar=model.mortar and model.mortar.at(model.rows, state.closing, state.normal_force),
+                damped=touch if touch.any() else None,
             )
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
             if phase == "displacement" and bond is None:

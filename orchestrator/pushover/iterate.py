@@ -11,6 +11,7 @@ from orchestrator.masonry.wall import FloatArray
 from orchestrator.pushover.cohesion import Bond, BondResponse, bond_response
 from orchestrator.pushover.contact_law import FrictionResponse, friction_response
 from orchestrator.pushover.model import ContactModel
+from orchestrator.pushover.mortar import Mortar
 from orchestrator.pushover.state import ContactStatus
 
 EPSILON = float(np.finfo(float).eps)
@@ -26,7 +27,8 @@ class Problem:
     that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
     contacts that were closed at the start (damped (c,)) resist slip by viscosity x (slip since then) besides friction,
     whether they stay closed or not: a force that came and went with the contact could leave a step without a solution.
-    Bonded ones resist opening likewise. bond: strengths and history of the contacts, None where no joint has any.
+    Bonded ones resist opening likewise. bond: strengths and history of the contacts, None where no joint has any;
+    mortar: stiffness, strength and history likewise.
     """
 
     gravity_share: float
@@ -39,6 +41,12 @@ class Problem:
     viscosity: float = 0.0
     damped: npt.NDArray[np.bool_] | None = None
     bond: Bond | None = None
+    mortar: Mortar | None = None
+
+    @property
+    def shear_stiffness(self) -> FloatArray | None:
+        """Shear stiffness of each contact (c,) in N/m, None where no joint has any."""
+        return None if self.mortar is None else self.mortar.shear_stiffness
 
     def viscosities(self, contacts: int) -> FloatArray:
         """Return the viscosity of each contact (c,) in N/m."""
@@ -49,7 +57,8 @@ class Problem:
 class Iterate:
     """displacement (n,), normal_force (c,), load multiplier, and what follows from them.
 
-    force_residual (n,) in N, gap (c,) in m, active (c,). `norms`: force residual / weight, largest |gap| of an active
+    force_residual (n,) in N, gap (c,) in m (what mortar leaves of it), active (c,): closed, crushes (c,): of those.
+    strength in N: what they crush at (c,), or infinity. `norms`: force residual / weight, largest |gap| of an active
     contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). rounding: what
     summing K u leaves of the force residual / weight in double precision, a bound that thin walls reach. pull (c,) in
     N: tension that a contact carries when it opens, its slope pull_slope (c,) in N/m; bond: the rest of that, or None.
@@ -68,6 +77,8 @@ class Iterate:
     pull: FloatArray
     pull_slope: FloatArray
     bond: BondResponse | None
+    crushes: npt.NDArray[np.bool_]
+    strength: FloatArray | float
     damped: npt.NDArray[np.bool_] | None = None
     number: int = 0
     as_before: bool = False
@@ -78,15 +89,24 @@ class Iterate:
         taking = self.active if self.bond is None else self.active | self.bond.intact
         return taking if self.damped is None else taking | self.damped
 
+    def within(self, force: FloatArray) -> FloatArray:
+        """Return forces (c,) in N brought within what contacts carry."""
+        return np.minimum(np.maximum(force, 0.0), self.strength)
+
 
 def evaluate(
     model: ContactModel, problem: Problem, displacement: FloatArray, normal_force: FloatArray, multiplier: float
 ) -> Iterate:
     """Return residuals and contact response of a trial state."""
     gap = model.normal_rows @ displacement + model.gap_offset
+    mortar = problem.mortar
+    if mortar is not None:
+        gap = mortar.opened(gap, normal_force)
     slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
     trial = problem.elastic_slip + slip
-    response = friction_response(trial, normal_force, model.contacts.friction, model.slip_tolerance)
+    response = friction_response(
+        trial, normal_force, model.contacts.friction, model.slip_tolerance, problem.shear_stiffness
+    )
     bond = None
     pull = pull_slope = np.zeros(len(gap))
     if problem.bond is not None:
@@ -94,7 +114,10 @@ def evaluate(
         response = response.bonded(trial, normal_force, model.contacts.friction, bond)
         pull = bond.tension + problem.viscosity * holds * (gap - problem.bond.opening)
         pull_slope = bond.tension_slope + problem.viscosity * holds
+    pressed = normal_force - model.contact_stiffness * gap
     active = normal_force + pull - model.contact_stiffness * gap >= 0.0
+    strength = np.inf if mortar is None else mortar.strength
+    crushes = active & (pressed >= strength)
     response = response.damped(slip, problem.viscosities(len(gap)))
     strained = displacement - model.rigid
     residual = (
@@ -116,16 +139,26 @@ def evaluate(
         response=response,
         norms=(
             float(np.linalg.norm(residual)) / weight,
-            float(np.max(np.abs(gap[active]), initial=0.0)),
-            float(np.max(np.abs((normal_force + pull)[~active]), initial=0.0) / model.weight),
+            float(np.max(np.abs(gap[active & ~crushes]), initial=0.0)),
+            float(np.max(np.abs(_off(normal_force, pull, crushes, strength)[~active | crushes]), initial=0.0))
+            / model.weight,
             abs(control_error(model, problem, displacement)),
         ),
         rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(strained))) / weight,
         pull=pull,
         pull_slope=pull_slope,
         bond=bond,
+        crushes=crushes,
+        strength=strength,
         damped=problem.damped if problem.viscosity > 0.0 else None,
     )
+
+
+def _off(
+    normal_force: FloatArray, pull: FloatArray, crushes: npt.NDArray[np.bool_], strength: FloatArray | float
+) -> FloatArray:
+    """Return what the force of contacts (c,) that are open or crush differs from the one that is given there, N."""
+    return np.where(crushes, normal_force - np.where(crushes, strength, 0.0), normal_force + pull)
 
 
 def as_before(model: ContactModel, problem: Problem, first: Iterate, before: FloatArray) -> Iterate:
@@ -138,18 +171,21 @@ def as_before(model: ContactModel, problem: Problem, first: Iterate, before: Flo
     """
     was = before > 0.0
     sticks = was[:, ContactStatus.STICK, None]
-    tolerance, response = model.slip_tolerance, first.response
+    response = first.response
+    tolerance = response.tolerance[:, None]
     slip = (model.tangential_rows @ (first.displacement - problem.displacement)).reshape(-1, 2)
     stiffness = response.limit[:, None] / tolerance
     viscosity = problem.viscosities(len(slip))
     elastic = stiffness * (problem.elastic_slip + slip) + viscosity[:, None] * slip
     traction = np.where(sticks, elastic, response.traction)
     pressed = np.where(first.normal_force > 0.0, model.contacts.friction, 0.0)[:, None]
+    pressed = np.where(response.elastic[:, None], 0.0, pressed)
     slope = np.where(sticks, pressed * problem.elastic_slip / tolerance, response.pressure_slope)
     tangent = (stiffness + viscosity[:, None])[:, :, None] * np.eye(2)
     return replace(
         first,
         active=np.where(was.any(axis=1), ~was[:, ContactStatus.OPEN], first.active),
+        crushes=first.crushes if problem.mortar is None else problem.mortar.crushed,
         force_residual=first.force_residual + model.tangential_columns @ (traction - response.traction).ravel(),
         response=replace(
             response,

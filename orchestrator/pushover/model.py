@@ -18,6 +18,7 @@ from orchestrator.pushover.constants import ElasticConstants, constants_of
 from orchestrator.pushover.contact_search import Contacts, find_contacts
 from orchestrator.pushover.contact_tracking import Frames, Tracking, fit_frames, track
 from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
+from orchestrator.pushover.mortar import Mortar, find_mortar
 from orchestrator.pushover.nodal_loads import NodalLoads
 from orchestrator.pushover.possible_contacts import find_possible_contacts
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
@@ -34,7 +35,7 @@ class ContactModel:
     rigid (n,) in m: displacement that causes no stress; gap_offset (c,) in m: gap = B_n u + gap_offset; both zero while
     the wall is undeformed. rows (c,): numbers of these contacts among all `possible` ones. support_side (c,): 1 where
     the master is a support, -1 where the slave is one, else 0. tracking: None for small displacements.
-    bond: strengths of all `possible` contacts, or None.
+    bond: strengths of all `possible` contacts, or None; mortar: their stiffness and what crushes them, or None.
     body_mass, body_weight (b,): of the moving bodies, kg and N (dead load included). fallen (b,): those taken out.
     mean_row, top_row (n,): mean displacement along the live load, weighted by it (its work over its size), and mean
     horizontal displacement of the top edge.
@@ -72,6 +73,7 @@ class ContactModel:
     body_weight: FloatArray
     fallen: npt.NDArray[np.bool_]
     bond: Bond | None = None
+    mortar: Mortar | None = None
 
     @cached_property
     def normal_columns(self) -> sparse.csc_matrix:
@@ -160,7 +162,8 @@ def build_model(
         tracking=find_possible_contacts(bodies, meshes, contacts) if large_displacement else None,
     )
     bond = find_bond(bodies, meshes, contacts, len(model.possible), contact.softening_displacement)
-    model = replace(model, bond=bond)
+    mortar = find_mortar(bodies, meshes, contacts, model.possible, model.tracking)
+    model = replace(model, bond=bond, mortar=mortar)
     return displaced(model, np.zeros_like(gravity))
 
 
@@ -232,18 +235,19 @@ def support_side(contacts: Contacts, moving: int) -> IntArray:
     return (contacts.master_body >= moving).astype(int) - (contacts.slave_body >= moving).astype(int)
 
 
-def displaced(model: ContactModel, displacement: FloatArray) -> ContactModel:
+def displaced(model: ContactModel, displacement: FloatArray, closed: FloatArray | None = None) -> ContactModel:
     """Return the model of the wall displaced by `displacement` (n,) in m: corotational bodies, contacts found anew.
 
     With R the rotation that fits a body's nodes best, its internal forces are R K R^T (u - (R X + t - X)). Mass and
-    loads do not change. `model` is the undeformed one; without tracking it is returned as it is.
+    loads do not change. `model` is the undeformed one; without tracking it is returned as it is. closed (possible,): by
+    how much mortar has closed, m.
     """
     if model.tracking is None:
         return model
     nodal = displacement.reshape(-1, 3)
     frames = fit_frames(model.meshes, nodal, model.tracking.possible.master_body.max() + 1)
     gone = _touches(model.fallen, model.tracking.possible)
-    tracked = track(model.tracking, model.meshes, frames, nodal, gone)
+    tracked = track(model.tracking, model.meshes, frames, nodal, gone, closed)
     normal_rows = tracked.contacts.normal_rows(len(nodal))
     return replace(
         model,

@@ -7,7 +7,8 @@ Residuals, with the active (closed) set A = {lambda - c g >= 0}:
 
 S. Hueeber, B. Wohlmuth, CMAME 194 (2005) 3147-3166; P. Alart, A. Curnier, CMAME 92 (1991) 353-375.
 A bonded contact (cohesion.py) has lambda + T in the place of lambda in both, with the tension T that it still carries:
-lambda is then the net normal force, negative in tension, and follows T(gap) where the joint is open.
+lambda is then the net normal force, negative in tension, and follows T(gap) where the joint is open. In mortar the gap
+is what is left of it beyond elastic and permanent closing, and a contact that crushes has the force f_c A (mortar.py).
 
 A contact that just touches (lambda = g = 0) counts as closed: with the strict test the first iterate is a free fall.
 """
@@ -47,10 +48,10 @@ def iterates(model: ContactModel, system: LinearSystem, problem: Problem, first:
     while True:
         yield current
         right_side = _right_side(model, problem, current)
-        step = system.solve(_newton_coefficients(model, problem, current), problem.time_step, right_side)
+        step = system.solve(newton_coefficients(model, problem, current), problem.time_step, right_side)
         following, steps = _advanced(model, problem, current, step), 1
         if _climbs(model, problem, current, step, following):
-            eased = _newton_coefficients(model, problem, _eased(current))
+            eased = newton_coefficients(model, problem, _eased(current))
             step = system.solve(eased, problem.time_step, right_side)
             following, steps = _advanced(model, problem, current, step), 2
         current = replace(following, number=current.number + steps)
@@ -73,20 +74,29 @@ def _climbs(model: ContactModel, problem: Problem, current: Iterate, step: Float
     return climbs and _merit(model, following) > _merit(model, current)
 
 
-def _newton_coefficients(model: ContactModel, problem: Problem, current: Iterate) -> Coefficients:
+def newton_coefficients(model: ContactModel, problem: Problem, current: Iterate) -> Coefficients:
+    """Return what the Newton matrix at an iterate is made of."""
     response = current.response
     if problem.reference_force and current.number == 0:
         count = len(current.gap)
         response = friction_response(
-            np.zeros((count, 2)), np.full(count, problem.reference_force), model.contacts.friction, model.slip_tolerance
+            np.zeros((count, 2)),
+            np.full(count, problem.reference_force),
+            model.contacts.friction,
+            model.slip_tolerance,
+            problem.shear_stiffness,
         )
-    slope = current.pull_slope / model.contact_stiffness
-    return coefficients(response, current.active, current.carrying, slope, problem.mean_displacement is not None)
+    slope = np.where(current.crushes, 0.0, current.pull_slope) / model.contact_stiffness
+    compliance = None if problem.mortar is None else model.contact_stiffness * problem.mortar.compliance
+    active, control = current.active & ~current.crushes, problem.mean_displacement is not None
+    return coefficients(response, active, current.carrying, slope, control, compliance)
 
 
 def _right_side(model: ContactModel, problem: Problem, current: Iterate) -> FloatArray:
     kappa = model.contact_stiffness
     contact = np.where(current.active, -kappa * current.gap, -(current.normal_force + current.pull))
+    if problem.mortar is not None:
+        contact = np.where(current.crushes, problem.mortar.strength - current.normal_force, contact)
     control = kappa * control_error(model, problem, current.displacement)
     return np.concatenate([-current.force_residual, contact, [control]])
 
@@ -140,7 +150,7 @@ def _out_of_work(model: ContactModel, current: Iterate, at: Callable[[float], It
 def _work(model: ContactModel, iterate: Iterate, change: FloatArray) -> float:
     """Return the work of the out-of-balance forces along a change of displacement, overlaps pressed apart, in J."""
     force = iterate.normal_force
-    pressed = np.maximum(force - LINE_SEARCH_SHARE * model.contact_stiffness * iterate.gap, 0.0) - force
+    pressed = iterate.within(force - LINE_SEARCH_SHARE * model.contact_stiffness * iterate.gap) - force
     return float(iterate.force_residual @ change - pressed @ (model.normal_rows @ change))
 
 
@@ -162,7 +172,7 @@ def _less_out_of_balance(model: ContactModel, current: Iterate, at: Callable[[fl
 def _merit(model: ContactModel, iterate: Iterate) -> float:
     stiffness = LINE_SEARCH_SHARE * model.contact_stiffness
     force = iterate.normal_force + iterate.pull
-    contact = force - np.maximum(force - stiffness * iterate.gap, 0.0)
+    contact = force - iterate.within(force - stiffness * iterate.gap)
     return float(np.sqrt(iterate.force_residual @ iterate.force_residual + contact @ contact))
 
 
@@ -188,7 +198,7 @@ def solve_increment(
         error = _error(iterate, settings)
         if iterate.number and error < least:
             best, least = iterate, error
-        before, state = state, np.packbits([iterate.active, iterate.response.sliding]).tobytes()
+        before, state = state, np.packbits([iterate.active, iterate.response.sliding, iterate.crushes]).tobytes()
         astray = error > LOST * least
         circles = state != before and error > REPETITION * seen.get(state, np.inf)
         if least < 1.0 or iterate.number >= settings.iterations or circles or astray or not np.isfinite(error):
@@ -203,6 +213,7 @@ def solve_increment(
 def _restless_joints(model: ContactModel, earlier: Iterate, iterate: Iterate) -> str:
     """Return the joints whose contacts changed their state between two iterates, in words."""
     changed = (earlier.active != iterate.active) | (earlier.response.sliding != iterate.response.sliding)
+    changed |= earlier.crushes != iterate.crushes
     contacts = model.contacts
     joints = dict.fromkeys(
         zip(contacts.slave_body[changed].tolist(), contacts.master_body[changed].tolist(), strict=True)

@@ -3,14 +3,15 @@
 Unknowns x = (du, dlambda / kappa, dalpha), kappa = contact stiffness, which brings all entries to one magnitude:
 
     [ K + M/dt^2 + B_t^T T B_t   kappa (-B_n^T + B_t^T S)   -f_h ]
-    [ kappa P B_n                kappa (I - A)                0  ]
+    [ kappa P B_n                kappa N                      0  ]
     [ kappa mean row | 0         0             0 | kappa         ]   displacement control | load prescribed
 
-T (2, 2) = d tau / d slip, S (2,) = d tau / d lambda, A = 1 where a contact is active, P = 1 there and elsewhere
-d (tension of an open contact) / d gap over kappa, which is 0 without bond.
+T (2, 2) = d tau / d slip, S (2,) = d tau / d lambda. Where a contact is active P = 1, N = kappa x (compliance of its
+mortar, 0 without), elsewhere P = d (tension of an open contact) / d gap over kappa, which is 0 without bond, and N = 1
+(1 + d tension / d gap x compliance in mortar that is bonded).
 
-The multipliers are eliminated contact by contact after kappa (1 - A) has been replaced by kappa Z, Z = 1 / `PENALTY`
-where active: an augmented Lagrangian. What remains is as large as the bodies' own K, has no zeros on its diagonal, and
+The multipliers are eliminated contact by contact after N has been replaced by Z, where active no less than 1 /
+`PENALTY`: an augmented Lagrangian. What remains is as large as the bodies' own K, has no zeros on its diagonal, and
 each contact adds to it one 3 x 3 matrix, weighted for each pair of its nodes (slave weight 1, master weights -w_j):
 
     weight_i weight_j (n, t, z) [ kappa P / Z                0 ] (n, t, z)^T
@@ -43,19 +44,20 @@ PENALTY = 1e7
 class Coefficients:
     """What changes from one Newton iteration to the next, for c contacts.
 
-    slip_stiffness (c, 2, 2) in N/m = T, pressure_slope (c, 2) = S, gap_slope (c,) = P, active (c,) = A.
+    slip_stiffness (c, 2, 2) in N/m = T, pressure_slope (c, 2) = S, gap_slope (c,) = P, softness (c,) = N; active (c,).
     """
 
     slip_stiffness: FloatArray
     pressure_slope: FloatArray
     gap_slope: FloatArray
+    softness: FloatArray
     active: npt.NDArray[np.bool_]
     displacement_control: bool
 
     @property
     def compliance(self) -> FloatArray:
-        """Z (c,): 1 / PENALTY of active contacts, 1 of the others."""
-        return np.where(self.active, 1.0 / PENALTY, 1.0)
+        """Z (c,): N, in active contacts no less than 1 / PENALTY."""
+        return np.where(self.active, np.maximum(self.softness, 1.0 / PENALTY), self.softness)
 
 
 def coefficients(
@@ -64,15 +66,19 @@ def coefficients(
     carrying: npt.NDArray[np.bool_],
     pull_slope: FloatArray,
     displacement_control: bool,
+    compliance: FloatArray | None = None,
 ) -> Coefficients:
     """Return the coefficients of c contacts.
 
-    carrying (c,): contacts that take shear; pull_slope (c,): d (tension of an open contact) / d gap over kappa.
+    active (c,): contacts that are closed and do not crush; carrying (c,): those that take shear; pull_slope (c,):
+    d (tension of an open contact) / d gap over kappa; compliance (c,): of mortar, times kappa.
     """
+    given = np.zeros(len(active)) if compliance is None else compliance
     return Coefficients(
         slip_stiffness=response.slip_stiffness * carrying[:, None, None],
         pressure_slope=response.pressure_slope,
         gap_slope=np.where(active, 1.0, pull_slope),
+        softness=np.where(active, given, 1.0 + pull_slope * given),
         active=active,
         displacement_control=displacement_control,
     )
@@ -91,7 +97,7 @@ def product(model: ContactModel, contact: Coefficients, time_step: float, x: Flo
         + model.tangential_columns @ traction.ravel()
         - model.normal_columns @ (kappa * multiplier)
     )
-    gap = contact.gap_slope * (model.normal_rows @ change) + ~contact.active * multiplier
+    gap = contact.gap_slope * (model.normal_rows @ change) + contact.softness * multiplier
     if contact.displacement_control:
         lateral = model.lateral / model.height
         return np.concatenate([forces - alpha * lateral, kappa * gap, [kappa * float(model.mean_row @ change)]])

@@ -14,12 +14,13 @@ from orchestrator.pushover.state import BodyMask
 
 
 def largest_overlap(
-    bodies: Bodies, meshes: BodyMeshes, displacement: FloatArray, fallen: BodyMask
+    bodies: Bodies, meshes: BodyMeshes, displacement: FloatArray, fallen: BodyMask, closed: float = 0.0
 ) -> tuple[float, float]:
     """Return the largest depth in m of the overlap of two bodies displaced by `displacement` (>= m, 3) in m.
 
     And that over the size of the smaller body, the square root of its area. The depth of an overlap is its area over
-    half its perimeter: the mean thickness of a sliver. Bodies that are `fallen` (b,) do not count.
+    half its perimeter: the mean thickness of a sliver. Bodies that are `fallen` (b,) do not count, nor does the depth
+    (m) by which mortar has `closed`.
     """
     place = meshes.nodes[:, :2] + displacement[: len(meshes.nodes), :2]
     outlines = [_outline(meshes, body, place) for body in range(bodies.moving) if not fallen[body]]
@@ -30,7 +31,7 @@ def largest_overlap(
     shapes = np.array(outlines, dtype=object)
     common = shapely.intersection(shapes[first[pairs]], shapes[second[pairs]])
     area, length = shapely.area(common), shapely.length(common)
-    depth = 2.0 * area / np.where(length > 0.0, length, 1.0)
+    depth = np.maximum(2.0 * area / np.where(length > 0.0, length, 1.0) - closed, 0.0)
     sizes = shapely.area(shapes)
     smaller = np.sqrt(np.minimum(sizes[first[pairs]], sizes[second[pairs]]))
     return float(np.max(depth, initial=0.0)), float(np.max(depth / smaller, initial=0.0))

@@ -6,13 +6,14 @@ Every work of an increment is computed from the forces at its two ends, and noth
     friction      1/2 (k0 + k1) q1 dq_plastic     at its limit while it slides, k = mu lambda / gamma, and the exact
                                                   integral of the fracture of bonded joints; dq_plastic is all that is
                                                   not elastic: what an opening contact gives off, too
-    other         -1/2 (lambda0 + lambda1) dg     gaps that open and close under force
+    crushing      f_c A dw                        of mortar
+    other         -1/2 (lambda0 + lambda1) dG     gaps that open and close under force (G of mortar.py)
                   -1/2 (k1 - k0) q0 q1            pressure makes a contact that sticks stiffer
                   (proximal, viscous force) du    what the increment resists besides
 
-External work less these is what stored energy must have grown by (elastic energy of the bodies and of the elastic
-slip). The difference is `energy_error`. An increment that moves is no path of equilibrium: what it takes from the
-balance is `lost_in_motion`.
+External work less these is what stored energy must have grown by (elastic energy of the bodies, of the elastic slip
+and of mortar). The difference is `energy_error`. An increment that moves is no path of equilibrium: what it takes from
+the balance is `lost_in_motion`.
 """
 
 from __future__ import annotations
@@ -24,8 +25,10 @@ import numpy.typing as npt
 
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.pushover.cohesion import dissipation, stored
+from orchestrator.pushover.contact_law import tolerances
 from orchestrator.pushover.iterate import Iterate, Problem
 from orchestrator.pushover.model import ContactModel
+from orchestrator.pushover.mortar import Mortar
 from orchestrator.pushover.moving import out_of_balance
 from orchestrator.pushover.state import ContactStatus, Increment, Phase
 
@@ -47,6 +50,11 @@ def increment_of(
     remains = np.zeros(len(iterate.gap)) if bond is None else bond.tension
     bonded = np.zeros(len(iterate.gap), bool) if bond is None else bond.intact & (bond.damage < 1.0)
     force = np.where(iterate.active, np.maximum(iterate.normal_force, 0.0 - remains), 0.0 - remains)
+    mortar, closing, given = problem.mortar, np.zeros(len(force)), np.zeros(len(force))
+    if mortar is not None:
+        force = np.where(iterate.crushes, mortar.strength, force)
+        closing = mortar.closing + np.where(iterate.crushes, np.maximum(-iterate.gap, 0.0), 0.0)
+        given = mortar.compliance * iterate.normal_force + mortar.closing
     closed = iterate.active & ((force > 0.0) | bonded)
     holds = closed | bonded
     elastic_slip = np.where(holds[:, None], iterate.response.elastic_slip, 0.0)
@@ -58,17 +66,19 @@ def increment_of(
     earlier = _gravity_share(state) * model.gravity + state.load_multiplier * model.lateral
     work = 0.5 * float((load + earlier) @ change)
     live = 0.5 * (state.load_multiplier + iterate.load_multiplier) * float(model.lateral @ change)
-    limit, cohesion = _limit_before(model, state, problem)
+    limit, cohesion, tolerance = _limit_before(model, state, problem)
     slides = np.where(holds[:, None], iterate.response.elastic_slip, problem.elastic_slip)  # at its limit, all along
-    before = (limit - cohesion)[:, None] * slides / model.slip_tolerance
+    before = (limit - cohesion)[:, None] * slides / np.where(holds, iterate.response.tolerance, tolerance)[:, None]
     friction = 0.5 * float(np.sum((before + iterate.response.traction) * sliding))
     if problem.bond is not None and bond is not None:
-        left = (bond.intact * bond.cohesion / model.slip_tolerance)[:, None] * iterate.response.elastic_slip
+        left = (bond.intact * bond.cohesion / iterate.response.tolerance)[:, None] * iterate.response.elastic_slip
         friction += 0.5 * float(np.sum(left * sliding))  # all of it: `dissipation` has only what is beyond it
         friction += float(dissipation(problem.bond, bond, iterate.gap).sum())
+    if mortar is not None:
+        friction += float(force @ (closing - mortar.closing))
     resisting = resistance(model, problem, iterate)
-    internal = _internal_energy(model, iterate, elastic_slip)
-    other = _other_work(model, state, problem, iterate, elastic_slip, change) + float(resisting @ change)
+    internal = _internal_energy(model, iterate, elastic_slip, mortar, force)
+    other = _other_work(model, state, problem, iterate, elastic_slip, change, closing) + float(resisting @ change)
     missing = work - friction - other - (internal - state.internal_energy)
     unbalanced = out_of_balance(model, resisting)
     moving = unbalanced > bound
@@ -85,7 +95,8 @@ def increment_of(
         elastic_slip=read_only(scattered(np.zeros((count, 2)), model.rows, elastic_slip)),
         slip=read_only(state.slip + scattered(np.zeros(count), model.rows, np.linalg.norm(plastic, axis=1))),
         damage=read_only(state.damage if bond is None else scattered(state.damage, model.rows, bond.damage)),
-        gap=read_only(scattered(np.full(count, np.nan), model.rows, iterate.gap)),
+        closing=read_only(state.closing if mortar is None else scattered(state.closing, model.rows, closing)),
+        gap=read_only(scattered(np.full(count, np.nan), model.rows, iterate.gap - given)),
         overlap=read_only(scattered(np.zeros(count), model.rows, model.overlap)),
         status=read_only(
             scattered(np.zeros(count, np.int64), model.rows, _status(closed, iterate.response.sliding)), np.int64
@@ -122,6 +133,9 @@ def without_jumps(model: ContactModel, state: Increment) -> ContactModel:
     if model.tracking is None:
         return model
     gap = model.normal_rows @ state.displacement.ravel() + model.gap_offset
+    if model.mortar is not None:
+        here = model.mortar.at(model.rows, state.closing, state.normal_force)
+        gap = gap + here.closed_by(model.on_its_contacts(state.normal_force))
     takes_over = model.on_its_contacts(state.normal_force) > 0.0
     come = np.isnan(state.gap[model.rows])
     overlap = np.where(come, np.where(takes_over, gap, np.minimum(gap, 0.0)), state.overlap[model.rows])
@@ -162,23 +176,35 @@ def _other_work(
     iterate: Iterate,
     elastic_slip: FloatArray,
     change: FloatArray,
+    closing: FloatArray,
 ) -> float:
-    """Return the work (J) of gaps that open and close under force, and of the pressure on contacts that stick."""
+    """Return the work (J) of gaps that open and close under force, and of the pressure on contacts that stick.
+
+    closing (c,): what mortar has crushed by at the end, m.
+    """
     before = np.maximum(model.on_its_contacts(state.normal_force), 0.0)  # the tension of a bond is stored, or breaks it
     after = np.maximum(iterate.normal_force, 0.0)
-    gaps = -0.5 * float((before + after) @ (model.normal_rows @ change))
-    stiffer = iterate.response.limit - _limit_before(model, state, problem)[0]
-    sticking = np.sum(problem.elastic_slip * elastic_slip, axis=1) / model.slip_tolerance
+    opened = model.normal_rows @ change
+    if problem.mortar is not None:
+        more = iterate.normal_force - model.on_its_contacts(state.normal_force)
+        opened = opened + problem.mortar.compliance * more + closing - problem.mortar.closing
+    gaps = -0.5 * float((before + after) @ opened)
+    limit, _, tolerance = _limit_before(model, state, problem)
+    stiffer = iterate.response.limit - limit * (iterate.response.tolerance / tolerance)
+    sticking = np.sum(problem.elastic_slip * elastic_slip, axis=1) / iterate.response.tolerance
     return gaps - 0.5 * float(stiffer @ sticking)
 
 
-def _limit_before(model: ContactModel, state: Increment, problem: Problem) -> tuple[FloatArray, FloatArray]:
-    """Return (c,) in N: what the traction of the contacts reached before the increment, and the cohesion in it."""
+def _limit_before(model: ContactModel, state: Increment, problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return (c,): what the traction of the contacts reached before the increment and the cohesion in it, N, and the
+    elastic slip at which, m."""
     force, friction, bond = model.on_its_contacts(state.normal_force), model.contacts.friction, problem.bond
-    if bond is None:
-        return friction * np.maximum(force, 0.0), np.zeros(len(force))
-    cohesion = bond.holds * bond.cohesion * (1.0 - bond.damage)
-    return np.maximum(friction * np.where(bond.holds, force, np.maximum(force, 0.0)) + cohesion, 0.0), cohesion
+    limit, cohesion = friction * np.maximum(force, 0.0), np.zeros(len(force))
+    if bond is not None:
+        cohesion = bond.holds * bond.cohesion * (1.0 - bond.damage)
+        pressed = friction * np.where(bond.holds, force, np.maximum(force, 0.0))
+        limit = np.maximum(pressed + cohesion, 0.0)
+    return limit, cohesion, tolerances(limit, model.slip_tolerance, problem.shear_stiffness)[0]
 
 
 def _status(closed: npt.NDArray[np.bool_], sliding: npt.NDArray[np.bool_]) -> IntArray:
@@ -196,11 +222,15 @@ def _base_shear(model: ContactModel, iterate: Iterate) -> float:
     return -model.direction * float(x_on_slave @ model.support_side)
 
 
-def _internal_energy(model: ContactModel, iterate: Iterate, elastic_slip: FloatArray) -> float:
-    """Return elastic energy of the bodies and of the elastic slip, and free energy of bonded cracks, J."""
+def _internal_energy(
+    model: ContactModel, iterate: Iterate, elastic_slip: FloatArray, mortar: Mortar | None, force: FloatArray
+) -> float:
+    """Return elastic energy of the bodies, the elastic slip and mortar (force (c,)), and free energy of cracks, J."""
     strained = iterate.displacement - model.rigid
-    stiffness = iterate.response.limit / model.slip_tolerance
+    stiffness = iterate.response.limit / iterate.response.tolerance
     slip = 0.5 * float(stiffness @ np.sum(elastic_slip**2, axis=1))
     if iterate.bond is not None:
         slip += stored(iterate.bond, iterate.gap)
+    if mortar is not None:
+        slip += mortar.stored(force)
     return 0.5 * float(strained @ (model.stiffness @ strained)) + slip

@@ -15,7 +15,7 @@ class ElasticSettings:
     """Isotropic linear elasticity of every stone."""
 
     elastic_modulus: Annotated[float, Unit("Pa"), Ge(1e3), Le(1e15)] = 3.5e9
-    """Young's modulus of the stones; joints add only what contact.slip_tolerance says"""
+    """Young's modulus of the stones; joints add what their stiffness (joints.classes) and contact.slip_tolerance say"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
     """lateral contraction over axial strain"""
     element_order: Literal[1, 2] = 1
@@ -32,7 +32,8 @@ class ContactSettings:
     """
 
     slip_tolerance: Annotated[float, Unit("m"), Ge(1e-12), Le(1)] = 1e-6
-    """elastic slip at which friction reaches Coulomb's limit; smaller is stiffer before the peak, and slower"""
+    """elastic slip at which friction reaches Coulomb's limit, but in joints with a shear stiffness (joints.classes);
+    smaller is stiffer before the peak, and slower"""
     softening_displacement: Annotated[float, Unit("m"), Gt(0), Le(1e-3)] = 2e-4
     """opening or slip at which tension and cohesion of a joint (joints.classes) have gone, linearly: its fracture
     energies are half of this times its strengths"""

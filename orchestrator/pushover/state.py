@@ -42,9 +42,10 @@ class Increment:
     displacement, change (m, 3): of the nodes in m, and what the increment adds; then those of curved edges
     (elasticity.py).
     normal_force (c,): contact multipliers, N, >= 0 but for bonded joints in tension. damage (c,): 0 to 1, of those.
+    closing (c,): by what mortar has crushed, m.
     elastic_slip (c, 2): in-plane and out-of-plane part, m. slip (c,): accumulated plastic slip, m.
-    gap (c,): m, NaN where a possible contact does not exist. overlap (c,): m, what its gap was short of (or beyond)
-    closure when sliding made the contact, taken as closed. status (c,): ContactStatus.
+    gap (c,): m, negative in mortar, NaN where a possible contact does not exist. overlap (c,): m, what its gap was
+    short of (or beyond) closure when sliding made the contact, taken as closed. status (c,): ContactStatus.
     base_shear: horizontal reaction of the supports against the load, N. horizontal_load: what a load multiplier of 1
     puts on the bodies that have not fallen, N.
     control_displacement: mean displacement of the top along the load, m. mean_displacement: mean displacement of the
@@ -67,6 +68,7 @@ class Increment:
     elastic_slip: FloatArray
     slip: FloatArray
     damage: FloatArray
+    closing: FloatArray
     gap: FloatArray
     overlap: FloatArray
     status: IntArray

@@ -66,6 +66,7 @@ def at_rest(model: ContactModel) -> Increment:
         elastic_slip=read_only(np.zeros((count, 2))),
         slip=zero,
         damage=zero,
+        closing=zero,
         gap=zero,
         overlap=read_only(scattered(np.zeros(count), model.rows, model.gap_offset)),  # joints touch by definition
         status=read_only(np.full(count, ContactStatus.STICK), np.int64),

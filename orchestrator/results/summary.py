@@ -17,6 +17,8 @@ from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Increment
 
+COARSE = 0.01
+"""part of a joint by which the resultant of its toe may lie off before that is told"""
 TOLD = 5
 """local failures that are told one by one"""
 TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
@@ -88,6 +90,7 @@ def pushover_summary(
     stopped_because: str,
     *,
     overlap: tuple[float, float],
+    toe_error: float,
     large_displacement: bool,
     ranks: int,
     seconds: Mapping[str, float],
@@ -96,7 +99,7 @@ def pushover_summary(
     not_valid_because: str | None,
 ) -> dict[str, Any]:
     """Return one entry of `pushover`. seconds: exactly the keys of TIMINGS; peak_memory in bytes; overlap: of displaced
-    outlines in m, and over the smaller body's size.
+    outlines in m, and over the smaller body's size. toe_error: how far toes that crush may lie off, over their joint.
 
     complaint: why the curve ended early or is not valid; None for a good one. not_valid_because: the checks of the
     result that failed (pushover.checks), in words; None: it is valid.
@@ -113,6 +116,7 @@ def pushover_summary(
         **asdict(effort),
         "max_penetration": overlap[0],
         "max_penetration_over_size": overlap[1],
+        "toe_error": toe_error,
         **asdict(capacity),
         "seconds": {name: float(seconds[name]) for name in TIMINGS},
         "peak_memory": int(peak_memory),
@@ -143,6 +147,12 @@ def remarks(pushovers: Sequence[dict[str, Any]]) -> list[str]:
             )
         if (more := len(entry["events"]) - TOLD) > 0:
             said.append(f"{entry['model']} FE: {more} more local failures, in summary.json")
+        if entry.get("toe_error", 0.0) > COARSE:
+            said.append(
+                f"{entry['model']} FE: at the peak the resultant of a toe may lie off by "
+                f"{100 * entry['toe_error']:.2g} % of its joint, "
+                "as elements are longer than what crushes; lower mesh.size"
+            )
         if not entry["peak_reached"]:
             multiplier = entry["peak_multiplier"]
             said.append(f"{entry['model']} FE: the peak was not reached; the wall carries at least {multiplier:.4f}")

@@ -19,6 +19,7 @@ from orchestrator.results.files import write_csv, write_json, write_text
 JOINT_COLUMNS = (
     "joint", "block_i", "block_j", "start_x_m", "start_y_m", "end_x_m", "end_y_m", "length_m",
     "friction", "cohesion_N_per_m2", "tensile_strength_N_per_m2", "compressive_strength_N_per_m2",
+    "normal_stiffness_N_per_m3", "shear_stiffness_N_per_m3",
 )  # fmt: skip
 CURVE_COLUMNS = tuple(field.name for field in fields(PushoverCurve) if field.name != "stopped_because")
 
@@ -40,7 +41,8 @@ def write_joints(folder: Path, assemblage: Assemblage) -> None:
         range(len(assemblage.block_i)), ids[assemblage.block_i], ids[assemblage.block_j],
         assemblage.start[:, 0], assemblage.start[:, 1], assemblage.end[:, 0], assemblage.end[:, 1],
         assemblage.length, assemblage.friction, assemblage.cohesion,
-        assemblage.tensile_strength, assemblage.compressive_strength, strict=True,
+        assemblage.tensile_strength, assemblage.compressive_strength,
+        assemblage.normal_stiffness, assemblage.shear_stiffness, strict=True,
     )  # fmt: skip
     write_csv(folder / "joints.csv", JOINT_COLUMNS, columns)
 

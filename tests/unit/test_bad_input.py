@@ -91,10 +91,27 @@ CASES = {
     "dead load without a unit": ('[[load.dead]]\nblocks = [1]\nforce = "5"', "load.dead.0.force", "use one of N, kN"),
     "dead load on nothing": ("[[load.dead]]\nblocks = []\nforce = 5", "load.dead.0", "give one of the two"),
     "unknown key of a load": ("[[load.dead]]\nblocks = [1]\nforc = 5", "load.dead.0.forc", "did you mean force"),
-    "crushing in the pushover": (
-        '[[joints.classes]]\ncompressive_strength = "1 MPa"',
-        "joints.classes.0.compressive_strength",
-        "limit or segment",
+    "stiffness in another unit": ('[[joints.classes]]\nnormal_stiffness = "5 GPa"', "normal_stiffness", "GN/m3, N/mm3"),
+    "stiffness of zero": ("[[joints.classes]]\nshear_stiffness = 0", "shear_stiffness", "greater than 0"),
+    "stiffness twice": (
+        "[[joints.classes]]\nnormal_stiffness = 1e9\nmortar_modulus = 1e9\nmortar_thickness = 0.01",
+        "joints.classes.0.normal_stiffness",
+        "give one of the two",
+    ),
+    "mortar of no thickness": (
+        "[[joints.classes]]\nmortar_modulus = 1e9",
+        "joints.classes.0.mortar_thickness",
+        'give it, as in "10 mm"',
+    ),
+    "bonded and elastic in shear": (
+        "[[joints.classes]]\nshear_stiffness = 1e9\ncohesion = 1e4",
+        "joints.classes",
+        "not yet in the FE pushover",
+    ),
+    "mortar that snaps": (
+        "[[joints.classes]]\nnormal_stiffness = 1e8\ncohesion = 1e5\ntensile_strength = 1e5",
+        "contact.softening_displacement",
+        "it would snap",
     ),
     "turned too far": ('[load]\ninclination = "91 deg"', "load.inclination", "less than or equal"),
     "not TOML": ("[mesh\nsize = 1", "is not TOML", "example"),

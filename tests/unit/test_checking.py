@@ -152,6 +152,17 @@ def test_the_first_page_shows_every_sum(given, capsys):
     assert (given.parent / "look" / "figures" / "blocks.png").exists()
 
 
+def test_the_first_page_shows_mortar(given, capsys):
+    """E / t and G / t of a class, 5 and 2 N/mm3."""
+    mortar = "joints.classes=[{mortar_modulus='50 MPa', mortar_shear_modulus='20 MPa', mortar_thickness='10 mm'}]"
+    lines = checked(given, capsys, "--set", mortar).splitlines()
+    heads = next(line for line in lines if "kn" in line and "ks" in line)
+    assert "N/mm3" in lines[lines.index(heads) + 1]
+    rows = [line.split() for line in lines if "bed" in line]
+    assert rows
+    assert all(row[-2:] == ["5", "2"] for row in rows)
+
+
 @pytest.mark.parametrize(
     ("setting", "said"),
     [
@@ -170,6 +181,7 @@ def test_the_first_page_shows_every_sum(given, capsys):
         ("wall.thickness=400", "thickness 400 m of a wall of 2 x 0.7 m"),
         ("wall.classes=[]", "timber and stone have the same unit weight and elastic modulus (20 kN/m3, 3.5 GPa)"),
         ("joints.classes=[{compressive_strength=90e3}]", "compressive strength of 5 joints 0.09 MPa"),
+        ("joints.classes=[{normal_stiffness=20}]", "normal stiffness of 5 joints 2e-08 N/mm3"),
     ],
 )
 def test_a_value_of_another_unit_is_pointed_out(given, setting, said):

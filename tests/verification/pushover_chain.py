@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from mpi4py import MPI
 
-from orchestrator.bodies import make_bodies
+from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.joints import Assemblage, JointClass, JointSettings, find_joints
 from orchestrator.limit_analysis import LoadSettings
 from orchestrator.macroblocks import Partition, one_body_per_block
@@ -68,6 +68,12 @@ def assemblage_of(wall: Wall, *classes: JointClass) -> Assemblage:
     return find_joints(wall, JointSettings(classes=classes))
 
 
+def bodies_of(wall: Wall, *classes: JointClass) -> Bodies:
+    """Every stone a body."""
+    assemblage = assemblage_of(wall, *classes)
+    return make_bodies(assemblage, one_body_per_block(assemblage))
+
+
 def model_of(
     wall: Wall,
     partition: Partition | None = None,
@@ -79,13 +85,15 @@ def model_of(
     loads: LoadSettings | None = None,
     joints: JointClass | None = None,
     softening: float = 2e-4,
+    elastic: ElasticSettings | None = None,
 ) -> ContactModel:
     assemblage = assemblage_of(wall, *([joints] if joints else []))
     bodies = make_bodies(assemblage, partition or one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(size=mesh_size), None)
     given = nodal_loads(wall, bodies, meshes, loads) if loads else None
     contact = ContactSettings(slip_tolerance, softening)
-    return build_model(bodies, meshes, ElasticSettings(), contact, direction, comm, large_displacement, given)
+    elastic = elastic or ElasticSettings()
+    return build_model(bodies, meshes, elastic, contact, direction, comm, large_displacement, given)
 
 
 def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float) -> Run:
@@ -101,8 +109,10 @@ def moved_to(model: ContactModel, displacements: list[float], state: Increment |
     with LinearSystem(model, MPI.COMM_SELF) as system:
         for displacement in displacements:
             start = state.displacement.ravel()
-            bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, state.gap)
-            problem = Problem(1.0, start, state.elastic_slip, start, 1.0, displacement, bond=bond)
+            gap, mortar = state.gap, model.mortar and model.mortar.at(model.rows, state.closing, state.normal_force)
+            gap = mortar.opened(gap, state.normal_force) if mortar else gap
+            bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, gap)
+            problem = Problem(1.0, start, state.elastic_slip, start, 1.0, displacement, bond=bond, mortar=mortar)
             if state.number == 0:
                 problem = replace(problem, reference_force=model.weight / len(model.contacts))
             first = evaluate(model, problem, start, state.normal_force, state.load_multiplier)

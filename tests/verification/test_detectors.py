@@ -17,8 +17,8 @@ from tests.verification.pushover_chain import model_of, run, stack
 
 
 def wrong_friction(factor):
-    def law(slip, force, friction, tolerance):
-        return friction_response(slip, force, factor * friction, tolerance)
+    def law(slip, force, friction, *rest):
+        return friction_response(slip, force, factor * friction, *rest)
 
     return law
 
@@ -48,4 +48,4 @@ def test_a_dropped_pressure_term_is_noticed(monkeypatch):
 
     monkeypatch.setattr(iterate, "friction_response", law)
     with pytest.raises(AssertionError):
-        test_linear_system.test_matrix_is_the_derivative_of_the_residual(None)
+        test_linear_system.test_matrix_is_the_derivative_of_the_residual(None, None)

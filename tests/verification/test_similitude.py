@@ -1,7 +1,7 @@
 """A wall at another size has the same curve: there is no absolute length in the contact pushover.
 
 Lengths, modulus, slip tolerance and joint sizes are scaled by s. Gravity stays, so stresses scale as lengths do, and
-strains, rotations and multipliers are the same.
+strains, rotations and multipliers are the same: strengths of joints scale as stresses do, their stiffness (N/m3) stays.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import pytest
 from mpi4py import MPI
 
 from orchestrator.bodies import make_bodies
-from orchestrator.joints import JointSettings, find_joints
+from orchestrator.joints import JointClass, JointSettings, find_joints
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.masonry.patterns import Rubble, rubble, running_bond
 from orchestrator.meshing import MeshSettings, mesh_bodies
@@ -25,10 +25,15 @@ from orchestrator.pushover.stepping import Pushover
 WALLS = {"bond": running_bond(2, 4), "rubble": rubble(Rubble(0.8, 0.8, stone=0.35, seed=1))}
 
 
-def curve(wall, scale):
+MORTAR = JointClass(normal_stiffness=5e9, shear_stiffness=2e9, compressive_strength=1.5e5)
+
+
+def curve(wall, scale, mortar=None):
     """Return load multipliers and displacements over the scale, every stone pushed to 4 mm x scale."""
     blocks = tuple(replace(block, polygon=scale * block.polygon) for block in wall.blocks)
-    joints = JointSettings(scale * JointSettings().tolerance, scale * JointSettings().minimum_length)
+    scaled = mortar and replace(mortar, compressive_strength=scale * mortar.compressive_strength)
+    classes = (scaled,) if scaled else ()
+    joints = JointSettings(scale * JointSettings().tolerance, scale * JointSettings().minimum_length, classes)
     assemblage = find_joints(replace(wall, blocks=blocks, thickness=scale * wall.thickness), joints)
     whole = find_joints(wall, JointSettings())
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
@@ -50,3 +55,19 @@ def curve(wall, scale):
 def test_a_scaled_wall_has_the_same_curve(name, scale):
     original, scaled = curve(WALLS[name], 1.0), curve(WALLS[name], scale)
     assert np.array_equal(scaled, original)  # powers of two: not a single bit may differ
+
+
+@pytest.mark.parametrize("scale", [1 / 16, 16.0])
+def test_a_scaled_wall_with_mortar_that_crushes_has_the_same_curve(scale):
+    original, scaled = curve(WALLS["bond"], 1.0, MORTAR), curve(WALLS["bond"], scale, MORTAR)
+    assert np.array_equal(scaled, original)
+    assert not np.array_equal(original, curve(WALLS["bond"], 1.0)), "mortar must matter"
+
+
+def test_a_tenth_of_a_wall_with_mortar_has_the_same_curve():
+    """No power of two: rounding may differ, nothing else."""
+    original, scaled = curve(WALLS["bond"], 1.0, MORTAR), curve(WALLS["bond"], 0.1, MORTAR)
+    assert original[:, 0].max() == pytest.approx(scaled[:, 0].max(), rel=1e-3)
+    together = np.linspace(0.0, 3.9e-3, 40)
+    found, expected = (np.interp(together, path[:, 1], path[:, 0]) for path in (scaled, original))
+    assert found == pytest.approx(expected, rel=5e-3, abs=1e-3)

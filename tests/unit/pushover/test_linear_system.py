@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,12 @@ import pytest
 import scipy.sparse as sparse
 from mpi4py import MPI
 
+from orchestrator.joints import JointClass
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.pushover.iterate import Problem, evaluate
 from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.newton import newton_coefficients
 from orchestrator.pushover.newton_matrix import (
-    coefficients,
     condensed_right,
     expanded,
     make_pattern,
@@ -36,15 +38,19 @@ def residual(model, problem, x):
     n, kappa = len(model.gravity), model.contact_stiffness
     iterate = evaluate(model, problem, x[:n], kappa * x[n:-1], x[-1] / model.height)
     contact = np.where(iterate.active, kappa * iterate.gap, iterate.normal_force)
+    contact = np.where(iterate.crushes, iterate.normal_force - iterate.strength, contact)
     if problem.mean_displacement is None:
         return np.concatenate([iterate.force_residual, contact, [0.0]]), iterate
     control = kappa * (model.mean_row @ x[:n] - problem.mean_displacement)
     return np.concatenate([iterate.force_residual, contact, [control]]), iterate
 
 
-def state(mean_displacement):
+MORTAR = JointClass(normal_stiffness=1e11, shear_stiffness=2e9, compressive_strength=1e5)
+
+
+def state(mean_displacement, joints=None):
     """Return model, problem, a state x between stick, slip and opening, and the coefficients of its matrix."""
-    model = model_of(stack((0.4, 0.3), (0.2, 0.3), friction=0.6), slip_tolerance=1e-5)
+    model = model_of(stack((0.4, 0.3), (0.2, 0.3), friction=0.6), slip_tolerance=1e-5, joints=joints)
     n, c = len(model.gravity), len(model.contacts)
     random = np.random.default_rng(2)
     problem = Problem(
@@ -54,6 +60,7 @@ def state(mean_displacement):
         inertia_reference=np.zeros(n),
         time_step=0.05,
         mean_displacement=mean_displacement,
+        mortar=model.mortar,
     )
     displacement = random.normal(size=n) * 1e-5
     closed = model.normal_rows @ displacement < 0  # an open contact carries nothing, as after any Newton step
@@ -61,14 +68,16 @@ def state(mean_displacement):
     _, iterate = residual(model, problem, x)
     assert 0 < iterate.active.sum() < c
     assert 0 < iterate.response.sliding.sum() < c
-    control = mean_displacement is not None
-    contact = coefficients(iterate.response, iterate.active, iterate.carrying, iterate.pull_slope, control)
+    assert bool(joints) == (0 < iterate.crushes.sum() < iterate.active.sum())
+    assert bool(joints) == (0 < iterate.response.elastic.sum() < c)
+    contact = newton_coefficients(model, problem, replace(iterate, number=1))
     return model, problem, x, closed, contact
 
 
+@pytest.mark.parametrize("joints", [None, MORTAR])
 @pytest.mark.parametrize("mean_displacement", [None, 1e-4])
-def test_matrix_is_the_derivative_of_the_residual(mean_displacement):
-    model, problem, x, closed, contact = state(mean_displacement)
+def test_matrix_is_the_derivative_of_the_residual(mean_displacement, joints):
+    model, problem, x, closed, contact = state(mean_displacement, joints)
     n, c, kappa = len(model.gravity), len(model.contacts), model.contact_stiffness
     direction = np.random.default_rng(5).normal(size=n + c + 1) * 1e-5
     direction[n:-1] *= closed
@@ -80,9 +89,10 @@ def test_matrix_is_the_derivative_of_the_residual(mean_displacement):
     assert np.abs(found).max() > kappa * 1e-6, "the direction must matter"
 
 
+@pytest.mark.parametrize("joints", [None, MORTAR])
 @pytest.mark.parametrize("mean_displacement", [None, 1e-4])
-def test_solution_times_matrix_is_the_right_hand_side(mean_displacement):
-    model, problem, _, _, contact = state(mean_displacement)
+def test_solution_times_matrix_is_the_right_hand_side(mean_displacement, joints):
+    model, problem, _, _, contact = state(mean_displacement, joints)
     right = np.random.default_rng(6).normal(size=model.unknowns)
     with LinearSystem(model, MPI.COMM_SELF) as system:
         solution = system.solve(contact, problem.time_step, right)
@@ -90,10 +100,11 @@ def test_solution_times_matrix_is_the_right_hand_side(mean_displacement):
     assert np.linalg.norm(found - right) < 1e-10 * np.linalg.norm(right)
 
 
+@pytest.mark.parametrize("joints", [None, MORTAR])
 @pytest.mark.parametrize("mean_displacement", [None, 1e-4])
-def test_condensed_matrix_is_the_newton_matrix_with_a_penalty(mean_displacement):
+def test_condensed_matrix_is_the_newton_matrix_with_a_penalty(mean_displacement, joints):
     """Eliminating the multipliers of (Newton matrix + kappa / penalty where active) leaves the rows of both ranks."""
-    model, problem, _, _, contact = state(mean_displacement)
+    model, problem, _, _, contact = state(mean_displacement, joints)
     n, count = len(model.gravity), len(model.body)
     parts = []
     for first, last in ((0, count // 3), (count // 3, count)):
@@ -103,7 +114,7 @@ def test_condensed_matrix_is_the_newton_matrix_with_a_penalty(mean_displacement)
     condensed = sparse.vstack(parts).tocsr()
     x = np.random.default_rng(7).normal(size=model.unknowns)
     penalty = np.zeros_like(x)
-    penalty[n:-1] = model.contact_stiffness * (contact.compliance - ~contact.active)
+    penalty[n:-1] = model.contact_stiffness * (contact.compliance - contact.softness)
     right = product(model, contact, problem.time_step, x) + penalty * x
     reduced = condensed_right(model, contact, right)
     # entries of 1e15 N/m cancel
