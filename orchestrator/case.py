@@ -29,6 +29,7 @@ from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
 from orchestrator.pushover.nodal_loads import refuse_upright
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.pushover.tie_bars import refuse_rigid
 from orchestrator.sections import as_settings, first_complaint, row_type, section_model, written
 from orchestrator.seismic import SeismicSettings, limit_states
 from orchestrator.seismic.control import named_point
@@ -129,8 +130,20 @@ def refuse_what_only_limit_analysis_takes(case: Case) -> None:
 def refuse_ties(case: Case, command: str) -> None:
     """Raise CaseError for ties that `command` would leave out."""
     if case.reinforcement.ties:
-        remedy = "use the commands check and limit, or leave them out"
+        remedy = "use the commands check and limit, run --model micro, or leave them out"
         raise CaseError("reinforcement.ties", f"{command} takes no ties yet", remedy, str(case.file))
+
+
+def refuse_ties_of_macroblocks(case: Case) -> None:
+    """Raise CaseError for ties in a run of macroblocks, or without stiffness."""
+    if case.reinforcement.ties and "macro" in case.run.models:
+        problem = "macroblocks know no ties yet"
+        raise CaseError("reinforcement.ties", problem, "use run --model micro, or leave them out", str(case.file))
+    with naming(case.file):
+        refuse_rigid(case.reinforcement.ties)
+        if case.reinforcement.ties and limit_states(case.seismic):
+            remedy = "leave out the ties, or [seismic]"
+            raise CaseError("reinforcement.ties", "walls with ties are not verified yet", remedy)
 
 
 def refuse_seismic(case: Case) -> None:

@@ -231,9 +231,9 @@ def _benchmark1(options: argparse.Namespace, comm: MPI.Intracomm | None, console
 
 def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
     case = on_root(comm, cases.read, options.case, options.set)
-    cases.refuse_ties(case, "run")
     if options.model:
         case = replace(case, run=cases.RunSettings(MODELS[options.model]))
+    cases.refuse_ties_of_macroblocks(case)
     output = options.output or Path("results") / options.case.stem
     on_root(comm, results.try_folder, output)
     if not (options.resume or options.force):

@@ -23,6 +23,7 @@ from orchestrator.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
+from orchestrator.limit_analysis.state import of_first_joints
 from orchestrator.limit_analysis.ties import with_ties
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.drawing import implausible, refuse_implausible_size
@@ -83,7 +84,7 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
         refuse_what_cannot_be_analysed(tied, case.load.sign, loads)
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
     if case.reinforcement.ties:
-        said.append("WARNING: check and limit take this case; segment, run, study and export take no ties yet")
+        said.append("WARNING: check, limit and run --model micro take ties; macroblocks, study and export do not yet")
     try:
         refuse_what_only_limit_analysis_takes(case)
         refuse_seismic(case)
@@ -156,8 +157,13 @@ def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[Li
 
 
 def segment(case: Case) -> Segmented:
-    """Run everything before the finite elements."""
+    """Run everything before the finite elements; where there are ties every stone is a body."""
     assemblage, analysis = limit(case)
+    if case.reinforcement.ties:
+        untied = check(case)
+        every_stone = one_body_per_block(untied)
+        analysis = of_first_joints(analysis, len(untied.block_i))
+        return Segmented(untied, analysis, every_stone, make_bodies(untied, every_stone))
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
         partition = macroblocks_of(assemblage, analysis, case.macroblocks, loads)

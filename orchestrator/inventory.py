@@ -212,6 +212,9 @@ def tie_words(case: Case) -> list[str]:
         x, y = tie.end
         other = f"block {tie.blocks[1]}" if len(tie.blocks) > 1 else f"an anchor at ({x:g}, {y:g}) m"
         long = f"{dist(tie.start, tie.end):.4g} m long, yields at {tie.strength / 1e3:.3f} kN"
+        long += "" if tie.stiffness is None else f", stiffness {tie.stiffness / 1e6:.4g} kN/mm"
+        long += f", pretension {tie.pretension / 1e3:.3f} kN" if tie.pretension else ""
+        long += ", pushes too" if tie.pushes else ""
         said.append(f"tie {number}: block {tie.blocks[0]} to {other}, {long}")
     return said
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
     from orchestrator.pushover.nodal_loads import NodalLoads
     from orchestrator.pushover.settings import SteppingSettings
+    from orchestrator.pushover.tie_bars import TieBars
 
 logger = logging.getLogger(__name__)
 
@@ -67,6 +68,7 @@ def push_model(
     """
     from orchestrator.pushover.contact_search import find_contacts
     from orchestrator.pushover.nodal_loads import nodal_loads
+    from orchestrator.pushover.tie_bars import find_ties
 
     start_finite_elements()
     size = estimate(bodies, case.mesh, case.elastic.element_order)
@@ -75,7 +77,8 @@ def push_model(
     report(StageDone(f"{model} FE, before it starts", 0.0, said))
     meshes = on_root(comm, _meshed, bodies, case, folder)
     loads = nodal_loads(wall, bodies, meshes, case.load)
-    arguments = (model, case, bodies, meshes, loads, folder, resume, expected)
+    ties = find_ties(wall, bodies, meshes, case.reinforcement.ties)
+    arguments = (model, case, bodies, meshes, loads, ties, folder, resume, expected)
     unknowns = 3 * len(meshes.nodes) + len(find_contacts(bodies, meshes))
     if unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
@@ -108,6 +111,7 @@ def _follow(
     bodies: Bodies,
     meshes: BodyMeshes,
     loads: NodalLoads,
+    ties: TieBars | None,
     folder: Path,
     resume: bool,
     expected: float,
@@ -124,7 +128,7 @@ def _follow(
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()
     large = case.stepping.large_displacement
-    contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working, large, loads)
+    contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working, large, loads, ties)
     assembled = perf_counter()
     complaint: ConvergenceError | CollapseError | None = None
     with LinearSystem(contact_model, working) as system:
@@ -183,7 +187,8 @@ def _opened(store: results.StateStore, resume: bool) -> Increment | None:
 def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:
     """Return a hash of everything that an increment depends on, except how far the curve is followed."""
     stepping = replace(case.stepping, final_displacement=1.0, final_drop=1.0, largest_increments=1)
-    settings = (case.elastic, case.contact, case.newton, stepping, case.load, bodies.thickness)
+    settings: tuple[Any, ...] = (case.elastic, case.contact, case.newton, stepping, case.load, bodies.thickness)
+    settings += (case.reinforcement,) if case.reinforcement.ties else ()
     total = hashlib.sha256(repr(settings).encode())
     for array in (meshes.nodes, meshes.tetrahedra, meshes.unit_weight, bodies.start, bodies.end, bodies.friction):
         total.update(array.tobytes())

@@ -13,7 +13,7 @@ FACTORS = {
     "m/s2": {"m/s2": 1.0, "g": 9.81},
     "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/m2": 1.0, "kN/m2": 1e3, "N/mm2": 1e6},
     "N": {"N": 1.0, "kN": 1e3, "MN": 1e6},
-    "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3, "MN/m": 1e6, "kN/mm": 1e6},
     "rad": {"rad": 1.0, "deg": math.pi / 180},
     "N/m3": {"N/m3": 1.0, "kN/m3": 1e3, "MN/m3": 1e6, "GN/m3": 1e9, "N/mm3": 1e9},
 }

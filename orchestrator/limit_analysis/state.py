@@ -130,3 +130,25 @@ class LimitAnalysis:
         """Smallest and largest multiplier of the converged non-associative states, or None where there is none."""
         found = [s.multiplier_range for s in (*self._settled, *([self.lowest] if self.lowest else []))]
         return (float(np.min(found)), float(np.max(found))) if found else None
+
+
+def of_first_joints(analysis: LimitAnalysis, joints: int) -> LimitAnalysis:
+    """Return the analysis with the forces and rates of so many joints, the first ones: ties come after them."""
+
+    def cut(state: LimitState | None) -> LimitState | None:
+        if state is None:
+            return None
+        motion = state.mechanism
+        motion = replace(motion, opening=motion.opening[:joints], slip=motion.slip[:joints])
+        return replace(state, joint_forces=state.joint_forces[:joints], mechanism=motion)
+
+    associative = cut(analysis.associative)
+    assert associative is not None, "there always is one"
+    return replace(
+        analysis,
+        associative=associative,
+        sequence=cut(analysis.sequence),
+        dilation_shift=cut(analysis.dilation_shift),
+        complementarity=cut(analysis.complementarity),
+        lowest=cut(analysis.lowest),
+    )

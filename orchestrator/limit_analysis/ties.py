@@ -2,9 +2,10 @@
 
 A tie is added to the joints as one of length L = SHORT x a block's size at its first end, across its line. It has no
 friction and no cohesion, so it carries along the line only; its tensile strength is the tie's, its compressive
-strength next to nothing. With the rectangular stress block it could carry a moment of at most strength x L/8 when it
-carries half its strength, and none when it yields. It is rigid and plastic: a pretension changes nothing of the
-collapse multiplier.
+strength next to nothing, or the same where it pushes too. With the rectangular stress block it could carry a moment of
+at most strength x L/8 (L/4 where it pushes) when it carries half its strength, and none when it yields. Here it is
+rigid and plastic: a pretension changes nothing of the collapse multiplier. The FE pushover has its stiffness
+(pushover/tie_bars.py).
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import shapely
-from annotated_types import Gt, MinLen
+from annotated_types import Ge, Gt, MinLen
 
 from orchestrator.errors import CaseError
 from orchestrator.joints import Assemblage
@@ -44,14 +45,20 @@ class Tie:
     """x and y where it is fixed to the second block, or anchored"""
     strength: Annotated[float, Unit("N"), Gt(0)]
     """force at which it yields, or its anchorage does"""
+    stiffness: Annotated[float, Unit("N/m"), Gt(0)] | None = None
+    """force over elongation, E A over the length; `run` needs it, limit analysis has rigid ties"""
+    pretension: Annotated[float, Unit("N"), Ge(0)] = 0.0
+    """force to which it is tightened while the weight acts; changes nothing in limit analysis"""
+    pushes: bool = False
+    """it pushes as it pulls, up to `strength`: a floor that holds the wall at one place, or a strut"""
 
 
 @dataclass(frozen=True, slots=True)
 class TieSettings:
-    """Ties and anchors, for limit analysis."""
+    """Ties and anchors, for limit analysis and the FE pushover of every stone."""
 
     ties: tuple[Tie, ...] = ()
-    """each a table [[reinforcement.ties]] with `blocks`, `start`, `end`, `strength`"""
+    """each a table [[reinforcement.ties]] with `blocks`, `start`, `end`, `strength`, and for `run` `stiffness`"""
 
 
 def with_ties(assemblage: Assemblage, ties: Sequence[Tie]) -> Assemblage:
@@ -82,7 +89,7 @@ def with_ties(assemblage: Assemblage, ties: Sequence[Tie]) -> Assemblage:
         "friction": nothing,
         "cohesion": nothing,
         "tensile_strength": strength,
-        "compressive_strength": NO_THRUST * strength,
+        "compressive_strength": np.where([tie.pushes for tie in ties], 1.0, NO_THRUST) * strength,
     }
     merged: dict[str, Any] = {
         name: read_only(np.concatenate([getattr(assemblage, name), values]), getattr(assemblage, name).dtype)
@@ -97,6 +104,9 @@ def _refuse(wall: Wall, tie: Tie, key: str) -> None:
     named = set(tie.blocks)
     if len(tie.blocks) > 2 or len(named) < len(tie.blocks) or not named <= blocks.keys():
         raise CaseError(f"{key}.blocks", f"{[*tie.blocks]} are not one or two blocks", "name blocks of the wall")
+    if tie.pretension >= tie.strength:
+        problem = f"{tie.pretension:g} N is not less than the strength of the tie, {tie.strength:g} N"
+        raise CaseError(f"{key}.pretension", problem, "lower it")
     if all(blocks[n].fixed for n in named):
         raise CaseError(f"{key}.blocks", "a tie between supports holds nothing", "name a block that can move")
     if len(tie.start) != 2 or len(tie.end) != 2 or tie.start == tie.end:

@@ -19,6 +19,7 @@ from orchestrator.pushover.prediction import carried_on
 from orchestrator.pushover.record import contact_states, increment_of, scattered, states_of, without_jumps
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.state import Increment, Phase
+from orchestrator.pushover.tie_bars import tightened
 
 TURN = 5e-4
 """an increment whose bodies turn by more than this (rad) from the predicted geometry is solved again on its own"""
@@ -110,6 +111,9 @@ class IncrementSolver:
         )
         multiplier = aim.value if phase == "load" else state.load_multiplier
         time = aim.value if phase == "gravity" else state.time + time_step
+        if undeformed.ties is not None:
+            share = aim.value if phase == "gravity" else None
+            problem = replace(problem, ties=tightened(undeformed.ties, state.tie_rest, share))
         force, before, spent = state.normal_force, contact_states(state), 0
         opening, closed = state.gap, None
         if undeformed.mortar is not None:

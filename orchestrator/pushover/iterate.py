@@ -13,6 +13,7 @@ from orchestrator.pushover.contact_law import FrictionResponse, friction_respons
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.mortar import Mortar
 from orchestrator.pushover.state import ContactStatus
+from orchestrator.pushover.tie_bars import TieHistory, TieResponse, tie_response
 
 EPSILON = float(np.finfo(float).eps)
 
@@ -28,7 +29,7 @@ class Problem:
     contacts that were closed at the start (damped (c,)) resist slip by viscosity x (slip since then) besides friction,
     whether they stay closed or not: a force that came and went with the contact could leave a step without a solution.
     Bonded ones resist opening likewise. bond: strengths and history of the contacts, None where no joint has any;
-    mortar: stiffness, strength and history likewise.
+    mortar: stiffness, strength and history likewise. ties: history of the ties, None without any.
     """
 
     gravity_share: float
@@ -42,6 +43,7 @@ class Problem:
     damped: npt.NDArray[np.bool_] | None = None
     bond: Bond | None = None
     mortar: Mortar | None = None
+    ties: TieHistory | None = None
 
     @property
     def shear_stiffness(self) -> FloatArray | None:
@@ -80,6 +82,7 @@ class Iterate:
     crushes: npt.NDArray[np.bool_]
     strength: FloatArray | float
     damped: npt.NDArray[np.bool_] | None = None
+    ties: TieResponse | None = None
     number: int = 0
     as_before: bool = False
 
@@ -128,6 +131,10 @@ def evaluate(
         - model.normal_columns @ normal_force
         + model.tangential_columns @ response.traction.ravel()
     )
+    ties = None
+    if model.ties is not None and problem.ties is not None:
+        ties = tie_response(model.ties, problem.ties, displacement)
+        residual = residual + model.ties.rows.T @ ties.force
     weight = float(np.linalg.norm(model.gravity))
     return Iterate(
         displacement=displacement,
@@ -151,6 +158,7 @@ def evaluate(
         crushes=crushes,
         strength=strength,
         damped=problem.damped if problem.viscosity > 0.0 else None,
+        ties=ties,
     )
 
 

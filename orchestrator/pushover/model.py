@@ -22,6 +22,7 @@ from orchestrator.pushover.mortar import Mortar, find_mortar
 from orchestrator.pushover.nodal_loads import NodalLoads
 from orchestrator.pushover.possible_contacts import find_possible_contacts
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
+from orchestrator.pushover.tie_bars import TieBars
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +36,8 @@ class ContactModel:
     rigid (n,) in m: displacement that causes no stress; gap_offset (c,) in m: gap = B_n u + gap_offset; both zero while
     the wall is undeformed. rows (c,): numbers of these contacts among all `possible` ones. support_side (c,): 1 where
     the master is a support, -1 where the slave is one, else 0. tracking: None for small displacements.
-    bond: strengths of all `possible` contacts, or None; mortar: their stiffness and what crushes them, or None.
+    bond: strengths of all `possible` contacts, or None; mortar: their stiffness and what crushes them, or None; ties or
+    None.
     body_mass, body_weight (b,): of the moving bodies, kg and N (dead load included). fallen (b,): those taken out.
     mean_row, top_row (n,): mean displacement along the live load, weighted by it (its work over its size), and mean
     horizontal displacement of the top edge.
@@ -74,6 +76,7 @@ class ContactModel:
     fallen: npt.NDArray[np.bool_]
     bond: Bond | None = None
     mortar: Mortar | None = None
+    ties: TieBars | None = None
 
     @cached_property
     def normal_columns(self) -> sparse.csc_matrix:
@@ -119,6 +122,7 @@ def build_model(
     comm: MPI.Comm,
     large_displacement: bool = False,
     loads: NodalLoads | None = None,
+    ties: TieBars | None = None,
 ) -> ContactModel:
     """Assemble matrices and loads with dolfinx on `comm` and search the contacts, those that sliding may bring too.
 
@@ -163,7 +167,9 @@ def build_model(
     )
     bond = find_bond(bodies, meshes, contacts, len(model.possible), contact.softening_displacement)
     mortar = find_mortar(bodies, meshes, contacts, model.possible, model.tracking)
-    model = replace(model, bond=bond, mortar=mortar)
+    if ties is not None:  # the departures of curved edges come after the nodes, and move no tie
+        ties = ties.among(len(elasticity.body))
+    model = replace(model, bond=bond, mortar=mortar, ties=ties)
     return displaced(model, np.zeros_like(gravity))
 
 
@@ -203,6 +209,7 @@ def without(model: ContactModel, fallen: npt.NDArray[np.bool_]) -> ContactModel:
         top_row=top / np.abs(top.sum()),
         gap_offset=model.gap_offset + far * _touches(fallen, model.contacts),
         fallen=fallen,
+        ties=model.ties and model.ties.without(fallen),
     )
 
 
@@ -260,6 +267,7 @@ def displaced(model: ContactModel, displacement: FloatArray, closed: FloatArray 
         gap_offset=tracked.gap - normal_rows @ displacement,
         overlap=np.zeros(len(tracked.rows)),
         rows=tracked.rows,
+        ties=model.ties and model.ties.displaced(displacement),
     )
 
 

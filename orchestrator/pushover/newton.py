@@ -89,7 +89,8 @@ def newton_coefficients(model: ContactModel, problem: Problem, current: Iterate)
     slope = np.where(current.crushes, 0.0, current.pull_slope) / model.contact_stiffness
     compliance = None if problem.mortar is None else model.contact_stiffness * problem.mortar.compliance
     active, control = current.active & ~current.crushes, problem.mean_displacement is not None
-    return coefficients(response, active, current.carrying, slope, control, compliance)
+    stretched = None if current.ties is None else current.ties.slope
+    return coefficients(response, active, current.carrying, slope, control, compliance, stretched)
 
 
 def _right_side(model: ContactModel, problem: Problem, current: Iterate) -> FloatArray:
@@ -198,7 +199,7 @@ def solve_increment(
         error = _error(iterate, settings)
         if iterate.number and error < least:
             best, least = iterate, error
-        before, state = state, np.packbits([iterate.active, iterate.response.sliding, iterate.crushes]).tobytes()
+        before, state = state, _states(iterate)
         astray = error > LOST * least
         circles = state != before and error > REPETITION * seen.get(state, np.inf)
         if least < 1.0 or iterate.number >= settings.iterations or circles or astray or not np.isfinite(error):
@@ -208,6 +209,12 @@ def solve_increment(
         return replace(best, number=iterate.number)
     where = f"out-of-balance force {best.norms[0]:.1e} of the weight after {iterate.number} iterations"
     raise ConvergenceError("Newton", where + _restless_joints(model, earlier, iterate), iterate.number)
+
+
+def _states(iterate: Iterate) -> bytes:
+    """Return which contacts are closed, slide and crush, and which ties are elastic."""
+    contacts = np.packbits([iterate.active, iterate.response.sliding, iterate.crushes]).tobytes()
+    return contacts if iterate.ties is None else contacts + (iterate.ties.slope > 0.0).tobytes()
 
 
 def _restless_joints(model: ContactModel, earlier: Iterate, iterate: Iterate) -> str:

@@ -45,6 +45,7 @@ class Coefficients:
     """What changes from one Newton iteration to the next, for c contacts.
 
     slip_stiffness (c, 2, 2) in N/m = T, pressure_slope (c, 2) = S, gap_slope (c,) = P, softness (c,) = N; active (c,).
+    tie_stiffness (m,) in N/m: of ties, where they are elastic.
     """
 
     slip_stiffness: FloatArray
@@ -53,6 +54,7 @@ class Coefficients:
     softness: FloatArray
     active: npt.NDArray[np.bool_]
     displacement_control: bool
+    tie_stiffness: FloatArray | None = None
 
     @property
     def compliance(self) -> FloatArray:
@@ -67,6 +69,7 @@ def coefficients(
     pull_slope: FloatArray,
     displacement_control: bool,
     compliance: FloatArray | None = None,
+    tie_stiffness: FloatArray | None = None,
 ) -> Coefficients:
     """Return the coefficients of c contacts.
 
@@ -81,6 +84,7 @@ def coefficients(
         softness=np.where(active, given, 1.0 + pull_slope * given),
         active=active,
         displacement_control=displacement_control,
+        tie_stiffness=tie_stiffness,
     )
 
 
@@ -97,6 +101,8 @@ def product(model: ContactModel, contact: Coefficients, time_step: float, x: Flo
         + model.tangential_columns @ traction.ravel()
         - model.normal_columns @ (kappa * multiplier)
     )
+    if model.ties is not None and contact.tie_stiffness is not None:
+        forces = forces + model.ties.rows.T @ (contact.tie_stiffness * (model.ties.rows @ change))
     gap = contact.gap_slope * (model.normal_rows @ change) + contact.softness * multiplier
     if contact.displacement_control:
         lateral = model.lateral / model.height
@@ -129,7 +135,7 @@ class Pattern:
     displacement control, corner: the one that is there else (empty on other ranks). elastic: numbers of the blocks
     of K that belong here; block_of_elastic: their place among the blocks. mass (b,) in kg. pairs (p,): numbers
     contact x 16 + i x 4 + j of the pairs of nodes of contacts; weights (b, c): products of weights, in CSR form with
-    `weight_order`.
+    `weight_order`. tied (b, m): likewise of ties.
     """
 
     first: int
@@ -145,6 +151,7 @@ class Pattern:
     mass: FloatArray
     pairs: IntArray
     weights: sparse.csr_matrix
+    tied: sparse.csr_matrix | None = None
 
 
 def _nodes_and_weights(contacts: Contacts) -> tuple[IntArray, FloatArray]:
@@ -177,8 +184,9 @@ def make_pattern(model: ContactModel, first: int, last: int) -> Pattern:
     blocks = slice(int(elastic.indptr[first]), int(elastic.indptr[last]))
     elastic_row = np.repeat(np.arange(first, last, dtype=np.int64), np.diff(elastic.indptr[first : last + 1]))
     key = np.concatenate([elastic_row * count + elastic.indices[blocks], row[pairs] * count + column[pairs]])
-    slots, slot = np.unique(key, return_inverse=True)
-    elastic_slot, pair_slot = np.split(slot, [len(elastic_row)])
+    tie, one, other, product = _pairs_of_ties(model, first, last)
+    slots, slot = np.unique(np.concatenate([key, one * count + other]), return_inverse=True)
+    elastic_slot, pair_slot, tie_slot = np.split(slot, [len(elastic_row), len(key)])
     layout = _layout(model, first, last, slots)
     inertia = model.mass[3 * first : 3 * last : 3, ::3].tocoo()
     mass_key = (inertia.row.astype(np.int64) + first) * count + inertia.col
@@ -203,7 +211,26 @@ def make_pattern(model: ContactModel, first: int, last: int) -> Pattern:
             ),
             shape=(len(slots), len(model.contacts)),
         ),
+        tied=sparse.csr_matrix((product, (tie_slot, tie)), (len(slots), len(model.ties))) if model.ties else None,
     )
+
+
+def _pairs_of_ties(model: ContactModel, first: int, last: int) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
+    """Return tie, both nodes and the product of their weights of all pairs of nodes of ties, the first in the rows."""
+    found: list[tuple[IntArray, IntArray, IntArray, FloatArray]] = []
+    for tie in range(len(model.ties or ())):
+        assert model.ties is not None
+        row = model.ties.weights[tie]
+        nodes = row.indices.astype(np.int64)
+        one, other = (k.ravel() for k in np.meshgrid(nodes, nodes, indexing="ij"))
+        here = (one >= first) & (one < last)
+        weight = np.outer(row.data, row.data).ravel()[here]
+        found.append((np.full(len(weight), tie), one[here], other[here], weight))
+    if not found:
+        nothing = np.zeros(0, np.int64)
+        return nothing, nothing, nothing, np.zeros(0)
+    tie_, one_, other_, weight_ = (np.concatenate(part) for part in zip(*found, strict=True))
+    return tie_, one_, other_, weight_
 
 
 def _layout(model: ContactModel, first: int, last: int, slots: IntArray) -> dict[str, npt.NDArray]:
@@ -259,6 +286,10 @@ def values(pattern: Pattern, model: ContactModel, contact: Coefficients, time_st
     """Return the values of the pattern's entries."""
     blocks = (pattern.weights @ _contact_matrices(model, contact).reshape(-1, 9)).reshape(-1, 3, 3)
     blocks[pattern.block_of_elastic] += model.stiffness.data[pattern.elastic]
+    if pattern.tied is not None and model.ties is not None and contact.tie_stiffness is not None:
+        along = model.ties.along
+        stretched = contact.tie_stiffness[:, None, None] * along[:, :, None] * along[:, None, :]
+        blocks[:, :2, :2] += (pattern.tied @ stretched.reshape(-1, 4)).reshape(-1, 2, 2)
     diagonal = np.arange(3)
     blocks[:, diagonal, diagonal] += pattern.mass[:, None] / np.square(time_step)
     found = np.zeros(len(pattern.indices))

@@ -93,12 +93,18 @@ def _spread(loads: Placed, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> Fl
     total = np.zeros(len(meshes.nodes))
     for number, (block, size) in enumerate(zip(loads.block.tolist(), loads.size.tolist(), strict=True)):
         place, share = _points_of(loads, number, wall.blocks[block].polygon)
-        levels = (np.arange(POINTS_THROUGH_THICKNESS) + 0.5) / POINTS_THROUGH_THICKNESS * bodies.thickness
-        points = np.column_stack([np.repeat(place, len(levels), axis=0), np.tile(levels, len(place))])
-        element, weight = _held(points, meshes, body_of_block[block])
-        force = size * np.repeat(share, len(levels)) / len(levels)
+        points, part = through_thickness(place, share, bodies.thickness)
+        element, weight = held_by(points, meshes, body_of_block[block])
+        force = size * part
         np.add.at(total, element, force[:, None] * weight)
     return total
+
+
+def through_thickness(place: FloatArray, share: FloatArray, thickness: float) -> tuple[FloatArray, FloatArray]:
+    """Return points (4 p, 3) in m on levels through the thickness (m) for places (p, 2), and their shares (4 p,)."""
+    levels = (np.arange(POINTS_THROUGH_THICKNESS) + 0.5) / POINTS_THROUGH_THICKNESS * thickness
+    points = np.column_stack([np.repeat(place, len(levels), axis=0), np.tile(levels, len(place))])
+    return points, np.repeat(share, len(levels)) / len(levels)
 
 
 def _points_of(loads: Placed, number: int, polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -128,7 +134,7 @@ def _points_on_top(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
     return points.reshape(-1, 2), np.repeat(width / width.sum(), POINTS_ON_EDGE) / POINTS_ON_EDGE
 
 
-def _held(points: FloatArray, meshes: BodyMeshes, body: int) -> tuple[IntArray, FloatArray]:
+def held_by(points: FloatArray, meshes: BodyMeshes, body: int) -> tuple[IntArray, FloatArray]:
     """Return the corners (p, 4) of the tetrahedron of a body that holds each point (p, 3), and barycentric weights."""
     elements = meshes.tetrahedra[meshes.body_of_tetrahedron == body]
     corners = meshes.nodes[elements]

@@ -7,18 +7,20 @@ Every work of an increment is computed from the forces at its two ends, and noth
                                                   integral of the fracture of bonded joints; dq_plastic is all that is
                                                   not elastic: what an opening contact gives off, too
     crushing      f_c A dw                        of mortar
+    yielding      N dr                            of ties, N at its limit; what tightens them is external
     other         -1/2 (lambda0 + lambda1) dG     gaps that open and close under force (G of mortar.py)
                   -1/2 (k1 - k0) q0 q1            pressure makes a contact that sticks stiffer
+                  1/2 (N0 + N1) (dD - dN/k - dr)  ties that become taut or slack
                   (proximal, viscous force) du    what the increment resists besides
 
-External work less these is what stored energy must have grown by (elastic energy of the bodies, of the elastic slip
-and of mortar). The difference is `energy_error`. An increment that moves is no path of equilibrium: what it takes from
-the balance is `lost_in_motion`.
+External work less these is what stored energy must have grown by (elastic energy of the bodies, of the elastic slip,
+of mortar and of ties). The difference is `energy_error`. An increment that moves is no path of equilibrium: what it
+takes from the balance is `lost_in_motion`.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -76,9 +78,12 @@ def increment_of(
         friction += float(dissipation(problem.bond, bond, iterate.gap).sum())
     if mortar is not None:
         friction += float(force @ (closing - mortar.closing))
+    ties = _work_of_ties(model, state, problem, iterate)
+    work, friction = work + ties.tightening, friction + ties.yielding
     resisting = resistance(model, problem, iterate)
-    internal = _internal_energy(model, iterate, elastic_slip, mortar, force)
+    internal = ties.stored + _internal_energy(model, iterate, elastic_slip, mortar, force)
     other = _other_work(model, state, problem, iterate, elastic_slip, change, closing) + float(resisting @ change)
+    other += ties.slack
     missing = work - friction - other - (internal - state.internal_energy)
     unbalanced = out_of_balance(model, resisting)
     moving = unbalanced > bound
@@ -96,6 +101,8 @@ def increment_of(
         slip=read_only(state.slip + scattered(np.zeros(count), model.rows, np.linalg.norm(plastic, axis=1))),
         damage=read_only(state.damage if bond is None else scattered(state.damage, model.rows, bond.damage)),
         closing=read_only(state.closing if mortar is None else scattered(state.closing, model.rows, closing)),
+        tie_force=state.tie_force if iterate.ties is None else read_only(iterate.ties.force),
+        tie_rest=state.tie_rest if iterate.ties is None else read_only(iterate.ties.rest),
         gap=read_only(scattered(np.full(count, np.nan), model.rows, iterate.gap - given)),
         overlap=read_only(scattered(np.zeros(count), model.rows, model.overlap)),
         status=read_only(
@@ -195,6 +202,34 @@ def _other_work(
     return gaps - 0.5 * float(stiffer @ sticking)
 
 
+@dataclass(frozen=True, slots=True)
+class _WorkOfTies:
+    """Energy that ties store at the end, and in the increment: work of what tightens them, of yielding, of slack, J."""
+
+    stored: float
+    tightening: float
+    yielding: float
+    slack: float
+
+
+def _work_of_ties(model: ContactModel, state: Increment, problem: Problem, iterate: Iterate) -> _WorkOfTies:
+    bars, response, history = model.ties, iterate.ties, problem.ties
+    if bars is None or response is None or history is None:
+        return _WorkOfTies(0.0, 0.0, 0.0, 0.0)
+    held = bars.stiffness > 0.0
+    before, after, stiffness = state.tie_force[held], response.force[held], bars.stiffness[held]
+    elongated = (bars.rows @ (iterate.displacement - problem.displacement))[held]
+    rested = (response.rest - history.rest)[held]
+    given = ~np.isnan(history.tightened[held])
+    mean = 0.5 * (before + after)
+    return _WorkOfTies(
+        stored=float(np.sum(after**2 / stiffness)) / 2.0,
+        tightening=float(np.sum((mean * ((after - before) / stiffness - elongated))[given])),
+        yielding=float(np.sum((after * rested)[~given])),
+        slack=float(np.sum((mean * (elongated - (after - before) / stiffness - rested))[~given])),
+    )
+
+
 def _limit_before(model: ContactModel, state: Increment, problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return (c,): what the traction of the contacts reached before the increment and the cohesion in it, N, and the
     elastic slip at which, m."""
@@ -216,10 +251,13 @@ def _gravity_share(state: Increment) -> float:
 
 
 def _base_shear(model: ContactModel, iterate: Iterate) -> float:
-    """Return the horizontal force of the supports on the wall against the load, N."""
+    """Return the horizontal force of supports and anchors on the wall against the load, N."""
     x_on_slave = iterate.normal_force * model.contacts.normal[:, 0]
     x_on_slave = x_on_slave - iterate.response.traction[:, 0] * model.contacts.tangent[:, 0]
-    return -model.direction * float(x_on_slave @ model.support_side)
+    shear = -model.direction * float(x_on_slave @ model.support_side)
+    if model.ties is None or iterate.ties is None:
+        return shear
+    return shear - model.direction * model.ties.towards_anchors(iterate.ties.force)
 
 
 def _internal_energy(

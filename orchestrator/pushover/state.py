@@ -42,7 +42,8 @@ class Increment:
     displacement, change (m, 3): of the nodes in m, and what the increment adds; then those of curved edges
     (elasticity.py).
     normal_force (c,): contact multipliers, N, >= 0 but for bonded joints in tension. damage (c,): 0 to 1, of those.
-    closing (c,): by what mortar has crushed, m.
+    closing (c,): by what mortar has crushed, m. tie_force (m,) in N, tie_rest (m,) in m: of ties, pull positive, and
+    what of their elongation costs no force.
     elastic_slip (c, 2): in-plane and out-of-plane part, m. slip (c,): accumulated plastic slip, m.
     gap (c,): m, negative in mortar, NaN where a possible contact does not exist. overlap (c,): m, what its gap was
     short of (or beyond) closure when sliding made the contact, taken as closed. status (c,): ContactStatus.
@@ -69,6 +70,8 @@ class Increment:
     slip: FloatArray
     damage: FloatArray
     closing: FloatArray
+    tie_force: FloatArray
+    tie_rest: FloatArray
     gap: FloatArray
     overlap: FloatArray
     status: IntArray

@@ -67,6 +67,8 @@ def at_rest(model: ContactModel) -> Increment:
         slip=zero,
         damage=zero,
         closing=zero,
+        tie_force=read_only(np.zeros(len(model.ties or ()))),
+        tie_rest=read_only(np.zeros(len(model.ties or ()))),
         gap=zero,
         overlap=read_only(scattered(np.zeros(count), model.rows, model.gap_offset)),  # joints touch by definition
         status=read_only(np.full(count, ContactStatus.STICK), np.int64),
@@ -203,7 +205,8 @@ class Pushover:
             return state
         moves = moving_part(self.model, body_motion(self.model, state.change.ravel()))
         out = body_motion(self.model, state.displacement.ravel()) > OUT * body_size(self.model)
-        lost = (without_hold(self.model, state.normal_force, state.fallen) | (moves & out)) & ~state.fallen
+        free = without_hold(self.model, state.normal_force, state.tie_force, state.fallen)
+        lost = (free | (moves & out)) & ~state.fallen
         if not lost.any():
             return state
         names = [self.model.body_names[body] for body in np.flatnonzero(lost)]

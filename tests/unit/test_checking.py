@@ -155,7 +155,7 @@ def test_the_first_page_shows_every_sum(given, capsys):
 def test_the_first_page_shows_mortar(given, capsys):
     """E / t and G / t of a class, 5 and 2 N/mm3."""
     mortar = "joints.classes=[{mortar_modulus='50 MPa', mortar_shear_modulus='20 MPa', mortar_thickness='10 mm'}]"
-    lines = checked(given, capsys, "--set", mortar).splitlines()
+    lines = checked(given, capsys, mortar).splitlines()
     heads = next(line for line in lines if "kn" in line and "ks" in line)
     assert "N/mm3" in lines[lines.index(heads) + 1]
     rows = [line.split() for line in lines if "bed" in line]

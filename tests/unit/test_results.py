@@ -96,7 +96,8 @@ def increment(number, **changed):
     made = Increment(
         number=number, phase="load", time=0.1 * number, load_multiplier=0.1, displacement=np.zeros((4, 3)),
         change=np.zeros((4, 3)), normal_force=np.ones(2), elastic_slip=np.zeros((2, 2)), slip=np.zeros(2),
-        damage=np.zeros(2), gap=np.zeros(2), overlap=np.zeros(2), status=np.array([1, 2]), base_shear=1.0,
+        damage=np.zeros(2), closing=np.zeros(2), tie_force=np.zeros(0), tie_rest=np.zeros(0),
+        gap=np.zeros(2), overlap=np.zeros(2), status=np.array([1, 2]), base_shear=1.0,
         horizontal_load=10.0, control_displacement=0.0, mean_displacement=0.0,
         internal_energy=1.0, dissipated_energy=0.0, external_work=0.0, other_work=0.0, live_work=0.0,
         lost_in_motion=0.0,
@@ -210,7 +211,8 @@ def test_joints_file_names_blocks_by_id(tmp_path, assemblage):
     with (tmp_path / "joints.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 5
-    assert list(rows[3].values()) == ["3", "11", "13", "1.0", "0.5", "0.5", "0.5", "0.5", "0.65", "0.0", "0.0", ""]
+    values = ["3", "11", "13", "1.0", "0.5", "0.5", "0.5", "0.5", "0.65", "0.0", "0.0", "", "", ""]
+    assert list(rows[3].values()) == values
     assert list(rows[3])[3:8] == ["start_x_m", "start_y_m", "end_x_m", "end_y_m", "length_m"]
 
 

@@ -31,7 +31,7 @@ from orchestrator.results import (
 ROOT = Path(__file__).parents[2]
 
 
-def increment(number, nodes=5, contacts=3):
+def increment(number, nodes=5, contacts=3, ties=2):
     """An increment whose arrays follow from its number."""
     random = np.random.default_rng(number)
     numbers = {f.name: random.random() for f in fields(Increment) if f.type == "float"}
@@ -45,6 +45,9 @@ def increment(number, nodes=5, contacts=3):
         elastic_slip=random.random((contacts, 2)),
         slip=random.random(contacts),
         damage=random.random(contacts),
+        closing=random.random(contacts),
+        tie_force=random.random(ties),
+        tie_rest=random.random(ties),
         gap=random.random(contacts),
         overlap=random.random(contacts),
         status=random.integers(0, 3, contacts),

@@ -40,5 +40,5 @@ def test_anything_else_is_refused_with_a_remedy(text):
 
 
 def test_a_unit_of_another_kind_is_named_with_those_that_fit():
-    with pytest.raises(ValueError, match=r"^unit 'kPa' does not fit; use one of N/m3, kN/m3, MN/m3$"):
+    with pytest.raises(ValueError, match=r"^unit 'kPa' does not fit; use one of N/m3, kN/m3, MN/m3, GN/m3, N/mm3$"):
         Unit("N/m3").parse("25 kPa")

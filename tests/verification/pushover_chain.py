@@ -10,6 +10,7 @@ from mpi4py import MPI
 from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.joints import Assemblage, JointClass, JointSettings, find_joints
 from orchestrator.limit_analysis import LoadSettings
+from orchestrator.limit_analysis.ties import Tie
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import MeshSettings, mesh_bodies
@@ -22,6 +23,7 @@ from orchestrator.pushover.record import increment_of
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.state import Increment, PushoverCurve
 from orchestrator.pushover.stepping import Pushover, at_rest
+from orchestrator.pushover.tie_bars import find_ties
 from orchestrator.results import Effort, effort_of
 
 
@@ -86,6 +88,7 @@ def model_of(
     joints: JointClass | None = None,
     softening: float = 2e-4,
     elastic: ElasticSettings | None = None,
+    ties: tuple[Tie, ...] = (),
 ) -> ContactModel:
     assemblage = assemblage_of(wall, *([joints] if joints else []))
     bodies = make_bodies(assemblage, partition or one_body_per_block(assemblage))
@@ -93,7 +96,8 @@ def model_of(
     given = nodal_loads(wall, bodies, meshes, loads) if loads else None
     contact = ContactSettings(slip_tolerance, softening)
     elastic = elastic or ElasticSettings()
-    return build_model(bodies, meshes, elastic, contact, direction, comm, large_displacement, given)
+    bars = find_ties(wall, bodies, meshes, ties)
+    return build_model(bodies, meshes, elastic, contact, direction, comm, large_displacement, given, bars)
 
 
 def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float) -> Run:

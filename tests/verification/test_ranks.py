@@ -19,9 +19,9 @@ ENVIRONMENT = os.environ | {
 }
 
 
-def start(ranks, folder, *arguments):
-    """Run wall 1 to 2 mm on so many ranks; return what it printed."""
-    command = ["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, "-m", "orchestrator", "run", str(WALL)]
+def start(ranks, folder, *arguments, wall=WALL):
+    """Run a wall, by default wall 1, to 2 mm on so many ranks; return what it printed."""
+    command = ["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, "-m", "orchestrator", "run", str(wall)]
     command += ["--output", str(folder), "--set", "stepping.final_displacement=2mm", *arguments]
     done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr

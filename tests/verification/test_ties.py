@@ -92,6 +92,7 @@ def test_the_order_of_a_tie_s_ends_does_not_matter():
         ({"end": (0.0,)}, "end"),
         ({"start": (0.6, Z)}, "start"),
         ({"blocks": (1, 0)}, "end"),
+        ({"pretension": 1e3}, "pretension"),
     ],
 )
 def test_a_tie_that_joins_nothing_is_refused(given, key):
@@ -122,10 +123,26 @@ def test_limit_and_check_take_ties(tied, capsys):
     assert (tied.parent / "look" / "figures" / "blocks.png").exists()
     printed = capsys.readouterr().out
     assert "tie 1: block 1 to an anchor at (-3, 1.5) m, 3 m long, yields at 4.000 kN" in printed
-    assert "segment, run, study and export take no ties yet" in printed
+    assert "check, limit and run --model micro take ties; macroblocks, study and export do not yet" in printed
 
 
-@pytest.mark.parametrize("command", ["segment", "run", "study", "export"])
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((), "reinforcement.ties: macroblocks know no ties yet; use run --model micro"),
+        (
+            ("--model", "micro"),
+            "reinforcement.ties.0.stiffness: is missing: the finite elements know no rigid tie",
+        ),
+    ],
+)
+def test_a_run_of_macroblocks_or_with_rigid_ties_is_refused(tied, tmp_path, monkeypatch, capsys, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["run", str(tied), *arguments]) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["segment", "study", "export"])
 def test_what_takes_no_ties_says_so(tied, tmp_path, monkeypatch, capsys, command):
     monkeypatch.chdir(tmp_path)
     assert cli.main([command, str(tied)]) == 2

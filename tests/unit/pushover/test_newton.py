@@ -21,6 +21,8 @@ class FakeIterate:
     active: np.ndarray = field(default_factory=lambda: np.ones(2, bool))
     normal_force: np.ndarray = field(default_factory=lambda: np.zeros(2))
     response: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(sliding=np.zeros(2, bool)))
+    crushes: np.ndarray = field(default_factory=lambda: np.zeros(2, bool))
+    ties: None = None
 
 
 def solved(monkeypatch, *forces, rounding=0.0, states=1, **settings):
