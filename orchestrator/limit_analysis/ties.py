@@ -90,6 +90,8 @@ def with_ties(assemblage: Assemblage, ties: Sequence[Tie]) -> Assemblage:
         "cohesion": nothing,
         "tensile_strength": strength,
         "compressive_strength": np.where([tie.pushes for tie in ties], 1.0, NO_THRUST) * strength,
+        "normal_stiffness": nothing + np.inf,
+        "shear_stiffness": nothing + np.inf,
     }
     merged: dict[str, Any] = {
         name: read_only(np.concatenate([getattr(assemblage, name), values]), getattr(assemblage, name).dtype)
