@@ -205,7 +205,7 @@ class Pushover:
             return state
         moves = moving_part(self.model, body_motion(self.model, state.change.ravel()))
         out = body_motion(self.model, state.displacement.ravel()) > OUT * body_size(self.model)
-        free = without_hold(self.model, state.normal_force, state.tie_force, state.fallen)
+        free = without_hold(self.model, state.normal_force, state.fallen, state.tie_force)
         lost = (free | (moves & out)) & ~state.fallen
         if not lost.any():
             return state
