@@ -233,7 +233,6 @@ def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Conso
     case = on_root(comm, cases.read, options.case, options.set)
     if options.model:
         case = replace(case, run=cases.RunSettings(MODELS[options.model]))
-    cases.refuse_ties_of_macroblocks(case)
     output = options.output or Path("results") / options.case.stem
     on_root(comm, results.try_folder, output)
     if not (options.resume or options.force):

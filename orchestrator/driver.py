@@ -18,7 +18,14 @@ from typing import TYPE_CHECKING, Any
 from orchestrator import results
 from orchestrator.automatic import macroblocks_of
 from orchestrator.bodies import Bodies, make_bodies
-from orchestrator.case import Case, ModelName, read_wall, refuse_seismic, refuse_what_only_limit_analysis_takes
+from orchestrator.case import (
+    Case,
+    ModelName,
+    read_wall,
+    refuse_seismic,
+    refuse_ties_of_macroblocks,
+    refuse_what_only_limit_analysis_takes,
+)
 from orchestrator.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
@@ -177,6 +184,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
+    on_root(comm, refuse_ties_of_macroblocks, case)
     on_root(comm, refuse_seismic, case)
     segmented = on_root(comm, segment, case)
     on_root(comm, refuse_what_cannot_be_pushed, case, segmented.assemblage)

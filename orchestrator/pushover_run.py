@@ -233,6 +233,7 @@ def _folded(
     highest = None if large else expected * contact_model.horizontal_load
     invalid = _check(model, curve, overlap[1], effort.energy_error, highest, failures)
     reporting.write_pushover(store, model, bodies, contact_model, curve, invalid is None)
+    results.write_ties(store.folder, store.increments(), len(case.reinforcement.ties))
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     return Pushed(
         curve=curve,

@@ -25,6 +25,7 @@ from orchestrator.results.values import (
     write_limit_analysis,
     write_macroblocks,
     write_summary,
+    write_ties,
 )
 from orchestrator.whole import TEMPORARY, locked, replacing, sweep, write_bytes
 
@@ -69,4 +70,5 @@ __all__ = [
     "write_paraview",
     "write_summary",
     "write_text",
+    "write_ties",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
 from orchestrator.masonry.wall import Wall, read_only
-from orchestrator.pushover.state import WHOLE_NUMBERS, PushoverCurve
+from orchestrator.pushover.state import WHOLE_NUMBERS, Increment, PushoverCurve
 from orchestrator.results.files import write_csv, write_json, write_text
 
 JOINT_COLUMNS = (
@@ -61,6 +62,14 @@ def write_curve(folder: Path, curve: PushoverCurve) -> None:
     """Write curve.csv; the columns are the fields of PushoverCurve."""
     columns = [getattr(curve, name) for name in CURVE_COLUMNS]
     write_csv(folder / "curve.csv", CURVE_COLUMNS, zip(*columns, strict=True))
+
+
+def write_ties(folder: Path, increments: Iterable[Increment], ties: int) -> None:
+    """Write ties.csv, the force of every tie in N from increment to increment; nothing where there are none."""
+    if ties:
+        names = ("step", "load_multiplier", *(f"tie_{number}_N" for number in range(1, ties + 1)))
+        rows = ((i.number, i.load_multiplier, *i.tie_force.tolist()) for i in increments)
+        write_csv(folder / "ties.csv", names, rows)
 
 
 def read_curve(folder: Path, stopped_because: str) -> PushoverCurve:

@@ -188,6 +188,9 @@ def curve_of(folder):
 def whole(tied, tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     driver.run(cases.read(tied[0], tied[1]), folder, False, None, lambda _: None)
+    forces = np.genfromtxt(folder / "micro" / "ties.csv", delimiter=",", names=True)
+    assert forces["tie_1_N"][forces["load_multiplier"] == 0.0][-1] == pytest.approx(100.0), "the pretension"
+    assert forces["tie_1_N"][-1] > 101.0
     return curve_of(folder)
 
 
