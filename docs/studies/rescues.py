@@ -2,8 +2,8 @@
 
     python docs/studies/rescues.py [number of pushovers, default 20]
 
-writes rescues.csv and rescues.md beside this file. The pushovers are those of path.py with at most STONES stones, in its
-order; a run is left after LIMIT s of CPU time. Two runs go side by side.
+writes rescues.csv and rescues.md beside this file. The pushovers are those of path.py with at most STONES stones, in
+its order; a run is left after LIMIT s of CPU time. Two runs go side by side.
 """
 
 from __future__ import annotations
@@ -48,12 +48,16 @@ WITHOUT = {
     "elastic slip as first increment after a motion": lambda: _set(
         stepping.Pushover, _anew=lambda self, aim: (self._largest(aim.phase) / 16, 0.0)
     ),
-    "contact states from before the increment": lambda: _set(increment_solver, as_before=lambda _m, _p, first, _b: first),
+    "contact states from before the increment": lambda: _set(
+        increment_solver, as_before=lambda _model, _problem, first, _before: first
+    ),
     "matrix of friction that does not follow the pressure": lambda: _set(newton, _climbs=lambda *_: False),
     "line search": lambda: _set(newton, FULL_STEP=np.inf),
     "Newton is left when it is lost": lambda: _set(newton, LOST=np.inf),
     "Newton is left when it goes in circles": lambda: _set(newton, REPETITION=np.inf),
-    "100 tolerances are accepted": lambda: _set(study, NewtonSettings=lambda: replace(NewtonSettings(), acceptable=1.0)),
+    "100 tolerances are accepted": lambda: _set(
+        study, NewtonSettings=lambda: replace(NewtonSettings(), acceptable=1.0)
+    ),
     "first step of motion a tenth of the increment": lambda: _set(motion, FIRST=1.0),
     "motion goes on from its last step": lambda: _set(motion, carried_on=lambda _m, here, _c, _s: here),
     "a step of motion is made shorter": lambda: _set(motion, TRIES=1),
@@ -69,10 +73,15 @@ def run(job: tuple[str, int]) -> dict[str, Any]:
     return {"without": without, **study.pushed(number)}
 
 
+def _stones(number: int) -> int:
+    """Return how many stones the wall of a pushover has."""
+    return sum(not block.fixed for block in study.wall_of(number // 2)[1].blocks)
+
+
 def main(count: int) -> None:
     """Run all and write the table."""
     order = sorted(range(100), key=lambda number: 37 * number % 100)
-    small = [number for number in order if sum(not block.fixed for block in study.wall_of(number // 2)[1].blocks) <= STONES][:count]
+    small = [number for number in order if _stones(number) <= STONES][:count]
     rows: list[dict[str, Any]] = []
     with ProcessPoolExecutor(2, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         for row in pool.map(run, [(without, number) for without in WITHOUT for number in small]):
