@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 from orchestrator.errors import CaseError, naming
 from orchestrator.joints import JointSettings
 from orchestrator.limit_analysis import LimitAnalysisSettings, LoadSettings
+from orchestrator.limit_analysis.loads import ENVELOPE
 from orchestrator.limit_analysis.ties import TieSettings
 from orchestrator.macroblocks import TOLERANCES, MacroblockSettings
 from orchestrator.masonry.classes import BlockClass, with_classes
@@ -35,6 +36,7 @@ from orchestrator.seismic import SeismicSettings, limit_states
 from orchestrator.seismic.control import named_point
 from orchestrator.seismic.settings import refuse_building
 from orchestrator.seismic.spectrum import spectrum_of
+from orchestrator.sensitivity import SensitivitySettings
 from orchestrator.study import StudySettings
 from orchestrator.units import Unit
 
@@ -86,6 +88,7 @@ class Case:
     stepping: SteppingSettings = field(default_factory=SteppingSettings)
     run: RunSettings = field(default_factory=RunSettings)
     study: StudySettings = field(default_factory=StudySettings)
+    sensitivity: SensitivitySettings = field(default_factory=SensitivitySettings)
     seismic: SeismicSettings = field(default_factory=SeismicSettings)
     file: Path = field(default=Path(), compare=False)
 
@@ -228,6 +231,9 @@ def _case(record: dict[str, Any]) -> Case:
     given = validated.macroblocks.model_fields_set  # type: ignore[attr-defined]
     if "choose" not in given and given & set(TOLERANCES):
         sections["macroblocks"] = replace(sections["macroblocks"], choose="tolerances")
+    load = sections["load"]
+    if load.envelope:
+        sections["load"] = replace(load, cases=(*ENVELOPE, *load.cases), envelope=False)
     return Case(name=validated.name, **sections)  # type: ignore[attr-defined]
 
 

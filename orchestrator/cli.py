@@ -1,4 +1,5 @@
-"""Command line: arguments -> driver; known errors -> one line and an exit code. Prints, with file_commands.py alone.
+"""Command line: arguments -> driver; known errors -> one line and an exit code. Prints, with
+file_commands.py and study_commands.py alone.
 
 Exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid, 130 interrupted.
 """
@@ -19,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from orchestrator import answer, checking, driver, file_commands, load_cases, results, study_runs, tables
+from orchestrator import answer, checking, driver, file_commands, load_cases, page, results, study_commands, tables
 from orchestrator import case as cases
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.installed import refuse_missing
@@ -28,6 +29,8 @@ from orchestrator.outofplane.case import refuse_space, spatial
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
 from orchestrator.reporter import Reporter
 from orchestrator.seismic.record import notes, verdict
+from orchestrator.verdict import Answered, sentence
+from orchestrator.verdict import verdict as verdict_on
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -40,7 +43,7 @@ MODELS: dict[str, tuple[cases.ModelName, ...]] = {"macro": ("macro",), "micro": 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit code."""
     options = _parser().parse_args(arguments)
-    parallel = options.action in (_benchmark1, _run, _study)
+    parallel = options.action in (_benchmark1, _run, *study_commands.ACTIONS)
     if not parallel and started_as_rank() > 0:
         return 0  # rank 0 does it alone
     comm = all_ranks() if parallel else None
@@ -49,9 +52,9 @@ def main(arguments: list[str] | None = None) -> int:
     console = Console(quiet=quiet, highlight=False, force_terminal=False if several else None)
     ending = Ending(comm)
     try:
-        if options.action in (_run, _segment, _study):
+        if options.action in (_run, _segment, *study_commands.ACTIONS):
             refuse_space(options.case, options.set, options.command)
-        if parallel:
+        if parallel and options.action is not study_commands.sensitivity:
             refuse_missing(options.command or "run")
         return ending.together(int(options.action(options, comm, console)), "")
     except CaseError as error:
@@ -63,7 +66,8 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         return ending.together(1, _one_line(f"{error.filename or 'file system'}: {error.strerror or error}"))
     except KeyboardInterrupt:
-        remedy = {_run: "; go on with --resume", _study: "; the same command goes on"}.get(options.action, "")
+        remedies = {_run: "; go on with --resume"} | dict.fromkeys(study_commands.ACTIONS, "; the same command goes on")
+        remedy = remedies.get(options.action, "")
         return ending.together(130, f"interrupted{remedy}")
     except Exception:  # an error of the program
         return ending.together(1, traceback.format_exc())
@@ -132,14 +136,7 @@ def _parser() -> argparse.ArgumentParser:
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
     _command(commands, "segment", _segment, "stop after the macroblocks", "--set macroblocks.centre_distance=300mm")
     file_commands.add_commands(commands)
-    study = _command(
-        commands,
-        "study",
-        _study,
-        "pushover of a grid of macroblock tolerances, and of every stone",
-        "--output results/table1",
-    )
-    study.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-study)")
+    study_commands.add_commands(commands, _command)
     return parser
 
 
@@ -183,15 +180,20 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
         print(json.dumps(records.get("", records), indent=1))
         return 0
     results.try_folder(output)
+    answers = []
     for name, one in load_cases.each(case).items():
         with Reporter(console):
             assemblage, analysis = driver.limit(one)
+        summary = results.summary(one.name, assemblage, analysis, None, [])
+        answers.append(Answered(name, one.load.direction, one.load.distribution, summary))
         console.print(tables.limit_table(analysis, name))
         for remark in analysis.remarks:
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(analysis), soft_wrap=True, markup=False)
         picture = driver.draw_mechanism(one, assemblage, analysis, output / name)
         console.print(f"mechanism: {picture}", soft_wrap=True)
+    if len(answers) > 1:
+        console.print(sentence(verdict_on(case.name, answers)), soft_wrap=True, markup=False)
     return 0
 
 
@@ -249,6 +251,8 @@ def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Conso
         console.print(f"NOT VALID: {reason}", soft_wrap=True)
     console.print(answer.answer_of_run(outcome.summary), soft_wrap=True, markup=False)
     _print_verification(outcome.summary, console)
+    if "seismic" in outcome.summary:
+        console.print(sentence(page.verdict_of(case, outcome.summary)), soft_wrap=True, markup=False)
     written = (
         f"report: {output / 'report.html'}; pictures: {output / 'figures'}; all figures: {output / 'summary.json'}"
     )
@@ -267,8 +271,10 @@ def _run_load_cases(
     console.print(tables.load_cases_table(case.name, outcome.rows))
     for one in outcome.done:
         _print_verification(one.summary, console, one.summary.get("case", ""))
-    written = f"reports of all load cases: {output / 'report.html'}; table: {output / 'load_cases.csv'}"
-    console.print(written, soft_wrap=True)
+    console.print(tables.verdict_table(outcome.verdict))
+    console.print(sentence(outcome.verdict), soft_wrap=True, markup=False)
+    said = (("reports of all load cases", "report.html"), ("table", "load_cases.csv"), ("verdict", "verdict.csv"))
+    console.print("; ".join(f"{what}: {output / name}" for what, name in said), soft_wrap=True)
     _complain(comm, outcome.complaints)
     return _exit_code(outcome.complaints)
 
@@ -287,20 +293,3 @@ def _print_verification(summary: dict[str, Any], console: Console, load_case: st
 def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:
     """Return 1 if a pushover stopped early, else 3 if one is not valid, else 0."""
     return min((1 if isinstance(complaint, ConvergenceError) else 3 for complaint in complaints), default=0)
-
-
-def _study(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
-    case = on_root(comm, cases.read, options.case, options.set)
-    load_cases.refuse_several(case, "study")
-    cases.refuse_ties(case, "study")
-    output = options.output or Path("results") / f"{options.case.stem}-study"
-    on_root(comm, results.try_folder, output)
-    logging.getLogger("orchestrator").propagate = False
-    with Reporter(console) as report:
-        outcome = study_runs.study(case, output, comm, report)
-    if outcome is None:
-        return 0
-    console.print(tables.study_table(case.name, outcome.rows))
-    console.print(f"table: {output / 'table.csv'}; pictures: {output / 'figures'}", soft_wrap=True)
-    _complain(comm, outcome.complaints)
-    return 3 if outcome.complaints else 0

@@ -22,6 +22,7 @@ from orchestrator.macroblocks import one_body_per_block
 from orchestrator.parallel import on_root, on_root_while, workers
 from orchestrator.progress import Report, StageDone
 from orchestrator.report import as_run
+from orchestrator.verdict import Answered, Verdict, verdict
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -46,9 +47,11 @@ class LoadCaseRun:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LoadCasesOutcome:
-    """What all load cases leave: their rows of the table, their outcomes, and their complaints, named after them."""
+    """What all load cases leave: their rows of the table, the verdict on them, their outcomes, and their complaints,
+    named after them."""
 
     rows: tuple[dict[str, Any], ...]
+    verdict: Verdict
     done: tuple[Outcome, ...]
     complaints: tuple[ConvergenceError | ResultError, ...]
 
@@ -176,7 +179,7 @@ def _collected(case: Case, runs: list[LoadCaseRun], done: list[Outcome], output:
         for one, outcome in zip(runs, done, strict=True)
         for complaint in outcome.complaints
     )
-    return LoadCasesOutcome(_presented(output), tuple(done), tuple(complaints))
+    return LoadCasesOutcome(*_presented(output), tuple(done), tuple(complaints))
 
 
 def are_in(folder: Path) -> bool:
@@ -193,8 +196,8 @@ def rebuild(folder: Path) -> Path:
     return folder / "report.html"
 
 
-def _presented(folder: Path) -> tuple[dict[str, Any], ...]:
-    """Write table, picture and index page from the stored load cases; return the rows of the table."""
+def _presented(folder: Path) -> tuple[tuple[dict[str, Any], ...], Verdict]:
+    """Write tables, picture and index page from the stored load cases; return the rows and the verdict."""
     record = results.read_json(folder / INDEX)
     rows = tuple(row for entry in record["load_cases"] for row in _rows(entry, folder / entry["name"]))
     results.write_csv(folder / "load_cases.csv", COLUMNS, ([row[name] for name in COLUMNS] for row in rows))
@@ -205,8 +208,16 @@ def _presented(folder: Path) -> tuple[dict[str, Any], ...]:
         for row, curve in zip(drawn, curves, strict=True)
     ]
     plots.save(plots.load_case_curves(lines, record["case"]), folder / "figures", "curves")
-    page.write_index(folder, record["case"], rows)
-    return rows
+    found = verdict(record["case"], [_answered(entry, folder / entry["name"]) for entry in record["load_cases"]])
+    page.write_verdict(folder, found)
+    page.write_index(folder, record["case"], rows, found)
+    return rows, found
+
+
+def _answered(entry: dict[str, Any], folder: Path) -> Answered:
+    path = folder / "summary.json"
+    summary = results.read_json(path) if path.is_file() else None
+    return Answered(entry["name"], entry["direction"], entry["distribution"], summary, "; ".join(entry["complaints"]))
 
 
 def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:

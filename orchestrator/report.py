@@ -120,6 +120,7 @@ def write_summary(
     summary = results.summary(case.name, assemblage, analysis, partition, pushovers)
     summary |= write_verification(output, case, assemblage, analysis, partition, curves, pushovers)
     results.write_summary(output, summary)
+    page.write_verdict(output, page.verdict_of(case, summary))
     page.write(output)
     return summary
 
@@ -207,5 +208,7 @@ def rebuild(run: Path) -> Path:
     draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons)
     rest = {key: value for key, value in stored.summary.items() if key != "seismic"}
     found = (stored.case, stored.assemblage, stored.analysis, stored.partition, capacities, rest["pushover"])
-    results.write_summary(run, rest | write_verification(run, *found))
+    summary = rest | write_verification(run, *found)
+    results.write_summary(run, summary)
+    page.write_verdict(run, page.verdict_of(stored.case, summary))
     return page.write(run)

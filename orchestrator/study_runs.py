@@ -26,6 +26,7 @@ from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.macroblocks import MacroblockSettings, Partition, one_body_per_block
 from orchestrator.parallel import workers
 from orchestrator.progress import Report, StageDone
+from orchestrator.sensitivity import SensitivitySettings
 from orchestrator.study import Cell, StudySettings, distinct, grid, key
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ COLUMNS = (
     "initial_stiffness_N_per_m", "seconds", "bodies_over_micro", "peak_over_micro", "stiffness_over_micro",
     "seconds_over_micro", "run", "stopped_because", "valid", "complaints",
 )  # fmt: skip
-PRESENTATION = ("cli.py", "report.py", "study_runs.py", "plots")
+PRESENTATION = ("cli.py", "report.py", "study_runs.py", "tables.py", "page", "plots")
 """sources that no number depends on"""
 
 
@@ -118,15 +119,21 @@ def _run_of(partition: Partition, case: Case, segmented: Segmented, output: Path
 def _digest(case: Case, partition: Partition) -> str:
     """Return a hash of everything that the pushover of a partition depends on."""
     settings = replace(
-        case, file=Path(), name="", macroblocks=MacroblockSettings(), run=RunSettings(), study=StudySettings()
+        case,
+        file=Path(),
+        name="",
+        macroblocks=MacroblockSettings(),
+        run=RunSettings(),
+        study=StudySettings(),
+        sensitivity=SensitivitySettings(),
     )
-    total = hashlib.sha256(repr((settings, results.hash_file(case.block_file), _sources())).encode())
+    total = hashlib.sha256(repr((settings, results.hash_file(case.block_file), sources())).encode())
     total.update(key(partition))
     return total.hexdigest()[:12]
 
 
 @cache
-def _sources() -> str:
+def sources() -> str:
     """Return a hash of the sources that results depend on."""
     package = Path(__file__).parent
     paths = [path for path in package.rglob("*.py") if path.relative_to(package).parts[0] not in PRESENTATION]

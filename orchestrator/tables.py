@@ -14,6 +14,8 @@ from orchestrator.bodies import Bodies
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
 from orchestrator.seismic.record import in_its_unit, notes, numbers, ratio
+from orchestrator.sensitivity import value_of_range
+from orchestrator.verdict import Verdict
 
 
 def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
@@ -145,6 +147,37 @@ def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
         table.add_row(
             row["approach"], row["limit_state"], f"{row['ag_m_per_s2']:.4g}", demand, capacity, ratio(row), said
         )
+    return table
+
+
+def verdict_table(found: Verdict) -> Table:
+    """Return all checks of all load cases; the row that governs is marked."""
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(found.case)}: verdict")
+    for column in ("load case", "limit\nstate", "check", "demand", "capacity", "safety\nratio", "verified", ""):
+        table.add_column(column, justify="right" if column in ("demand", "capacity", "safety\nratio") else "left")
+    for row in found.rows:
+        demand = capacity = ratio_said = ""
+        if row["safety_ratio"] != "":
+            demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
+            ratio_said = f"{row['safety_ratio']:.3f}"
+        elif row["capacity"] != "":
+            capacity = f"{1e-3 * row['capacity']:.4g} kN"
+        governs = "governs" if row["governs"] else ""
+        texts = (escape(row["load_case"]), row["limit_state"], row["check"], demand, capacity, ratio_said)
+        table.add_row(*texts, row["verified"], governs)
+    return table
+
+
+def sensitivity_table(name: str, quantity: str, base: float | None, bars: Sequence[dict[str, Any]]) -> Table:
+    """Return the tornado: every range with its ends and the capacity at both, the one that matters most on top."""
+    given = "no answer" if base is None else f"{base:.4g}"
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(name)}: {quantity}, as given {given}")
+    for column in ("range", "low", "high", "at\nlow", "at\nhigh"):
+        table.add_column(column, justify="left" if column == "range" else "right", no_wrap=True)
+    for bar in bars:
+        ends = [value_of_range(bar["name"], bar[end]) for end in ("low", "high")]
+        found = ["no answer" if bar[f"at_{end}"] is None else f"{bar[f'at_{end}']:.4g}" for end in ("low", "high")]
+        table.add_row(bar["name"].replace("_", " "), *ends, *found)
     return table
 
 

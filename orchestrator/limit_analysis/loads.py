@@ -85,6 +85,9 @@ class LoadSettings:
     """load cases that are run one after the other into folders of their names, each a table [[load.cases]] with `name`
     and what differs from [load]; none: [load] itself is the only one"""
 
+    envelope: bool = False
+    """whether +x and -x, each with mass and with mass x height, are load cases too, before those in `cases`"""
+
     @property
     def sign(self) -> int:
         """+1 or -1."""
@@ -103,6 +106,13 @@ class LoadSettings:
         return next((f"load.{key}" for key in keys if getattr(self, key) != getattr(default, key)), "")
 
 
+ENVELOPE = (
+    LoadCase("+x mass", "+x", distribution="mass"),
+    LoadCase("-x mass", "-x", distribution="mass"),
+    LoadCase("+x mass x height", "+x", distribution="mass_height"),
+    LoadCase("-x mass x height", "-x", distribution="mass_height"),
+)
+"""the load cases of an assessment in the plane of a wall: NTC 2018 7.3.4.2, EN 1998-1 4.3.3.4.2.2"""
 NOT_A_FOLDER = ("figures", "macro", "micro", "runs")
 """names that the run folder uses itself"""
 

@@ -20,6 +20,7 @@ from orchestrator.page.collapse import collapse
 from orchestrator.page.damage import Damage, damage_sequence
 from orchestrator.page.seismic import LABELS, seismic_contents
 from orchestrator.page.stored import StoredModel, StoredRun
+from orchestrator.page.verdict import verdict_contents, verdict_of
 from orchestrator.pushover import checks
 from orchestrator.pushover.state import PushoverCurve
 
@@ -56,6 +57,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
     remarks = [*run.analysis.remarks, *run.partition.remarks, *pushed]
     return {
         "summary": run.summary,
+        "verdict": verdict_contents(verdict_of(run.case, run.summary)),
         "seismic": seismic_contents(run, in_words(run.case.load)),
         "title": wall.name or run.summary["case"],
         "settings": list(_settings(settings)),

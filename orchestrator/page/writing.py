@@ -10,7 +10,9 @@ from urllib.parse import quote
 from orchestrator.page.contents import contents, picture
 from orchestrator.page.environment import environment_of
 from orchestrator.page.stored import read_run
+from orchestrator.page.verdict import verdict_contents
 from orchestrator.results.files import plain, write_text
+from orchestrator.verdict import Verdict
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -23,16 +25,14 @@ def write(folder: Path) -> Path:
     return path
 
 
-def write_index(folder: Path, case: str, rows: Sequence[dict[str, Any]]) -> Path:
-    """Write report.html of a run of several load cases: their table (rows of load_cases.csv), their curves
-    (figures/curves), and a link to the report of each. Return its path."""
+def write_index(folder: Path, case: str, rows: Sequence[dict[str, Any]], found: Verdict) -> Path:
+    """Write report.html of a run of several load cases: the verdict on them, their table (rows of load_cases.csv),
+    their curves (figures/curves), and a link to the report of each. Return its path."""
     path = folder / "report.html"
     reports = {row["load_case"]: f"{quote(row['load_case'])}/report.html" for row in rows if row["model"]}
     curves = picture(folder / "figures" / "curves.png")
-    write_text(
-        path,
-        _environment().get_template("load_cases.html.j2").render(case=case, rows=rows, reports=reports, curves=curves),
-    )
+    values = {"case": case, "rows": rows, "reports": reports, "curves": curves, "verdict": verdict_contents(found)}
+    write_text(path, _environment().get_template("load_cases.html.j2").render(values))
     return path
 
 

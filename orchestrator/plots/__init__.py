@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from orchestrator.plots.first_page import given
     from orchestrator.plots.pushover import curves, deformed, idealised
     from orchestrator.plots.seismic import verification
+    from orchestrator.plots.sensitivity import fragility_curve, tornado
     from orchestrator.plots.study import (
         Line,
         Panel,
@@ -29,6 +30,7 @@ __all__ = [
     "curves",
     "deformed",
     "deformed_panel",
+    "fragility_curve",
     "given",
     "idealised",
     "load_case_curves",
@@ -39,6 +41,7 @@ __all__ = [
     "save",
     "stamp_not_valid",
     "study_curves",
+    "tornado",
     "verification",
 ]
 
@@ -46,7 +49,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Load the module that has the function (PEP 562)."""
     if name in __all__:
-        for module in ("canvas", "first_page", "pushover", "seismic", "study", "walls"):
+        for module in ("canvas", "first_page", "pushover", "seismic", "sensitivity", "study", "walls"):
             if hasattr(found := import_module(f"{__name__}.{module}"), name):
                 return getattr(found, name)
     raise AttributeError(f"module {__name__} has no {name}")

@@ -8,7 +8,7 @@ their strain), and every mass that the live load acts on: floors with `inertia` 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import sparse
@@ -22,6 +22,7 @@ from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.nodal_loads import nodal_loads
 from orchestrator.pushover.state import Increment, PushoverCurve
 from orchestrator.seismic.control import ControlPoint
+from orchestrator.seismic.drift import DriftingPier, Drifts, drift_weights
 from orchestrator.seismic.n2 import EquivalentSystem, equivalent_system
 
 
@@ -44,22 +45,28 @@ class Pushover:
 class Observed:
     """displacement (s,) in m of the control point along the load since gravity, row by row of the curve; the system
     with the shape at SECANT of the peak; slip_share: part of the displacement there that the slip tolerance makes;
-    share_of_fastest: motion of the control point over that of the fastest node, at the end."""
+    share_of_fastest: motion of the control point over that of the fastest node, at the end; drifts of its piers."""
 
     displacement: FloatArray
     system: EquivalentSystem
     slip_share: float
     share_of_fastest: float
+    drifts: Drifts = field(default_factory=lambda: Drifts((), np.zeros((0, 0))))
 
 
-def observe(pushover: Pushover, wall: Wall, load: LoadSettings, point: ControlPoint) -> Observed:
-    """Return what a pushover says of one control point. Raises ResultError for one that does not go with the load."""
+def observe(
+    pushover: Pushover, wall: Wall, load: LoadSettings, point: ControlPoint, piers: tuple[DriftingPier, ...]
+) -> Observed:
+    """Return what a pushover says of one control point and of piers. Raises ResultError for a point that does not go
+    with the load."""
     meshes, bodies, curve = pushover.meshes, pushover.bodies, pushover.curve
     weights = load.sign * point_weights(wall, bodies, meshes, point)
     gravity = pushover.read(int(curve.step[0]))
-    displacement = np.zeros(len(curve.step))
+    of_piers = drift_weights(wall, bodies, meshes, piers)
+    displacement, drift = np.zeros(len(curve.step)), np.zeros((len(curve.step), len(piers)))
     for row, number in enumerate(curve.step):
-        displacement[row] = weights @ _moved(pushover.read(int(number)), gravity, len(meshes.nodes))[:, 0]
+        moved = _moved(pushover.read(int(number)), gravity, len(meshes.nodes))[:, 0]
+        displacement[row], drift[row] = weights @ moved, np.abs(of_piers @ moved)
     if displacement[elastic_row(curve)] <= 0.0:
         raise ResultError("control point", f"{point.name} does not move along the load: name another control point")
     elastic = pushover.read(int(curve.step[elastic_row(curve)]))
@@ -72,6 +79,7 @@ def observe(pushover: Pushover, wall: Wall, load: LoadSettings, point: ControlPo
         system=equivalent_system(mass, shape, force, np.ones(len(shape))),
         slip_share=slip_share(pushover, gravity, elastic, float(elastic.load_multiplier * (force @ along))),
         share_of_fastest=float(abs(displacement[-1]) / np.linalg.norm(last[:, :2], axis=1).max()),
+        drifts=Drifts(piers, drift),
     )
 
 

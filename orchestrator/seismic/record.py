@@ -22,7 +22,9 @@ def numbers(row: Mapping[str, Any], of: list[str]) -> str:
 
 
 def in_its_unit(value: float, unit: str) -> str:
-    """Return a displacement (m) in mm, an acceleration in m/s2, with its unit."""
+    """Return a displacement (m) in mm, an acceleration in m/s2, a drift in per cent, with its unit."""
+    if unit == "drift":
+        return f"{1e2 * value:.3g} %"
     return f"{1e3 * value:.3g} mm" if unit == "m" else f"{value:.3g} m/s²"
 
 

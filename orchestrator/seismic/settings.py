@@ -68,6 +68,8 @@ class SeismicSettings:
     """part of critical damping, of the curves; a mechanism has 0.08 at SLV and 0.10 at SLC (C8.7.1.2.1.8)"""
     largest_force_ratio: Annotated[float, Ge(1)] | None = None
     """largest elastic over yield force q* in all limit states; left out: 3 at SLV, 4 at SLC (C7.8.1.6), else none"""
+    largest_drift: Annotated[float, Gt(0), Le(0.5)] | None = None
+    """largest drift of a pier, part of its height, in all limit states; left out: that of the code"""
     confidence_factor: Annotated[float, Ge(1), Le(2)] = 1.35
     """FC of the kinematic approach: that of LC1, 1.35, where crushing is left out (C8.7.1.2.1.3)"""
     behaviour_factor: Annotated[float, Ge(1), Le(4)] = 2.0

@@ -1,5 +1,7 @@
 """Verification of a run: every curve by N2, the mechanism by the kinematic approach, at every limit state asked for.
 
+The drifts of piers are checked beside N2, by the same demand.
+
 The record has one row per check: approach, limit state, demand and capacity with their unit, the ground acceleration
 that just passes, their ratio, the clause, and remarks; or why nothing is verified. A ratio is never bare where what it
 rests on is not what its formula was made for.
@@ -19,6 +21,8 @@ from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings, LoadSettings
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.seismic.control import ControlPoint, control_point
+from orchestrator.seismic.drift import CLAUSES as DRIFT_CLAUSES
+from orchestrator.seismic.drift import GIVEN, allowed_displacement, drift_at, drifting_piers
 from orchestrator.seismic.local_mechanism import kinematic_checks, loads_in_mechanism, safest_state
 from orchestrator.seismic.n2 import (
     demand,
@@ -70,12 +74,13 @@ def verify(
     observed: dict[str, Observed] = {}
     systems: list[dict[str, Any]] = []
     checks: list[dict[str, Any]] = []
+    drifts: list[dict[str, Any] | None] = []
     for pushover in pushovers:
         approach = f"N2, {LABELS[pushover.name]}"
         try:
             if pushover.refused:
                 raise ResultError("verification", pushover.refused)
-            seen = observe(pushover, assemblage.wall, load, point)
+            seen = observe(pushover, assemblage.wall, load, point, drifting_piers(assemblage, point.blocks))
             line = idealise(pushover.curve.base_shear_N, seen.displacement)
         except ResultError as error:
             checks.append({"approach": approach, "limit_state": "all", "refused": error.detail})
@@ -83,6 +88,7 @@ def verify(
         observed[pushover.name] = seen
         systems.append(_system(pushover.name, point, seen, line))
         checks += [_n2(approach, settings, state, pushover.curve.base_shear_N, seen, line) for state in states]
+        drifts += [_drift(LABELS[pushover.name], settings, state, seen, line) for state in states]
     kinematic, more = kinematic_checks(
         settings, states, loads_in_mechanism(assemblage, load, limit_analysis, analysis), analysis.load_direction
     )
@@ -92,7 +98,7 @@ def verify(
         "control_point": point.name,
         "systems": systems,
         "kinematic": kinematic,
-        "checks": checks + more,
+        "checks": [*checks, *more, *(row for row in drifts if row)],
     }
     return record, observed
 
@@ -173,10 +179,45 @@ def _n2(
         ),
         f"the curve ends at {1e3 * seen.displacement[-1]:.3g} mm, short of {FAR:.0%} of the target displacement, "
         f"{1e3 * target:.3g} mm (EN 1998-1 4.3.3.4.2.3)": seen.displacement[-1] < target,
-        "storey drifts (NTC 2018 7.3.6.1) are not checked": state.name == "SLD",
         "the spectrum is that on the ground, not at mechanism_height": settings.mechanism_height > 0.0,
     }
     return row | {"remarks": [*(said for said, holds in remarks.items() if holds), *_cautions(seen, line, row)]}
+
+
+def _drift(
+    label: str, settings: SeismicSettings, state: LimitStateSettings, seen: Observed, line: Bilinear
+) -> dict[str, Any] | None:
+    """Return the check of drifts at one limit state: the pier that has its largest drift first, and its drift under the
+    demand of N2; None where the code names no limit."""
+    allowed = allowed_displacement(seen.drifts, seen.displacement, state.name, settings)
+    if allowed is None:
+        return None
+    system = seen.system
+
+    def moved(ground: float) -> float:
+        found = demand(spectrum_of(settings, state, ground, settings.damping), line, system)
+        return found.displacement * system.gamma
+
+    asked, pier = state.peak_ground_acceleration, seen.drifts.piers[allowed.pier]
+    ground = largest_ground_acceleration(lambda a: moved(a) <= allowed.displacement)
+    remarks = {
+        f"{pier.name} governs the drift, by {allowed.rule}: {pier.height:.3g} m high, {pier.width:.3g} m wide": True,
+        f"no pier reaches its limit, here {allowed.limit:.2%}: the end of the curve stands for it, a lower bound": (
+            not allowed.reached
+        ),
+    }
+    return {
+        "approach": f"drift, {label}",
+        "limit_state": state.name,
+        "ag_m_per_s2": asked,
+        "demand": drift_at(seen.drifts, seen.displacement, allowed.pier, moved(asked)),
+        "capacity": allowed.limit if allowed.reached else float(seen.drifts.drift[-1, allowed.pier]),
+        "unit": "drift",
+        "capacity_ag_m_per_s2": ground,
+        "safety_ratio": ground / asked,
+        "clause": DRIFT_CLAUSES[state.name] if settings.largest_drift is None else GIVEN,
+        "remarks": [said for said, holds in remarks.items() if holds],
+    }
 
 
 def _cautions(seen: Observed, line: Bilinear, row: dict[str, Any]) -> list[str]:

@@ -1,0 +1,47 @@
+"""What the page says of the verdict: its sentence, and its table with values in their units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from orchestrator import results
+from orchestrator.case import Case
+from orchestrator.seismic.record import in_its_unit
+from orchestrator.verdict import COLUMNS, STRENGTH, Answered, Verdict, sentence, verdict
+
+
+def verdict_contents(found: Verdict) -> dict[str, Any]:
+    """Return what the template of the verdict needs."""
+    return {"sentence": sentence(found), "state": found.state, "rows": [_row(row) for row in found.rows]}
+
+
+def verdict_of(case: Case, summary: Mapping[str, Any]) -> Verdict:
+    """Return the verdict on a run of one load case from its entry of summary.json."""
+    load = case.load
+    name = f"{load.direction} {load.distribution}"
+    return verdict(summary["case"], [Answered(name, load.direction, load.distribution, summary)])
+
+
+def write_verdict(folder: Path, found: Verdict) -> Path:
+    """Write verdict.csv into a run folder; return its path."""
+    path = folder / "verdict.csv"
+    results.write_csv(path, COLUMNS, ([row[name] for name in COLUMNS] for row in found.rows))
+    return path
+
+
+def _row(row: dict[str, Any]) -> dict[str, Any]:
+    strength = row["limit_state"] == STRENGTH
+    shown = {"demand": "", "capacity": "", "ground": "", "ratio": ""}
+    if strength and row["capacity"] != "":
+        shown["capacity"] = f"{1e-3 * row['capacity']:.4g} kN (λ = {row['multiplier']:.4g})"
+    elif row["safety_ratio"] != "":
+        shown = {
+            "demand": in_its_unit(row["demand"], row["unit"]),
+            "capacity": in_its_unit(row["capacity"], row["unit"]),
+            "ground": f"{row['capacity_ag_m_per_s2']:.3g} of {row['ag_m_per_s2']:.3g}",
+            "ratio": f"{row['safety_ratio']:.3f}",
+        }
+    keys = ("load_case", "limit_state", "check", "verified", "governs", "remarks")
+    return {key: row[key] for key in keys} | shown

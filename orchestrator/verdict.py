@@ -1,0 +1,146 @@
+"""The verdict over all load cases of a wall: one table, the check that governs, and one sentence that can be signed.
+
+strength      of every load case the base shear that counts: FE of every stone, else of macroblocks, where its curve
+              is valid; else the headline of limit analysis. The least base shear governs
+verification  where a ground acceleration is asked for: every check of every load case. A limit state is verified
+              where all its checks pass, and open where one of them could not be made. The least ratio governs
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+COLUMNS = (
+    "load_case", "direction", "distribution", "limit_state", "check", "ag_m_per_s2", "demand", "capacity", "unit",
+    "capacity_ag_m_per_s2", "safety_ratio", "verified", "governs", "multiplier", "clause", "remarks",
+)  # fmt: skip
+STRENGTH = "strength"
+"""what stands for the limit state in rows of base shear"""
+State = Literal["verified", "not verified", "open", "strength", "nothing"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Answered:
+    """What one load case has answered: its name, live load, and entry of summary.json (None where there is none)."""
+
+    name: str
+    direction: str
+    distribution: str
+    summary: Mapping[str, Any] | None
+    complaint: str = ""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Verdict:
+    """rows: those of the table (keys COLUMNS); state; governing: the row that governs, None where nothing counts."""
+
+    case: str
+    rows: tuple[dict[str, Any], ...]
+    state: State
+    governing: dict[str, Any] | None
+
+    @property
+    def load_cases(self) -> list[str]:
+        """Names of the load cases, each once."""
+        return list(dict.fromkeys(row["load_case"] for row in self.rows))
+
+    @property
+    def limit_states(self) -> list[str]:
+        """Limit states that were asked for, each once, in the order of the rows."""
+        return list(
+            dict.fromkeys(row["limit_state"] for row in self.rows if row["limit_state"] not in (STRENGTH, "all"))
+        )
+
+    @property
+    def not_made(self) -> int:
+        """How many checks could not be made."""
+        return sum(row["verified"] == "not made" for row in self.rows)
+
+
+def verdict(case: str, answers: Sequence[Answered]) -> Verdict:
+    """Return the verdict on load cases; `case` names the wall."""
+    rows = [row for answer in answers for row in _rows(answer)]
+    asked = [row for row in rows if row["limit_state"] != STRENGTH]
+    least, state = _governing(rows, asked)
+    governing = None if least is None else least | {"governs": "yes"}
+    marked = tuple(governing if row is least and governing is not None else row for row in rows)
+    return Verdict(case, marked, state, governing)
+
+
+def _governing(rows: Sequence[dict[str, Any]], asked: Sequence[dict[str, Any]]) -> tuple[dict[str, Any] | None, State]:
+    """Return the row that governs and what follows from all."""
+    ratios = [row for row in asked if row["safety_ratio"] != ""]
+    if not asked:
+        counted = [row for row in rows if row["capacity"] != ""]
+        if not counted:
+            return None, "nothing"
+        return min(counted, key=lambda row: float(row["capacity"])), "strength"
+    least = min(ratios, key=lambda row: float(row["safety_ratio"]), default=None)
+    if least is not None and least["safety_ratio"] < 1.0:
+        return least, "not verified"
+    unknown = any(row["verified"] == "not made" for row in rows)
+    return least, "open" if unknown else "verified"
+
+
+def _rows(answer: Answered) -> list[dict[str, Any]]:
+    about = {"load_case": answer.name, "direction": answer.direction, "distribution": answer.distribution}
+    row = dict.fromkeys(COLUMNS, "") | about
+    if answer.summary is None:
+        return [row | {"limit_state": STRENGTH, "verified": "not made", "remarks": answer.complaint}]
+    found = [row | _strength(answer.summary)]
+    for check in answer.summary.get("seismic", {"checks": ()})["checks"]:
+        found.append(row | _check(check))
+    return found
+
+
+def _check(check: Mapping[str, Any]) -> dict[str, Any]:
+    row = {"limit_state": check["limit_state"], "check": check["approach"]}
+    if "refused" in check:
+        return row | {"verified": "not made", "remarks": check["refused"]}
+    keys = ("ag_m_per_s2", "demand", "capacity", "unit", "capacity_ag_m_per_s2", "safety_ratio", "clause")
+    passed = "yes" if check["safety_ratio"] >= 1.0 else "no"
+    return row | {key: check[key] for key in keys} | {"verified": passed, "remarks": "; ".join(check["remarks"])}
+
+
+def _strength(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the base shear of one load case that counts, and what it is from."""
+    row = {"limit_state": STRENGTH, "unit": "N"}
+    valid = {entry["model"]: entry for entry in summary["pushover"] if entry["valid"]}
+    if entry := valid.get("micro") or valid.get("macro"):
+        check = "FE of every stone" if entry["model"] == "micro" else "FE of macroblocks"
+        found = {"check": check, "capacity": entry["peak_base_shear"], "multiplier": entry["peak_multiplier"]}
+        bound = "" if entry.get("peak_reached", True) else "the curve ends before its peak: a lower bound"
+        return row | found | {"remarks": bound}
+    limit = summary["limit_analysis"]
+    sure = limit["non_associative"] is not None
+    multiplier = limit["non_associative"] if sure else limit["associative"]
+    said = [] if sure else ["an upper bound only"]
+    if summary["pushover"]:
+        said.append("no curve is valid")
+    found = {"check": "limit analysis", "capacity": limit["base_shear"], "multiplier": multiplier}
+    return row | found | {"remarks": "; ".join(said), "verified": "not made" if said else ""}
+
+
+def sentence(found: Verdict) -> str:
+    """Return the verdict in one sentence: what was asked, whether it holds, what governs, and what is open."""
+    cases = ", ".join(found.load_cases)
+    many = f"{len(found.load_cases)} load case{'s' * (len(found.load_cases) != 1)} in the plane of the wall ({cases})"
+    open_checks = f"{found.not_made} check{'s' * (found.not_made != 1)} could not be made"
+    row = found.governing
+    if row is None:
+        return f"{found.case}, {many}: NOTHING CAN BE SAID, {open_checks}."
+    if found.state == "strength":
+        remarks = f" ({row['remarks']})" if row["remarks"] else ""
+        text = f"{row['load_case']} governs with the least base shear, {1e-3 * row['capacity']:.4g} kN "
+        text += f"(load multiplier {row['multiplier']:.4g}, {row['check']}){remarks}"
+        doubt = f"; {open_checks}" if found.not_made else ""
+        return f"{found.case}, {many}: {text}{doubt}; no ground acceleration was given, so nothing is verified."
+    words = {"verified": "VERIFIED", "not verified": "NOT VERIFIED", "open": "NOT YET VERIFIED"}[found.state]
+    states = ", ".join(found.limit_states)
+    text = f"{row['load_case']} governs at {row['limit_state']} with {row['check']}, safety ratio "
+    text += f"{row['safety_ratio']:.3f}: the wall passes up to a ground acceleration of "
+    text += f"{row['capacity_ag_m_per_s2'] / 9.81:.3f} g, {row['ag_m_per_s2'] / 9.81:.3f} g is asked for"
+    doubt = f"; {open_checks}" if found.not_made else ""
+    return f"{found.case}, {many}: {words} ({states}); {text}{doubt}."

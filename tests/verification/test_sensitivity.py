@@ -1,0 +1,170 @@
+"""Sensitivity of one block on the ground, by closed form.
+
+A slender block (b < mu h) overturns at lambda = b/h, whatever its unit weight, thickness and friction above b/h. A
+squat one slides at lambda = mu: linear in friction, and its fragility is the distribution of friction itself. With the
+kinematic approach (Circolare 7/2019, linear, ground A of EN 1998-1, S = 1) it passes up to a_g = q lambda g / FC.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from math import exp, log, sqrt
+
+import numpy as np
+import pytest
+
+from orchestrator import case as cases
+from orchestrator import sensitivity_runs
+from orchestrator.cli import main
+from orchestrator.errors import CaseError
+from orchestrator.sensitivity import SensitivitySettings, fragility, latin_hypercube, lognormal, ranges
+from tests.unit.test_parallel import ENVIRONMENT, PROJECT
+
+SAMPLES = 16
+RANGES = """
+[sensitivity]
+friction = [0.55, 0.75]
+unit_weight = ["16 kN/m3", "24 kN/m3"]
+samples = {samples}
+seed = {seed}
+"""
+
+
+def quiet(event):
+    pass
+
+
+def write(folder, width, height, more="", samples=SAMPLES, seed=1):
+    """Write a block of 1 m thickness on the ground, friction 0.6, and its ranges; return the case file."""
+    ground = {"id": 0, "polygon": [[-5, -1], [9, -1], [9, 0], [-5, 0]], "fixed": True}
+    block = {"id": 1, "polygon": [[0, 0], [width, 0], [width, height], [0, height]]}
+    record = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 1.0, "friction": 0.6, "unit_weight": 20.0}
+    (folder / "block.json").write_text(json.dumps(record | {"blocks": [ground, block]}), encoding="utf-8")
+    path = folder / "case.toml"
+    path.write_text("[wall]\nblocks = 'block.json'\n" + RANGES.format(samples=samples, seed=seed) + more, "utf-8")
+    return path
+
+
+def bars(outcome):
+    return {bar["name"]: (bar["at_low"], bar["at_high"]) for bar in outcome.bars}
+
+
+def test_a_slender_block_overturns_at_b_over_h_whatever_weight_and_friction(tmp_path):
+    path = write(tmp_path, 0.5, 1.0)
+    outcome = sensitivity_runs.sensitivity(cases.read(path), tmp_path / "out", None, quiet)
+    assert outcome.base == pytest.approx(0.5, rel=1e-6)
+    for pair in bars(outcome).values():
+        assert pair == pytest.approx((0.5, 0.5), rel=1e-6)
+    assert outcome.samples == pytest.approx([0.5] * SAMPLES, rel=1e-6)
+    assert outcome.fit is None, "one answer has no dispersion"
+    assert "All samples have one answer: these ranges do not matter." in sensitivity_runs.words(outcome)
+
+
+@pytest.fixture(scope="module")
+def squat(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("squat")
+    path = write(folder, 4.0, 1.0)
+    return path, sensitivity_runs.sensitivity(cases.read(path), folder / "out", None, quiet), folder / "out"
+
+
+def test_a_squat_block_slides_at_its_friction_and_the_tornado_is_its_range(squat):
+    _, outcome, _ = squat
+    assert outcome.base == pytest.approx(0.6, rel=1e-6)
+    assert bars(outcome)["friction"] == pytest.approx((0.55, 0.75), rel=1e-6)
+    assert bars(outcome)["unit_weight"] == pytest.approx((0.6, 0.6), rel=1e-6)
+    assert [bar["name"] for bar in outcome.bars] == ["friction", "unit_weight"], "the longest bar is on top"
+
+
+def test_the_fragility_of_a_sliding_block_is_the_uniform_distribution_of_its_friction(squat):
+    """The i-th smallest of n lies in the i-th of n equal strata: F and the points differ by half a stratum at most."""
+    _, outcome, folder = squat
+    ordered, probability = fragility(outcome.samples)
+    exact = (ordered - 0.55) / (0.75 - 0.55)
+    assert np.all(np.abs(exact - probability) <= 0.5 / SAMPLES + 1e-6)
+    assert [int(SAMPLES * x) for x in exact] == list(range(SAMPLES)), "one in each stratum"
+    with (folder / "fragility.csv").open() as file:
+        rows = list(csv.reader(file))
+    assert rows[0] == ["load multiplier", "probability", "lognormal"]
+    assert [float(row[0]) for row in rows[1:]] == pytest.approx(ordered.tolist())
+
+
+def test_the_fit_of_a_uniform_range_is_that_of_the_integrals_and_says_how_far_off_it_is(squat):
+    """Of mu uniform on [a, b]: E ln mu = (b ln b - a ln a)/(b - a) - 1; E ln^2 mu likewise by parts."""
+    a, b = 0.55, 0.75
+    mean = (b * log(b) - a * log(a)) / (b - a) - 1
+    square = (b * (log(b) ** 2 - 2 * log(b) + 2) - a * (log(a) ** 2 - 2 * log(a) + 2)) / (b - a)
+    fit = squat[1].fit
+    stratum = (b - a) / SAMPLES / a
+    assert fit.median == pytest.approx(exp(mean), rel=stratum)
+    assert fit.beta == pytest.approx(sqrt(square - mean**2), abs=stratum)
+    assert 0.03 < fit.distance < 0.2, "a uniform distribution is no lognormal one"
+
+
+def test_with_a_ground_acceleration_the_fragility_is_in_that(tmp_path):
+    more = "[seismic]\npeak_ground_acceleration = '0.3 g'\nlimit_state = 'SD'\n"
+    path = write(tmp_path, 4.0, 1.0, more)
+    outcome = sensitivity_runs.sensitivity(cases.read(path), tmp_path / "out", None, quiet)
+    assert outcome.quantity == "ground acceleration that passes (m/s2)"
+    assert bars(outcome)["friction"] == pytest.approx((2 * 0.55 * 9.81 / 1.35, 2 * 0.75 * 9.81 / 1.35), rel=1e-5)
+
+
+def test_the_same_seed_gives_the_same_samples_and_another_one_others():
+    given = {"friction": (0.4, 0.8), "cohesion": (0.0, 1e5)}
+    assert latin_hypercube(given, 8, 1) == latin_hypercube(given, 8, 1) != latin_hypercube(given, 8, 2)
+    for number, (low, high) in enumerate(given.values()):
+        values = [point.values[number][1] for point in latin_hypercube(given, 8, 3)]
+        assert sorted(int(8 * (value - low) / (high - low)) for value in values) == list(range(8))
+
+
+def test_what_is_there_is_not_run_again_and_another_range_is(squat, monkeypatch):
+    path, before, folder = squat
+    ran = []
+    monkeypatch.setattr(sensitivity_runs, "compute", lambda run: ran.append(run.point.name) or "")
+    after = sensitivity_runs.sensitivity(cases.read(path), folder, None, quiet)
+    assert (ran, after.samples, after.bars) == ([], before.samples, before.bars)
+    (folder / "points" / next((folder / "points").iterdir())).unlink()
+    monkeypatch.undo()
+    again = sensitivity_runs.sensitivity(cases.read(path), folder, None, quiet)
+    assert again.samples == before.samples, "the one that was missing is as it was"
+
+
+def test_ranks_change_no_number(squat, tmp_path):
+    path, alone, _ = squat
+    command = ["mpirun", "--oversubscribe", "-n", "3", sys.executable, "-m", "orchestrator", "sensitivity"]
+    command += [str(path), "--output", str(tmp_path / "out")]
+    done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    with (tmp_path / "out" / "sensitivity.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["point"].startswith("sample")]
+    assert [float(row["capacity"]) for row in rows] == list(alone.samples)
+
+
+def test_a_wall_that_does_not_stand_has_no_capacity_and_no_fit(tmp_path, capsys):
+    """A block on a slope of 0.6 slides under its weight below that friction."""
+    slope = {"id": 0, "polygon": [[0, 0], [0, -3], [5, -3]], "fixed": True}
+    block = {"id": 1, "polygon": [[1, -0.6], [2, -1.2], [2.6, -0.2], [1.6, 0.4]]}
+    record = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 1.0, "friction": 0.7, "unit_weight": 20.0}
+    (tmp_path / "block.json").write_text(json.dumps(record | {"blocks": [slope, block]}))
+    text = "[wall]\nblocks = 'block.json'\n[sensitivity]\nfriction = [0.5, 0.7]\nsamples = 4\n"
+    (tmp_path / "case.toml").write_text(text)
+    assert main(["sensitivity", str(tmp_path / "case.toml"), "--output", str(tmp_path / "out")]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "2 of them do not stand under their own weight" in printed
+    assert lognormal([0.0, 0.3]) is None
+
+
+@pytest.mark.parametrize(
+    ("given", "key"),
+    [
+        ({}, "sensitivity"),
+        ({"friction": (0.7, 0.5)}, "sensitivity.friction"),
+        ({"cohesion": (1.0,)}, "sensitivity.cohesion"),
+    ],
+)
+def test_what_is_no_range_is_refused_by_its_key(given, key):
+    with pytest.raises(CaseError) as refused:
+        ranges(SensitivitySettings(**given))
+    assert refused.value.key == key
