@@ -28,6 +28,7 @@ from orchestrator.masonry.classes import BlockClass, with_classes
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_no_file, refuse_what_is_not_utf8
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import MeshSettings
+from orchestrator.project import ProjectSettings
 from orchestrator.pushover.nodal_loads import refuse_upright
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.tie_bars import refuse_rigid
@@ -76,6 +77,7 @@ class Case:
 
     wall: WallSettings
     name: str = ""
+    project: ProjectSettings = field(default_factory=ProjectSettings)
     load: LoadSettings = field(default_factory=LoadSettings)
     joints: JointSettings = field(default_factory=JointSettings)
     reinforcement: TieSettings = field(default_factory=TieSettings)

@@ -163,6 +163,7 @@ def _named(report: Report, name: str) -> Report:
 def _collected(case: Case, runs: list[LoadCaseRun], done: list[Outcome], output: Path) -> LoadCasesOutcome:
     record = {
         "case": case.name,
+        "language": case.project.language,
         "load_cases": [
             {
                 "name": one.name,
@@ -210,7 +211,7 @@ def _presented(folder: Path) -> tuple[tuple[dict[str, Any], ...], Verdict]:
     plots.save(plots.load_case_curves(lines, record["case"]), folder / "figures", "curves")
     found = verdict(record["case"], [_answered(entry, folder / entry["name"]) for entry in record["load_cases"]])
     page.write_verdict(folder, found)
-    page.write_index(folder, record["case"], rows, found)
+    page.write_index(folder, record["case"], rows, found, record.get("language", "en"))
     return rows, found
 
 

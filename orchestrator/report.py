@@ -42,7 +42,10 @@ def write_segmentation(
 
 
 def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:
-    """Draw the mechanism of the headline state; return the files."""
+    """Draw the mechanism of the headline state, as picture and DXF, and write its forces beside the pictures' folder;
+    return the pictures."""
+    results.write_forces(figures.parent, assemblage, analysis.headline)
+    results.write_text(figures.parent / "mechanism.dxf", plots.mechanism_dxf(assemblage, analysis.headline))
     figure = plots.mechanism(
         assemblage, analysis.headline, analysis.load_direction, case.load.inclination, f"λ × {case.load.name}"
     )

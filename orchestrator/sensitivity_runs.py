@@ -24,6 +24,7 @@ from orchestrator.joints import Assemblage, JointClass
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.parallel import workers
 from orchestrator.progress import Report, StageDone
+from orchestrator.project import ProjectSettings
 from orchestrator.seismic import limit_states, verify
 from orchestrator.sensitivity import (
     ALIKE,
@@ -110,7 +111,8 @@ def varied(case: Case, values: Mapping[str, float]) -> Case:
 
 
 def _digest_of(case: Case) -> Callable[[Point], str]:
-    alike = replace(case, file=Path(), name="", sensitivity=SensitivitySettings(analysis=case.sensitivity.analysis))
+    only = SensitivitySettings(analysis=case.sensitivity.analysis)
+    alike = replace(case, file=Path(), name="", project=ProjectSettings(), sensitivity=only)
     common = repr((alike, results.hash_file(case.block_file), sources()))
 
     def digest(point: Point) -> str:

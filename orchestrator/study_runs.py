@@ -26,6 +26,7 @@ from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.macroblocks import MacroblockSettings, Partition, one_body_per_block
 from orchestrator.parallel import workers
 from orchestrator.progress import Report, StageDone
+from orchestrator.project import ProjectSettings
 from orchestrator.sensitivity import SensitivitySettings
 from orchestrator.study import Cell, StudySettings, distinct, grid, key
 
@@ -126,6 +127,7 @@ def _digest(case: Case, partition: Partition) -> str:
         run=RunSettings(),
         study=StudySettings(),
         sensitivity=SensitivitySettings(),
+        project=ProjectSettings(),
     )
     total = hashlib.sha256(repr((settings, results.hash_file(case.block_file), sources())).encode())
     total.update(key(partition))

@@ -8,9 +8,11 @@ verification  where a ground acceleration is asked for: every check of every loa
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
+
+from orchestrator.masonry.wall import GRAVITY
 
 COLUMNS = (
     "load_case", "direction", "distribution", "limit_state", "check", "ag_m_per_s2", "demand", "capacity", "unit",
@@ -123,24 +125,40 @@ def _strength(summary: Mapping[str, Any]) -> dict[str, Any]:
     return row | found | {"remarks": "; ".join(said), "verified": "not made" if said else ""}
 
 
-def sentence(found: Verdict) -> str:
-    """Return the verdict in one sentence: what was asked, whether it holds, what governs, and what is open."""
-    cases = ", ".join(found.load_cases)
-    many = f"{len(found.load_cases)} load case{'s' * (len(found.load_cases) != 1)} in the plane of the wall ({cases})"
-    open_checks = f"{found.not_made} check{'s' * (found.not_made != 1)} could not be made"
+def sentence(found: Verdict, say: Callable[[str], str] = str) -> str:
+    """Return the verdict in one sentence: what was asked, whether it holds, what governs, and what is open.
+
+    say: a phrase in the language of the reader.
+    """
+    count, cases = len(found.load_cases), ", ".join(found.load_cases)
+    head = "{case}, 1 load case in the plane of the wall ({cases})"
+    if count > 1:
+        head = "{case}, {count} load cases in the plane of the wall ({cases})"
+    text = say(head).format(case=found.case, count=count, cases=cases) + ": " + _body(found, say)
+    if found.not_made:
+        doubt = "1 check could not be made" if found.not_made == 1 else "{count} checks could not be made"
+        text += "; " + say(doubt).format(count=found.not_made)
+    if found.state == "strength":
+        text += "; " + say("no ground acceleration was given, so nothing is verified")
+    return text + "."
+
+
+def _body(found: Verdict, say: Callable[[str], str]) -> str:
     row = found.governing
     if row is None:
-        return f"{found.case}, {many}: NOTHING CAN BE SAID, {open_checks}."
+        return say("NOTHING CAN BE SAID")
     if found.state == "strength":
+        said = say("{load_case} governs with the least base shear, {shear} kN (load multiplier {multiplier}, {check})")
+        values = {"shear": f"{1e-3 * row['capacity']:.4g}", "multiplier": f"{row['multiplier']:.4g}"}
         remarks = f" ({row['remarks']})" if row["remarks"] else ""
-        text = f"{row['load_case']} governs with the least base shear, {1e-3 * row['capacity']:.4g} kN "
-        text += f"(load multiplier {row['multiplier']:.4g}, {row['check']}){remarks}"
-        doubt = f"; {open_checks}" if found.not_made else ""
-        return f"{found.case}, {many}: {text}{doubt}; no ground acceleration was given, so nothing is verified."
+        return said.format(load_case=row["load_case"], check=say(row["check"]), **values) + remarks
     words = {"verified": "VERIFIED", "not verified": "NOT VERIFIED", "open": "NOT YET VERIFIED"}[found.state]
-    states = ", ".join(found.limit_states)
-    text = f"{row['load_case']} governs at {row['limit_state']} with {row['check']}, safety ratio "
-    text += f"{row['safety_ratio']:.3f}: the wall passes up to a ground acceleration of "
-    text += f"{row['capacity_ag_m_per_s2'] / 9.81:.3f} g, {row['ag_m_per_s2'] / 9.81:.3f} g is asked for"
-    doubt = f"; {open_checks}" if found.not_made else ""
-    return f"{found.case}, {many}: {words} ({states}); {text}{doubt}."
+    said = say(
+        "{load_case} governs at {state} with {check}, safety ratio {ratio}: the wall passes up to a ground "
+        "acceleration of {passes} g, {asked} g is asked for"
+    ).format(
+        load_case=row["load_case"], state=row["limit_state"], check=say(row["check"]),
+        ratio=f"{row['safety_ratio']:.3f}",
+        passes=f"{row['capacity_ag_m_per_s2'] / GRAVITY:.3f}", asked=f"{row['ag_m_per_s2'] / GRAVITY:.3f}",
+    )  # fmt: skip
+    return f"{say(words)} ({', '.join(found.limit_states)}); {said}"

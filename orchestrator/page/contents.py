@@ -18,6 +18,7 @@ from orchestrator.limit_analysis import LoadSettings
 from orchestrator.masonry.geometry import block_areas, block_weights
 from orchestrator.page.collapse import collapse
 from orchestrator.page.damage import Damage, damage_sequence
+from orchestrator.page.practice import practice_contents
 from orchestrator.page.seismic import LABELS, seismic_contents
 from orchestrator.page.stored import StoredModel, StoredRun
 from orchestrator.page.verdict import verdict_contents, verdict_of
@@ -57,7 +58,10 @@ def contents(run: StoredRun) -> dict[str, Any]:
     remarks = [*run.analysis.remarks, *run.partition.remarks, *pushed]
     return {
         "summary": run.summary,
-        "verdict": verdict_contents(verdict_of(run.case, run.summary)),
+        "verdict": verdict_contents(verdict_of(run.case, run.summary), run.case.project.language),
+        "practice": practice_contents(run),
+        "case_project": run.case.project,
+        "language": run.case.project.language,
         "seismic": seismic_contents(run, in_words(run.case.load)),
         "title": wall.name or run.summary["case"],
         "settings": list(_settings(settings)),

@@ -6,6 +6,7 @@ from functools import partial
 from textwrap import shorten
 from typing import Any
 
+from orchestrator.page.phrases import in_language
 from orchestrator.page.stored import StoredRun
 from orchestrator.seismic.record import in_its_unit, notes, numbers, verdict
 
@@ -34,7 +35,7 @@ def seismic_contents(run: StoredRun, live_load: str) -> dict[str, Any] | None:
         "materials": _materials(run),
         "notes": listed,
         "numbers": partial(numbers, of=listed),
-        "in_unit": in_its_unit,
+        "in_unit": lambda value, unit: in_language(in_its_unit(value, unit), run.case.project.language),
     }
 
 

@@ -8,19 +8,29 @@ from typing import Any
 
 from orchestrator import results
 from orchestrator.case import Case
+from orchestrator.page.phrases import in_language, phrases
+from orchestrator.project import Language
 from orchestrator.seismic.record import in_its_unit
 from orchestrator.verdict import COLUMNS, STRENGTH, Answered, Verdict, sentence, verdict
 
 
-def verdict_contents(found: Verdict) -> dict[str, Any]:
-    """Return what the template of the verdict needs."""
-    return {"sentence": sentence(found), "state": found.state, "rows": [_row(row) for row in found.rows]}
+def verdict_contents(found: Verdict, language: Language) -> dict[str, Any]:
+    """Return what the template of the verdict needs, in a language."""
+    least = (
+        None if found.governing is None or found.governing["safety_ratio"] == "" else found.governing["safety_ratio"]
+    )
+    return {
+        "sentence": in_language(sentence(found, phrases(language)), language),
+        "state": found.state,
+        "ratio": least,
+        "rows": [_row(row, language) for row in found.rows],
+    }
 
 
 def verdict_of(case: Case, summary: Mapping[str, Any]) -> Verdict:
     """Return the verdict on a run of one load case from its entry of summary.json."""
     load = case.load
-    name = f"{load.direction} {load.distribution}"
+    name = f"{load.direction} {load.distribution.replace('_', ' x ')}"
     return verdict(summary["case"], [Answered(name, load.direction, load.distribution, summary)])
 
 
@@ -31,7 +41,7 @@ def write_verdict(folder: Path, found: Verdict) -> Path:
     return path
 
 
-def _row(row: dict[str, Any]) -> dict[str, Any]:
+def _row(row: dict[str, Any], language: Language) -> dict[str, Any]:
     strength = row["limit_state"] == STRENGTH
     shown = {"demand": "", "capacity": "", "ground": "", "ratio": ""}
     if strength and row["capacity"] != "":
@@ -40,8 +50,8 @@ def _row(row: dict[str, Any]) -> dict[str, Any]:
         shown = {
             "demand": in_its_unit(row["demand"], row["unit"]),
             "capacity": in_its_unit(row["capacity"], row["unit"]),
-            "ground": f"{row['capacity_ag_m_per_s2']:.3g} of {row['ag_m_per_s2']:.3g}",
+            "ground": f"{row['capacity_ag_m_per_s2']:.3g} / {row['ag_m_per_s2']:.3g}",
             "ratio": f"{row['safety_ratio']:.3f}",
         }
     keys = ("load_case", "limit_state", "check", "verified", "governs", "remarks")
-    return {key: row[key] for key in keys} | shown
+    return {key: row[key] for key in keys} | {key: in_language(text, language) for key, text in shown.items()}

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from orchestrator.page.contents import contents, picture
 from orchestrator.page.environment import environment_of
+from orchestrator.page.phrases import in_language, phrases
 from orchestrator.page.stored import read_run
 from orchestrator.page.verdict import verdict_contents
+from orchestrator.project import Language
 from orchestrator.results.files import plain, write_text
 from orchestrator.verdict import Verdict
 
@@ -25,26 +27,33 @@ def write(folder: Path) -> Path:
     return path
 
 
-def write_index(folder: Path, case: str, rows: Sequence[dict[str, Any]], found: Verdict) -> Path:
+def write_index(folder: Path, case: str, rows: Sequence[dict[str, Any]], found: Verdict, language: Language) -> Path:
     """Write report.html of a run of several load cases: the verdict on them, their table (rows of load_cases.csv),
     their curves (figures/curves), and a link to the report of each. Return its path."""
     path = folder / "report.html"
     reports = {row["load_case"]: f"{quote(row['load_case'])}/report.html" for row in rows if row["model"]}
     curves = picture(folder / "figures" / "curves.png")
-    values = {"case": case, "rows": rows, "reports": reports, "curves": curves, "verdict": verdict_contents(found)}
-    write_text(path, _environment().get_template("load_cases.html.j2").render(values))
+    values = {"case": case, "rows": rows, "reports": reports, "curves": curves, "language": language}
+    values["verdict"] = verdict_contents(found, language)
+    write_text(path, _environment(language).get_template("load_cases.html.j2").render(values))
     return path
 
 
 def render(values: dict[str, Any]) -> str:
     """Return the page."""
-    return _environment().get_template("report.html.j2").render(plain_collapse(values))
+    return _environment(values["language"]).get_template("report.html.j2").render(plain_collapse(values))
 
 
-def _environment() -> Environment:
+def _environment(language: Language) -> Environment:
     environment = environment_of("orchestrator.page")
-    environment.filters |= {"shown": shown, "fixed": fixed, "small": small}
+    for filtering in (shown, fixed, small):
+        environment.filters[filtering.__name__] = _localised(filtering, language)
+    environment.globals["t"] = phrases(language)
     return environment
+
+
+def _localised(filtering: Callable[..., str], language: Language) -> Callable[..., str]:
+    return lambda *values, **options: in_language(filtering(*values, **options), language)
 
 
 def plain_collapse(values: dict[str, Any]) -> dict[str, Any]:

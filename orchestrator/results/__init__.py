@@ -10,6 +10,7 @@ from orchestrator.results.files import (
     write_json,
     write_text,
 )
+from orchestrator.results.forces import write_forces
 from orchestrator.results.geometry import ContactPlaces, read_geometry, write_geometry
 from orchestrator.results.outputs import refuse_overwriting_file, refuse_overwriting_run, try_folder
 from orchestrator.results.paraview import stress_and_pressure, write_paraview
@@ -62,6 +63,7 @@ __all__ = [
     "write_case",
     "write_csv",
     "write_curve",
+    "write_forces",
     "write_geometry",
     "write_joints",
     "write_json",
