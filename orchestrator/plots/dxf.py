@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import StringIO
 from typing import TYPE_CHECKING
 
@@ -26,7 +28,15 @@ def mechanism_dxf(assemblage: Assemblage, state: LimitState) -> str:
     drawn as DRAWN_DISPLACEMENT of the height. Equal states give equal drawings."""
     import ezdxf
 
-    document = ezdxf.new("R2010", setup=False)
+    with _without_times():
+        document = ezdxf.new("R2010", setup=False)
+        _draw(document, assemblage, state)
+        stream = StringIO()
+        document.write(stream)
+    return stream.getvalue()
+
+
+def _draw(document: Drawing, assemblage: Assemblage, state: LimitState) -> None:
     document.header["$INSUNITS"] = METRES
     for name, colour in LAYERS.items():
         document.layers.add(name, color=colour)
@@ -43,17 +53,15 @@ def mechanism_dxf(assemblage: Assemblage, state: LimitState) -> str:
         text.set_placement(tuple(block.polygon.mean(axis=0)))
     for start, end in thrust(assemblage, state.joint_forces).segments.tolist():
         space.add_line(start, end, dxfattribs={"layer": "thrust"})
-    return _written(document)
 
 
-def _written(document: Drawing) -> str:
-    """Return the drawing as text, without the times and identities that ezdxf puts into it."""
+@contextmanager
+def _without_times() -> Iterator[None]:
+    """Let ezdxf make and write drawings without times and identities of their own."""
     from ezdxf import options
 
     before, options.write_fixed_meta_data_for_testing = options.write_fixed_meta_data_for_testing, True
     try:
-        stream = StringIO()
-        document.write(stream)
+        yield
     finally:
         options.write_fixed_meta_data_for_testing = before
-    return stream.getvalue()
