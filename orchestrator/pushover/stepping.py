@@ -40,7 +40,7 @@ logger = logging.getLogger(__name__)
 FALLING = 0.05
 """a part that moves by this share of the wall's height under its own weight falls"""
 SHRINK = 0.25
-CUTS = {"gravity": 1, "load": 0, "displacement": 1}
+CUTS = {"gravity": 1, "load": 0, "displacement": 2}
 """times that an increment is made smaller before the wall is left to move (none under displacement control: peaks of
 two walls in five change by up to 6 %; two: the same peaks in twice the iterations)"""
 ONSET = 1 / 64
@@ -156,6 +156,7 @@ class Pushover:
         attempts: tuple[Attempt, ...] = ()
         while True:
             aim = self._aim(state, size)
+            size = aim.size
             try:
                 solved = self.solver.static(state, aim)
             except ConvergenceError as error:
