@@ -22,10 +22,10 @@ from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
-import scipy.sparse as sp
 
 from orchestrator.limit_analysis.equilibrium import Equilibrium
-from orchestrator.limit_analysis.wall_stiffness import Factors, WallStiffness, joint_products
+from orchestrator.limit_analysis.scaled_problem import ScaledProblem, scaled_problem
+from orchestrator.limit_analysis.wall_stiffness import Factors, joint_products
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray
 
@@ -60,20 +60,6 @@ class ComplementarySolution:
 
 Errors = tuple[FloatArray, FloatArray, float]
 """What is missing in equilibrium (3m,), in the joints' rates (k, 3) and in the live load's power."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class ScaledProblem:
-    """The scaled problem: forces over the mean block weight, moments over a block length, lambda times the number of
-    blocks; stiffness: what the matrices of all linear systems have in common."""
-
-    B: sp.csr_matrix
-    B_T: sp.csr_matrix
-    dead: FloatArray
-    live: FloatArray
-    friction: FloatArray
-    cohesion: FloatArray
-    stiffness: WallStiffness
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -135,21 +121,6 @@ def stalled(gaps: Sequence[float]) -> bool:
     """Whether the gap has not moved for STALL iterations: steps have become too short to lead anywhere."""
     recent = gaps[-STALL:]
     return len(recent) == STALL and max(recent) <= (1.0 + STANDSTILL) * min(recent)
-
-
-def scaled_problem(equilibrium: Equilibrium, coulomb: YieldConditions) -> ScaledProblem:
-    """Scale the problem of a wall whose joints have friction and cohesion."""
-    scale, w = equilibrium.row_scale, equilibrium.mean_weight
-    B = (sp.diags(scale) @ equilibrium.matrix).tocsr()
-    return ScaledProblem(
-        B=B,
-        B_T=B.T.tocsr(),
-        dead=scale * equilibrium.dead_load / w,
-        live=scale * equilibrium.live_load / equilibrium.live_total,
-        friction=coulomb.slope,
-        cohesion=coulomb.cohesion / w,
-        stiffness=WallStiffness(B),
-    )
 
 
 def first_iterate(problem: ScaledProblem, start_normal: FloatArray | float) -> Iterate:

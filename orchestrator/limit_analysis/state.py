@@ -10,7 +10,7 @@ import numpy as np
 from orchestrator.masonry.wall import FloatArray, read_only
 
 Scale = Literal["unit_power", "unit_displacement"]
-FlowRule = Literal["associative", "sequence", "dilation_shift", "complementarity"]
+FlowRule = Literal["associative", "sequence", "dilation_shift", "complementarity", "path"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

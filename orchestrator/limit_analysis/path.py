@@ -1,0 +1,237 @@
+"""The path of a wall under a growing live load: rigid blocks on elastic joints, from gravity to the load it cannot bear.
+
+The load grows in steps. Where the wall does not balance it moves against a drag, slowly (backward Euler), until it rests
+again, however far that is: joints open, close and slide on the way, and a wall that was only rearranging itself stands.
+A wall that does not come to rest moves ever more like a mechanism. From there displacements are prescribed instead of
+the load, which finds the multiplier at which it just moves on: forces stand still, openings have no force, slips no
+dilation. That is a limit state, checked as it stands (validation.py), and the one that loading leads to (`LoadPath`).
+
+Two multipliers come of it: the last at which the wall rests, and that of the state. They are one to FINE unless the
+mechanism loses strength when it comes loose (a wedged stone): then the state lies below the last rest.
+Displacements are small: joints keep their directions. `soft_from` says from which multiplier on the wall moved further
+than SOFT times its elastic displacement; beyond it geometry decides, and only finite displacements tell.
+Sources: overdamped motion as a substitute for dynamics after a loss of equilibrium; own combination.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from orchestrator.errors import ConvergenceError
+from orchestrator.limit_analysis.elastic_contact import ElasticWall, Position, elastic_wall, undeformed
+from orchestrator.limit_analysis.implicit_step import Step, Task, implicit_step
+from orchestrator.limit_analysis.linear_program import LimitSolution
+from orchestrator.limit_analysis.lower_states import TwoPrograms
+from orchestrator.limit_analysis.problem import Problem
+from orchestrator.limit_analysis.state import LimitState, LinearProgramRecord
+from orchestrator.masonry.wall import FloatArray, read_only
+
+STEPS = 32
+"""Load steps up to the associative multiplier."""
+FINE = 1e-3
+"""Bracket, part of the associative multiplier, between the last rest and the state met."""
+REST = 1e-6
+"""Force that drag takes, mean block weights, below which a wall rests."""
+GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-2, 1e4
+"""Force per displacement, mean block weights over elastic displacement: where gravity and a load step begin, and where
+it is given up."""
+SLOWER, FASTER = 4.0, ((5, 0.2), (8, 0.4), (13, 0.7))
+"""Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
+MOTION, NEARLY, CLOSE = 1e-3, 1e-2, 1e-5
+"""Flow errors: of a motion that is worth driving on under displacement control; of an end that counts as met; of one
+that is worth checking."""
+REST_BUDGET, END_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET = 600, 1200, 2000, 3_000_000, 1500
+"""Factorisations: of a rest, of an end, of gravity; in all, times blocks, and in all at least."""
+MOST_IN_ALL = 12_000
+"""Factorisations in all, of a wall however small."""
+GROWTH, LEAST_ADVANCE = ((9, 3.0), (np.inf, 1.7)), 0.3
+"""Growth of the displacement prescribed after a step of so many factorisations, 10 instead of 3 once forces nearly
+stand still (CLOSE); factor after one that was not found."""
+FAILURES = 8
+"""Steps in a row that are not found before an end is given up."""
+SOFT = 10.0
+"""Displacement over the elastic one from which on a wall is called soft."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LoadPath:
+    """What growing load does to a wall.
+
+    multipliers (r,): loads at which it rests, the first 0; displacements (r,): along the live load, over the elastic
+    one of the same multiplier (1 for the first). `last_rest` is the last of these; `state` what is met there, with its
+    own forces and a mechanism that goes with them (None where none was found), `converged` where the check passes.
+    soft_from: multiplier from which on displacements exceed SOFT, None if they never do.
+    """
+
+    multipliers: FloatArray
+    displacements: FloatArray
+    state: LimitState | None
+    factorisations: int
+    seconds: float
+
+    @property
+    def last_rest(self) -> float:
+        """Largest multiplier at which the wall was found at rest."""
+        return float(self.multipliers[-1])
+
+    @property
+    def soft_from(self) -> float | None:
+        """Multiplier from which on the wall moved further than SOFT times its elastic displacement."""
+        soft = np.flatnonzero(self.displacements > SOFT)
+        return float(self.multipliers[soft[0]]) if len(soft) else None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Moved:
+    """Where a motion has led: position, last change of displacements (3m,), multiplier, flow error, whether at rest."""
+
+    position: Position
+    change: FloatArray
+    multiplier: float
+    flow: float
+    rests: bool
+    state: LimitState | None = None
+
+
+class _Loading:
+    """The motions of one wall and the factorisations that they have taken."""
+
+    def __init__(self, problem: Problem) -> None:
+        """Nothing has moved yet."""
+        self.problem, self.wall = problem, elastic_wall(problem.assemblage, problem.equilibrium, problem.friction)
+        self.programs = TwoPrograms(problem.equilibrium, problem.friction)
+        blocks = len(problem.equilibrium.free_blocks)
+        self.spent, self.most = 0, int(np.clip(BUDGET / blocks, SMALLEST_BUDGET, MOST_IN_ALL))
+
+    def step(self, before: Position, task: Task, expected: FloatArray) -> Step:
+        """Solve one step and count it."""
+        found = implicit_step(self.wall, before, task, expected)
+        self.spent += found.factorisations
+        return found
+
+    def rest(self, position: Position, multiplier: float, drag: float, budget: int) -> _Moved:
+        """Move from a position under a load until the wall rests, or moves as a mechanism, or the budget is spent."""
+        live, end = self.wall.problem.live, min(self.spent + budget, self.most)
+        change, velocity, flow = np.zeros_like(position.displacements), np.zeros_like(position.displacements), np.inf
+        while self.spent < end and drag < MOST_DRAG:
+            found = self.step(position, Task(multiplier, drag), velocity / drag)
+            if not found.found:
+                drag *= SLOWER
+                continue
+            change = found.position.displacements - position.displacements
+            flow = self._flow(found.position, position, multiplier * float(live @ change))
+            position, velocity = found.position, drag * change
+            if np.abs(velocity).max() < REST:
+                return _Moved(position, change, multiplier, flow, True)
+            if flow < MOTION and live @ change > 1.0:
+                break
+            drag *= next((factor for most, factor in FASTER if found.effort <= most), 1.2)
+        return _Moved(position, change, multiplier, flow, False)
+
+    def end(self, moved: _Moved) -> _Moved:
+        """Drive a motion on by displacements until forces stand still; its `state` passes the check, or is None."""
+        live, position, change = self.wall.problem.live, moved.position, moved.change
+        advance, failures, end = float(live @ change), 0, min(self.spent + END_BUDGET, self.most)
+        best = replace(moved, flow=np.inf)
+        multiplier = moved.multiplier
+        while advance > 0 and self.spent < end and failures < FAILURES:
+            expected = change * (advance / float(live @ change))
+            found = self.step(position, Task(multiplier, 0.0, advance), expected)
+            if not found.found:
+                advance, failures = LEAST_ADVANCE * advance, failures + 1
+                continue
+            change = found.position.displacements - position.displacements
+            flow = self._flow(found.position, position, found.multiplier * advance)
+            position, multiplier, failures = found.position, found.multiplier, 0
+            if flow <= 2.0 * best.flow:
+                best = _Moved(position, change, multiplier, flow, False)
+            if flow < CLOSE and (state := self.checked(position, change, multiplier)) is not None:
+                return replace(best, state=state)
+            growth = next(factor for most, factor in GROWTH if found.effort <= most)
+            advance *= 10.0 if growth == 3.0 and flow < CLOSE else growth
+        return best
+
+    def _flow(self, there: Position, here: Position, live_power: float) -> float:
+        return self.wall.flow_error(there.forces, there.rates - here.rates, live_power)
+
+    def checked(self, position: Position, change: FloatArray, multiplier: float) -> LimitState | None:
+        """Return forces with their motion, or else with the mechanism that fits them best, if that passes the check."""
+        for state in self.states(position, change, multiplier):
+            if not self.problem.complaints(state):
+                return state
+        return None
+
+    def states(self, position: Position, change: FloatArray, multiplier: float) -> list[LimitState]:
+        """Return forces with their own motion, and with the best mechanism for their normal forces."""
+        equilibrium = self.problem.equilibrium
+        velocities = equilibrium.row_scale * change / (equilibrium.live_total * float(self.wall.problem.live @ change))
+        forces = equilibrium.mean_weight * position.forces
+        own = LimitSolution(
+            multiplier / self.wall.problem.per_multiplier, forces, velocities,
+            equilibrium.joint_rates(velocities), self.spent, 0.0, "path",
+        )  # fmt: skip
+        found = [own]
+        try:
+            mechanism = self.programs.mechanism(own.normal)
+            found.append(replace(own, velocities=mechanism.velocities, rates=mechanism.rates))
+        except ConvergenceError:
+            pass
+        records = (LinearProgramRecord(own.load_multiplier, 0.0, self.spent, 0.0, "path"),)
+        return [self.problem.state("path", self.problem.no_dilatancy, own, with_, records) for with_ in found]
+
+
+def load_path(problem: Problem, associative: float) -> LoadPath | None:
+    """Load a wall whose joints do not crush from gravity until it does not rest any more.
+
+    associative: the multiplier of Eq. (1), which no state exceeds. Returns None for a wall that does not come to rest
+    under its dead load.
+    """
+    started = perf_counter()
+    loading = _Loading(problem)
+    scale, live = loading.wall.problem.per_multiplier, loading.wall.problem.live
+    stands = loading.rest(undeformed(loading.wall), 0.0, GRAVITY_DRAG, GRAVITY_BUDGET)
+    if not stands.rests:
+        return None
+    position, at_gravity = stands.position, stands.position.displacements
+    rests, moved = [0.0], [0.0]
+    met: _Moved | None = None
+    low, high, fine = 0.0, np.inf, FINE * associative
+    target = associative / STEPS
+    while high - low > fine and loading.spent < loading.most:
+        found = loading.rest(position, scale * target, FIRST_DRAG, REST_BUDGET)
+        if not found.rests:
+            ended = loading.end(found)
+            if ended.multiplier > found.multiplier and np.isfinite(ended.flow):  # it bears more again
+                found = loading.rest(ended.position, scale * target, FIRST_DRAG, REST_BUDGET)
+        if found.rests:
+            position, low = found.position, target
+            rests.append(target)
+            moved.append(float(live @ (position.displacements - at_gravity)))
+            if met is not None and met.multiplier / scale - low <= fine:
+                break
+            target = min(low + associative / STEPS, 0.5 * (low + high))
+            continue
+        high, target = target, 0.5 * (low + target)
+        if ended.flow <= NEARLY and ended.multiplier <= scale * high:
+            met = ended
+            if (gap := ended.multiplier / scale - low) >= 0:
+                if gap <= fine:
+                    break
+                target = min(high - 0.25 * fine, low + gap - 0.5 * fine)
+    ratio = np.array(moved[1:]) / (np.array(rests[1:]) * moved[1] / rests[1]) if len(rests) > 1 else np.zeros(0)
+    return LoadPath(
+        multipliers=read_only(np.array(rests)),
+        displacements=read_only(np.concatenate([[1.0], ratio])),
+        state=None if met is None else met.state or nearest(loading, met),
+        factorisations=loading.spent,
+        seconds=perf_counter() - started,
+    )
+
+
+def nearest(loading: _Loading, met: _Moved) -> LimitState:
+    """Return the better balanced of what was met with its motion and with its best mechanism, not converged."""
+    states = loading.states(met.position, met.change, met.multiplier)
+    return replace(min(states, key=lambda state: state.power_residual), converged=False)
