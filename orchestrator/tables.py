@@ -37,10 +37,9 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
     names = {
-        "associative": analysis.associative,
-        "sequence": analysis.sequence,
-        "dilation shift": analysis.dilation_shift,
-        "complementarity": analysis.complementarity,
+        "associative, a bound": analysis.associative,
+        "met by loading": analysis.path,
+        "the paper's value": analysis.sequence,
         "lowest found": analysis.lowest,
     }
     for name, state in names.items():

@@ -6,9 +6,10 @@
 Gaps are remembered, slips are forgotten once they are made: that is what tells this law from one that is plastic in
 both. max(0, t) is smoothed to (t + sqrt(t^2 + 4 m^2))/2, m = SMOOTHING block weights: Newton's method needs slopes, and
 where an end has opened its force m^2/(k gap) is soon nothing. k_n = E t L/(2 d) at each end, d the distance between the
-centroids across the joint (a support is rigid and counts for nothing), k_t = 0.4 k_n. Only ratios of stiffnesses matter
-to the multiplier, E is therefore such that the mean of k_n is 1. Sources: Lourenço and Rots 1997 (stiffness of a joint
-that stands for the stones beside it); Chen and Harker 1993 (smoothing).
+centroids across the joint (a support is rigid and counts for nothing). Only ratios of stiffnesses matter to the
+multiplier, E is therefore such that the mean of k_n is 1. A state that is a property of the wall is the same with both
+STIFFNESSES. Sources: Lourenço and Rots 1997 (stiffness of a joint that stands for the stones beside it); Chen and
+Harker 1993 (smoothing).
 """
 
 from __future__ import annotations
@@ -26,8 +27,10 @@ from orchestrator.masonry.wall import FloatArray
 
 SMOOTHING = 1e-4
 """m in mean block weights."""
-TANGENTIAL = 0.4
-"""k_t over k_n: that of an elastic solid with a Poisson ratio of 0.25."""
+Stiffness = tuple[bool, float]
+"""Whether k_n falls with the distance d between centroids (else it only grows with the length), and k_t over k_n."""
+STIFFNESSES: tuple[Stiffness, Stiffness] = ((True, 0.4), (False, 1.0))
+"""Stones as soft as their joints (0.4: an elastic solid with a Poisson ratio of 0.25), and joints between hard ones."""
 LEAST_DISTANCE = 0.1
 """Least d, in block lengths: a joint may pass through the centroid of an odd stone."""
 LEAST_STIFFNESS = 1e-8
@@ -87,7 +90,9 @@ class Trial:
         return Position(self.displacements, self.forces, self.rates)
 
 
-def elastic_wall(assemblage: Assemblage, equilibrium: Equilibrium, coulomb: YieldConditions) -> ElasticWall:
+def elastic_wall(
+    assemblage: Assemblage, equilibrium: Equilibrium, coulomb: YieldConditions, stiffness: Stiffness = STIFFNESSES[0]
+) -> ElasticWall:
     """Return the wall with the stiffness of every joint."""
     centroids = block_centroids(assemblage.wall)
     free = np.array([not block.fixed for block in assemblage.wall.blocks])
@@ -95,11 +100,14 @@ def elastic_wall(assemblage: Assemblage, equilibrium: Equilibrium, coulomb: Yiel
         free[block] * np.linalg.norm(centroids[block] - assemblage.midpoint, axis=1)
         for block in (assemblage.block_i, assemblage.block_j)
     )
-    normal = assemblage.length * assemblage.width / np.maximum(distance, LEAST_DISTANCE * equilibrium.block_length)
+    by_distance, tangential = stiffness
+    normal = assemblage.length * assemblage.width
+    if by_distance:
+        normal = normal / np.maximum(distance, LEAST_DISTANCE * equilibrium.block_length)
     normal = normal / normal.mean()
     return ElasticWall(
         problem=scaled_problem(equilibrium, coulomb),
-        stiffness=np.column_stack([normal, normal, TANGENTIAL * normal]),
+        stiffness=np.column_stack([normal, normal, tangential * normal]),
         tension=0.5 * coulomb.tension[:, None] / equilibrium.mean_weight,
     )
 

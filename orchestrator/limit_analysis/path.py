@@ -1,10 +1,10 @@
-"""The path of a wall under a growing live load: rigid blocks on elastic joints, from gravity to the load it cannot bear.
+"""The path of a wall under a growing live load: rigid blocks on elastic joints, from gravity to what it cannot bear.
 
-The load grows in steps. Where the wall does not balance it moves against a drag, slowly (backward Euler), until it rests
-again, however far that is: joints open, close and slide on the way, and a wall that was only rearranging itself stands.
-A wall that does not come to rest moves ever more like a mechanism. From there displacements are prescribed instead of
-the load, which finds the multiplier at which it just moves on: forces stand still, openings have no force, slips no
-dilation. That is a limit state, checked as it stands (validation.py), and the one that loading leads to (`LoadPath`).
+The load grows in steps. Where the wall does not balance it moves against a drag, slowly (backward Euler), until it
+rests again, however far that is: joints open, close and slide on the way, and a wall that was only rearranging itself
+stands. A wall that does not come to rest moves ever more like a mechanism. From there displacements are prescribed
+instead of the load, which finds the multiplier at which it just moves on: forces stand still, openings have no force,
+slips no dilation. That is a limit state, checked as it stands (validation.py), and the one that loading leads to.
 
 Two multipliers come of it: the last at which the wall rests, and that of the state. They are one to FINE unless the
 mechanism loses strength when it comes loose (a wedged stone): then the state lies below the last rest.
@@ -21,29 +21,29 @@ from time import perf_counter
 import numpy as np
 
 from orchestrator.errors import ConvergenceError
-from orchestrator.limit_analysis.elastic_contact import ElasticWall, Position, elastic_wall, undeformed
+from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, Position, Stiffness, elastic_wall, undeformed
 from orchestrator.limit_analysis.implicit_step import Step, Task, implicit_step
 from orchestrator.limit_analysis.linear_program import LimitSolution
 from orchestrator.limit_analysis.lower_states import TwoPrograms
-from orchestrator.limit_analysis.problem import Problem
+from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.state import LimitState, LinearProgramRecord
 from orchestrator.masonry.wall import FloatArray, read_only
 
-STEPS = 32
+STEPS = 20
 """Load steps up to the associative multiplier."""
 FINE = 1e-3
 """Bracket, part of the associative multiplier, between the last rest and the state met."""
 REST = 1e-6
 """Force that drag takes, mean block weights, below which a wall rests."""
-GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-2, 1e4
+GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-3, 1e4
 """Force per displacement, mean block weights over elastic displacement: where gravity and a load step begin, and where
 it is given up."""
-SLOWER, FASTER = 4.0, ((5, 0.2), (8, 0.4), (13, 0.7))
+SLOWER, FASTER = 4.0, ((6, 0.1), (10, 0.3), (13, 0.7))
 """Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
 MOTION, NEARLY, CLOSE = 1e-3, 1e-2, 1e-5
 """Flow errors: of a motion that is worth driving on under displacement control; of an end that counts as met; of one
 that is worth checking."""
-REST_BUDGET, END_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET = 600, 1200, 2000, 3_000_000, 1500
+REST_BUDGET, END_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET = 600, 1200, 800, 3_000_000, 1500
 """Factorisations: of a rest, of an end, of gravity; in all, times blocks, and in all at least."""
 MOST_IN_ALL = 12_000
 """Factorisations in all, of a wall however small."""
@@ -52,8 +52,14 @@ GROWTH, LEAST_ADVANCE = ((9, 3.0), (np.inf, 1.7)), 0.3
 stand still (CLOSE); factor after one that was not found."""
 FAILURES = 8
 """Steps in a row that are not found before an end is given up."""
-SOFT = 10.0
-"""Displacement over the elastic one from which on a wall is called soft."""
+FACE_WEIGHTS = (1e-3, 1e-4, 1e-5, -1e-5, -1e-4, -1e-3)
+"""w of lower_states with which what was met is closed: to the lower end of a face of forces, and to the higher."""
+KNOWN, BALANCED = 1e-4, 1e-8
+"""Power out of balance, over the live load's, of an end that is a state although no check passes: the relative error of
+its multiplier. Its equilibrium and strength are exact to BALANCED."""
+SOFT, FAR = 10.0, 100.0
+"""Displacement over the elastic one from which on a wall is called soft; and from which on a motion whose forces nearly
+stand still is not followed any further."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,13 +67,15 @@ class LoadPath:
     """What growing load does to a wall.
 
     multipliers (r,): loads at which it rests, the first 0; displacements (r,): along the live load, over the elastic
-    one of the same multiplier (1 for the first). `last_rest` is the last of these; `state` what is met there, with its
-    own forces and a mechanism that goes with them (None where none was found), `converged` where the check passes.
+    one of the same multiplier (1 for the first); forces: of the joints (k, 3) in N at each of them. `last_rest` is the
+    last of these; `state` what is met there, with its own forces and a mechanism that goes with them (None where none
+    was found), `converged` where the check passes or its multiplier is known to KNOWN.
     soft_from: multiplier from which on displacements exceed SOFT, None if they never do.
     """
 
     multipliers: FloatArray
     displacements: FloatArray
+    forces: tuple[FloatArray, ...]
     state: LimitState | None
     factorisations: int
     seconds: float
@@ -99,12 +107,22 @@ class _Moved:
 class _Loading:
     """The motions of one wall and the factorisations that they have taken."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, stiffness: Stiffness) -> None:
         """Nothing has moved yet."""
-        self.problem, self.wall = problem, elastic_wall(problem.assemblage, problem.equilibrium, problem.friction)
+        self.problem = problem
+        self.wall = elastic_wall(problem.assemblage, problem.equilibrium, problem.friction, stiffness)
         self.programs = TwoPrograms(problem.equilibrium, problem.friction)
         blocks = len(problem.equilibrium.free_blocks)
         self.spent, self.most = 0, int(np.clip(BUDGET / blocks, SMALLEST_BUDGET, MOST_IN_ALL))
+        self.at_gravity = undeformed(self.wall)
+        self.elastic = np.inf  # live displacement of the first load step over its multiplier
+
+    def moved(self, position: Position) -> float:
+        """Return the displacement along the live load since gravity."""
+        return float(self.wall.problem.live @ (position.displacements - self.at_gravity.displacements))
+
+    def _is_far(self, position: Position, multiplier: float) -> bool:
+        return self.moved(position) > FAR * self.elastic * multiplier
 
     def step(self, before: Position, task: Task, expected: FloatArray) -> Step:
         """Solve one step and count it."""
@@ -126,7 +144,7 @@ class _Loading:
             position, velocity = found.position, drag * change
             if np.abs(velocity).max() < REST:
                 return _Moved(position, change, multiplier, flow, True)
-            if flow < MOTION and live @ change > 1.0:
+            if live @ change > 1.0 and flow < (NEARLY if self._is_far(position, multiplier) else MOTION):
                 break
             drag *= next((factor for most, factor in FASTER if found.effort <= most), 1.2)
         return _Moved(position, change, multiplier, flow, False)
@@ -150,6 +168,8 @@ class _Loading:
                 best = _Moved(position, change, multiplier, flow, False)
             if flow < CLOSE and (state := self.checked(position, change, multiplier)) is not None:
                 return replace(best, state=state)
+            if flow < MOTION and self._is_far(position, multiplier):
+                break
             growth = next(factor for most, factor in GROWTH if found.effort <= most)
             advance *= 10.0 if growth == 3.0 and flow < CLOSE else growth
         return best
@@ -183,20 +203,20 @@ class _Loading:
         return [self.problem.state("path", self.problem.no_dilatancy, own, with_, records) for with_ in found]
 
 
-def load_path(problem: Problem, associative: float) -> LoadPath | None:
+def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFFNESSES[0]) -> LoadPath | None:
     """Load a wall whose joints do not crush from gravity until it does not rest any more.
 
     associative: the multiplier of Eq. (1), which no state exceeds. Returns None for a wall that does not come to rest
     under its dead load.
     """
     started = perf_counter()
-    loading = _Loading(problem)
-    scale, live = loading.wall.problem.per_multiplier, loading.wall.problem.live
+    loading = _Loading(problem, stiffness)
+    scale = loading.wall.problem.per_multiplier
     stands = loading.rest(undeformed(loading.wall), 0.0, GRAVITY_DRAG, GRAVITY_BUDGET)
     if not stands.rests:
         return None
-    position, at_gravity = stands.position, stands.position.displacements
-    rests, moved = [0.0], [0.0]
+    position = loading.at_gravity = stands.position
+    rests, moved, forces = [0.0], [0.0], [position.forces]
     met: _Moved | None = None
     low, high, fine = 0.0, np.inf, FINE * associative
     target = associative / STEPS
@@ -209,7 +229,10 @@ def load_path(problem: Problem, associative: float) -> LoadPath | None:
         if found.rests:
             position, low = found.position, target
             rests.append(target)
-            moved.append(float(live @ (position.displacements - at_gravity)))
+            forces.append(position.forces)
+            moved.append(loading.moved(position))
+            if len(rests) == 2:
+                loading.elastic = moved[1] / (scale * target)
             if met is not None and met.multiplier / scale - low <= fine:
                 break
             target = min(low + associative / STEPS, 0.5 * (low + high))
@@ -225,13 +248,35 @@ def load_path(problem: Problem, associative: float) -> LoadPath | None:
     return LoadPath(
         multipliers=read_only(np.array(rests)),
         displacements=read_only(np.concatenate([[1.0], ratio])),
-        state=None if met is None else met.state or nearest(loading, met),
+        forces=tuple(read_only(problem.equilibrium.mean_weight * each) for each in forces),
+        state=None if met is None else met.state or nearest(loading, met, fine),
         factorisations=loading.spent,
         seconds=perf_counter() - started,
     )
 
 
-def nearest(loading: _Loading, met: _Moved) -> LimitState:
-    """Return the better balanced of what was met with its motion and with its best mechanism, not converged."""
+def nearest(loading: _Loading, met: _Moved, fine: float) -> LimitState:
+    """Return a state within `fine` of what was met and closed by two programs, else what was met.
+
+    A wall may go on closing an old gap, far beyond any displacement that means anything, while its load stands still.
+    Its slips, or those of the mechanism that fits its forces best, then lead to states nearby (lower_states). What was
+    met is converged if its multiplier is known to KNOWN.
+    """
+    problem, programs = loading.problem, loading.programs
     states = loading.states(met.position, met.change, met.multiplier)
-    return replace(min(states, key=lambda state: state.power_residual), converged=False)
+    there = states[0].load_multiplier
+    found = list[LimitState]()
+    for state in states:
+        for weight in FACE_WEIGHTS:
+            try:
+                closed = programs.closed(programs.lowest_forces(state.mechanism.slip, weight))
+            except ConvergenceError:
+                continue
+            records = (*state.records, record_of(closed.forces, 0.0), record_of(closed.mechanism, 0.0))
+            found.append(problem.state("path", problem.no_dilatancy, closed.forces, closed.mechanism, records))
+    near = [s for s in found if abs(s.load_multiplier - there) <= fine and not problem.complaints(s)]
+    if near:
+        return min(near, key=lambda state: abs(state.load_multiplier - there))
+    best = min(states, key=lambda state: state.power_residual)
+    rounded = best.power_residual <= KNOWN and max(best.equilibrium_residual, best.yield_residual) <= BALANCED
+    return replace(best, converged=rounded)

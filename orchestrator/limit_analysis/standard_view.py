@@ -55,17 +55,17 @@ class StandardView:
 
     def carried_back(self, found: LimitAnalysis, equilibrium: Equilibrium) -> LimitAnalysis:
         """Return the answer for the view as the answer for the original, whose equilibrium is checked anew."""
+        standing = None if found.local_failures else equilibrium  # else stones that lie on the ground are not in it
         return replace(
             found,
             load_direction=self.mirror,
             associative=self._state(found.associative, equilibrium),
             sequence=found.sequence and self._state(found.sequence, equilibrium),
-            dilation_shift=found.dilation_shift and self._state(found.dilation_shift, equilibrium),
-            complementarity=found.complementarity and self._state(found.complementarity, equilibrium),
-            lowest=found.lowest and self._state(found.lowest, equilibrium),
+            path=found.path and self._state(found.path, standing),
+            lowest=found.lowest and self._state(found.lowest, standing),
         )
 
-    def _state(self, state: LimitState, equilibrium: Equilibrium) -> LimitState:
+    def _state(self, state: LimitState, equilibrium: Equilibrium | None) -> LimitState:
         mechanism = state.mechanism
         velocities, opening = np.empty_like(mechanism.velocities), np.empty_like(mechanism.opening)
         slip, forces = np.empty_like(mechanism.slip), np.empty_like(state.joint_forces)
@@ -75,7 +75,9 @@ class StandardView:
         ends = _ends(state.joint_forces[:, :2], self.interchanged)
         forces[self.joint] = np.column_stack([ends, self.mirror * state.joint_forces[:, 2]])
         moved = replace(mechanism, velocities=read_only(velocities), opening=read_only(opening), slip=read_only(slip))
-        residual = equilibrium.residual(forces, state.load_multiplier)
+        residual = (
+            state.equilibrium_residual if equilibrium is None else equilibrium.residual(forces, state.load_multiplier)
+        )
         return replace(state, joint_forces=read_only(forces), mechanism=moved, equilibrium_residual=residual)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from orchestrator.masonry.wall import FloatArray, read_only
 
 Scale = Literal["unit_power", "unit_displacement"]
-FlowRule = Literal["associative", "sequence", "dilation_shift", "complementarity", "path"]
+FlowRule = Literal["associative", "sequence", "path", "descent"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,7 +52,7 @@ class LinearProgramRecord:
 
     load_multiplier: float
     parameter: float
-    """seed cohesion in the sequence (mean block weights; 0 in the program that confirms it), relaxation in the shift"""
+    """seed cohesion in the sequence (mean block weights; 0 in the program that confirms it), else 0"""
     iterations: int
     seconds: float
     status: str
@@ -78,19 +78,36 @@ class LimitState:
     yield_residual: float
     power_residual: float
     dilation: float
-    multiplier_range: tuple[float, float]
-    """lowest and highest multiplier of the states that share this mechanism, where that was looked for (dilation shift:
-    the mechanism does not fix the multiplier); else the multiplier twice"""
+
+
+@dataclass(frozen=True, slots=True)
+class LocalFailure:
+    """Stones (their ids) that come loose while the wall stands, and their share of the weight.
+
+    multipliers: that of their state once they move, and the last at which they rest. The first is lower where stones
+    were wedged: it is a property of that wedge, and depends on the stiffness of its joints.
+    """
+
+    stones: tuple[int, ...]
+    share: float
+    multipliers: tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LimitAnalysis:
-    """All answers for one load direction: associative always; the non-associative ones or why there is none.
+    """All answers for one load direction: associative always; the others or why there is none.
 
     `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N; `horizontal_load` the
     horizontal resultant of the live load at a multiplier of 1, in N (by default the weight): base shear = multiplier x
     this. tilting_table: whether tan(angle) of a table that tilts the wall is just another way to state the multiplier.
-    `lowest` is the lowest state that a local search from all others found: what is possible, never the headline.
+
+    associative: an upper bound to every state (a theorem). path: the state that loading from gravity meets, after the
+    stones of `local_failures` have come loose: they are at rest and without forces in it. sequence: the paper's value.
+    lowest, highest: multipliers of states found that loading could reach; the first is a state of its own too.
+    interval: where the state met depends by more than 1 % on the stiffness of joints, or loading passes a limit state
+    and finds rest beyond it: lowest and highest multiplier; the headline is the lowest then.
+    last_rest: the last load at which the wall was found at rest; soft_from: that from which on it moves so far that
+    geometry decides, or None.
     """
 
     load_direction: int
@@ -99,11 +116,15 @@ class LimitAnalysis:
     tilting_table: bool
     associative: LimitState
     sequence: LimitState | None
-    dilation_shift: LimitState | None
+    path: LimitState | None
     remarks: tuple[str, ...]
     seconds: float
-    complementarity: LimitState | None = None
     lowest: LimitState | None = None
+    highest: float | None = None
+    local_failures: tuple[LocalFailure, ...] = ()
+    last_rest: float | None = None
+    soft_from: float | None = None
+    interval: tuple[float, float] | None = None
 
     def tilt_angle(self, state: LimitState) -> float | None:
         """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""
@@ -111,22 +132,24 @@ class LimitAnalysis:
 
     @property
     def headline(self) -> LimitState:
-        """The state that is reported and that the macroblocks come from.
+        """The state that is reported and that the macroblocks come from: the one that loading meets.
 
-        Sequence, else shift, else complementarity program, else associative.
-
-        A state that has not converged is never the headline.
+        Where none was found: the paper's, else the lowest, else the associative one. A state that has not converged is
+        never the headline.
         """
         return next(iter(self._settled), self.associative)
 
     @property
     def _settled(self) -> tuple[LimitState, ...]:
-        """The non-associative states that have converged, without the lowest."""
-        found = (self.sequence, self.dilation_shift, self.complementarity)
+        """The non-associative states that have converged."""
+        found = (self.path, self.sequence, self.lowest)
         return tuple(s for s in found if s is not None and s.converged)
 
     @property
     def non_associative_range(self) -> tuple[float, float] | None:
-        """Smallest and largest multiplier of the converged non-associative states, or None where there is none."""
-        found = [s.multiplier_range for s in (*self._settled, *([self.lowest] if self.lowest else []))]
-        return (float(np.min(found)), float(np.max(found))) if found else None
+        """Smallest and largest multiplier of the states that loading could reach, as far as found, or None."""
+        settled = [self.headline.load_multiplier] if self._settled else []
+        others = [self.lowest.load_multiplier] if self.lowest else []
+        others += [self.highest] if self.highest is not None else []
+        found = settled + others + list(self.interval or ())
+        return (min(found), max(found)) if found else None

@@ -114,9 +114,8 @@ def _settings(record: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, s
 def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
     names = {
         "associative": "associative (upper bound)",
-        "sequence": "non-associative, sequence of LPs",
-        "dilation_shift": "non-associative, dilation shift",
-        "complementarity": "non-associative, complementarity",
+        "path": "non-associative, met by loading",
+        "sequence": "non-associative, the paper's value",
         "lowest": "lowest state found",
     }
     for key, name in names.items():
