@@ -98,7 +98,7 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         said.append(f"loading: at rest up to {rest:.4f}, but no limit state was closed there")
     elif wrong := met.part.complaints(met.path.state) if met.path.state else ():
         said.append(f"the state met is known to {state.power_residual:.0e} of its multiplier ({', '.join(wrong)})")
-    if state is not None and state.load_multiplier < (1.0 - RELEASE) * rest:
+    if state is not None and not met.spread and state.load_multiplier < (1.0 - RELEASE) * rest:
         said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
     if met.path.soft_from is not None:
         said.append(f"soft from {met.path.soft_from:.4f}: beyond it displacements are large and geometry decides")
