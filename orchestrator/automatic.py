@@ -1,4 +1,4 @@
-"""Macroblocks without tolerances: the fewest bodies that, as rigid bodies, keep the states of micro limit analysis.
+"""Macroblocks without tolerances: the fewest bodies that, as rigid bodies, keep the state that micro-LA meets.
 
 Two neighbouring bodies that lock together while they move keep their momentum and lose kinetic energy (a perfectly
 plastic collision): nothing if they moved as one body already. Joining again and again the two neighbours that lose
@@ -6,9 +6,9 @@ least leads from every stone to one body. Of these partitions the one with fewes
 state within a margin of micro limit analysis; then bodies that are not needed for it are joined, one pair after the
 other. One body is never taken: it can only slide or overturn on its support.
 
-Non-associative states are not unique, and the finite elements may meet another than the sequence does. Two states are
-therefore kept, each by its own mechanism: the headline of micro limit analysis and the lowest that was found. Both are
-looked for on the bodies by a descent from the slips they had (lower_states), which costs a few milliseconds.
+The state that is kept is the headline: the one that loading meets, and finite elements with it. It is looked for on the
+bodies by a descent from the slips it had (lower_states), which costs a few milliseconds. Stones that come loose before
+stay bodies of their own; bodies are chosen for the wall without them.
 """
 
 from __future__ import annotations
@@ -22,16 +22,14 @@ import numpy as np
 
 from orchestrator.errors import ConvergenceError
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis import LimitAnalysis, LimitState, Loads, Mechanism
+from orchestrator.limit_analysis import LimitAnalysis, LimitState, Loads, Mechanism, loads_on
 from orchestrator.limit_analysis.equilibrium import block_areas, block_centroids, block_weights
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
+from orchestrator.limit_analysis.loading import joints_left, part_of
 from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
 from orchestrator.limit_analysis.merged_blocks import merged_problem
 from orchestrator.macroblocks import MacroblockSettings, Partition, merged, partition_of
 from orchestrator.masonry.wall import FloatArray, IntArray
-
-ANOTHER = 1e-4
-"""Part of the multiplier by which another state differs at least."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -169,43 +167,55 @@ def macroblocks_of(
     return merged(assemblage, analysis.headline.mechanism, criteria)
 
 
-def states_to_keep(analysis: LimitAnalysis) -> tuple[LimitState, ...]:
-    """Return the headline, and the lowest state found where it is another one: an elastic wall may meet either."""
-    headline, lowest = analysis.headline, analysis.lowest
-    if lowest is None or lowest.load_multiplier >= (1.0 - ANOTHER) * headline.load_multiplier:
-        return (headline,)
-    return headline, lowest
-
-
 def chosen(assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads: Loads | None = None) -> Partition:
-    """Return the partition with the fewest bodies found that keeps the states of micro-LA within `margin`, part of it.
+    """Return the partition with the fewest bodies found that keeps micro-LA's headline within `margin`, part of it.
 
     Every stone stays a body where nothing coarser does; a wall of one block is one body.
     """
-    states = states_to_keep(analysis)
-    mechanisms = [state.mechanism for state in states]
+    if analysis.local_failures:
+        return _chosen_without_loose_stones(assemblage, analysis, margin, loads or loads_on(assemblage.wall))
+    state = analysis.headline
+    mechanisms = [state.mechanism]
 
-    def kept(partition: Partition) -> list[float]:
-        """Return the multipliers found for the states, as far as the first that is lost."""
-        found = []
-        for state in states:
-            multiplier = kept_multiplier(assemblage, analysis, state, partition, margin, loads)
-            if multiplier is None:
-                break
-            found.append(multiplier)
-        return found
+    def kept(partition: Partition) -> float | None:
+        return kept_multiplier(assemblage, analysis, state, partition, margin, loads)
 
     def keeps(partition: Partition) -> bool:
-        return partition.count > 1 and len(kept(partition)) == len(states)
+        return partition.count > 1 and kept(partition) is not None
 
     partition = _coarsest([partition_of(assemblage, g) for g in hierarchy(assemblage, mechanisms)][::-1], keeps)
     partition = _joined_while(keeps, partition, assemblage, mechanisms)
-    words = " and ".join(
-        f"{found:.4f} (every stone {state.load_multiplier:.4f})"
-        for found, state in zip(kept(partition), states, strict=False)
-    )
-    said = f"chosen automatically: multiplier as rigid bodies {words or 'not found'}, margin {margin:.3g}"
+    found = kept(partition)
+    words = "not found" if found is None else f"{found:.4f} (every stone {state.load_multiplier:.4f})"
+    said = f"chosen automatically: multiplier as rigid bodies {words}, margin {margin:.3g}"
     return replace(partition, remarks=(said, *partition.remarks))
+
+
+def _chosen_without_loose_stones(
+    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads: Loads
+) -> Partition:
+    """Return the partition chosen for the wall without the stones of local failures: these stay bodies of their own."""
+    loose = {stone for failure in analysis.local_failures for stone in failure.stones}
+    left = np.array([block.id not in loose for block in assemblage.wall.blocks])
+    joints, state = joints_left(assemblage, left), analysis.headline
+    mechanism = replace(
+        state.mechanism,
+        velocities=state.mechanism.velocities[left],
+        opening=state.mechanism.opening[joints],
+        slip=state.mechanism.slip[joints],
+    )
+    of_left = replace(state, joint_forces=state.joint_forces[joints], mechanism=mechanism)
+    part = chosen(
+        part_of(assemblage, left),
+        replace(analysis, path=of_left, local_failures=()),
+        margin,
+        Loads(loads.dead[left], loads.along_x[left], loads.upright[left]),
+    )
+    group = len(left) + np.arange(len(left))
+    group[left] = part.body_of_block
+    partition = partition_of(assemblage, group)
+    said = f"{len(loose)} stones that come loose before the wall fails stay bodies of their own"
+    return replace(partition, remarks=(*part.remarks, said))
 
 
 def kept_multiplier(

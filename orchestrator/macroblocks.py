@@ -51,8 +51,7 @@ class MacroblockSettings:
     """Tolerances of criteria (3) and (4); `inf` means no condition. Velocities are the mechanism's in `scale`."""
 
     choose: Literal["tolerances", "automatic"] = "automatic"
-    """automatic: fewest bodies found that keep micro-LA's headline and lowest state; a case file that names a tolerance
-    means tolerances"""
+    """automatic: fewest bodies found that keep micro-LA's headline; a case that names a tolerance means tolerances"""
     margin: Annotated[float, Gt(0), Le(1)] = 0.01
     """of the automatic choice: how far the multipliers of the rigid macroblocks may be from micro-LA's, part of them"""
     scale: Scale = "unit_displacement"

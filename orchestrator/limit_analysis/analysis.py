@@ -27,8 +27,9 @@ from orchestrator.limit_analysis.yield_conditions import coulomb
 
 SHORT = 6
 """Programs at most of a sequence that begins at the state that loading meets."""
-RELEASE = 0.01
-"""Part of the multiplier by which a state may lie below the last rest without a remark."""
+RELEASE, SOFT_END = 0.01, 0.02
+"""Part of the multiplier by which a state may lie below the last rest without a remark; and up to which below the last
+rest displacements may be large: they are, next to any limit state."""
 
 
 def analyse(
@@ -100,7 +101,7 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         said.append(f"the state met is known to {state.power_residual:.0e} of its multiplier ({', '.join(wrong)})")
     if state is not None and not met.spread and state.load_multiplier < (1.0 - RELEASE) * rest:
         said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
-    if met.path.soft_from is not None:
+    if met.path.soft_from is not None and met.path.soft_from < (1.0 - SOFT_END) * rest:
         said.append(f"soft from {met.path.soft_from:.4f}: beyond it displacements are large and geometry decides")
     if met.spread:
         low, high = met.spread

@@ -19,7 +19,7 @@ from orchestrator.limit_analysis.elastic_contact import ElasticWall, Position, p
 from orchestrator.limit_analysis.wall_stiffness import Factors, joint_products
 from orchestrator.masonry.wall import FloatArray
 
-BALANCE = 1e-9
+BALANCE = 1e-10
 """Force out of balance that ends a step, mean block weights."""
 NEWTON_STEPS, LEAST_PART = 10, 0.1
 """Newton's method is left after so many factorisations, or when less than this part of one leads on."""

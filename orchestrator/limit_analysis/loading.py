@@ -5,7 +5,8 @@ and their live load, for they lie on the ground; so are stones that then fall. W
 (Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
 
 Joints have two stiffnesses in turn. A state that is a property of the wall is the same with both; where the multipliers
-differ by more than SPREAD their interval is the answer, and the lower one is the headline.
+differ by more than SPREAD their interval is the answer, and the lower one is the headline. They take turns: in two
+threads at a time last digits differ from run to run (where arrays come to lie in memory), and a run must repeat itself.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ from orchestrator.limit_analysis.gravity import falling_blocks
 from orchestrator.limit_analysis.loads import Loads
 from orchestrator.limit_analysis.path import LoadPath, load_path
 from orchestrator.limit_analysis.problem import Problem
-from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.state import LimitState, LocalFailure
 from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.wall import FloatArray, read_only
@@ -64,10 +64,7 @@ class Loaded:
 
 def loaded(problem: Problem, loads: Loads, associative: float, local_share: float) -> Loaded | None:
     """Load a wall along +x until it fails as a whole, with joints of both stiffnesses; None: no rest at first."""
-    found = side_by_side(
-        lambda: peeled(problem, loads, associative, local_share, STIFFNESSES[0]),
-        lambda: peeled(problem, loads, associative, local_share, STIFFNESSES[1]),
-    )
+    found = [peeled(problem, loads, associative, local_share, stiffness) for stiffness in STIFFNESSES]
     ended = [one for one in found if one is not None and one.state is not None and one.state.converged]
     if not ended:
         return found[0] or found[1]

@@ -57,6 +57,8 @@ FACE_WEIGHTS = (1e-3, 1e-4, 1e-5, -1e-5, -1e-4, -1e-3)
 KNOWN, BALANCED = 1e-4, 1e-8
 """Power out of balance, over the live load's, of an end that is a state although no check passes: the relative error of
 its multiplier. Its equilibrium and strength are exact to BALANCED."""
+LEAST = 1e-6
+"""Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
 SOFT, FAR = 10.0, 100.0
 """Displacement over the elastic one from which on a wall is called soft; and from which on a motion whose forces nearly
 stand still is not followed any further."""
@@ -178,14 +180,14 @@ class _Loading:
         return self.wall.flow_error(there.forces, there.rates - here.rates, live_power)
 
     def checked(self, position: Position, change: FloatArray, multiplier: float) -> LimitState | None:
-        """Return forces with their motion, or else with the mechanism that fits them best, if that passes the check."""
+        """Return forces with the mechanism that fits them best, or else with their motion, if that passes the check."""
         for state in self.states(position, change, multiplier):
             if not self.problem.complaints(state):
                 return state
         return None
 
     def states(self, position: Position, change: FloatArray, multiplier: float) -> list[LimitState]:
-        """Return forces with their own motion, and with the best mechanism for their normal forces."""
+        """Return forces with the best mechanism for their normal forces, and with their own motion."""
         equilibrium = self.problem.equilibrium
         velocities = equilibrium.row_scale * change / (equilibrium.live_total * float(self.wall.problem.live @ change))
         forces = equilibrium.mean_weight * position.forces
@@ -196,7 +198,7 @@ class _Loading:
         found = [own]
         try:
             mechanism = self.programs.mechanism(own.normal)
-            found.append(replace(own, velocities=mechanism.velocities, rates=mechanism.rates))
+            found.insert(0, replace(own, velocities=mechanism.velocities, rates=mechanism.rates))
         except ConvergenceError:
             pass
         records = (LinearProgramRecord(own.load_multiplier, 0.0, self.spent, 0.0, "path"),)
@@ -215,6 +217,8 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     stands = loading.rest(undeformed(loading.wall), 0.0, GRAVITY_DRAG, GRAVITY_BUDGET)
     if not stands.rests:
         return None
+    if scale * associative < LEAST:
+        return LoadPath(read_only([0.0]), read_only([1.0]), (), None, loading.spent, perf_counter() - started)
     position = loading.at_gravity = stands.position
     rests, moved, forces = [0.0], [0.0], [position.forces]
     met: _Moved | None = None

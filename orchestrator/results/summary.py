@@ -134,7 +134,10 @@ def _limit_analysis(analysis: LimitAnalysis) -> dict[str, Any]:
         "papers_value": analysis.sequence and analysis.sequence.load_multiplier,
         "lowest": analysis.lowest and analysis.lowest.load_multiplier,
         "highest": analysis.highest,
-        "local_failures": [asdict(failure) for failure in analysis.local_failures],
+        "local_failures": [
+            {"stones": list(failure.stones), "share": failure.share, "multipliers": list(failure.multipliers)}
+            for failure in analysis.local_failures
+        ],
         "iterations": len(headline.records),
         "converged": found is not None,
         "equilibrium_residual": headline.equilibrium_residual,

@@ -450,7 +450,8 @@ def curves_figure(state):
         tilting_table=True,
         associative=replace(state, flow_rule="associative", load_multiplier=0.3478),
         sequence=state,
-        dilation_shift=replace(state, load_multiplier=0.3011, multiplier_range=(0.3011, 0.3015)),
+        path=None,
+        highest=0.3015,
         remarks=(),
         seconds=0.1,
     )
