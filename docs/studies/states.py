@@ -1,0 +1,90 @@
+"""Headline of limit analysis against the peak of micro-FE, on every wall of robustness.py in both directions.
+
+    python docs/studies/states.py [number of walls]
+
+writes states.csv and states.md (after states_head.md) beside this file. Peaks are read from robustness.csv.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+from robustness import WALLS
+
+from orchestrator.joints import JointSettings, find_joints
+from orchestrator.limit_analysis import analyse
+from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
+
+FOLDER = Path(__file__).parent
+NEAR, ABOVE = 0.015, 0.03
+"""Parts of the peak: a headline this near counts as right; no headline may lie further above."""
+
+
+def compared(pattern: IrregularCourses, direction: int, peak: float) -> dict[str, object]:
+    """Analyse one wall in one direction and return its row of the table."""
+    began = process_time()
+    found = analyse(find_joints(irregular_courses(pattern), JointSettings()), load_direction=direction)
+    headline = found.headline.load_multiplier
+    return {
+        "seed": pattern.seed,
+        "blocks": len(found.headline.mechanism.velocities) - 1,
+        "direction": f"{direction:+d}",
+        "micro-FE": f"{peak:.4f}",
+        "headline": f"{headline:.4f}",
+        "headline / micro-FE": f"{headline / peak - 1:+.2%}",
+        "met by": found.headline.flow_rule,
+        "rest": "" if found.last_rest is None else f"{found.last_rest:.4f}",
+        "interval": "" if found.interval is None else "{:.4f} to {:.4f}".format(*found.interval),
+        "soft": "" if found.soft_from is None else f"{found.soft_from:.4f}",
+        "local": len(found.local_failures),
+        "the paper's value": "" if found.sequence is None else f"{found.sequence.load_multiplier:.4f}",
+        "lowest": "" if found.lowest is None else f"{found.lowest.load_multiplier:.4f}",
+        "associative": f"{found.associative.load_multiplier:.4f}",
+        "seconds": f"{process_time() - began:.1f}",
+    }
+
+
+def summarised(rows: list[dict[str, object]]) -> str:
+    """Return in one sentence how near headline and the paper's value are to micro-FE."""
+    off = np.array([float(str(row["headline"])) / float(str(row["micro-FE"])) - 1 for row in rows])
+    with_value = [row for row in rows if row["the paper's value"]]
+    paper = np.array([float(str(r["the paper's value"])) / float(str(r["micro-FE"])) - 1 for r in with_value])
+    return (
+        f"Of {len(rows)} analyses {np.sum(np.abs(off) <= NEAR)} have a headline within {NEAR:.1%} of micro-FE and "
+        f"{np.sum(off > ABOVE)} one more than {ABOVE:.0%} above it; the highest is {off.max():+.1%}, the lowest "
+        f"{off.min():+.1%}, the mean distance {np.abs(off).mean():.1%}. The paper's value exists for {len(paper)}: "
+        f"{np.sum(np.abs(paper) <= NEAR)} within {NEAR:.1%}, highest {paper.max():+.1%}, lowest {paper.min():+.1%}."
+    )
+
+
+def main() -> None:
+    """Run all walls; the table is written anew after each."""
+    with (FOLDER / "robustness.csv").open() as file:
+        peaks = {(row["seed"], row["direction"]): float(row["peak multiplier"]) for row in csv.DictReader(file)}
+    rows: list[dict[str, object]] = []
+    for pattern in WALLS[: int(sys.argv[1]) if len(sys.argv) > 1 else len(WALLS)]:
+        for direction in (1, -1):
+            rows.append(compared(pattern, direction, peaks[str(pattern.seed), f"{direction:+d}"]))
+            print(", ".join(f"{name} {value}" for name, value in rows[-1].items()), flush=True)
+            write(rows)
+
+
+def write(rows: list[dict[str, object]]) -> None:
+    """Write states.csv and states.md."""
+    with (FOLDER / "states.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    names = list(rows[0])
+    lines = [names, ["---"] * len(names), *([str(row[name]) for name in names] for row in rows)]
+    table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    head = (FOLDER / "states_head.md").read_text()
+    (FOLDER / "states.md").write_text(f"{head}\n{summarised(rows)}\n\n{table}\n")
+
+
+if __name__ == "__main__":
+    main()
