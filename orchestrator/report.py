@@ -41,9 +41,10 @@ def write_segmentation(
 
 def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:
     """Draw the mechanism of the headline state; return the files."""
-    figure = plots.mechanism(
-        assemblage, analysis.headline, analysis.load_direction, case.load.inclination, f"λ × {case.load.name}"
-    )
+    loose = {stone for failure in analysis.local_failures for stone in failure.stones}
+    live = f"λ × {case.load.name}"
+    inclination = case.load.inclination
+    figure = plots.mechanism(assemblage, analysis.headline, analysis.load_direction, inclination, live, loose=loose)
     return plots.save(figure, figures, "mechanism")
 
 

@@ -1,36 +1,43 @@
-"""Headline of limit analysis against the peak of micro-FE, on every wall of robustness.py in both directions.
+"""Headline of limit analysis against the peak of micro-FE: walls of robustness.py both ways, and of any_wall.py.
 
     python docs/studies/states.py [number of walls]
 
-writes states.csv and states.md (after states_head.md) beside this file. Peaks are read from robustness.csv.
+writes states.csv and states.md (after states_head.md) beside this file. Peaks are read from robustness.csv and
+any_wall.csv, where they were computed.
 """
 
 from __future__ import annotations
 
 import csv
 import sys
+from collections.abc import Iterator
+from itertools import chain, islice
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import process_time
 
 import numpy as np
+from any_wall import ERRORS, _read, wall_of
 from robustness import WALLS
 
-from orchestrator.joints import JointSettings, find_joints
+from orchestrator import case as cases
+from orchestrator import driver
+from orchestrator.joints import Assemblage, JointSettings, find_joints
 from orchestrator.limit_analysis import analyse
-from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
+from orchestrator.masonry.patterns import irregular_courses
 
 FOLDER = Path(__file__).parent
 NEAR, ABOVE = 0.015, 0.03
 """Parts of the peak: a headline this near counts as right; no headline may lie further above."""
 
 
-def compared(pattern: IrregularCourses, direction: int, peak: float) -> dict[str, object]:
+def compared(wall: str, assemblage: Assemblage, direction: int, peak: float) -> dict[str, object]:
     """Analyse one wall in one direction and return its row of the table."""
     began = process_time()
-    found = analyse(find_joints(irregular_courses(pattern), JointSettings()), load_direction=direction)
+    found = analyse(assemblage, load_direction=direction)
     headline = found.headline.load_multiplier
     return {
-        "seed": pattern.seed,
+        "wall": wall,
         "blocks": len(found.headline.mechanism.velocities) - 1,
         "direction": f"{direction:+d}",
         "micro-FE": f"{peak:.4f}",
@@ -61,16 +68,36 @@ def summarised(rows: list[dict[str, object]]) -> str:
     )
 
 
-def main() -> None:
-    """Run all walls; the table is written anew after each."""
+def random_walls() -> Iterator[tuple[str, Assemblage, int, float]]:
+    """Yield name, assemblage, direction and micro-FE's peak of the walls of robustness.py."""
     with (FOLDER / "robustness.csv").open() as file:
         peaks = {(row["seed"], row["direction"]): float(row["peak multiplier"]) for row in csv.DictReader(file)}
-    rows: list[dict[str, object]] = []
-    for pattern in WALLS[: int(sys.argv[1]) if len(sys.argv) > 1 else len(WALLS)]:
+    for pattern in WALLS:
         for direction in (1, -1):
-            rows.append(compared(pattern, direction, peaks[str(pattern.seed), f"{direction:+d}"]))
-            print(", ".join(f"{name} {value}" for name, value in rows[-1].items()), flush=True)
-            write(rows)
+            assemblage = find_joints(irregular_courses(pattern), JointSettings())
+            yield f"random {pattern.seed}", assemblage, direction, peaks[str(pattern.seed), f"{direction:+d}"]
+
+
+def drawn_walls() -> Iterator[tuple[str, Assemblage, int, float]]:
+    """Yield the same of the walls of any_wall.py that were pushed stone by stone, imported from the same drawings."""
+    with (FOLDER / "any_wall.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["micro_peak"]]
+    for row in rows:
+        number = int(row["wall"])
+        family, wall = wall_of(number)
+        with TemporaryDirectory() as folder:
+            _read(wall, ERRORS[number % len(ERRORS)], Path(folder), number)
+            assemblage = driver.check(cases.read(Path(folder) / "wall.json"))
+        yield f"{family} {number}", assemblage, 1, float(row["micro_peak"])
+
+
+def main() -> None:
+    """Run all walls; the table is written anew after each."""
+    rows: list[dict[str, object]] = []
+    for wall in islice(chain(random_walls(), drawn_walls()), int(sys.argv[1]) if len(sys.argv) > 1 else None):
+        rows.append(compared(*wall))
+        print(", ".join(f"{name} {value}" for name, value in rows[-1].items()), flush=True)
+        write(rows)
 
 
 def write(rows: list[dict[str, object]]) -> None:
@@ -83,7 +110,10 @@ def write(rows: list[dict[str, object]]) -> None:
     lines = [names, ["---"] * len(names), *([str(row[name]) for name in names] for row in rows)]
     table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     head = (FOLDER / "states_head.md").read_text()
-    (FOLDER / "states.md").write_text(f"{head}\n{summarised(rows)}\n\n{table}\n")
+    random = [row for row in rows if str(row["wall"]).startswith("random")]
+    drawn = [row for row in rows if row not in random]
+    said = f"Random walls. {summarised(random)}" + (f"\n\nDrawn walls. {summarised(drawn)}" if drawn else "")
+    (FOLDER / "states.md").write_text(f"{head}\n{said}\n\n{table}\n")
 
 
 if __name__ == "__main__":

@@ -96,11 +96,15 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         said.append(f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose")
     rest, state = met.path.last_rest, met.state
     if state is None or not state.converged:
-        said.append(f"loading: at rest up to {rest:.4f}, but no limit state was closed there")
+        said.append(
+            f"loading: at rest up to {rest:.4f}, but no limit state was closed there: the headline is that rest"
+        )
     elif wrong := met.part.complaints(met.path.state) if met.path.state else ():
         said.append(f"the state met is known to {state.power_residual:.0e} of its multiplier ({', '.join(wrong)})")
     if state is not None and not met.spread and state.load_multiplier < (1.0 - RELEASE) * rest:
         said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
+    if state is not None and not met.spread and state.load_multiplier > (1.0 + RELEASE) * rest:
+        said.append(f"at rest up to {rest:.4f}, moving at {state.load_multiplier:.4f}; not looked at between")
     if met.path.soft_from is not None and met.path.soft_from < (1.0 - SOFT_END) * rest:
         said.append(f"soft from {met.path.soft_from:.4f}: beyond it displacements are large and geometry decides")
     if met.spread:

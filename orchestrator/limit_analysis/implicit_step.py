@@ -57,10 +57,10 @@ class Step:
 
 def implicit_step(wall: ElasticWall, before: Position, task: Task, expected: FloatArray) -> Step:
     """Solve one step from the position `before`; expected (3m,): the change of displacements to begin with."""
-    first = _newton(wall, before, task, expected)
+    first = newton_step(wall, before, task, expected)
     if first.found:
         return first
-    second = _interior(wall, before, task, float(np.abs(expected).max()))
+    second = interior_step(wall, before, task, float(np.abs(expected).max()))
     spent = first.factorisations + second.factorisations
     return Step(second.position, second.multiplier, spent, second.found, NEWTON_STEPS + second.factorisations // 10)
 
@@ -77,7 +77,8 @@ def _change(
     return change + more * along, more
 
 
-def _newton(wall: ElasticWall, before: Position, task: Task, expected: FloatArray) -> Step:
+def newton_step(wall: ElasticWall, before: Position, task: Task, expected: FloatArray) -> Step:
+    """Solve one step by Newton's method, or leave it."""
     problem, multiplier = wall.problem, task.multiplier
 
     def unbalanced_of(forces: FloatArray, moved: FloatArray, multiplier: float) -> FloatArray:
@@ -159,7 +160,8 @@ def _first_inside(wall: ElasticWall, before: Position, task: Task, expected: flo
     return _Inside(np.zeros_like(before.displacements), task.multiplier, forces, strength, apart)
 
 
-def _interior(wall: ElasticWall, before: Position, task: Task, expected: float) -> Step:
+def interior_step(wall: ElasticWall, before: Position, task: Task, expected: float) -> Step:
+    """Solve one step by the interior-point method; expected: largest change of displacements."""
     problem, k = wall.problem, wall.stiffness
     at = _first_inside(wall, before, task, expected)
     for spent in range(INTERIOR_STEPS + 1):

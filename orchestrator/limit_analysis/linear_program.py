@@ -27,8 +27,8 @@ FINAL_TOLERANCE = 1e-12
 """On gap and feasibility, where forces or mechanism are kept: the noise of the mechanism falls with it, for one or two
 interior-point iterations more than 1e-9 (wall 6: 21 for 19)."""
 ITERATE_TOLERANCE = 1e-9
-"""For programs that only lead to the next one. At 1e-12 the dilation shift of a wall of 208 blocks with courses of
-uneven height needs 60 to 200 iterations a program, because its shifts make many joints nearly indifferent."""
+"""For programs that only lead to the next one. At 1e-12 they take many more iterations where joints are
+nearly indifferent."""
 REFINED = 1e-10
 """Solutions of the linear systems are refined for tighter tolerances only: otherwise the same number of iterations in
 40 % less time (wall 6). Large walls, which are solved to LARGE_TOLERANCE at best, need it wherever forces or mechanism

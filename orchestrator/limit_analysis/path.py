@@ -70,8 +70,8 @@ class LoadPath:
 
     multipliers (r,): loads at which it rests, the first 0; displacements (r,): along the live load, over the elastic
     one of the same multiplier (1 for the first); forces: of the joints (k, 3) in N at each of them. `last_rest` is the
-    last of these; `state` what is met there, with its own forces and a mechanism that goes with them (None where none
-    was found), `converged` where the check passes or its multiplier is known to KNOWN.
+    last of these; `state` what is met there, with its own forces and a mechanism that goes with them, `converged` where
+    the check passes or its multiplier is known to KNOWN. Else it is the last rest, with the mechanism that fits best.
     soft_from: multiplier from which on displacements exceed SOFT, None if they never do.
     """
 
@@ -213,7 +213,7 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     """
     started = perf_counter()
     loading = _Loading(problem, stiffness)
-    scale = loading.wall.problem.per_multiplier
+    scale, live = loading.wall.problem.per_multiplier, loading.wall.problem.live
     stands = loading.rest(undeformed(loading.wall), 0.0, GRAVITY_DRAG, GRAVITY_BUDGET)
     if not stands.rests:
         return None
@@ -222,6 +222,7 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     position = loading.at_gravity = stands.position
     rests, moved, forces = [0.0], [0.0], [position.forces]
     met: _Moved | None = None
+    lost: _Moved | None = None
     low, high, fine = 0.0, np.inf, FINE * associative
     target = associative / STEPS
     while high - low > fine and loading.spent < loading.most:
@@ -241,7 +242,7 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
                 break
             target = min(low + associative / STEPS, 0.5 * (low + high))
             continue
-        high, target = target, 0.5 * (low + target)
+        lost, high, target = found, target, 0.5 * (low + target)
         if ended.flow <= NEARLY and ended.multiplier <= scale * high:
             met = ended
             if (gap := ended.multiplier / scale - low) >= 0:
@@ -249,11 +250,14 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
                     break
                 target = min(high - 0.25 * fine, low + gap - 0.5 * fine)
     ratio = np.array(moved[1:]) / (np.array(rests[1:]) * moved[1] / rests[1]) if len(rests) > 1 else np.zeros(0)
+    state = None if met is None else met.state or nearest(loading, met, fine)
+    if (state is None or not state.converged) and lost is not None and low > 0 and live @ lost.change > 0:
+        state = replace(loading.states(position, lost.change, scale * low)[0], converged=False)
     return LoadPath(
         multipliers=read_only(np.array(rests)),
         displacements=read_only(np.concatenate([[1.0], ratio])),
         forces=tuple(read_only(problem.equilibrium.mean_weight * each) for each in forces),
-        state=None if met is None else met.state or nearest(loading, met, fine),
+        state=state,
         factorisations=loading.spent,
         seconds=perf_counter() - started,
     )

@@ -134,10 +134,10 @@ class LimitAnalysis:
     def headline(self) -> LimitState:
         """The state that is reported and that the macroblocks come from: the one that loading meets.
 
-        Where none was found: the paper's, else the lowest, else the associative one. A state that has not converged is
-        never the headline.
+        It is the last rest, not converged, where no limit state was closed there: what was found to stand. Without a
+        path: the paper's, else the lowest, else the associative one.
         """
-        return next(iter(self._settled), self.associative)
+        return self.path or next(iter(self._settled), self.associative)
 
     @property
     def _settled(self) -> tuple[LimitState, ...]:

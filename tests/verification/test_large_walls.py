@@ -15,8 +15,6 @@ from orchestrator.limit_analysis.yield_conditions import coulomb, yield_matrix, 
 from orchestrator.masonry.patterns import running_bond
 from tests.verification.limit_analysis_cases import case
 
-NEAREST = "complementarity program: the nearest forces and mechanism are out of balance by "
-
 
 @pytest.fixture(scope="module")
 def terms():

@@ -15,7 +15,7 @@ from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, elastic_wall, tried, undeformed
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.gravity import problem_of
-from orchestrator.limit_analysis.implicit_step import INTERIOR_STEPS, Task, _interior, _newton, implicit_step
+from orchestrator.limit_analysis.implicit_step import INTERIOR_STEPS, Task, implicit_step, interior_step, newton_step
 from orchestrator.limit_analysis.path import load_path
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import coulomb
@@ -99,8 +99,8 @@ def test_both_methods_of_a_step_find_one_position(advance):
     for drag in (1.0, 1e-1, 1e-2, 1e-3, 1e-5, 1e-7):
         at_rest = implicit_step(springs, at_rest, Task(0.0, drag), nothing).position
     task = Task(0.5, 1e-2 if advance is None else 0.0, advance)
-    one = _newton(springs, at_rest, task, nothing)
-    other = _interior(springs, at_rest, task, 1.0)
+    one = newton_step(springs, at_rest, task, nothing)
+    other = interior_step(springs, at_rest, task, 1.0)
     assert one.found
     assert other.found
     assert other.factorisations <= INTERIOR_STEPS
