@@ -70,7 +70,7 @@ reference: benchmark1
 
 # build/docs/index.html; warnings are errors.
 docs: setup
-	NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict
 
 clean:
 	rm -rf results build *.egg-info .pytest_cache .ruff_cache .mypy_cache .hypothesis

@@ -6,12 +6,14 @@ displacement, H the horizontal live load and lambda its multiplier:
     peak                  V_p = max V up to the final displacement (first row that reaches it)
     initial stiffness     k = sum(V d) / sum(d d), the least-squares line through the origin, over the leading lateral
                           rows with V - V_gravity <= 10 % of the peak, but at least the first two
-    equilibrium residual  max |lambda H - V| / H over all rows
+    equilibrium residual  max |lambda H - V| / V_p over all rows
 
-Bilinear idealisation (Circolare 7/2019, C7.8.1.6, masonry; the two parts are arguments):
+Rows in which the wall moves are left out: only the static ones count.
 
-    elastic branch        secant through the first point at 70 % of the peak
-    ultimate              where the base shear has first dropped by 20 % past the peak, else the end of the curve
+Bilinear idealisation (Circolare 7/2019, masonry; the two parts are arguments):
+
+    elastic branch        secant through the first point at 60 % of the peak (C7.3.4.2)
+    ultimate              where the base shear has first dropped by 20 % past the peak (C7.8.1.5.4), else the end
     plastic branch        horizontal; equal areas under curve and bilinear up to the ultimate displacement
 """
 
@@ -23,22 +25,26 @@ import numpy as np
 
 from orchestrator.errors import ResultError
 from orchestrator.masonry.wall import FloatArray
-from orchestrator.pushover.checks import equilibrium_error, kinetic_share
+from orchestrator.pushover.checks import equilibrium_error
 from orchestrator.pushover.state import PushoverCurve
 
 STIFFNESS_FRACTION = 0.1
 """part of the peak base shear (above the gravity row) that counts as the initial branch"""
 STIFFNESS_ROWS = 2
 """lateral rows that the initial branch has at least"""
-SECANT = 0.7
+SECANT = 0.6
 """part of the peak base shear that the elastic branch of the bilinear goes through"""
+FALLEN = 0.01
+"""part of its peak by which the base shear has fallen where the peak is behind"""
+FAR = 1.5
+"""a curve this many times as long as where it first came within FALLEN of its peak has been flat: that is its peak"""
 
 
 @dataclass(frozen=True, slots=True)
 class Capacity:
     """peak_base_shear N, displacement_at_peak and final_displacement m, initial_stiffness N/m.
 
-    max_kinetic_over_internal: largest ratio of kinetic to internal energy up to the peak (pushover.checks).
+    peak_reached: whether the curve shows that its peak is one (`peak_reached`); else the wall carries at least as much.
     """
 
     peak_base_shear: float
@@ -46,15 +52,16 @@ class Capacity:
     displacement_at_peak: float
     final_displacement: float
     initial_stiffness: float
-    max_kinetic_over_internal: float
     equilibrium_residual: float
+    peak_reached: bool
 
 
-def find_capacity(curve: PushoverCurve, horizontal_load: float) -> Capacity:
-    """Return the capacity from a curve; horizontal_load: that of a load multiplier of 1, N (by default the weight).
+def find_capacity(curve: PushoverCurve) -> Capacity:
+    """Return the capacity from the static rows of a curve.
 
     Raises ResultError for a curve without lateral rows, with values that are not finite, or that does not move.
     """
+    curve = curve.static
     _require_usable(curve)
     displacement = curve.control_displacement_m - curve.control_displacement_m[0]
     peak = int(np.argmax(curve.base_shear_N))
@@ -64,9 +71,25 @@ def find_capacity(curve: PushoverCurve, horizontal_load: float) -> Capacity:
         displacement_at_peak=float(displacement[peak]),
         final_displacement=float(displacement[-1]),
         initial_stiffness=initial_stiffness(curve.base_shear_N, displacement),
-        max_kinetic_over_internal=kinetic_share(curve),
-        equilibrium_residual=equilibrium_error(curve, horizontal_load),
+        equilibrium_residual=equilibrium_error(curve),
+        peak_reached=peak_reached(curve),
     )
+
+
+def peak_reached(curve: PushoverCurve) -> bool:
+    """Return whether the largest base shear of a curve is its peak, and not just where the curve was cut off.
+
+    It is where the base shear has fallen by FALLEN of it in a later row, or where the curve goes on to FAR times the
+    displacement at which it first came that close to it.
+    """
+    curve = curve.static
+    shear, moved = curve.base_shear_N, curve.control_displacement_m - curve.control_displacement_m[0]
+    peak = int(np.argmax(shear))
+    close = (1.0 - FALLEN) * float(shear[peak])
+    if bool(np.any(shear[peak:] <= close)):
+        return True
+    first = float(moved[int(np.argmax(shear >= close))])
+    return bool(first > 0.0 and moved[-1] >= FAR * first)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +152,7 @@ def initial_stiffness(base_shear: FloatArray, displacement: FloatArray) -> float
 def _require_usable(curve: PushoverCurve) -> None:
     if len(curve.base_shear_N) < 2:
         raise ResultError("capacity curve", f"no lateral increment was stored (stopped: {curve.stopped_because})")
-    for name in ("load_multiplier", "base_shear_N", "control_displacement_m", "kinetic_energy_J", "internal_energy_J"):
+    for name in ("load_multiplier", "base_shear_N", "control_displacement_m", "internal_energy_J"):
         wrong = np.flatnonzero(~np.isfinite(getattr(curve, name)))
         if wrong.size:
             raise ResultError("capacity curve", f"{name} is not finite in step {curve.step[wrong[0]]}")

@@ -29,7 +29,10 @@ from orchestrator.meshing import MeshSettings
 from orchestrator.pushover.nodal_loads import refuse_upright
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.sections import as_settings, first_complaint, row_type, section_model, written
-from orchestrator.seismic import SeismicSettings, spectrum_of
+from orchestrator.seismic import SeismicSettings, limit_states
+from orchestrator.seismic.control import named_point
+from orchestrator.seismic.settings import refuse_building
+from orchestrator.seismic.spectrum import spectrum_of
 from orchestrator.study import StudySettings
 from orchestrator.units import Unit
 
@@ -125,11 +128,13 @@ def refuse_what_only_limit_analysis_takes(case: Case) -> None:
             raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
 
 
-def refuse_spectrum(case: Case) -> None:
-    """Raise CaseError for a spectrum that lacks a setting, before anything is computed."""
-    if case.seismic.peak_ground_acceleration is not None:
-        with naming(case.file):
-            spectrum_of(case.seismic, case.seismic.peak_ground_acceleration)
+def refuse_seismic(case: Case) -> None:
+    """Raise CaseError for a verification that lacks a setting or names what is not there, before anything is run."""
+    with naming(case.file):
+        for state in limit_states(case.seismic):
+            spectrum_of(case.seismic, state, state.peak_ground_acceleration, case.seismic.damping)
+            refuse_building(case.seismic)
+            named_point(case.seismic, read_wall(case))
 
 
 def as_toml(case: Case, block_file: str) -> str:

@@ -24,6 +24,7 @@ from orchestrator import driver, file_commands, load_cases, plots, results, stud
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
 from orchestrator.progress import IncrementDone, StageDone
+from orchestrator.seismic.record import notes, verdict
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -217,10 +218,11 @@ def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Conso
     with _Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
     console.print(tables.run_table(outcome.summary))
+    for remark in results.remarks(outcome.summary["pushover"]):
+        console.print(remark, soft_wrap=True, markup=False)
     for reason in results.reasons(outcome.summary["pushover"]):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)
-    if "seismic" in outcome.summary:
-        console.print(tables.seismic_table(outcome.summary["seismic"]))
+    _print_verification(outcome.summary, console)
     written = (
         f"report: {output / 'report.html'}; pictures: {output / 'figures'}; all figures: {output / 'summary.json'}"
     )
@@ -237,10 +239,23 @@ def _run_load_cases(
     if outcome is None:
         return 0
     console.print(tables.load_cases_table(case.name, outcome.rows))
+    for one in outcome.done:
+        _print_verification(one.summary, console, one.summary.get("case", ""))
     written = f"reports of all load cases: {output / 'report.html'}; table: {output / 'load_cases.csv'}"
     console.print(written, soft_wrap=True)
     _complain(comm, outcome.complaints)
     return _exit_code(outcome.complaints)
+
+
+def _print_verification(summary: dict[str, Any], console: Console, load_case: str = "") -> None:
+    """Print table, control point and notes of the seismic verification, where there is one."""
+    if "seismic" not in summary:
+        return
+    record = summary["seismic"]
+    console.print(tables.seismic_table(record, load_case))
+    console.print(f"{verdict(record)}. Control point of N2: {record['control_point']}", soft_wrap=True)
+    for number, text in enumerate(notes(record), 1):
+        console.print(f"({number}) {text}", soft_wrap=True, markup=False)
 
 
 def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from orchestrator import results
 from orchestrator.automatic import macroblocks_of
 from orchestrator.bodies import Bodies, make_bodies
-from orchestrator.case import Case, ModelName, read_wall, refuse_spectrum, refuse_what_only_limit_analysis_takes
+from orchestrator.case import Case, ModelName, read_wall, refuse_seismic, refuse_what_only_limit_analysis_takes
 from orchestrator.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
@@ -69,9 +69,11 @@ def check(case: Case) -> Assemblage:
     return assemblage
 
 
-def examine(case: Case) -> list[str]:
-    """Refuse, of one load case, whatever `limit` and `run` would refuse (CaseError); return what else is to be said."""
-    assemblage = check(case)
+def examine(case: Case, assemblage: Assemblage) -> list[str]:
+    """Refuse, of one load case, whatever `limit` and `run` would refuse (CaseError); return what else is to be said.
+
+    assemblage: of the case, as `check` returns it.
+    """
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
     with naming(case.block_file):
@@ -79,7 +81,7 @@ def examine(case: Case) -> list[str]:
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
     try:
         refuse_what_only_limit_analysis_takes(case)
-        refuse_spectrum(case)
+        refuse_seismic(case)
         refuse_size(case, assemblage.wall)
     except CaseError as error:
         said.append(f"WARNING: check, limit and segment take this case, run does not: {error}")
@@ -161,7 +163,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
-    on_root(comm, refuse_spectrum, case)
+    on_root(comm, refuse_seismic, case)
     segmented = on_root(comm, segment, case)
     on_root(comm, refuse_size, case, segmented.assemblage.wall)
     on_root(comm, _refuse_own_input, case, output)
@@ -191,7 +193,8 @@ def push(
         for model in dict.fromkeys(case.run.models):
             began = perf_counter()
             wall, bodies = segmented.assemblage.wall, _bodies(model, segmented)
-            pushed[model] = push_model(model, case, wall, bodies, output / model, resume, comm, report)
+            expected = segmented.analysis.associative.load_multiplier
+            pushed[model] = push_model(model, case, wall, bodies, output / model, resume, comm, report, expected)
             report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
         outcome = on_root(comm, _finished, case, segmented, pushed, output)
         for model, done in pushed.items():
@@ -220,7 +223,6 @@ def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed],
         segmented.analysis,
         segmented.partition,
         {model: (done.curve, done.capacity) for model, done in pushed.items()},
-        {model: done.system for model, done in pushed.items()},
         [done.summary for done in pushed.values()],
     )
     return Outcome(summary, tuple(complaint for done in pushed.values() for complaint in done.complaints))

@@ -13,6 +13,7 @@ from orchestrator.bodies import glued
 from orchestrator.errors import CaseError, naming
 from orchestrator.joints import JointSettings, blocks_without_support, check_assemblage, find_joints
 from orchestrator.limit_analysis.gravity import falling_blocks, problem_of
+from orchestrator.masonry.closing import Layers
 from orchestrator.masonry.coco import CocoSettings, holds_annotations, read_coco
 from orchestrator.masonry.drawing import (
     Drawing,
@@ -23,7 +24,7 @@ from orchestrator.masonry.drawing import (
     implausible,
     wall_of,
 )
-from orchestrator.masonry.dxf import Layers, read_dxf
+from orchestrator.masonry.dxf import read_dxf
 from orchestrator.masonry.picture import PictureSettings, read_picture
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.rows import read_rows
@@ -55,7 +56,8 @@ class LooseSettings:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Intake:
-    """A wall as read, remarks on how, and the wall before loose stones were left out or glued (None: none were)."""
+    """A wall as read, remarks on how (warnings first), and the wall before loose stones were left out or glued, if any
+    were."""
 
     wall: Wall
     remarks: list[str]
@@ -82,8 +84,10 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
             kept, before, more = _without_loose(wall, loose.loose)
             check_assemblage(find_joints(kept, JointSettings()))
         except CaseError as error:
-            raise _drawn(error, wall, picture) from None
-    return Intake(kept, [*more, *remarks], before)
+            warned = "".join(f"; while reading: {remark}" for remark in remarks if "WARNING" in remark)
+            said = CaseError(error.key, error.problem, error.remedy + warned)
+            raise _drawn(said, wall, picture) from None
+    return Intake(kept, sorted([*more, *remarks], key=lambda remark: "WARNING" not in remark), before)
 
 
 def _drawn(error: CaseError, wall: Wall, picture: Path | None) -> CaseError:

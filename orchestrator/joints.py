@@ -16,7 +16,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from orchestrator.errors import CaseError
-from orchestrator.masonry.geometry import block_thicknesses
+from orchestrator.masonry.geometry import block_thicknesses, rounded_up
 from orchestrator.masonry.healing import VISIBLE
 from orchestrator.masonry.planar_map import OUTSIDE, OverlapError, PlanarMap, planar_map
 from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
@@ -222,12 +222,6 @@ def check_assemblage(assemblage: Assemblage) -> None:
     problem += f"; {len(apart)} of {free} blocks alike" if len(apart) > 1 else ""
     remedy = "move it until it shares a joint, or remove it"
     if 0 < widest < VISIBLE * np.sqrt(outlines[first].area):
-        tolerance = f"{_rounded_up(1e3 * widest):g} mm"
+        tolerance = f"{rounded_up(1e3 * widest):g} mm"
         remedy = f'close such gaps: import the file with --tolerance "{tolerance}", or --mortar "{tolerance}"'
     raise CaseError(f"block {blocks[first].id}", problem, remedy)
-
-
-def _rounded_up(length: float) -> float:
-    """Return a little more than `length`, with one digit."""
-    unit = 10.0 ** np.floor(np.log10(max(1.2 * length, 1e-6)))
-    return float(np.ceil(1.2 * length / unit) * unit)

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
     from orchestrator.pushover.model import ContactModel
     from orchestrator.pushover.nodal_loads import NodalLoads
-    from orchestrator.seismic import EquivalentSystem
 
 logger = logging.getLogger(__name__)
 
@@ -42,7 +41,6 @@ class Pushed:
 
     curve: PushoverCurve
     capacity: Capacity
-    system: EquivalentSystem
     summary: dict[str, Any]
     complaints: tuple[ConvergenceError | ResultError, ...]
 
@@ -56,23 +54,25 @@ def push_model(
     resume: bool,
     comm: MPI.Comm | None,
     report: Report,
+    expected: float,
 ) -> Pushed:
     """Mesh the bodies of one model and push them, on rank 0 or, if they are many, on all ranks.
 
-    Results go into `folder`; with `resume` the pushover goes on after the last increment stored there. Raises CaseError
+    expected: associative load multiplier of limit analysis, the measure of load increments. Results go into `folder`;
+    with `resume` the pushover goes on after the last increment stored there. Raises CaseError
     for what does not fit into the memory, ConvergenceError for a pushover without a curve.
     """
     from orchestrator.pushover.contact_search import find_contacts
     from orchestrator.pushover.nodal_loads import nodal_loads
 
     start_finite_elements()
-    expected = estimate(bodies, case.mesh, case.elastic.element_order)
-    warning = on_root(comm, _room_for, expected, case)
-    said = "; ".join(filter(None, (f"{expected}, {time_in_words(expected)}", warning)))
+    size = estimate(bodies, case.mesh, case.elastic.element_order)
+    warning = on_root(comm, _room_for, size, case)
+    said = "; ".join(filter(None, (f"{size}, {time_in_words(size)}", warning)))
     report(StageDone(f"{model} FE, before it starts", 0.0, said))
     meshes = on_root(comm, _meshed, bodies, case, folder)
     loads = nodal_loads(wall, bodies, meshes, case.load)
-    arguments = (model, case, bodies, meshes, loads, folder, resume)
+    arguments = (model, case, bodies, meshes, loads, folder, resume, expected)
     unknowns = 3 * len(meshes.nodes) + len(find_contacts(bodies, meshes))
     if unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
@@ -107,6 +107,7 @@ def _follow(
     loads: NodalLoads,
     folder: Path,
     resume: bool,
+    expected: float,
     comm: MPI.Comm | None,
     report: Report,
 ) -> Pushed:
@@ -124,7 +125,7 @@ def _follow(
     assembled = perf_counter()
     complaint: ConvergenceError | CollapseError | None = None
     with LinearSystem(contact_model, working) as system:
-        pushover = Pushover(contact_model, system, case.newton, case.stepping)
+        pushover = Pushover(contact_model, system, case.newton, case.stepping, expected)
         try:
             for increment in pushover.increments(last):
                 on_root(comm, store.append, increment)
@@ -134,7 +135,7 @@ def _follow(
         seconds = {"assembly": assembled - began, "factorise": system.seconds}
     seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - system.seconds}
     seconds["total"] = meshes.seconds + perf_counter() - began
-    return on_root(comm, _folded, model, case, bodies, contact_model, store, complaint, working.size, seconds)
+    return on_root(comm, _folded, model, case, bodies, contact_model, store, complaint, expected, working.size, seconds)
 
 
 def _progress(model: str, increment: Increment, case: Case, weight: float, seconds: float) -> IncrementDone:
@@ -191,13 +192,14 @@ def _folded(
     contact_model: ContactModel,
     store: results.StateStore,
     complaint: ConvergenceError | CollapseError | None,
+    expected: float,
     ranks: int,
     seconds: dict[str, float],
 ) -> Pushed:
     """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
     from orchestrator import report as reporting
+    from orchestrator.pushover.overlap import largest_overlap
     from orchestrator.pushover.stepping import end_of_curve
-    from orchestrator.verification import elastic_step, equivalent_system_of
 
     last = store.last()
     if isinstance(complaint, ConvergenceError):
@@ -206,16 +208,18 @@ def _folded(
         raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
     stopped = str(complaint or end_of_curve(last, case.stepping))
     curve = PushoverCurve.from_increments(store.increments(), stopped)
-    effort = results.effort_of(store.increments())
-    capacity = find_capacity(curve, contact_model.horizontal_load)
+    effort = results.effort_of(store.increments(), contact_model.body_names, contact_model.body_mass)
+    capacity = find_capacity(curve)
     failures = [complaint] if isinstance(complaint, ConvergenceError) else []
-    invalid = _check(model, curve, effort, contact_model.horizontal_load)
+    large = case.stepping.large_displacement
+    overlap = largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen) if large else (0.0, 0.0)
+    highest = None if large else expected * contact_model.horizontal_load
+    invalid = _check(model, curve, overlap[1], effort.energy_error, highest, failures)
     reporting.write_pushover(store, model, bodies, contact_model, curve, invalid is None)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     return Pushed(
         curve=curve,
         capacity=capacity,
-        system=equivalent_system_of(contact_model, store.read(int(curve.step[0])), store.read(elastic_step(curve))),
         summary=results.pushover_summary(
             model,
             contact_model.meshes,
@@ -223,7 +227,8 @@ def _folded(
             effort,
             capacity,
             stopped,
-            large_displacement=case.stepping.large_displacement,
+            overlap=overlap,
+            large_displacement=large,
             ranks=ranks,
             seconds=seconds,
             peak_memory=1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
@@ -243,11 +248,21 @@ def _located(model: str, error: ConvergenceError, last: Increment | None) -> Con
     return ConvergenceError(f"{model} FE", f"stopped {place}: {error}", error.iterations)
 
 
-def _check(model: str, curve: PushoverCurve, effort: results.Effort, weight: float) -> ResultError | None:
+def _check(
+    model: str,
+    curve: PushoverCurve,
+    overlap: float,
+    energy_error: float,
+    highest: float | None,
+    failures: list[ConvergenceError],
+) -> ResultError | None:
+    """Return why a curve is not valid: what `check` finds, or that it broke off."""
     from orchestrator.pushover.checks import check as check_curve
 
     try:
-        check_curve(curve, effort.max_penetration, effort.energy_error, weight)
+        check_curve(curve, overlap, energy_error, highest)
+        if failures:
+            raise ResultError("end of the curve", f"it broke off: {failures[0].where}")
     except ResultError as error:
         return ResultError(f"{model} FE", f"{error.check}: {error.detail}")
     return None

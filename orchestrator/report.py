@@ -7,19 +7,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from orchestrator import page, plots, results
-from orchestrator.bodies import Bodies
+from orchestrator.bodies import Bodies, make_bodies
 from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, as_toml
+from orchestrator.errors import naming
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
-from orchestrator.macroblocks import Partition
+from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import PushoverCurve
-from orchestrator.seismic import EquivalentSystem
-from orchestrator.verification import verify
+from orchestrator.seismic import Pushover, verify
 
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
+
+CONTROL_COLUMNS = ("control_displacement_m", "base_shear_N")
 
 
 def write_segmentation(
@@ -94,7 +96,8 @@ def draw_moments(
     valid: bool,
 ) -> None:
     """Draw the deformed wall at the end of the curve and at its peak; stamped where the curve is not valid."""
-    moments = {"end": curve.step[-1], "peak": curve.step[curve.base_shear_N.argmax()]}
+    static = curve.static
+    moments = {"end": curve.step[-1], "peak": static.step[static.base_shear_N.argmax()]}
     for moment, number in moments.items():
         increment, title = store.read(int(number)), f"{name} FE at its {moment}"
         contacts = (places.point, places.slave_body, places.master_body)
@@ -111,18 +114,56 @@ def write_summary(
     analysis: LimitAnalysis,
     partition: Partition,
     curves: Mapping[str, tuple[PushoverCurve, Capacity]],
-    systems: Mapping[str, EquivalentSystem],
     pushovers: list[dict[str, Any]],
 ) -> dict[str, Any]:
     """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
     draw_curves(output / "figures", case.name, analysis, partition, curves, results.reasons(pushovers))
     summary = results.summary(case.name, assemblage, analysis, partition, pushovers)
-    to_verify = {model: (curve, systems[model]) for model, (curve, _) in curves.items()}
-    verified = verify(case.seismic, assemblage, analysis, to_verify)
-    summary |= {"seismic": verified} if verified else {}
+    summary |= write_verification(output, case, assemblage, analysis, partition, curves, pushovers)
     results.write_summary(output, summary)
     page.write(output)
     return summary
+
+
+def write_verification(
+    output: Path,
+    case: Case,
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    partition: Partition,
+    curves: Mapping[str, tuple[PushoverCurve, Capacity]],
+    pushovers: Sequence[dict[str, Any]],
+) -> dict[str, Any]:
+    """Verify a run from what it has stored, draw it, and write the curves of the control point; return its part of the
+    summary, {} where no verification is asked for. Raises CaseError."""
+    entries = {entry["model"]: entry for entry in pushovers}
+    models = []
+    for name, (curve, capacity) in curves.items():
+        store, meshes, contacts = results.read_geometry(output / name)
+        bodies = make_bodies(assemblage, partition if name == "macro" else one_body_per_block(assemblage))
+        refused = _refused(entries[name], capacity, curve.stopped_because)
+        tolerance = case.contact.slip_tolerance
+        models.append(Pushover(name, bodies, meshes, contacts.interface, tolerance, curve, store.read, refused))
+    with naming(case.file):
+        found = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, models)
+    if found is None:
+        return {}
+    record, observed = found
+    drawn = {name: (seen.displacement, curves[name][0].base_shear_N) for name, seen in observed.items()}
+    for name, columns in drawn.items():
+        results.write_csv(output / name / "control_point.csv", CONTROL_COLUMNS, list(zip(*columns, strict=True)))
+    plots.save(plots.verification(record, drawn), output / "figures", "verification")
+    return {"seismic": record}
+
+
+def _refused(entry: dict[str, Any], capacity: Capacity, stopped: str) -> str:
+    """Return why a curve may not be verified, or ""."""
+    if not entry["valid"]:
+        return f"the curve is not valid: {entry['not_valid_because']}"
+    if not capacity.peak_reached:
+        carried = f"the wall carries at least {capacity.peak_base_shear / 1e3:.4g} kN"
+        return f"the curve ends before its peak ({carried}; {stopped}): follow it further"
+    return ""
 
 
 def draw_curves(
@@ -149,7 +190,7 @@ def draw_curves(
 
 
 def rebuild(run: Path) -> Path:
-    """Draw all pictures of a finished run again and write its report.html, from stored results alone.
+    """Draw all pictures of a finished run again, verify it again and write its report.html, from stored results alone.
 
     Raises CaseError for a folder that holds no finished run.
     """
@@ -162,8 +203,10 @@ def rebuild(run: Path) -> Path:
         draw_moments(
             model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve, model.summary["valid"]
         )
-    load = stored.analysis.horizontal_load
-    capacities = {model.name: (model.curve, find_capacity(model.curve, load)) for model in stored.models}
+    capacities = {model.name: (model.curve, find_capacity(model.curve)) for model in stored.models}
     reasons = results.reasons([model.summary for model in stored.models])
     draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons)
+    rest = {key: value for key, value in stored.summary.items() if key != "seismic"}
+    found = (stored.case, stored.assemblage, stored.analysis, stored.partition, capacities, rest["pushover"])
+    results.write_summary(run, rest | write_verification(run, *found))
     return page.write(run)

@@ -13,6 +13,7 @@ from rich.table import Table
 from orchestrator.bodies import Bodies
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
+from orchestrator.seismic.record import in_its_unit, notes, numbers, ratio
 
 
 def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
@@ -119,29 +120,22 @@ def run_table(summary: dict[str, Any]) -> Table:
     return table
 
 
-def seismic_table(record: dict[str, Any]) -> Table:
-    """Return the seismic verification: demand, capacity, capacity in terms of ag and safety ratio of each approach."""
-    ground = record["spectrum"]["ag_m_per_s2"]
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"Seismic verification, ag {ground:.3g} m/s2")
-    for column in ("", "demand", "capacity", "capacity ag\nm/s2", "safety\nratio"):
+def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
+    """Return the seismic verification: one row per check; the numbers behind ratios are those of its notes."""
+    title = f"Seismic verification{', ' * bool(load_case)}{escape(load_case)}"
+    table = Table(box=SIMPLE_HEAD, padding=0, title=title)
+    for column in ("", "limit\nstate", "ag\nm/s2", "demand", "capacity", "ratio\n(e* = 1)", "notes"):
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    for row in record["pushover"]:
-        name = f"N2, {row['model']} FE"
-        if "safety_ratio" not in row:
-            table.add_row(name, "none")
+    listed = notes(record)
+    for row in record["checks"]:
+        said = numbers(row, listed)
+        if "refused" in row:
+            table.add_row(row["approach"], row["limit_state"], "", "not", "verified", "", said)
             continue
-        lengths = (f"{1e3 * row['demand_m']:.3g} mm", f"{1e3 * row['capacity_m']:.3g} mm")
-        table.add_row(name, *lengths, f"{row['capacity_ag_m_per_s2']:.3f}", f"{row['safety_ratio']:.2f}")
-    kinematic, linear, turning = record["kinematic"], record["kinematic"]["linear"], record["kinematic"]["nonlinear"]
-    table.add_row(
-        "kinematic, linear", f"{linear['demand_m_per_s2']:.3g} m/s2", f"{kinematic['a0_star_m_per_s2']:.3g} m/s2",
-        f"{linear['capacity_ag_m_per_s2']:.3f}", f"{linear['safety_ratio']:.2f}",
-    )  # fmt: skip
-    if turning:
+        demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
         table.add_row(
-            "kinematic, non-linear", f"{1e3 * turning['demand_m']:.3g} mm", f"{1e3 * turning['du_star_m']:.3g} mm",
-            f"{turning['capacity_ag_m_per_s2']:.3f}", f"{turning['safety_ratio']:.2f}",
-        )  # fmt: skip
+            row["approach"], row["limit_state"], f"{row['ag_m_per_s2']:.4g}", demand, capacity, ratio(row), said
+        )
     return table
 
 

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 
 FACTORS = {
-    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3},
+    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048},
     "s": {"s": 1.0, "ms": 1e-3, "min": 60.0},
     "1/s": {"1/s": 1.0},
     "m/s2": {"m/s2": 1.0, "g": 9.81},

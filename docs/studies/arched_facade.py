@@ -69,7 +69,7 @@ def studied(name: str) -> dict[str, Any]:
             write_wall(import_wall(drawn, options), Path(folder) / "wall.json")
             read = cases.read(Path(folder) / "wall.json")
             case = replace(read, elastic=case.elastic, load=case.load)
-        said = driver.examine(case)
+        said = driver.examine(case, driver.check(case))
         reading = process_time() - began
         segmented = driver.segment(case)
     analysis, partition = segmented.analysis, segmented.partition

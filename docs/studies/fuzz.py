@@ -18,8 +18,9 @@ with atheris.instrument_imports(
     include=["orchestrator.masonry", "orchestrator.case", "orchestrator.sections", "ezdxf", "tomllib"]
 ):
     from orchestrator import case as cases
+    from orchestrator.masonry.closing import Layers
     from orchestrator.masonry.drawing import HealingSettings, Material, wall_of
-    from orchestrator.masonry.dxf import Layers, read_dxf
+    from orchestrator.masonry.dxf import read_dxf
     from orchestrator.masonry.readers import read_blocks
 
 from orchestrator.errors import CaseError

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,11 +18,11 @@ import shapely
 from annotated_types import Ge, Gt
 from scipy import ndimage
 
-from orchestrator.errors import CaseError
+from orchestrator.errors import CaseError, naming
+from orchestrator.masonry.closing import Layers, is_chosen
 from orchestrator.masonry.drawing import LARGEST_COUNT, Drawing
-from orchestrator.masonry.dxf import Layers
 from orchestrator.masonry.outlines import outlines
-from orchestrator.masonry.picture import drawing_of_numbers, lower_left
+from orchestrator.masonry.picture import drawing_of_numbers, lower_left, upright
 from orchestrator.masonry.pixels import LARGEST_PICTURE
 from orchestrator.masonry.readers import json_in, refuse_what_is_no_file
 from orchestrator.masonry.segmentation import large_patches
@@ -74,11 +73,9 @@ def read_coco(path: Path, layers: Layers, settings: CocoSettings) -> Drawing:
 
     layers: names of categories. Raises CaseError naming file and remedy.
     """
-    try:
+    with naming(path):
         shapes, remarks = _shapes(_record(path))
         return _drawing(shapes, remarks, layers, settings)
-    except CaseError as error:
-        raise error.in_file(str(path)) from None
 
 
 def _record(path: Path) -> dict[str, Any]:
@@ -194,11 +191,11 @@ def _drawing(shapes: list[Shape], remarks: list[str], layers: Layers, settings: 
         polygons, said = _polygons(stones, smallest)
         corners = np.vstack([outline for _, outline in polygons])
         low = np.array([corners[:, 0].min(), corners[:, 1].max()])
-        outlined = [(outline - low) * settings.scale * [1.0, -1.0] for _, outline in polygons]
+        outlined = [upright(outline, low, settings.scale) for _, outline in polygons]
         category = [name for name, _ in polygons]
         said = [f"{len(outlined)} stones found", *said]
     rest = {
-        role: tuple((outline - low) * settings.scale * [1.0, -1.0] for _, outline in _polygons(on[role], smallest)[0])
+        role: tuple(upright(outline, low, settings.scale) for _, outline in _polygons(on[role], smallest)[0])
         for role in ("supports", "openings")
         if on[role]
     }
@@ -211,7 +208,9 @@ def _by_role(shapes: list[Shape], layers: Layers) -> tuple[dict[str, list[Shape]
     """Return the shapes by role; where no category has the blocks' usual name, all others are blocks."""
     on: dict[str, list[Shape]] = {"openings": [], "supports": [], "blocks": [], "": []}
     for shape in shapes:
-        roles = (role for role in ("openings", "supports", "blocks") if _matches(shape.category, getattr(layers, role)))
+        roles = (
+            role for role in ("openings", "supports", "blocks") if is_chosen(shape.category, getattr(layers, role))
+        )
         on[next(roles, "")].append(shape)
     if layers.blocks == Layers().blocks and not on["blocks"]:
         on["blocks"], on[""] = on[""], []
@@ -220,10 +219,6 @@ def _by_role(shapes: list[Shape], layers: Layers) -> tuple[dict[str, list[Shape]
         raise CaseError("blocks", f"no annotation has a category {layers.blocks!r}", f"categories here: {names}")
     names = ", ".join(sorted({shape.category for shape in on[""]})[:20])
     return on, [f"{len(on[''])} annotations of other categories left out: {names}"] if on[""] else []
-
-
-def _matches(name: str, patterns: str) -> bool:
-    return any(fnmatchcase(name.lower(), pattern.strip()) for pattern in patterns.lower().split(","))
 
 
 def _polygons(shapes: list[Shape], smallest: float) -> tuple[list[tuple[str, FloatArray]], list[str]]:

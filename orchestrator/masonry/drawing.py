@@ -13,8 +13,9 @@ import shapely
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.errors import CaseError
+from orchestrator.masonry.copies import without_copies
 from orchestrator.masonry.healing import Gap, closed_gaps, heal, open_gaps
-from orchestrator.masonry.planar_map import OverlapError
+from orchestrator.masonry.planar_map import OverlapError, PlanarMap
 from orchestrator.masonry.wall import (
     Block,
     FloatArray,
@@ -29,6 +30,10 @@ from orchestrator.units import Unit
 
 LARGEST_COUNT = 100_000
 """blocks of one drawing"""
+NOT_SEEN = 1e-6
+"""m: what is nearer was drawn in one place"""
+LARGEST_TOLERANCE = 0.05
+"""m"""
 FAR = 1e4
 """m from the origin beyond which a drawing is moved to it: rounding grows with the coordinates"""
 SLIVER = 150.0
@@ -59,7 +64,7 @@ class Material:
 class HealingSettings:
     """How far a drawing may be wrong, and the support it may lack."""
 
-    tolerance: Annotated[float, Unit("m"), Gt(0), Le(0.05)] = 1e-3
+    tolerance: Annotated[float, Unit("m"), Gt(0), Le(LARGEST_TOLERANCE)] = 1e-3
     """largest gap or overlap that is closed; also how near two ends of lines must be to meet"""
     ground: Annotated[float, Unit("m"), Gt(0)] | None = None
     """puts a support under the wall that reaches this far beyond it on both sides; none: supports are drawn"""
@@ -97,6 +102,7 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
     CaseError for a drawing without blocks or supports and for blocks that overlap by more than the tolerance.
     """
     _refuse_sizes(drawing)
+    drawing, copies = _drawn_once(drawing, settings.tolerance)
     kept, left_out = _outside_openings(drawing)
     stones = [drawing.stones[k] for k in kept]
     supports = list(drawing.supports)
@@ -116,7 +122,7 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
     wall, said = closed(
         Wall(name, blocks, material.thickness, material.friction), settings, drawing.error, drawing.curved
     )
-    return wall, [*said, *drawing.remarks, *left_out, *moved, *implausible(wall)]
+    return wall, [*said, *drawing.remarks, *copies, *left_out, *moved, *implausible(wall)]
 
 
 def closed(
@@ -136,7 +142,7 @@ def closed(
             mortar = {(blocks[gap.i].id, blocks[gap.j].id): gap.width for gap in gaps if gap.width > 0}
             mortar = {(known.i, known.j): known.thickness for known in drawn.mortar} | mortar
             wall = replace(wall, mortar=tuple(Mortar(i, j, width) for (i, j), width in sorted(mortar.items())))
-        check_wall(wall)
+        _refuse_what_healing_spoilt(wall, within)
     except OverlapError as error:
         one, other = (drawn.blocks[k].id for k in error.blocks)
         key = f"blocks {one} and {other} at ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
@@ -145,10 +151,30 @@ def closed(
     except CaseError as error:
         located = _located(error, drawn)
         raise RefusedWallError(located.key, located.problem, located.remedy, drawn) from None
-    said = [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall)]
+    return wall, [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall), *_said_changes(joined)]
+
+
+def _refuse_what_healing_spoilt(wall: Wall, within: float) -> None:
+    """Raise CaseError for a healed wall that is none, though it was one as drawn."""
+    try:
+        check_wall(wall)
+    except CaseError as error:
+        problem = f"{error.problem} where gaps and overlaps up to {_millimetres(within)} are closed"
+        raise CaseError(error.key, problem, "correct the corners there, or try another --tolerance") from None
+
+
+def _said_changes(joined: PlanarMap) -> list[str]:
+    """Return what else became of the outlines: tips cut back, edges that became points, joints taken straight."""
+    said = []
+    if joined.tips:
+        many = f"{len(joined.tips)} acute tips that overlap" if len(joined.tips) > 1 else "1 acute tip that overlaps"
+        said.append(f"WARNING: {many} cut back by up to {_millimetres(max(joined.tips))}, more than the tolerance")
+    if joined.collapsed:
+        many = f"{len(joined.collapsed)} short edges" if len(joined.collapsed) > 1 else "1 short edge"
+        said.append(f"{many} of stones taken for points, up to {_millimetres(max(joined.collapsed))} long")
     if joined.straightened:
         said.append(f"joints that bend taken straight, by up to {_millimetres(joined.straightened)}")
-    return wall, said
+    return said
 
 
 def _located(error: CaseError, wall: Wall) -> CaseError:
@@ -162,7 +188,8 @@ def _located(error: CaseError, wall: Wall) -> CaseError:
 
 def _refuse_sizes(drawing: Drawing) -> None:
     if not drawing.stones:
-        raise CaseError("blocks", "the drawing has none", "draw every block as a closed outline")
+        said = "".join(f" ({remark})" for remark in drawing.remarks if "WARNING" in remark).replace("WARNING: ", "")
+        raise CaseError("blocks", f"the drawing has none{said}", "draw every block as a closed outline")
     if len(drawing.stones) + len(drawing.supports) + len(drawing.openings) > LARGEST_COUNT:
         raise CaseError("blocks", f"more than {LARGEST_COUNT}", "import the wall in parts")
     for outline in (*drawing.stones, *drawing.supports, *drawing.openings):
@@ -173,6 +200,23 @@ def _refuse_sizes(drawing: Drawing) -> None:
             raise CaseError(
                 f"outline at ({x:g}, {y:g}) m", "crosses or touches itself, or has no area", "draw its corners in order"
             )
+
+
+def _drawn_once(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]:
+    """Return the drawing without outlines that are copies of others within the tolerance (m), and remarks."""
+    kept, said = {}, []
+    for role, outlines in (("blocks", drawing.stones), ("supports", drawing.supports)):
+        kept[role], copies = without_copies(outlines, tolerance)
+        if copies:
+            x, y = outlines[copies[0][0]].mean(axis=0)
+            apart = max(distance for _, distance in copies)
+            off = f", up to {_millimetres(apart)} apart" if apart > NOT_SEEN else ""
+            outlined = "outlines" if len(copies) > 1 else "outline"
+            said.append(f"{role}: {len(copies)} {outlined} drawn twice{off}, kept once; at ({x:.4g}, {y:.4g}) m")
+    stones = tuple(drawing.stones[k] for k in kept["blocks"])
+    materials = tuple(drawing.materials[k] for k in kept["blocks"]) if drawing.materials else ()
+    supports = tuple(drawing.supports[k] for k in kept["supports"])
+    return replace(drawing, stones=stones, materials=materials, supports=supports), said
 
 
 def _outside_openings(drawing: Drawing) -> tuple[list[int], list[str]]:
@@ -226,16 +270,15 @@ def implausible(wall: Wall) -> list[str]:
         f"WARNING: block {block.id} is {ratio:.0f} times as long as wide: it may fall out of the wall, which ends "
         "the curve; if it is an error of the drawing, unite it with its neighbour"
         for block in wall.blocks
-        if not block.fixed and (ratio := _slenderness(block)) > SLIVER
+        if not block.fixed and (ratio := slenderness(shapely.Polygon(block.polygon))) > SLIVER
     ]
     if not PLAUSIBLE[0] <= size <= PLAUSIBLE[1]:
         warnings.append(f"WARNING: the wall measures {size:.3g} m: is the unit right?")
     return warnings
 
 
-def _slenderness(block: Block) -> float:
-    """Return length over width of the rectangle that has the block's area and perimeter, plus 2."""
-    outline = shapely.Polygon(block.polygon)
+def slenderness(outline: shapely.Polygon) -> float:
+    """Return length over width of the rectangle that has the outline's area and perimeter, plus 2."""
     return float((0.5 * outline.length) ** 2 / outline.area)
 
 

@@ -75,3 +75,9 @@ def block_thicknesses(wall: Wall) -> FloatArray:
 def block_weights(wall: Wall) -> FloatArray:
     """Weights (n,) in N, supports included."""
     return block_areas(wall) * block_thicknesses(wall) * np.array([block.unit_weight for block in wall.blocks])
+
+
+def rounded_up(length: float) -> float:
+    """Return a little more than `length` (mm), with one digit: a tolerance that somebody may try."""
+    unit = 10.0 ** np.floor(np.log10(max(1.2 * length, 1e-6)))
+    return float(np.ceil(1.2 * length / unit) * unit)

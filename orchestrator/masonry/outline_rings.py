@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from orchestrator.masonry.ring_geometry import area_of, foot_on, kept_of_chain, rows_between
 from orchestrator.masonry.wall import FloatArray, IntArray
 
 ROUNDING = 1e-9
@@ -216,25 +217,18 @@ class Rings:
     def _is_run(self, rows: set[int]) -> bool:
         """Return whether the rows of one block, and what little lies between them, may be one corner of the block."""
         ring = self._ring(min(rows))
-        between, last = self._between(ring, sorted(rows))
-        kept = [row for row in ring.tolist() if row == last or (row not in rows and row not in between)]
-        points = self.point[self.vertex[kept]]
-        return len(kept) >= 3 and _area(points) > KEPT * _area(self.point[self.vertex[ring]])
+        points = self.point[self.vertex[ring.start : ring.stop]].tolist()
+        between, last = rows_between(ring, points, sorted(rows))
+        kept = [
+            point
+            for row, point in zip(ring, points, strict=True)
+            if row == last or (row not in rows and row not in between)
+        ]
+        return len(kept) >= 3 and area_of(kept) > KEPT * area_of(points)
 
-    def _ring(self, row: int) -> IntArray:
+    def _ring(self, row: int) -> range:
         """Return all rows of the block that has this row."""
-        return np.arange(*np.searchsorted(self.block, [self.block[row], self.block[row] + 1]))
-
-    def _between(self, ring: IntArray, rows: list[int]) -> tuple[set[int], int]:
-        """Return the rows of a ring that lie between `rows`, but for those on the longest way from one to the next; and
-        the row where that way begins."""
-        points = self.point[self.vertex[ring]]
-        walked = np.append(0.0, np.cumsum(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)))
-        place = [row - int(ring[0]) for row in rows]
-        longest = int(np.argmax(np.diff(walked[place], append=walked[place[0]] + walked[-1])))
-        begin, end = place[(longest + 1) % len(place)], place[longest]
-        inner = range(begin, end + 1) if begin <= end else [*range(begin, len(ring)), *range(end + 1)]
-        return {int(ring[k]) for k in inner} - {*rows}, rows[longest]
+        return range(*np.searchsorted(self.block, [self.block[row], self.block[row] + 1]).tolist())
 
     def join_edges(self, within: float) -> list[float]:
         """Give edges the vertices that lie beside them; return the distances that were joined."""
@@ -267,7 +261,8 @@ class Rings:
             group += [int(order[k])] if group else [int(order[k - 1]), int(order[k])]
         for rows in groups.values():
             ring = self._ring(rows[0])
-            between, last = self._between(ring, sorted(rows))
+            points = self.point[self.vertex[ring.start : ring.stop]].tolist()
+            between, last = rows_between(ring, points, sorted(rows))
             drop[[row for row in (*between, *rows) if row != last]] = True  # the last of them keeps its edge
         self._drop(drop)
 
@@ -301,7 +296,7 @@ class Rings:
         weight = np.minimum(length, length[twin])
         matrix, right, total = np.zeros((size, 2, 2)), np.zeros((size, 2)), np.zeros(size)
         for vertex in (self.vertex, self.vertex[self.following]):
-            feet = [_foot(self.point[vertex], self.line_start[self.line[r]], unit[r]) for r in (rows, twin)]
+            feet = [foot_on(self.point[vertex], self.line_start[self.line[r]], unit[r]) for r in (rows, twin)]
             offset = np.sum(normal * (0.5 * (feet[0] + feet[1]) - self.point[vertex]), axis=1)
             np.add.at(matrix, vertex, weight[:, None, None] * normal[:, :, None] * normal[:, None, :])
             np.add.at(right, vertex, (weight * offset)[:, None] * normal)
@@ -310,11 +305,23 @@ class Rings:
         step = np.linalg.solve(matrix, right[..., None])[..., 0]
         far = np.linalg.norm(step, axis=1)
         step *= np.minimum(1.0, REACH * self.spread / np.maximum(far, 1e-300))[:, None]
-        self.point = self.point + np.where((self.spread > self.rounding)[:, None], step, 0.0)
+        self.point = self.point + self._without_folds(np.where((self.spread > self.rounding)[:, None], step, 0.0))
 
-    def collapse(self, error: float, short: float) -> None:
+    def _without_folds(self, step: FloatArray) -> FloatArray:
+        """Return the steps (v, 2) of vertices, halved until no edge runs the other way round: lines that are nearly
+        parallel meet far off, beyond the next vertex."""
+        there = self.vertex[self.following]
+        before = self.point[there] - self.point[self.vertex]
+        while True:
+            folded = np.sum(before * (before + step[there] - step[self.vertex]), axis=1) < 0
+            if not folded.any():
+                return step
+            step = step.copy()
+            step[np.union1d(self.vertex[folded], there[folded])] *= 0.5
+
+    def collapse(self, error: float, short: float) -> list[float]:
         """Take short edges for points, the shortest first: those below `error` (m), over which outlines were joined,
-        and those between two blocks below `short` of the size of one of them."""
+        and those between two blocks below `short` of the size of one of them. Return their lengths (m)."""
         there = self.vertex[self.following]
         length = np.linalg.norm(self.point[there] - self.point[self.vertex], axis=1)
         begin = np.flatnonzero(np.diff(self.block, prepend=-1))
@@ -328,7 +335,9 @@ class Rings:
         pairs, index = np.unique(np.column_stack([p, q]), axis=0, return_index=True)
         length = length[rows[index]]
         order = np.lexsort((*pairs.T, length))
-        self._unite((*pair, apart) for pair, apart in zip(pairs[order].tolist(), length[order].tolist(), strict=True))
+        return self._unite(
+            (*pair, apart) for pair, apart in zip(pairs[order].tolist(), length[order].tolist(), strict=True)
+        )
 
     def measure(self) -> None:
         """Note for each row what lay between its drawn edge and the one beyond, m, at the middle of both."""
@@ -336,7 +345,7 @@ class Rings:
         middle = 0.5 * (self.point[self.vertex] + self.point[self.vertex[self.following]])
         along = self.line_end[self.line] - self.line_start[self.line]
         unit = along / np.linalg.norm(along, axis=1)[:, None]
-        foot = _foot(middle, self.line_start[self.line], unit)
+        foot = foot_on(middle, self.line_start[self.line], unit)
         outward = np.column_stack([unit[:, 1], -unit[:, 0]])
         width = np.sum(outward * (foot[twin] - foot), axis=1)
         self.width = np.where((twin >= 0) & (np.abs(width) > self.rounding), width, 0.0)
@@ -362,7 +371,7 @@ class Rings:
                 if end - begin > 1 and not second[rows[begin]]:
                     chain = self.vertex[np.append(rows[begin:end], rows[end % len(rows)])]
                     most = max(within, tolerance) if is_open[rows[begin]] else np.inf
-                    kept = _kept(self.point[chain], within, bend, most)
+                    kept = kept_of_chain(self.point[chain], within, bend, most)
                     drop[chain[~kept]] = True
                     if not is_open[rows[begin]] and not kept.all():
                         straight = shapely.LineString(self.point[chain[kept]])
@@ -373,8 +382,10 @@ class Rings:
             spoilt = False
             for ring in (np.arange(a, b) for a, b in pairwise(begins)):
                 gone = drop[self.vertex[ring]]
-                rest = self.point[self.vertex[ring[~gone]]]
-                if gone.any() and (len(rest) < 3 or _area(rest) < KEPT * _area(self.point[self.vertex[ring]])):
+                if not gone.any():
+                    continue
+                points, rest = (self.point[self.vertex[rows]].tolist() for rows in (ring, ring[~gone]))
+                if len(rest) < 3 or area_of(rest) < KEPT * area_of(points):
                     drop[self.vertex[ring]] = False
                     spoilt = True
         self._drop(drop[self.vertex])
@@ -386,32 +397,3 @@ def _root(to: IntArray, vertex: int) -> int:
         to[vertex] = to[to[vertex]]
         vertex = int(to[vertex])
     return vertex
-
-
-def _foot(point: FloatArray, start: FloatArray, unit: FloatArray) -> FloatArray:
-    """Return the points (r, 2) at right angles on lines through `start` (r, 2) along `unit` (r, 2)."""
-    return start + np.sum((point - start) * unit, axis=1)[:, None] * unit
-
-
-def _area(ring: FloatArray) -> float:
-    x, y = (ring - ring[0]).T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-
-
-def _kept(chain: FloatArray, within: float, bend: float, most: float) -> npt.NDArray[np.bool_]:
-    """Return which points of a chain (p, 2) Douglas and Peucker's rule keeps: those farther from the line between two
-    kept ones than `within` (m) and than `bend` of its length, or than `most` (m). A closed chain keeps three."""
-    keep = np.zeros(len(chain), bool)
-    keep[[0, -1]] = True
-    stack = [(0, len(chain) - 1)]
-    while stack:
-        a, b = stack.pop()
-        if b - a < 2:
-            continue
-        line = chain[b] - chain[a]
-        off = shapely.distance(shapely.points(chain[a + 1 : b]), shapely.LineString(chain[[a, b]]))
-        if off.max() > min(max(within, bend * float(np.hypot(*line))), most):
-            middle = a + 1 + int(off.argmax())
-            keep[middle] = True
-            stack += [(a, middle), (middle, b)]
-    return keep

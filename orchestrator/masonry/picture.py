@@ -16,13 +16,13 @@ import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 from scipy import ndimage
 
-from orchestrator.errors import CaseError
+from orchestrator.errors import CaseError, naming
 from orchestrator.masonry.colours import NEAR, are_labels, stones_by_colour
 from orchestrator.masonry.drawing import LARGEST_COUNT, Drawing
 from orchestrator.masonry.outlines import outlines
 from orchestrator.masonry.pixels import Pixels, read_pixels
 from orchestrator.masonry.segmentation import cracked, large_patches, run_together, split
-from orchestrator.masonry.wall import IntArray
+from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.units import Unit
 
 THRESHOLD = 128
@@ -65,10 +65,8 @@ def read_picture(path: Path, settings: PictureSettings) -> Drawing:
 
     Raises CaseError naming file and remedy.
     """
-    try:
+    with naming(path):
         return drawing_of(read_pixels(path), settings)
-    except CaseError as error:
-        raise error.in_file(str(path)) from None
 
 
 def drawing_of(pixels: Pixels, settings: PictureSettings) -> Drawing:
@@ -111,15 +109,20 @@ def drawing_of_numbers(number: IntArray, scale: float, mortar: float) -> tuple[D
     closed = grown(number, mortar / scale)
     stones, corners, holes = outlines(closed)
     low = lower_left(number)
-    turned = tuple((outline - low) * scale * [1.0, -1.0] for outline in corners)
+    turned = tuple(upright(outline, low, scale) for outline in corners)
     remarks = [f"{len(stones)} stones found", f"pixels of {1e3 * scale:.4g} mm: outlines are no better than that"]
     remarks += [f"WARNING: {holes.sum()} holes in stones filled"] if holes.any() else []
     cracks = cracked(number, closed, int(np.ceil(mortar / scale)))
     if len(cracks):
-        x, y = (cracks[0] - low) * scale * [1.0, -1.0]
+        x, y = upright(cracks[0], low, scale)
         what = f"{len(cracks)} stone{'s' * (len(cracks) > 1)} with void inside, as of a joint that is missing in part"
         remarks.append(f"WARNING: {what}, the first at ({x:.4g}, {y:.4g}) m: paint the joint, or use a finer picture")
     return Drawing(turned, remarks=tuple(remarks)), stones
+
+
+def upright(points: npt.ArrayLike, low: npt.ArrayLike, scale: float) -> FloatArray:
+    """Return points (..., 2) in pixels, rows downwards, in m, y upwards; `low` (2,) becomes (0, 0)."""
+    return (np.asarray(points, float) - np.asarray(low, float)) * scale * [1.0, -1.0]
 
 
 def lower_left(number: IntArray) -> IntArray:
@@ -188,7 +191,7 @@ def _said_together(number: IntArray, settings: PictureSettings) -> list[str]:
     found = run_together(number, settings.smallest_patch)
     if found is None:
         return said
-    x, y = (found.largest - lower_left(number)) * settings.scale * [1.0, -1.0]
+    x, y = upright(found.largest, lower_left(number), settings.scale)
     patches, again = ("1 patch looks", "") if found.patches == 1 else (f"{found.patches} patches look", "the largest ")
     missing = f"joints are missing over up to {2 * found.reach} pixels there"
     remedy = f"use a finer picture, or --split {found.reach}"

@@ -14,7 +14,7 @@ between the drawn edges meet. Where nothing had to be joined over a distance, no
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -38,8 +38,9 @@ class PlanarMap:
     beyond, of a larger number, or OUTSIDE. width (e,) in m: what lay between both blocks as drawn, negative for an
     overlap, 0 where they touched. The outline of block b is ring_edge[first[b]:first[b + 1]], from its first corner;
     ring_forward tells whether b is the edge's left block.
-    error: largest distance in m over which anything was joined; straightened: by how much (m) the straight edge between
-    two blocks is off what was drawn there.
+    error: largest distance in m over which anything was joined; tips: distances (m) beyond the tolerance over which the
+    ends of acute tips that overlap were joined; collapsed: lengths (m) of short edges that became points; straightened:
+    by how much (m) the straight edge between two blocks is off what was drawn there.
     """
 
     vertex: FloatArray
@@ -53,6 +54,8 @@ class PlanarMap:
     first: IntArray
     error: float
     straightened: float
+    tips: tuple[float, ...] = ()
+    collapsed: tuple[float, ...] = ()
 
     def ring(self, block: int) -> IntArray:
         """Return the vertices of the outline of `block`, counter-clockwise from its first corner."""
@@ -81,6 +84,7 @@ def planar_map(
     rings = Rings(outlines)
     tolerance += rings.rounding  # a gap as wide as the tolerance is closed, whatever its last digit
     error, reached = known_error, 0.0
+    tips, collapsed = list[float](), list[float]()
     while True:
         while len(open_ := rings.distances(tolerance, reached)):
             reached = min(tolerance, GROWTH * max(float(open_.min()), rings.rounding))
@@ -90,14 +94,18 @@ def planar_map(
         if error <= rings.rounding and not short:
             break
         rings.place_on_lines()
-        rings.collapse(error, short)
+        collapsed += rings.collapse(error, short)
         rings.place()
         rings.place_on_lines()
-        if not len(rings.distances(tolerance, reached)) and not rings.join_folds(TIP * tolerance):
+        if len(rings.distances(tolerance, reached)):
+            continue
+        folds = rings.join_folds(TIP * tolerance)
+        tips += [apart for apart in folds if apart > tolerance]
+        if not folds:
             break
     rings.measure()
     straightened = rings.straighten(max(error, rings.rounding), tolerance, bend)
-    return _as_map(rings, error, straightened)
+    return replace(_as_map(rings, error, straightened), tips=tuple(tips), collapsed=tuple(collapsed))
 
 
 def _as_map(rings: Rings, error: float, straightened: float) -> PlanarMap:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from orchestrator.errors import CaseError
+from orchestrator.errors import CaseError, naming
 from orchestrator.masonry.wall import Block, FloatArray, Mortar, Wall, read_only
 from orchestrator.units import Unit
 
@@ -42,10 +42,8 @@ def read_blocks(path: Path) -> Wall:
 
     The wall's shapes are not checked here: see wall.check_wall.
     """
-    try:
+    with naming(path):
         return _wall(_record(path), path.stem)
-    except CaseError as error:
-        raise error.in_file(str(path)) from None
 
 
 def json_in(path: Path, kind: str, largest: int, remedy: str) -> Any:

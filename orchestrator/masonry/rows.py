@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from orchestrator.errors import CaseError
+from orchestrator.errors import CaseError, naming
 from orchestrator.masonry.drawing import LARGEST_COUNT
 from orchestrator.masonry.readers import refuse_what_is_no_file
 from orchestrator.masonry.wall import Block, FloatArray, Wall, read_only
@@ -37,10 +37,8 @@ LARGEST_FILE = 10_000_000
 
 def read_rows(path: Path) -> Wall:
     """Return the wall in the row notation file `path`. Raises CaseError naming file, line and remedy."""
-    try:
+    with naming(path):
         return parse_rows(_text(path), path.stem)
-    except CaseError as error:
-        raise error.in_file(str(path)) from None
 
 
 def _text(path: Path) -> str:

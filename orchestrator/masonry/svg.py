@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
-from fnmatch import fnmatchcase
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
@@ -18,9 +17,9 @@ from xml.parsers import expat
 import numpy as np
 import shapely
 
-from orchestrator.errors import CaseError
+from orchestrator.errors import CaseError, naming
+from orchestrator.masonry.closing import CHORD, ROLES, Layers, drawing_of, is_chosen
 from orchestrator.masonry.drawing import Drawing
-from orchestrator.masonry.dxf import CHORD, Layers, _closed
 from orchestrator.masonry.readers import refuse_what_is_no_file
 from orchestrator.masonry.svg_shapes import NUMBER, Curve, numbers, subpaths, transform
 from orchestrator.masonry.wall import FloatArray
@@ -57,10 +56,8 @@ def read_svg(path: Path, layers: Layers, tolerance: float, scale: float | None =
     tolerance in m: ends of lines nearer than this meet, curves become chords no farther off. scale: m a user unit,
     instead of what the file says. Raises CaseError naming file, group or place, and remedy.
     """
-    try:
+    with naming(path):
         return _drawing(_root(path), layers, tolerance, scale)
-    except CaseError as error:
-        raise error.in_file(str(path)) from None
 
 
 def _root(path: Path) -> Element:
@@ -126,20 +123,13 @@ def _drawing(root: Element, layers: Layers, tolerance: float, scale: float | Non
     if not all((np.abs(outline) < 1e9).all() for outline in corners):
         raise CaseError("", "a coordinate is not a number below 1e9 m", "correct the drawing, or give --scale")
     low = np.vstack([outline for _, outline, _ in points["blocks"]]).min(axis=0)
-    closed = {}
+    outer = {}
     for role, members in points.items():
-        outer, holes = _without_holes([(name, outline - low, path) for name, outline, path in members])
-        closed[role] = _closed(outer, role, tolerance)
+        outer[role], holes = _without_holes([(name, outline - low, path) for name, outline, path in members])
         remarks += [f"{role}: WARNING: {holes} holes in outlines filled"] if holes else []
-        remarks += closed[role][1]
-    named = closed["blocks"][0]
-    materials = tuple(name for name, _ in named) if len({name for name, _ in named}) > 1 else ()
-    stones, supports, openings = (
-        tuple(outline for _, outline in closed[role][0]) for role in ("blocks", "supports", "openings")
-    )
-    joined = max(within for _, _, within in closed.values())
     curved = any(len(control) > 2 for members in on.values() for _, one in members for control in one.curves)
-    return Drawing(stones, supports, openings, (f"{len(stones)} stones found", *remarks), materials, joined, curved)
+    drawing = drawing_of(outer, tolerance, remarks, curved)
+    return replace(drawing, remarks=(f"{len(drawing.stones)} stones found", *drawing.remarks))
 
 
 def _unit(root: Element, scale: float | None) -> tuple[float, list[str]]:
@@ -206,16 +196,15 @@ def _names(element: Element, tag: str) -> list[str]:
 
 def _by_role(drawn: list[Drawn], layers: Layers) -> dict[str, list[tuple[str, Drawn]]]:
     """Return name and subpath by role: the innermost name that is chosen counts. Without names all are blocks."""
-    patterns = {role: getattr(layers, role).lower().split(",") for role in ("openings", "supports", "blocks")}
-    on: dict[str, list[tuple[str, Drawn]]] = {"blocks": [], "supports": [], "openings": []}
+    on: dict[str, list[tuple[str, Drawn]]] = {role: [] for role in ROLES}
     if layers.blocks == Layers().blocks and not any(one.names for one in drawn):
         on["blocks"] = [("", one) for one in drawn]
     for one in drawn:
         chosen = (
             (role, name)
             for name in (*one.names, "")
-            for role in patterns
-            if any(fnmatchcase(name.lower(), pattern.strip()) for pattern in patterns[role])
+            for role in ("openings", "supports", "blocks")
+            if is_chosen(name, getattr(layers, role))
         )
         for role, name in [*chosen][:1]:
             on[role].append((name, one))

@@ -92,7 +92,11 @@ def check_blocks(wall: Wall, tolerance: float) -> None:
         _refuse_extreme(key, value)
     _refuse_doubled_ids(wall)
     for block in wall.blocks:
-        _check_block(block, tolerance)
+        _check_place(block)
+    outlines = shapes(wall)
+    simple, area, length = (of(outlines).tolist() for of in (shapely.is_valid, shapely.area, shapely.length))
+    for block, of_block in zip(wall.blocks, zip(simple, area, length, strict=True), strict=True):
+        _check_block(block, *of_block, tolerance)
     if not any(block.fixed for block in wall.blocks):
         raise CaseError("blocks", "no block is a support", 'mark the ground as a block with "fixed": true')
     if all(block.fixed for block in wall.blocks):
@@ -112,19 +116,23 @@ def _refuse_doubled_ids(wall: Wall) -> None:
         seen.add(block.id)
 
 
-def _check_block(block: Block, tolerance: float) -> None:
+def _check_place(block: Block) -> None:
     key = f"block {block.id}"
     if not np.isfinite(block.polygon).all():
         raise CaseError(key, "a coordinate is not a finite number", "give finite coordinates")
     if np.abs(block.polygon).max() > FARTHEST:
         problem = f"lies {np.abs(block.polygon).max():.3g} m from the origin, where numbers are too coarse for joints"
         raise CaseError(key, problem, "subtract a common offset from all coordinates")
-    outline = shapely.Polygon(block.polygon)
-    if not outline.is_valid:
+
+
+def _check_block(block: Block, simple: bool, area: float, length: float, tolerance: float) -> None:
+    """Raise CaseError for a block whose outline has this area (m2) and length (m); simple: it does not cross itself."""
+    key = f"block {block.id}"
+    if not simple:
         raise CaseError(key, "its polygon crosses or touches itself", "list the corners once, in order round the block")
-    if outline.area <= 1e-12 * outline.length**2:
+    if area <= 1e-12 * length**2:
         raise CaseError(key, "its polygon has no area", "give at least three corners that are not on one line")
-    if outline.area <= tolerance * outline.length:
+    if area <= tolerance * length:
         problem = f"its polygon is thinner than {2 * tolerance:g} m, twice the tolerance of the joints"
         raise CaseError(key, problem, "correct it, or lower joints.tolerance")
     if not 0 < block.unit_weight < np.inf:

@@ -35,7 +35,9 @@ def collapse(
     number = dict(zip(nodes.tolist(), range(len(nodes)), strict=True))
     at_contact = place[len(used) :]
     frame_size = len(nodes) * 16 // 3 + len(contact) + 150
-    rows = chosen_rows(len(curve.step), int(curve.base_shear_N.argmax()), room // frame_size)
+    rows = chosen_rows(
+        len(curve.step), int(np.where(curve.moving == 0, curve.base_shear_N, -np.inf).argmax()), room // frame_size
+    )
     return {
         "nodes": np.round(meshes.nodes[nodes, :2], 5),
         "bodies": [[[number[node] for node in loop] for loop in body] for body in loops],

@@ -18,6 +18,7 @@ from orchestrator.limit_analysis import LoadSettings
 from orchestrator.masonry.geometry import block_areas, block_weights
 from orchestrator.page.collapse import collapse
 from orchestrator.page.damage import Damage, damage_sequence
+from orchestrator.page.seismic import LABELS, seismic_contents
 from orchestrator.page.stored import StoredModel, StoredRun
 from orchestrator.pushover import checks
 from orchestrator.pushover.state import PushoverCurve
@@ -30,7 +31,6 @@ DAMAGE_LIMIT = 10.0
 """opening or slip that counts as damage, in slip tolerances of the contact law"""
 SHOWN_DAMAGE = 25
 """rows of the damage table before the rest, which is folded away"""
-LABELS = {"macro": "Macroblock FE", "micro": "Micro-FE"}
 FILES = (
     "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "summary.json",
     "macro/curve.csv", "macro/states.h5", "micro/curve.csv", "micro/states.h5",
@@ -41,7 +41,7 @@ FILES = (
 def bilinear_of(curve: PushoverCurve) -> Bilinear | None:
     """Return the bilinear idealisation, None for a curve that has none (it ends on its elastic branch)."""
     try:
-        return idealise(curve.base_shear_N, curve.control_displacement_m)
+        return idealise(curve.static.base_shear_N, curve.static.control_displacement_m)
     except ResultError:
         return None
 
@@ -55,7 +55,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
     remarks = [*run.analysis.remarks, *run.partition.remarks]
     return {
         "summary": run.summary,
-        "seismic": run.summary.get("seismic"),
+        "seismic": seismic_contents(run, in_words(run.case.load)),
         "title": wall.name or run.summary["case"],
         "settings": list(_settings(settings)),
         "wall": {
@@ -75,6 +75,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "tolerances": run.partition.tolerances,
         "pictures": {path.stem: picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
         "models": [_model(run, model) for model in models],
+        "remarks": results.remarks([model.summary for model in models]),
         "complaints": [(LABELS[m.name], m.summary["complaint"]) for m in models if m.summary.get("complaint")],
         "remarks": remarks,
         "failed_checks": sum(not check["passed"] for model in models for check in _checks(model.summary)),
@@ -184,9 +185,13 @@ def _damage(run: StoredRun, model: StoredModel, damage: Damage) -> dict[str, Any
 def _checks(summary: dict[str, Any]) -> list[dict[str, Any]]:
     """Return what `pushover.checks` asks of a curve, with the figures of the summary."""
     asked = (
-        ("equilibrium", "equilibrium_residual", checks.EQUILIBRIUM, "largest |λ H − V| / H, H: horizontal live load"),
-        ("quasi-static", "max_kinetic_over_internal", checks.KINETIC, "largest kinetic / internal energy to the peak"),
-        ("penetration", "max_penetration", checks.PENETRATION, "largest overlap of two bodies, m"),
+        (
+            "equilibrium",
+            "equilibrium_residual",
+            checks.EQUILIBRIUM,
+            "largest |λ H − V| / peak, H: horizontal live load",
+        ),
+        ("penetration", "max_penetration_over_size", checks.OVERLAP, "largest overlap of two bodies / smaller size"),
         ("energy balance", "energy_error", checks.ENERGY, "largest imbalance of work and energies"),
     )
     return [

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from orchestrator.plots.canvas import save, stamp_not_valid
     from orchestrator.plots.pushover import curves, deformed, idealised
+    from orchestrator.plots.seismic import verification
     from orchestrator.plots.study import (
         Line,
         Panel,
@@ -36,13 +37,14 @@ __all__ = [
     "save",
     "stamp_not_valid",
     "study_curves",
+    "verification",
 ]
 
 
 def __getattr__(name: str) -> Any:
     """Load the module that has the function (PEP 562)."""
     if name in __all__:
-        for module in ("canvas", "pushover", "study", "walls"):
+        for module in ("canvas", "pushover", "seismic", "study", "walls"):
             if hasattr(found := import_module(f"{__name__}.{module}"), name):
                 return getattr(found, name)
     raise AttributeError(f"module {__name__} has no {name}")

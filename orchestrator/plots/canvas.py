@@ -7,6 +7,7 @@ must be told apart in print without colour, their width or dashes differ too.
 from __future__ import annotations
 
 import textwrap
+from collections import defaultdict
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
@@ -14,9 +15,12 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patheffects import withStroke
+from matplotlib.textpath import TextPath
+from matplotlib.transforms import Affine2D
 
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.whole import write_bytes
@@ -28,6 +32,8 @@ LARGEST = (7.0, 7.5)
 """largest drawing of a wall, inches"""
 SMALLEST_NUMBER = 3.0
 """points"""
+DIGIT_WIDTH, DIGIT_HEIGHT = 0.636, 0.729
+"""of a font's size: from one digit to the next, and of a digit, in DejaVu Sans, which comes with matplotlib"""
 SMALLEST_WIDTH = 5.0
 """inches; a title and a legend need them"""
 
@@ -88,14 +94,37 @@ def draw_segments(
 
 
 def write_number(axes: Axes, position: FloatArray, number: int, size: float) -> None:
-    """Write a number at `position` (2,) in m, with a halo that keeps it readable on hatches and lines.
-
-    The smallest ones, of walls of a thousand stones, go without: a halo doubles the time of their pictures.
-    """
-    halo = [withStroke(linewidth=2.0, foreground="white", alpha=0.8)] if size > SMALLEST_NUMBER else None
+    """Write a number at `position` (2,) in m, with a halo that keeps it readable on hatches and lines; size in
+    points."""
     x, y = position
+    halo = [withStroke(linewidth=2.0, foreground="white", alpha=0.8)]
     text = axes.text(x, y, str(number), ha="center", va="center", fontsize=size, zorder=4, path_effects=halo)
     text.set_in_layout(False)  # it lies within the axes
+
+
+def write_numbers(axes: Axes, positions: Sequence[FloatArray], numbers: Sequence[int], size: float) -> None:
+    """Write numbers at `positions`, each (2,) in m; size in points.
+
+    The smallest ones, of walls of a thousand stones, go without a halo and as outlines of digits, one collection for
+    each digit and its place in a number: the picture of 1,460 stones takes 0.4 s of CPU for 1.8.
+    """
+    if size > SMALLEST_NUMBER:
+        for position, number in zip(positions, numbers, strict=True):
+            write_number(axes, position, number, size)
+        return
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    points_to_pixels = Affine2D().scale(1 / 72) + figure.dpi_scale_trans
+    where: dict[tuple[str, float], list[FloatArray]] = defaultdict(list)
+    for position, number in zip(positions, numbers, strict=True):
+        digits = str(number)
+        for k, digit in enumerate(digits):
+            where[digit, k - 0.5 * len(digits)].append(position)
+    for (digit, place), offsets in sorted(where.items()):
+        shape = TextPath((place * DIGIT_WIDTH * size, -0.5 * DIGIT_HEIGHT * size), digit, size=size)
+        drawn = PathCollection([shape], offsets=offsets, offset_transform=axes.transData, zorder=4)
+        drawn.set(transform=points_to_pixels, facecolor="black", linewidth=0, in_layout=False)
+        axes.add_collection(drawn, autolim=False)
 
 
 def number_size(polygons: Sequence[FloatArray], axes: Axes) -> float:
@@ -131,8 +160,21 @@ def label_of(text: str) -> str:
     return f" {short}" if short.startswith("_") else short
 
 
+def lay_out(figure: Figure) -> None:
+    """Make room for title, labels and legend.
+
+    Where a wall's height decides the scale, matplotlib measures the title over axes that it moves up only afterwards:
+    one pass cuts off its upper line by up to 10 pixels, three do not.
+    """
+    engine = figure.get_layout_engine()
+    if isinstance(engine, ConstrainedLayoutEngine):
+        for _ in range(3):
+            engine.execute(figure)
+
+
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Write `name`.png and `name`.svg to `folder`, whole or not at all; equal figures give equal files."""
+    lay_out(figure)
     paths = []
     for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
         content = BytesIO()

@@ -108,8 +108,7 @@ def curves(
     figure = Figure(figsize=(7.0, 5.2), layout="constrained")
     axes = figure.add_subplot()
     for (label, (curve, capacity)), (colour, style) in zip(models.items(), MODELS * len(models), strict=False):
-        moved = 1e3 * (curve.control_displacement_m - curve.control_displacement_m[0])
-        axes.plot(moved, curve.base_shear_N / 1e3, style, color=colour, linewidth=1.8, label=label)
+        draw_curve(axes, curve, colour, style, label)
         peak = (1e3 * capacity.displacement_at_peak, capacity.peak_base_shear / 1e3)
         said = f"peak {peak[1]:.4g} kN (λ = {capacity.peak_multiplier:.4f}) at {peak[0]:.3g} mm"
         axes.plot(*peak, "o", color=colour, markeredgecolor="white", markersize=8, label=said, zorder=4)
@@ -127,6 +126,20 @@ def curves(
         stamp_not_valid(axes)
     legend_below(axes, 2)
     return figure
+
+
+def draw_curve(axes: Axes, curve: PushoverCurve, colour: str, style: str, label: str, width: float = 1.8) -> None:
+    """Draw the static states of a curve, its motion between them as thin dots, a cross where a part has fallen."""
+    moved = 1e3 * (curve.control_displacement_m - curve.control_displacement_m[0])
+    shear, moving = curve.base_shear_N / 1e3, curve.moving == 1
+    static = np.where(moving, np.nan, shear)
+    axes.plot(moved, static, style, color=colour, linewidth=width, label=label)
+    if moving.any():
+        near = moving | np.append(moving[1:], False) | np.append(False, moving[:-1])
+        axes.plot(moved, np.where(near, shear, np.nan), ":", color=colour, linewidth=0.8, label=f"{label}, in motion")
+    fell = np.flatnonzero(np.diff(curve.fallen_bodies) > 0) + 1
+    if fell.size:
+        axes.plot(moved[fell], shear[fell], "x", color=colour, markersize=6, label=f"{label}, a part has fallen")
 
 
 def readable_factor(drawn: float, largest: float) -> float:
@@ -148,8 +161,7 @@ def idealised(models: Mapping[str, tuple[PushoverCurve, Bilinear]], name: str) -
     figure = Figure(figsize=(7.0, 4.6), layout="constrained")
     axes = figure.add_subplot()
     for (label, (curve, bilinear)), (colour, style) in zip(models.items(), MODELS * len(models), strict=False):
-        moved = 1e3 * (curve.control_displacement_m - curve.control_displacement_m[0])
-        axes.plot(moved, curve.base_shear_N / 1e3, style, color=colour, linewidth=1.0, alpha=0.8, label=label)
+        draw_curve(axes, curve, colour, style, label, 1.0)
         corners = 1e3 * np.array([0.0, bilinear.yield_displacement, bilinear.ultimate_displacement])
         force = bilinear.yield_force / 1e3
         said = f"bilinear: {force:.4g} kN, yields at {corners[1]:.3g} mm, ends at {corners[2]:.3g} mm"

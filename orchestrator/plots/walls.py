@@ -28,6 +28,7 @@ from orchestrator.plots.canvas import (
     number_size,
     wall_figure,
     write_number,
+    write_numbers,
 )
 from orchestrator.plots.thrust import carrying, moved, thrust
 
@@ -68,9 +69,8 @@ def blocks(wall: Wall, numbered: bool = False, marked: Sequence[int] = (), loose
         style = {"edgecolor": VERMILLION, "linewidth": 1.5, "linestyle": "--", "zorder": 5}
         axes.fill(*outline.T, facecolor="none", label=label, **style)
     if numbered:
-        size = number_size(polygons, axes)
-        for block in wall.blocks:
-            write_number(axes, centroid(block.polygon), block.id, size)
+        centres = [centroid(polygon) for polygon in polygons]
+        write_numbers(axes, centres, [block.id for block in wall.blocks], number_size(polygons, axes))
     legend_below(axes)
     return figure
 

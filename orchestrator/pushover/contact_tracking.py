@@ -128,8 +128,14 @@ class Tracked:
     gap: FloatArray
 
 
-def track(tracking: Tracking, meshes: BodyMeshes, frames: Frames, displacement: FloatArray) -> Tracked:
-    """Return the contacts of the wall displaced by `displacement` (>= m, 3) in m.
+def track(
+    tracking: Tracking,
+    meshes: BodyMeshes,
+    frames: Frames,
+    displacement: FloatArray,
+    gone: npt.NDArray[np.bool_] | None = None,
+) -> Tracked:
+    """Return the contacts of the wall displaced by `displacement` (>= m, 3) in m, but for those that are `gone` (c,).
 
     Bodies turn in the wall's plane only, so that equilibrium out of it is that of the undeformed wall: points keep
     their z. (A slave's z taken with its displacement, its master's without, once made a leaning wall sway for ever.)
@@ -144,6 +150,8 @@ def track(tracking: Tracking, meshes: BodyMeshes, frames: Frames, displacement: 
     height = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.normal[face]) - tracking.rest
     size = tracking.size_of_pair[tracking.pair]
     near = (height < REACH * size) & (height > DEEPEST * size)
+    if gone is not None:
+        near &= ~gone
     within = _within(tracking, frames, position, _shifted_ends(tracking, meshes, frames, moved))
     rows = np.flatnonzero(_without_twins(tracking, near & within))
     master_nodes, weights = _project(tracking, meshes, home[rows], rows)

@@ -32,19 +32,22 @@ def pushover_increments(
     newton: NewtonSettings | None = None,
     stepping: SteppingSettings | None = None,
     direction: int = 1,
+    expected_multiplier: float | None = None,
 ) -> Iterator[Increment]:
-    """Yield the converged increments: gravity, ramp, displacement control.
+    """Yield the increments: gravity, load control, displacement control, and motion between static states.
 
     mesh: settings, or meshes of `mesh_bodies`. direction: load along +x (1) or -x (-1). A body has one density, that of
-    its stones in the mean. Raises ConvergenceError when no
-    further increment converges, CollapseError when a body has lost every contact; what was yielded stays valid.
+    its stones in the mean. expected_multiplier: what limit analysis expects, the measure of load increments; without it
+    0.3 x weight / horizontal load. Raises ConvergenceError when no further increment converges, CollapseError when a
+    large part of the wall has fallen; what was yielded stays valid.
     """
     stepping, alone = stepping or SteppingSettings(), this_rank()
     meshes = mesh if isinstance(mesh, BodyMeshes) else mesh_bodies(bodies, mesh or MeshSettings(), None)
     elastic, contact = elastic or ElasticSettings(), contact or ContactSettings()
     model = build_model(bodies, meshes, elastic, contact, direction, alone, stepping.large_displacement)
     with LinearSystem(model, alone) as system:
-        yield from Pushover(model, system, newton or NewtonSettings(), stepping).increments()
+        expected = expected_multiplier or 0.3 * model.weight / model.horizontal_load
+        yield from Pushover(model, system, newton or NewtonSettings(), stepping, expected).increments()
 
 
 def pushover_curve(
@@ -55,6 +58,7 @@ def pushover_curve(
     newton: NewtonSettings | None = None,
     stepping: SteppingSettings | None = None,
     direction: int = 1,
+    expected_multiplier: float | None = None,
 ) -> PushoverCurve:
     """Return the pushover curve of the bodies up to stepping.final_displacement, or to the fall of a body.
 
@@ -66,7 +70,9 @@ def pushover_curve(
 
     def until_it_ends() -> Iterator[Increment]:
         try:
-            for increment in pushover_increments(bodies, mesh, elastic, contact, newton, stepping, direction):
+            for increment in pushover_increments(
+                bodies, mesh, elastic, contact, newton, stepping, direction, expected_multiplier
+            ):
                 ends.append(end_of_curve(increment, stepping))
                 yield increment
         except CollapseError as error:

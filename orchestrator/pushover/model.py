@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sparse
 from mpi4py import MPI
 
@@ -34,6 +35,7 @@ class ContactModel:
     the wall is undeformed. rows (c,): numbers of these contacts among all `possible` ones. support_side (c,): 1 where
     the master is a support, -1 where the slave is one, else 0. tracking: None for small displacements.
     bond: strengths of all `possible` contacts, or None.
+    body_mass, body_weight (b,): of the moving bodies, kg and N (dead load included). fallen (b,): those taken out.
     mean_row, top_row (n,): mean displacement along the live load, weighted by it (its work over its size), and mean
     horizontal displacement of the top edge.
     contact_stiffness in N/m scales multipliers to displacements
@@ -66,6 +68,9 @@ class ContactModel:
     body_names: tuple[str, ...]
     elastic: ElasticConstants
     tracking: Tracking | None
+    body_mass: FloatArray
+    body_weight: FloatArray
+    fallen: npt.NDArray[np.bool_]
     bond: Bond | None = None
 
     @cached_property
@@ -87,11 +92,10 @@ class ContactModel:
         """Return the part (c, ...) of `values` (possible, ...); what a contact that has gone carried is handed over."""
         return (self.tracking.handed_over(self.rows, values) if self.tracking else values)[self.rows]
 
-    def names_without_contact(self, normal_force: FloatArray) -> list[str]:
-        """Return the bodies that no contact force (of the possible contacts, N) holds."""
-        closed = normal_force != 0.0
-        held = np.concatenate([self.possible.slave_body[closed], self.possible.master_body[closed]])
-        return [self.body_names[body] for body in range(self.bodies) if body not in set(held.tolist())]
+    @property
+    def pairs(self) -> tuple[IntArray, IntArray]:
+        """Slave's and master's body of each of the possible contacts."""
+        return self.possible.slave_body, self.possible.master_body
 
     @property
     def unknowns(self) -> int:
@@ -117,7 +121,7 @@ def build_model(
     elasticity = assemble(meshes, constants, elastic.element_order, comm)
     stiffness = elasticity.stiffness.tobsr((3, 3))
     gravity, lateral, weight = _loads(elasticity.mass, meshes, direction, loads)
-    horizontal = float(np.abs((lateral[: meshes.nodes.size] * np.tile([1.0, 0.0, 0.0], len(meshes.nodes))).sum()))
+    horizontal = _horizontal(lateral, meshes)
     contacts = find_contacts(bodies, meshes)
     model = ContactModel(
         meshes=meshes,
@@ -142,6 +146,9 @@ def build_model(
         gap_offset=np.zeros(len(contacts)),
         overlap=np.zeros(len(contacts)),
         rows=np.arange(len(contacts)),
+        body_mass=_of_bodies(elasticity.mass @ np.ones(len(gravity)), elasticity.body, bodies.moving),
+        body_weight=_of_bodies(-gravity, elasticity.body, bodies.moving),
+        fallen=np.zeros(bodies.moving, bool),
         bodies=bodies.moving,
         body_names=tuple(body.name for body in bodies.bodies),
         elastic=constants,
@@ -150,6 +157,51 @@ def build_model(
     bond = find_bond(bodies, meshes, contacts, len(model.possible), contact.softening_displacement)
     model = replace(model, bond=bond)
     return displaced(model, np.zeros_like(gravity))
+
+
+def _of_bodies(values: FloatArray, body: IntArray, bodies: int) -> FloatArray:
+    """Return the sum over each body (b,) of the upright parts of values (n,)."""
+    return np.bincount(body, values[1::3], bodies).astype(float)
+
+
+def _horizontal(lateral: FloatArray, meshes: BodyMeshes) -> float:
+    """Return the horizontal part of a live load (n,) in N."""
+    return abs(float(lateral[: meshes.nodes.size : 3].sum()))
+
+
+def driven_by(model: ContactModel, driven: npt.NDArray[np.bool_]) -> ContactModel:
+    """Return the model whose `mean_row` is the mean displacement along the live load of the bodies `driven` (b,)."""
+    part = np.where(np.repeat(driven[model.body], 3), model.lateral, 0.0)
+    work = np.abs(part[: model.meshes.nodes.size]).sum()
+    return replace(model, mean_row=part / work)
+
+
+def without(model: ContactModel, fallen: npt.NDArray[np.bool_]) -> ContactModel:
+    """Return the undeformed model without the weight, live load and contacts of the bodies `fallen` (b,).
+
+    Their nodes stay among the unknowns, held by their mass alone, where they have come to.
+    """
+    here = np.repeat(~fallen[model.body], 3)
+    top = model.top_row * here
+    if not top.any():
+        left = ~fallen[model.meshes.body_of_node]
+        top = model.direction * _padded(top_weights(model.meshes, left), len(top))
+    far = 0.0 if model.tracking else float(np.ptp(model.meshes.nodes[:, :2], axis=0).sum())
+    return replace(
+        model,
+        gravity=model.gravity * here,
+        lateral=model.lateral * here,
+        horizontal_load=_horizontal(model.lateral * here, model.meshes),
+        top_row=top / np.abs(top.sum()),
+        gap_offset=model.gap_offset + far * _touches(fallen, model.contacts),
+        fallen=fallen,
+    )
+
+
+def _touches(fallen: npt.NDArray[np.bool_], contacts: Contacts) -> npt.NDArray[np.bool_]:
+    """Return which contacts (c,) have a fallen body on either side."""
+    gone = np.append(fallen, np.zeros(max(contacts.master_body.max(), contacts.slave_body.max()) + 1, bool))
+    return gone[contacts.slave_body] | gone[contacts.master_body]
 
 
 def _loads(
@@ -185,7 +237,8 @@ def displaced(model: ContactModel, displacement: FloatArray) -> ContactModel:
         return model
     nodal = displacement.reshape(-1, 3)
     frames = fit_frames(model.meshes, nodal, model.tracking.possible.master_body.max() + 1)
-    tracked = track(model.tracking, model.meshes, frames, nodal)
+    gone = _touches(model.fallen, model.tracking.possible)
+    tracked = track(model.tracking, model.meshes, frames, nodal, gone)
     normal_rows = tracked.contacts.normal_rows(len(nodal))
     return replace(
         model,
@@ -229,14 +282,15 @@ def _turned(blocks: sparse.bsr_matrix, rotation: FloatArray) -> sparse.bsr_matri
     return sparse.bsr_matrix((turned, blocks.indices, blocks.indptr), shape=blocks.shape)
 
 
-def top_weights(meshes: BodyMeshes) -> FloatArray:
+def top_weights(meshes: BodyMeshes, of: npt.NDArray[np.bool_] | None = None) -> FloatArray:
     """Return (3 nodes,): weights of the x displacements whose sum is the mean over the wall's top surface.
 
     The surface is the set of side triangles at the largest y; where the top is a point or a slope, it is the highest
-    nodes, with equal weights.
+    nodes, with equal weights. of (nodes,): the nodes that count, by default all.
     """
     nodes, triangles = meshes.nodes, meshes.side_triangles
-    highest = nodes[:, 1] > nodes[:, 1].max() - 1e-6
+    counted = np.ones(len(nodes), bool) if of is None else of
+    highest = counted & (nodes[:, 1] > nodes[counted, 1].max() - 1e-6 * np.ptp(nodes[:, 1]))
     top = triangles[highest[triangles].all(axis=1)]
     weights = np.zeros(len(nodes))
     if len(top):

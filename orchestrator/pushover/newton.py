@@ -35,7 +35,7 @@ FULL_STEP = 0.5
 WORK_LEFT = 0.3
 """share of the work at the start of a step that may be left where the line search ends"""
 TRIALS = 8
-PASSES = 3
+PASSES = 1
 """times that Newton is tried on a small increment"""
 LOST = 100.0
 """an iterate with so many times the error of the best one: Newton has gone astray (1 of 357 passes came back)"""

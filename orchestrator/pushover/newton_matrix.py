@@ -241,9 +241,10 @@ def with_values_of(pattern: Pattern, model: ContactModel) -> Pattern:
 
 
 def connect_alike(first: ContactModel, second: ContactModel) -> bool:
-    """Return whether two states of a model have one pattern: the same contacts, on the same nodes."""
+    """Return whether two states of a model have one pattern: the same contacts, on the same nodes, and loads."""
     same_nodes = np.array_equal(first.contacts.master_nodes, second.contacts.master_nodes)
-    return np.array_equal(first.rows, second.rows) and same_nodes
+    same_load = first.lateral is second.lateral and first.mean_row is second.mean_row
+    return np.array_equal(first.rows, second.rows) and same_nodes and same_load
 
 
 def values(pattern: Pattern, model: ContactModel, contact: Coefficients, time_step: float) -> FloatArray:

@@ -1,13 +1,16 @@
 """A converged iterate -> the Increment that is kept: forces, states, energies.
 
-Multiplying the residual R_u = 0 of newton.py by the change of displacement gives the balance of one increment,
+Every work of an increment is computed by the trapezoidal rule from the forces at its two ends, and nothing is a rest:
 
-    external work = change of stored + change of kinetic energy + friction and fracture + algorithmic dissipation,
+    external      1/2 (f0 + f1) du                of dead and live load
+    friction      1/2 (tau0 + tau1) dq_plastic    and the fracture of bonded joints
+    other         -1/2 (lambda0 + lambda1) dg     gaps that open and close under force
+                  -1/2 (k1 - k0) q0 q1            pressure makes a contact that sticks stiffer: k = mu lambda / gamma
+                  (proximal, viscous force) du    what the increment resists besides
 
-external work by the trapezoidal rule. The last term is what implicit Euler takes out: half the work of the changes of
-elastic force and load, the impact of gaps that close, inertia beyond the kinetic energy, and viscous contacts. It also
-holds what pressure does to a contact that sticks (its stiffness grows with the normal force, at no work), which may
-make it negative in an increment.
+External work less these is what stored energy must have grown by (elastic energy of the bodies and of the elastic
+slip). The difference is `energy_error`. An increment that moves is no path of equilibrium: what it takes from the
+balance is `lost_in_motion`.
 """
 
 from __future__ import annotations
@@ -21,13 +24,23 @@ from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 from orchestrator.pushover.cohesion import dissipation, stored
 from orchestrator.pushover.iterate import Iterate, Problem
 from orchestrator.pushover.model import ContactModel
+from orchestrator.pushover.moving import out_of_balance
 from orchestrator.pushover.state import ContactStatus, Increment, Phase
 
 
 def increment_of(
-    model: ContactModel, state: Increment, problem: Problem, iterate: Iterate, phase: Phase, time: float
+    model: ContactModel,
+    state: Increment,
+    problem: Problem,
+    iterate: Iterate,
+    phase: Phase,
+    time: float,
+    bound: float,
 ) -> Increment:
-    """Return the converged iterate as the increment after `state`; `step` is the caller's to set."""
+    """Return the converged iterate as the increment after `state`; `step` is the caller's to set.
+
+    bound: largest force on a body over its weight with which the increment is static.
+    """
     bond = iterate.bond
     remains = np.zeros(len(iterate.gap)) if bond is None else bond.tension
     bonded = np.zeros(len(iterate.gap), bool) if bond is None else bond.intact & (bond.damage < 1.0)
@@ -38,16 +51,20 @@ def increment_of(
     change = iterate.displacement - problem.displacement
     slip_change = (model.tangential_rows @ change).reshape(-1, 2)
     plastic = np.where(holds[:, None], slip_change - (elastic_slip - problem.elastic_slip), 0.0)
-    velocity = change / problem.time_step
     load = problem.gravity_share * model.gravity + iterate.load_multiplier * model.lateral
     earlier = _gravity_share(state) * model.gravity + state.load_multiplier * model.lateral
     work = 0.5 * float((load + earlier) @ change)
-    friction = float(np.sum(iterate.response.traction * plastic))
+    limit = model.contacts.friction * np.maximum(model.on_its_contacts(state.normal_force), 0.0)
+    before = limit[:, None] * problem.elastic_slip / model.slip_tolerance
+    friction = 0.5 * float(np.sum((before + iterate.response.traction) * plastic))
     if problem.bond is not None and bond is not None:
         friction += float(dissipation(problem.bond, bond, iterate.gap).sum())
-    kinetic = 0.5 * float(velocity @ (model.mass @ velocity))
+    resisting = resistance(model, problem, iterate)
     internal = _internal_energy(model, iterate, elastic_slip)
-    stored = internal - state.internal_energy + kinetic - state.kinetic_energy
+    other = _other_work(model, state, problem, iterate, elastic_slip, change) + float(resisting @ change)
+    missing = work - friction - other - (internal - state.internal_energy)
+    unbalanced = out_of_balance(model, resisting)
+    moving = unbalanced > bound
     base_shear = _base_shear(model, iterate)
     count = len(model.possible)
     return Increment(
@@ -56,7 +73,7 @@ def increment_of(
         time=time,
         load_multiplier=iterate.load_multiplier,
         displacement=read_only(iterate.displacement.reshape(-1, 3)),
-        velocity=read_only(velocity.reshape(-1, 3)),
+        change=read_only(change.reshape(-1, 3)),
         normal_force=read_only(scattered(np.zeros(count), model.rows, force)),
         elastic_slip=read_only(scattered(np.zeros((count, 2)), model.rows, elastic_slip)),
         slip=read_only(state.slip + scattered(np.zeros(count), model.rows, np.linalg.norm(plastic, axis=1))),
@@ -67,17 +84,20 @@ def increment_of(
             scattered(np.zeros(count, np.int64), model.rows, _status(closed, iterate.response.sliding)), np.int64
         ),
         base_shear=base_shear,
+        horizontal_load=model.horizontal_load,
         control_displacement=float(model.top_row @ iterate.displacement),
         mean_displacement=float(model.mean_row @ iterate.displacement),
-        kinetic_energy=kinetic,
         internal_energy=internal,
         dissipated_energy=state.dissipated_energy + friction,
         external_work=state.external_work + work,
-        algorithmic_dissipation=state.algorithmic_dissipation
-        + _work_of_internal_forces(model, problem, iterate, change, load, earlier)
-        - stored
-        - friction,
-        largest_base_shear=max(state.largest_base_shear, base_shear),
+        other_work=state.other_work + other,
+        lost_in_motion=state.lost_in_motion + moving * missing,
+        energy_error=state.energy_error + (not moving) * missing,
+        largest_base_shear=state.largest_base_shear if moving else max(state.largest_base_shear, base_shear),
+        out_of_balance=unbalanced,
+        moving=moving,
+        driven=state.driven,
+        fallen=state.fallen,
         equilibrium_residual=iterate.norms[0],
         iterations=iterate.number,
         step=state.step,
@@ -117,17 +137,30 @@ def scattered(values: npt.NDArray, rows: IntArray, part: npt.NDArray) -> npt.NDA
     return copy
 
 
-def _work_of_internal_forces(
-    model: ContactModel, problem: Problem, iterate: Iterate, change: FloatArray, load: FloatArray, earlier: FloatArray
+def resistance(model: ContactModel, problem: Problem, iterate: Iterate) -> FloatArray:
+    """Return the forces (n,) in N by which mass and viscosity resist the motion of the increment."""
+    inertia = model.mass @ (iterate.displacement - problem.inertia_reference) / problem.time_step**2
+    if problem.viscosity == 0.0:
+        return inertia
+    slip = (model.tangential_rows @ (iterate.displacement - problem.displacement)).reshape(-1, 2)
+    viscous = problem.viscosities(len(slip))[:, None] * slip
+    return inertia + model.tangential_columns @ viscous.ravel()
+
+
+def _other_work(
+    model: ContactModel,
+    state: Increment,
+    problem: Problem,
+    iterate: Iterate,
+    elastic_slip: FloatArray,
+    change: FloatArray,
 ) -> float:
-    """Return the work (J) that everything but the load takes up in the increment, less half the growth of the load."""
-    forces = (
-        model.stiffness @ (iterate.displacement - model.rigid)
-        + model.mass @ (iterate.displacement - problem.inertia_reference) / problem.time_step**2
-        - model.normal_columns @ iterate.normal_force
-        + model.tangential_columns @ iterate.response.traction.ravel()
-    )
-    return float(forces @ change) - 0.5 * float((load - earlier) @ change)
+    """Return the work (J) of gaps that open and close under force, and of the pressure on contacts that stick."""
+    before = model.on_its_contacts(state.normal_force)
+    gaps = -0.5 * float((before + iterate.normal_force) @ (model.normal_rows @ change))
+    stiffer = model.contacts.friction * (np.maximum(iterate.normal_force, 0.0) - np.maximum(before, 0.0))
+    sticking = np.sum(problem.elastic_slip * elastic_slip, axis=1) / model.slip_tolerance
+    return gaps - 0.5 * float(stiffer @ sticking)
 
 
 def _status(closed: npt.NDArray[np.bool_], sliding: npt.NDArray[np.bool_]) -> IntArray:

@@ -57,18 +57,18 @@ class NewtonSettings:
 
 @dataclass(frozen=True, slots=True)
 class SteppingSettings:
-    """Gravity, load ramp, displacement control: how the load path is followed."""
+    """Gravity, load control, displacement control: how the load path is followed."""
 
     gravity_increments: Annotated[int, Ge(1), Le(1000)] = 5
     """equal parts in which the weight is put on"""
-    load_rate: Annotated[float, Unit("1/s"), Gt(0)] = 0.2
-    """growth of the load multiplier per second in the ramp"""
-    time_step: Annotated[float, Unit("s"), Gt(0)] = 0.05
-    """largest time step of the ramp"""
-    inertia_share: Annotated[float, Gt(0), Lt(1)] = 5e-4
-    """the ramp ends when (load multiplier x weight - base shear) / weight exceeds this"""
+    load_increment: Annotated[float, Gt(0), Le(1)] = 1 / 30
+    """largest increment of the load multiplier, as a share of the multiplier that limit analysis expects"""
     proximal_time: Annotated[float, Unit("s"), Gt(0)] = 1.0
-    """in displacement control, M (u - u_n) / proximal_time^2 holds loose blocks"""
+    """M (u - u_n) / proximal_time^2 holds loose blocks"""
+    out_of_balance: Annotated[float, Gt(0), Lt(0.1)] = 1e-3
+    """an increment is static when no body is out of balance by more than this share of its weight"""
+    local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
+    """a part that moves is a local failure below this share of the wall's mass: it falls, and the wall goes on"""
     displacement_increment: Annotated[float, Unit("m"), Gt(0)] = 5e-4
     """largest increment of the mean displacement along the live load, weighted by it"""
     final_displacement: Annotated[float, Unit("m"), Gt(0)] = 0.02

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
 
-Phase = Literal["gravity", "ramp", "displacement"]
+BodyMask = npt.NDArray[np.bool_]
+Phase = Literal["gravity", "load", "displacement"]
+"""what is prescribed: the share of the weight, the load multiplier, the mean displacement of the driven bodies"""
 
 
 class ContactStatus(IntEnum):
@@ -36,17 +39,21 @@ class Attempt:
 class Increment:
     """One converged increment of the pushover: everything needed to go on from it.
 
-    displacement, velocity (m, 3): nodal, m and m/s, then those of curved edges (elasticity.py).
+    displacement, change (m, 3): of the nodes in m, and what the increment adds; then those of curved edges
+    (elasticity.py).
     normal_force (c,): contact multipliers, N, >= 0 but for bonded joints in tension. damage (c,): 0 to 1, of those.
     elastic_slip (c, 2): in-plane and out-of-plane part, m. slip (c,): accumulated plastic slip, m.
     gap (c,): m, NaN where a possible contact does not exist. overlap (c,): m, what its gap was short of (or beyond)
     closure when sliding made the contact, taken as closed. status (c,): ContactStatus.
-    base_shear: horizontal reaction of the supports against the load, N.
-    control_displacement: mean displacement of the top along the load, m. mean_displacement: mean displacement along
-    the live load, weighted by it, m. Energies in J, work and dissipation accumulated (record.py).
-    largest_base_shear: up to here, N.
-    time: s; under gravity the share of the weight that acts. step: size and time of the next increment and of this one
-    (stepping.Step), what the stepping needs to go on. attempts: the journal of failed tries before this increment.
+    base_shear: horizontal reaction of the supports against the load, N. horizontal_load: what a load multiplier of 1
+    puts on the bodies that have not fallen, N.
+    control_displacement: mean displacement of the top along the load, m. mean_displacement: mean displacement of the
+    driven bodies along the live load, weighted by it, m. Energies in J, work and dissipation accumulated (record.py).
+    largest_base_shear: of the static increments up to here, N. out_of_balance: largest force on a body that does not
+    belong to equilibrium (proximal, viscous), over its weight; moving: it is above what counts as static.
+    driven, fallen (b,): bodies whose mean displacement is prescribed, and those that have been taken out.
+    time: s; under gravity the share of the weight that acts. step: size of the next increment and of this one in the
+    unit of the phase. attempts: the journal of failed tries before this increment.
     """
 
     number: int
@@ -54,7 +61,7 @@ class Increment:
     time: float
     load_multiplier: float
     displacement: FloatArray
-    velocity: FloatArray
+    change: FloatArray
     normal_force: FloatArray
     elastic_slip: FloatArray
     slip: FloatArray
@@ -63,14 +70,20 @@ class Increment:
     overlap: FloatArray
     status: IntArray
     base_shear: float
+    horizontal_load: float
     control_displacement: float
     mean_displacement: float
-    kinetic_energy: float
     internal_energy: float
     dissipated_energy: float
     external_work: float
-    algorithmic_dissipation: float
+    other_work: float
+    lost_in_motion: float
+    energy_error: float
     largest_base_shear: float
+    out_of_balance: float
+    moving: bool
+    driven: BodyMask
+    fallen: BodyMask
     equilibrium_residual: float
     iterations: int
     step: tuple[float, ...]
@@ -81,22 +94,34 @@ class Increment:
 class PushoverCurve:
     """Arrays (s,) of equal length over the stored increments of the lateral phases, first row the state under gravity.
 
-    Field names and units are the columns of curve.csv.
+    Field names and units are the columns of curve.csv. moving: 1 where the wall moves, 0 where it is static.
     """
 
     step: IntArray
     time_s: FloatArray
     load_multiplier: FloatArray
     base_shear_N: FloatArray
+    horizontal_load_N: FloatArray
     control_displacement_m: FloatArray
-    kinetic_energy_J: FloatArray
     internal_energy_J: FloatArray
     dissipated_energy_J: FloatArray
     open_contacts: IntArray
     sticking_contacts: IntArray
     slipping_contacts: IntArray
     newton_iterations: IntArray
+    out_of_balance: FloatArray
+    moving: IntArray
+    fallen_bodies: IntArray
     stopped_because: str
+
+    @property
+    def static(self) -> PushoverCurve:
+        """The rows in which the wall is static: those that may give a peak."""
+        rows = self.moving == 0
+        kept = {
+            field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "stopped_because"
+        }
+        return replace(self, **kept)
 
     @classmethod
     def from_increments(cls, increments: Iterable[Increment], stopped_because: str) -> PushoverCurve:
@@ -117,24 +142,29 @@ class PushoverCurve:
         return cls(**arrays, stopped_because=stopped_because)
 
 
-WHOLE_NUMBERS = ("step", "open_contacts", "sticking_contacts", "slipping_contacts", "newton_iterations")
+WHOLE_NUMBERS = (
+    "step", "open_contacts", "sticking_contacts", "slipping_contacts", "newton_iterations", "moving", "fallen_bodies",
+)  # fmt: skip
 """columns of a curve that count"""
 
 
 def _row(increment: Increment) -> tuple[float, ...]:
     """Return one row of a curve, in the order of its columns."""
-    counted = np.bincount(increment.status, minlength=len(ContactStatus))
+    counted = np.bincount(increment.status[~np.isnan(increment.gap)], minlength=len(ContactStatus))
     return (
         increment.number,
         increment.time,
         increment.load_multiplier,
         increment.base_shear,
+        increment.horizontal_load,
         increment.control_displacement,
-        increment.kinetic_energy,
         increment.internal_energy,
         increment.dissipated_energy,
         counted[ContactStatus.OPEN],
         counted[ContactStatus.STICK],
         counted[ContactStatus.SLIP],
         increment.iterations,
+        increment.out_of_balance,
+        increment.moving,
+        increment.fallen.sum(),
     )

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from orchestrator.pushover.model import ContactModel
 
-NODE_FIELDS = (("displacement_m", "displacement"), ("velocity_m_per_s", "velocity"))
+NODE_FIELDS = (("displacement_m", "displacement"),)
 CONTACT_FIELDS = (
     ("normal_force_N", "normal_force"), ("gap_m", "gap"), ("slip_m", "slip"),
     ("status", "status"), ("damage", "damage"),

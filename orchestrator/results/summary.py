@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
@@ -12,41 +13,67 @@ from orchestrator.capacity import Capacity
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitAnalysis
 from orchestrator.macroblocks import Partition
+from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Increment
 
+TOLD = 5
+"""local failures that are told one by one"""
 TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
 """what `seconds` of a pushover holds, in s"""
 
 
 @dataclass(frozen=True, slots=True)
-class Effort:
-    """What a pushover cost and how far its contacts overlap (m): folded from all its increments, gravity included.
+class Event:
+    """Bodies that fell while the wall went on: their names, share of the mass, the load multiplier and base shear (N)
+    of the last static state before, and in which increment they had left their neighbours."""
 
-    newton_iterations counts those of failed attempts too. energy_error: the largest imbalance of work and energies
-    (record.py), over stored energy plus friction at the end.
+    bodies: tuple[str, ...]
+    mass_share: float
+    load_multiplier: float
+    base_shear: float
+    increment: int
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """What a pushover cost: folded from all its increments, gravity included.
+
+    newton_iterations counts those of failed attempts too; moving_steps: increments in which the wall moves. rescues:
+    what was done about failed attempts, and how often. energy_error: the largest imbalance of work and energies
+    (record.py), over stored energy plus friction at the end. events: local failures, in order.
     """
 
     steps: int
+    moving_steps: int
     newton_iterations: int
-    failed_attempts: int
-    max_penetration: float
+    rescues: dict[str, int]
     energy_error: float
+    events: tuple[Event, ...]
 
 
-def effort_of(increments: Iterable[Increment]) -> Effort:
-    """Fold increments, one at a time, into their effort."""
-    steps = iterations = failed = 0
-    penetration = imbalance = turned_over = 0.0
+def effort_of(increments: Iterable[Increment], names: Sequence[str], mass: FloatArray) -> Effort:
+    """Fold increments, one at a time, into their effort; names and mass (b,) in kg of the bodies."""
+    steps = moving = iterations = 0
+    imbalance = turned_over = 0.0
+    rescues: Counter[str] = Counter()
+    events: list[Event] = []
+    static = (0.0, 0.0)
+    fallen = np.zeros(len(mass), bool)
     for increment in increments:
-        steps += 1
+        steps, moving = steps + 1, moving + increment.moving
         iterations += increment.iterations + sum(attempt.iterations for attempt in increment.attempts)
-        failed += len(increment.attempts)
-        penetration = max(penetration, float(np.nanmax(-increment.gap, initial=0.0)))
+        rescues.update(attempt.action for attempt in increment.attempts)
         turned_over = increment.internal_energy + increment.dissipated_energy
-        spent = turned_over + increment.kinetic_energy + increment.algorithmic_dissipation
-        imbalance = float(np.maximum(imbalance, abs(increment.external_work - spent)))  # max() would lose a nan
-    return Effort(steps, iterations, failed, penetration, imbalance / turned_over if turned_over else 0.0)
+        imbalance = float(np.maximum(imbalance, abs(increment.energy_error)))  # max() would lose a nan
+        if (gone := np.flatnonzero(increment.fallen & ~fallen)).size:
+            share = float(mass[gone].sum() / mass.sum())
+            events.append(Event(tuple(names[body] for body in gone), share, *static, increment.number))
+        fallen = increment.fallen
+        if not increment.moving:
+            static = (increment.load_multiplier, increment.base_shear)
+    error = imbalance / turned_over if turned_over else 0.0
+    return Effort(steps, moving, iterations, dict(rescues), error, tuple(events))
 
 
 def pushover_summary(
@@ -57,6 +84,7 @@ def pushover_summary(
     capacity: Capacity,
     stopped_because: str,
     *,
+    overlap: tuple[float, float],
     large_displacement: bool,
     ranks: int,
     seconds: Mapping[str, float],
@@ -64,14 +92,13 @@ def pushover_summary(
     complaint: str | None,
     not_valid_because: str | None,
 ) -> dict[str, Any]:
-    """Return one entry of `pushover`. seconds: exactly the keys of TIMINGS; peak_memory in bytes.
+    """Return one entry of `pushover`. seconds: exactly the keys of TIMINGS; peak_memory in bytes; overlap: of displaced
+    outlines in m, and over the smaller body's size.
 
     complaint: why the curve ended early or is not valid; None for a good one. not_valid_because: the checks of the
     result that failed (pushover.checks), in words; None: it is valid.
     """
     assert set(seconds) == set(TIMINGS), f"timings {sorted(seconds)}, not {sorted(TIMINGS)}"
-    counted = asdict(effort)
-    counted.pop("failed_attempts")
     return {
         "model": model,
         "bodies": len(meshes.unit_weight),
@@ -80,7 +107,9 @@ def pushover_summary(
         "contacts": contacts,
         "displacements": "large" if large_displacement else "small",
         "ranks": ranks,
-        **counted,
+        **asdict(effort),
+        "max_penetration": overlap[0],
+        "max_penetration_over_size": overlap[1],
         **asdict(capacity),
         "seconds": {name: float(seconds[name]) for name in TIMINGS},
         "peak_memory": int(peak_memory),
@@ -94,6 +123,27 @@ def pushover_summary(
 def reasons(pushovers: Sequence[dict[str, Any]]) -> list[str]:
     """Return why entries of `pushover` are not valid."""
     return [f"{entry['model']} FE: {entry['not_valid_because']}" for entry in pushovers if not entry["valid"]]
+
+
+def remarks(pushovers: Sequence[dict[str, Any]]) -> list[str]:
+    """Return what entries of `pushover` have to say beside their figures: local failures, a peak that was not reached.
+
+    Many events are told in short: the first ones, and how many there were.
+    """
+    said = []
+    for entry in pushovers:
+        for event in entry["events"][:TOLD]:
+            bodies, share = ", ".join(event["bodies"]), 100 * event["mass_share"]
+            said.append(
+                f"{entry['model']} FE: {bodies} ({share:.2g} % of the mass) fell at a load multiplier of "
+                f"{event['load_multiplier']:.4f}; the wall went on"
+            )
+        if (more := len(entry["events"]) - TOLD) > 0:
+            said.append(f"{entry['model']} FE: {more} more local failures, in summary.json")
+        if not entry["peak_reached"]:
+            multiplier = entry["peak_multiplier"]
+            said.append(f"{entry['model']} FE: the peak was not reached; the wall carries at least {multiplier:.4f}")
+    return said
 
 
 def summary(

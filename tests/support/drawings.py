@@ -12,8 +12,8 @@ import shapely
 from orchestrator.masonry.patterns import ArchedOpening
 from orchestrator.masonry.planar_map import planar_map
 
-MILLIMETRES, CENTIMETRES = 4, 5
-FACTOR = {MILLIMETRES: 1e3, CENTIMETRES: 1e2}
+INCHES, MILLIMETRES, CENTIMETRES, METRES = 1, 4, 5, 6
+FACTOR = {INCHES: 1 / 0.0254, MILLIMETRES: 1e3, CENTIMETRES: 1e2, METRES: 1.0}
 
 
 def with_errors(wall, error=0.0, gap=0.0, rounding=0.0, seed=0):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.capacity import find_capacity, idealise, initial_stiffness
+from orchestrator.capacity import find_capacity, idealise, initial_stiffness, peak_reached
 from orchestrator.errors import ResultError
 from orchestrator.pushover.state import PushoverCurve
 
@@ -122,3 +122,29 @@ def test_the_idealisation_ends_where_the_base_shear_has_dropped_by_a_fifth_and_e
 def test_a_curve_that_starts_at_its_peak_has_no_idealisation():
     with pytest.raises(ResultError, match="does not rise"):
         idealise(np.array([10.0, 5.0]), np.array([0.0, 1.0]))
+
+
+@pytest.mark.parametrize(
+    ("displacement", "base_shear", "reached"),
+    [
+        ([0, 1, 2, 3], [0, 100, 200, 300], False),  # still rising
+        ([0, 1, 2, 2.9], [0, 100, 200, 199], False),  # fallen by 0.5 % only, and just past it
+        ([0, 1, 2, 3], [0, 100, 200, 198], True),  # fallen by 1 %
+        ([0, 1, 2, 3], [0, 100, 200, 200.5], True),  # within 1 % of its peak from 2 on, flat to 3
+        ([0, 1, 2, 2.9], [0, 100, 200, 200.5], False),  # flat for less than half as long again
+        ([0, 1, 2, 3], [0, 300, 200, 250], True),  # fallen, then rising again below the peak
+        ([5, 6, 7, 8], [0, 100, 200, 200.5], True),  # displacements start from gravity
+        ([0, -1, -2, -9], [0, 100, 200, 200.5], False),  # the control point runs backwards and says nothing
+    ],
+)
+def test_a_peak_is_one_where_the_curve_falls_or_goes_on_flat(displacement, base_shear, reached):
+    assert peak_reached(curve(displacement, base_shear)) is reached
+    assert find_capacity(curve(displacement, base_shear), WEIGHT).peak_reached is reached
+
+
+def test_the_elastic_branch_goes_through_60_per_cent_of_the_peak():
+    """0.6 x 1000 lies at 3 mm: 200 kN/m; the areas under curve and bilinear, 22 J, are the same."""
+    line = idealise(np.array([0.0, 400, 800, 1000, 1000]), np.array([0, 2e-3, 4e-3, 10e-3, 25e-3]))
+    assert line.stiffness == pytest.approx(600 / 3e-3)
+    area = 0.4 + 1.2 + 5.4 + 15.0
+    assert line.yield_force * (25e-3 - 0.5 * line.yield_displacement) == pytest.approx(area)

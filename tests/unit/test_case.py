@@ -99,7 +99,7 @@ def test_an_override_must_name_a_section_and_a_key(path):
     [
         ("mesh.size=" + "[" * 5000, "mesh.size: .* is not a quantity; write a number and its unit"),
         ("mesh.siz=1", "mesh.siz: is not a known key; did you mean size"),
-        ("mesh.size=3 kN", "mesh.size: unit 'kN' does not fit; use one of m, mm, cm, km"),
+        ("mesh.size=3 kN", "mesh.size: unit 'kN' does not fit; use one of m, mm, cm, km, in, ft"),
         ("wall=3", "wall: 3 is not accepted; it is a section"),
         ("mesh.size=inf", "mesh.size: inf is not a finite number"),
         ("mesh.size=none", "mesh.size: 'none' is not a quantity"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -24,15 +25,32 @@ def commands(page):
     return [shlex.split(line.removeprefix(CALL)) for line in lines if line.startswith(CALL)]
 
 
+def build(project, folder):
+    """Build the pages of `project`. With --quiet strict sees no warning, and dead links pass."""
+    return subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)],
+        cwd=project, capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     folder = tmp_path_factory.mktemp("docs") / "site"
-    built = subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)],
-        cwd=PROJECT, capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
+    built = build(PROJECT, folder)
     assert built.returncode == 0, built.stderr
     return folder
+
+
+def test_dead_links_fail_the_build(tmp_path):
+    shutil.copytree(PROJECT / "docs", tmp_path / "docs")
+    shutil.copy(PROJECT / "mkdocs.yml", tmp_path)
+    (tmp_path / "orchestrator").symlink_to(PROJECT / "orchestrator")
+    with (tmp_path / "docs" / "limits.md").open("a") as page:
+        page.write("\n[no page](nowhere.md), [no place](index.md#nowhere)\n")
+    built = build(tmp_path, tmp_path / "site")
+    assert built.returncode == 1
+    assert "'nowhere.md'" in built.stderr
+    assert "'index.md#nowhere'" in built.stderr
 
 
 def test_every_page_is_built_and_fetches_nothing(site):

@@ -17,8 +17,9 @@ from orchestrator.errors import CaseError
 from orchestrator.intake import Intake, write_wall
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.masonry.closing import Layers
 from orchestrator.masonry.drawing import Drawing, HealingSettings, Material, wall_of
-from orchestrator.masonry.dxf import Layers, read_dxf
+from orchestrator.masonry.dxf import read_dxf
 from orchestrator.masonry.picture import PictureSettings, read_picture
 from orchestrator.masonry.readers import read_blocks
 from orchestrator.masonry.rows import parse_rows, read_rows
@@ -201,7 +202,7 @@ def test_rubble_is_healed_too(seed):
     noisy = tuple(stone + random.uniform(-off, off, stone.shape) for stone in stones)
     settings = HealingSettings(TOLERANCE, 0.2)
     exact, remarks = wall_of(Drawing(tuple(stones)), "rubble", MATERIAL, settings)
-    assert remarks == []
+    assert not [remark for remark in remarks if "short edge" not in remark], "of 1/100 of a stone: points, and said"
     healed, remarks = wall_of(Drawing(noisy), "rubble", MATERIAL, settings)
     assert touching_pairs(healed, 5 * TOLERANCE) == touching_pairs(exact, 5 * TOLERANCE)
     assert joint_lengths(healed)[1] == pytest.approx(joint_lengths(exact)[1], rel=2e-3)
@@ -233,7 +234,8 @@ def test_ends_of_lines_that_nearly_meet_close_a_block(tmp_path):
     wall, remarks = imported(written(tmp_path / "lines.dxf", draw), ground=0.2)
     assert [block.fixed for block in wall.blocks] == [True, False]
     assert areas(wall) == pytest.approx([0.15], rel=5e-3)
-    assert any("1 lines close no outline, the first at (0.9, 0.9) m" in remark for remark in remarks)
+    said = "1 line closes no outline; 2 open ends at (0.9, 0.9), (0.95, 0.95) m; nothing else is within 50 mm"
+    assert any(said in remark for remark in remarks)
 
 
 def test_an_arc_becomes_chords_within_the_tolerance(tmp_path):

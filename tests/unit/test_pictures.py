@@ -10,8 +10,8 @@ import shapely
 from PIL import Image
 
 from orchestrator.errors import CaseError
+from orchestrator.masonry.closing import Layers
 from orchestrator.masonry.coco import CocoSettings, holds_annotations, read_coco
-from orchestrator.masonry.dxf import Layers
 from orchestrator.masonry.outlines import outlines
 from orchestrator.masonry.picture import PictureSettings, read_picture
 from orchestrator.masonry.svg import read_svg

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
+from orchestrator.masonry.drawing import Drawing, HealingSettings, Material, wall_of
 from orchestrator.masonry.patterns import (
     ArchedOpening,
     ArchedWall,
@@ -202,3 +203,46 @@ def test_a_bent_joint_of_two_blocks_is_judged_once():
     assert joints(made) == {(0, 1): 2}
     assert 0 < made.straightened < 0.035
     assert_planar(made, [lower, upper], 6e-3)
+
+
+def test_a_vertex_where_lines_are_nearly_parallel_does_not_pass_the_next_one():
+    """Wall 68 of docs/studies/any_wall.py, errors of 3 mm: a springer (1) between voussoirs, under a bed that it bends
+    by half a degree; the corner of the course above went 9 mm along that bed, past the springer's own."""
+    outlines = [
+        [(0.3212, 0.3008), (0.4970, 0.3940), (0.6996, 0.4459), (0.4819, 0.4443), (0.1860, 0.1857)],
+        [(0.8746, 0.1943), (0.8994, 0.4439), (0.8590, 0.4450), (0.6980, 0.4445), (0.7258, 0.1982)],
+        [(0.8577, 0.4459), (0.8561, 0.7029), (0.6853, 0.7053), (0.4783, 0.7058), (0.4821, 0.4462), (0.7004, 0.4410)],
+        [(0.7271, 0.1940), (0.6970, 0.4436), (0.4981, 0.3936), (0.5868, 0.1604)],
+    ]
+    made = planar_map([np.array(outline) for outline in outlines], 9e-3, short=0.01)
+    assert all(shapely.Polygon(made.vertex[made.ring(block)]).is_valid for block in range(4))
+
+
+ACUTE = [
+    [(0.0275, -0.2515), (-0.0019, 0.0001), (-0.2021, -0.0466), (-0.1126, -0.2841)],
+    [(0.1752, -0.2507), (0.2044, -0.0021), (0.0975, -0.0026), (0.0005, -0.0011), (0.0289, -0.2488)],
+    [(-0.3821, -0.1439), (-0.1988, -0.0523), (-0.0012, -0.0028), (-0.4125, 0.0003), (-0.7121, -0.0002),
+     (-0.7113, -0.2152), (-0.4606, -0.2128)],
+    [(0.0982, -0.0039), (0.0968, 0.2677), (-0.1352, 0.2665), (-0.4147, 0.266), (-0.4119, 0.0), (-0.0047, -0.0014)],
+]  # fmt: skip
+"""Two voussoirs, the acute stone beside them and the one above, drawn with errors of 3 mm: the tip overlaps."""
+
+
+def test_acute_tips_that_are_cut_back_and_short_edges_are_counted():
+    outlines = [np.array(outline) for outline in ACUTE]
+    made = planar_map(outlines, 9e-3, short=0.01)
+    assert_planar(made, outlines, 9e-3)
+    assert made.tips == (pytest.approx(0.01024, rel=1e-3),)
+    assert made.collapsed
+    assert max(made.collapsed) <= max(made.error, 0.01)
+    exact = planar_map([rectangle(0, 0, 1, 1), rectangle(1, 0, 1, 1)], 9e-3, short=0.01)
+    assert (exact.tips, exact.collapsed) == ((), ())
+
+
+def test_what_was_cut_back_and_taken_for_points_is_said():
+    outlines = [np.array(outline) for outline in ACUTE]
+    ground = rectangle(-0.8, -0.6, 1.2, 0.2)
+    drawing = Drawing(tuple(outlines), (ground,))
+    _, said = wall_of(drawing, "tips", Material(0.3), HealingSettings(9e-3))
+    assert "WARNING: 1 acute tip that overlaps cut back by up to 10 mm, more than the tolerance" in said
+    assert any(remark.startswith(("1 short edge", "2 short edges", "3 short edges")) for remark in said)

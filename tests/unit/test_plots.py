@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.image import imread
 from matplotlib.patches import PathPatch
@@ -24,9 +24,10 @@ from orchestrator.capacity import Capacity
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, Mechanism
 from orchestrator.macroblocks import Partition
+from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import BodyMeshes
-from orchestrator.plots.canvas import BLUE, INK, STONE, VERMILLION
+from orchestrator.plots.canvas import BLUE, INK, STONE, VERMILLION, lay_out, legend_below, wall_figure
 from orchestrator.plots.joint_pieces import closed_loops, nodes_of_contacts, shares_of_interface
 from orchestrator.plots.pushover import outline, readable_factor
 from orchestrator.plots.thrust import carrying, thrust
@@ -139,6 +140,19 @@ def test_everything_drawn_lies_inside_the_axes(assemblage):
     assert axes.get_ylim()[0] < -0.2 < 1.0 < axes.get_ylim()[1]
 
 
+def test_numbers_of_two_thousand_stones_are_few_artists_at_the_centroids():
+    wall = running_bond(40, 60)
+    figure = plots.blocks(wall, numbered=True)
+    digits = [c for c in figure.axes[0].collections if isinstance(c, PathCollection)]
+    assert not figure.axes[0].texts
+    assert len(digits) < 100
+    offsets = np.vstack([c.get_offsets() for c in digits])
+    expected = np.vstack([np.tile(centroid(b.polygon), (len(str(b.id)), 1)) for b in wall.blocks])
+    np.testing.assert_allclose(*(p[np.lexsort(np.round(p, 9).T)] for p in (offsets, expected)), atol=1e-9)
+    boxes = [c.get_paths()[0].get_extents() for c in digits if len(c.get_offsets())]
+    assert min(box.x0 for box in boxes) == pytest.approx(-max(box.x1 for box in boxes), abs=0.5)  # points
+
+
 def test_numbers_are_left_out_unless_asked_for(assemblage):
     assert shown(plots.blocks(assemblage.wall))[0] == []
 
@@ -152,6 +166,20 @@ def test_any_name_can_be_drawn_and_fits(assemblage, name, tmp_path):
     assert 0 < box.x0 < box.x1 < figure.bbox.width
     assert figure.axes[0].get_title().splitlines()[0][:12] == name[:12]
     ElementTree.parse(tmp_path / "blocks.svg")
+
+
+@pytest.mark.parametrize("legend", [0, 2, 7])
+@pytest.mark.parametrize("size", [(5, 6), (7, 7.5), (2.2, 1.3), (2, 2.4), (1, 8), (8, 1)])
+def test_no_line_of_a_title_is_cut_off(size, legend):
+    figure, axes = wall_figure(np.array([[0, 0], size]), "load multiplier 0.12\ndisplacements drawn × 5", "a wall")
+    for number in range(legend):
+        axes.plot([], [], label=f"label {number}")
+    legend_below(axes, 3)
+    lay_out(figure)
+    drawn(figure)
+    title = axes.title.get_window_extent()
+    assert title.y1 <= figure.bbox.y1
+    assert 0 <= title.x0 <= title.x1 <= figure.bbox.x1
 
 
 def test_a_wall_far_from_the_origin_is_drawn_without_an_offset_on_the_axes(assemblage):
@@ -459,7 +487,7 @@ def curves_figure(state):
     moved = np.array([0.001, 0.003, 0.011, 0.021])
     none = np.zeros(4)
     curve = PushoverCurve(counts, none, shear, shear, moved, none, none, none, counts, counts, counts, counts, "done")
-    capacity = Capacity(6600.0, 0.29696, 0.010, 0.020, 2.5e6, 0.0, 0.0)
+    capacity = Capacity(6600.0, 0.29696, 0.010, 0.020, 2.5e6, 0.0, 0.0, True)
     models = {"macroblocks": (curve, capacity), "micro": (curve, capacity)}
     return plots.curves(models, analysis, "wall 6")
 

@@ -283,7 +283,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         np.zeros((16, 3)), np.zeros((10, 4), int), np.zeros(16, int), np.zeros(10, int), np.zeros((4, 3), int),
         np.zeros(4, int), np.zeros(4, int), np.full(2, 25e3), 1, 0.1,
     )  # fmt: skip
-    capacity = Capacity(900.0, 0.288, 0.01, 0.02, 5e6, 0.001, 1e-5)
+    capacity = Capacity(900.0, 0.288, 0.01, 0.02, 5e6, 0.001, 1e-5, True)
     seconds = {"mesh": 1, "assembly": 2, "factorise": 3, "contact": 4, "total": 11}
     entry = results.pushover_summary(
         "macro",
@@ -315,7 +315,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
                 "ranks", "steps", "newton_iterations",
                 "peak_base_shear", "peak_multiplier", "displacement_at_peak", "final_displacement",
                 "initial_stiffness", "equilibrium_residual", "max_penetration", "energy_error",
-                "max_kinetic_over_internal",
+                "max_kinetic_over_internal", "peak_reached",
                 "peak_memory", "stopped_because", "complaint", "valid", "not_valid_because",
             ]),
             "seconds": dict.fromkeys(["mesh", "assembly", "factorise", "contact", "total"]),

@@ -5,7 +5,9 @@ The wall's name, its materials and the case's name are HTML: they must be read, 
 
 from __future__ import annotations
 
+import base64
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -35,7 +37,9 @@ def run(tmp_path_factory):
     (folder / "case.toml").write_text(
         f"name = {json.dumps(EVIL)}\n[wall]\nblocks = 'wall.json'\n[stepping]\nfinal_displacement = '1 mm'\n"
         "[macroblocks]\nnormal = 1e-3\n"
-        "[seismic]\npeak_ground_acceleration = '0.15 g'\nground = 'B'\n",
+        "[seismic]\npeak_ground_acceleration = '0.15 g'\nground = 'B'\n"
+        "[[seismic.limit_states]]\nname = 'DL'\npeak_ground_acceleration = '0.06 g'\n"
+        "[[seismic.limit_states]]\nname = 'NC'\npeak_ground_acceleration = '0.2 g'\n",
         encoding="utf-8",
     )
     assert main(["run", str(folder / "case.toml"), "--output", str(folder / "run"), "--quiet"]) == 0
@@ -141,7 +145,7 @@ def test_numbers_equal_the_summary(page, run):
     keys = [cell.get_attribute("data-key") for cell in shown]
     wanted = {
         "seismic.kinematic.a0_star_m_per_s2",
-        "seismic.pushover.1.safety_ratio",
+        "seismic.checks.1.safety_ratio",
         "wall.weight",
         "limit_analysis.associative",
         "pushover.0.peak_base_shear",
@@ -167,6 +171,18 @@ def test_the_page_is_one_small_file_that_prints(page, run):
     assert (run / "report.html").stat().st_size < 5_000_000
     pdf = page.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True, "printBackground": True})["data"]
     assert pdf.startswith("JVBERi")  # %PDF-
+
+
+def test_the_seismic_verification_is_one_page_of_a4(page):
+    """Everything else hidden, the PDF has one page; its picture, spectrum, clauses and notes are on it."""
+    others = "document.querySelectorAll('header, main > :not(#seismic)')"
+    page.execute_script(f"for (const other of {others}) other.style.display = 'none'")
+    pdf = page.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True, "printBackground": True})["data"]
+    assert len(re.findall(rb"/Type\s*/Page\b", base64.b64decode(pdf))) == 1
+    section = page.find_element("id", "seismic")
+    assert section.find_element("tag name", "img").get_property("naturalWidth") > 500
+    for text in ("EN 1998-1 Annex B", "C8.7.1.2.1.7", "unit weight", "control point", "safety ratio"):
+        assert text in section.text, text
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.verification import equivalent_system_of
+from orchestrator.seismic.n2 import equivalent_system
+from orchestrator.seismic.observed import nodal_mass
 from tests.verification.pushover_chain import Run, model_of, run, stack
 
 
@@ -44,7 +45,12 @@ def test_equivalent_system_of_a_rocking_block(direction):
     """It turns as a whole about its toe: phi = y / h, so m* = M/2, Gamma = (1/2) / (1/3), F*/V = 1/2 under its mass."""
     model = model_of(stack((0.2, 0.8), friction=5.0), direction=direction)
     result = run(model, 0.01, displacement_increment=1e-3)
-    system = equivalent_system_of(model, result.under_gravity, result.increments[-1])
+    nodes = len(model.meshes.nodes)
+    moved = (result.increments[-1].displacement - result.under_gravity.displacement)[:nodes, 0]
+    mass, top = nodal_mass(model.meshes), model.top_row.reshape(-1, 3)[:nodes, 0]
+    assert abs(mass - model.mass[: 3 * nodes : 3, : 3 * nodes : 3]).max() < 1e-9 * mass.max(), "that of the elements"
+    along = model.direction * moved
+    system = equivalent_system(mass, along / float(top @ moved), mass @ np.ones(nodes), np.ones(nodes))
     assert system.whole_mass == pytest.approx(model.weight / 9.81)
     assert system.mass == pytest.approx(0.5 * system.whole_mass, rel=0.01)
     assert system.gamma == pytest.approx(1.5, rel=0.01)

@@ -1,0 +1,160 @@
+"""Walls of all families, every stone a body, pushed both ways: does the path reach its end, and at what cost?
+
+    python docs/studies/path.py [number of pushovers, default 100]
+
+writes path.csv and path.md beside this file. A quarter of the pushovers are of irregular courses, half of rubble and
+arched walls that were drawn with errors and imported (any_wall.py), a quarter of larger rubble. The end of a curve is a
+base shear 20 % below the peak, a top displacement of a thirtieth of the height, or the fall of the wall; nothing is set
+by hand. A run is left after LIMIT s of CPU time. Two runs go side by side.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+PROJECT, FOLDER = Path(__file__).parents[2], Path(__file__).parent
+sys.path[:0] = [str(PROJECT), str(FOLDER)]
+
+import any_wall  # noqa: E402
+import robustness  # noqa: E402
+from mpi4py import MPI  # noqa: E402
+
+from orchestrator.bodies import make_bodies  # noqa: E402
+from orchestrator.errors import CollapseError, ConvergenceError  # noqa: E402
+from orchestrator.joints import JointSettings, find_joints  # noqa: E402
+from orchestrator.macroblocks import one_body_per_block  # noqa: E402
+from orchestrator.masonry.patterns import Rubble, irregular_courses, rubble  # noqa: E402
+from orchestrator.masonry.readers import read_blocks  # noqa: E402
+from orchestrator.masonry.wall import Wall  # noqa: E402
+from orchestrator.meshing import MeshSettings, mesh_bodies  # noqa: E402
+from orchestrator.pushover.linear_system import LinearSystem  # noqa: E402
+from orchestrator.pushover.model import build_model  # noqa: E402
+from orchestrator.pushover.settings import (  # noqa: E402
+    ContactSettings,
+    ElasticSettings,
+    NewtonSettings,
+    SteppingSettings,
+)
+from orchestrator.pushover.state import Increment  # noqa: E402
+from orchestrator.pushover.stepping import Pushover, end_of_curve  # noqa: E402
+from orchestrator.results.summary import effort_of  # noqa: E402
+
+LIMIT = 180.0
+COURSES, DRAWN = 24, 50
+"""pushovers of irregular courses, and of walls that were drawn; the rest are of larger rubble"""
+
+
+def wall_of(number: int) -> tuple[str, Wall]:
+    """Return family and wall of a pair of pushovers."""
+    if number < COURSES // 2:
+        return "irregular courses", irregular_courses(robustness.WALLS[number])
+    number -= COURSES // 2
+    if number < DRAWN // 2:
+        family, wall = any_wall.wall_of(number)
+        with TemporaryDirectory() as folder:
+            errors = any_wall.ERRORS[number % len(any_wall.ERRORS)]
+            any_wall._read(wall, errors, Path(folder), number)
+            return f"{family}, drawn", read_blocks(Path(folder) / "wall.json")
+    number -= DRAWN // 2
+    random = np.random.default_rng(number)
+    stone, flatness = random.uniform(0.24, 0.34), random.uniform(1.2, 2.4)
+    return "larger rubble", rubble(Rubble(2.6, 2.2, stone=stone, flatness=flatness, seed=number))
+
+
+def pushed(run: int) -> dict[str, Any]:
+    """Return the row of one pushover: pair of walls run // 2, along +x or -x."""
+    began, direction = process_time(), 1 - 2 * (run % 2)
+    family, wall = wall_of(run // 2)
+    assemblage = find_joints(wall, JointSettings())
+    bodies = make_bodies(assemblage, one_body_per_block(assemblage))
+    meshes = mesh_bodies(bodies, MeshSettings(), None)
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), direction, MPI.COMM_SELF, True)
+    height = float(np.ptp(meshes.nodes[:, 1]))
+    stepping = SteppingSettings(final_displacement=height / 30)
+    ended, kept = "", list[Increment]()
+    try:
+        with LinearSystem(model, MPI.COMM_SELF) as system:
+            for increment in Pushover(model, system, NewtonSettings(), stepping).increments():
+                kept.append(increment)
+                if process_time() - began > LIMIT:
+                    ended = f"left after {LIMIT:g} s"
+                    break
+                ended = end_of_curve(increment, stepping) or ended
+    except CollapseError as error:
+        ended = str(error)
+    except ConvergenceError as error:
+        ended = f"STOPPED: {error}"
+    effort = effort_of(kept, model.body_names, model.body_mass)
+    lateral = [increment for increment in kept if increment.phase != "gravity"]
+    return {
+        "run": run,
+        "family": family,
+        "direction": "+x" if direction > 0 else "-x",
+        "stones": model.bodies,
+        "peak": kept[-1].largest_base_shear / model.horizontal_load,
+        "moved_mm": 1e3 * lateral[-1].control_displacement if lateral else 0.0,
+        "iterations": effort.newton_iterations,
+        "rows": effort.steps,
+        "in_motion": effort.moving_steps,
+        "events": len(effort.events),
+        "first_event": effort.events[0].load_multiplier if effort.events else "",
+        "fallen_share": sum(event.mass_share for event in effort.events),
+        "energy_error": effort.energy_error,
+        "rescues": sum(effort.rescues.values()),
+        **{kind: count for kind, count in Counter(_kinds(effort.rescues)).items()},
+        "seconds": round(process_time() - began, 1),
+        "ended": ended,
+    }
+
+
+def _kinds(rescues: dict[str, int]) -> list[str]:
+    """Return what was done about failed attempts, without the sizes."""
+    kinds = ("retried", "moved until it rested", "driven", "local part", "shorter step", "moved on", "no longer driven")
+    return [kind for said, count in rescues.items() for kind in kinds if kind in said for _ in range(count)]
+
+
+def main(count: int) -> None:
+    """Run all pushovers and write the table."""
+    rows: list[dict[str, Any]] = []
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        for row in pool.map(pushed, range(count)):
+            rows.append(row)
+            print(row, flush=True)
+            write(rows)
+
+
+def write(rows: list[dict[str, Any]]) -> None:
+    """Write path.csv and path.md."""
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    with (FOLDER / "path.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, columns, restval=0)
+        writer.writeheader()
+        writer.writerows(rows)
+    families = [row["family"].split(",")[0] for row in rows]
+    lines = []
+    for family in [*dict.fromkeys(families), "all"]:
+        of = [row for row, name in zip(rows, families, strict=True) if family in (name, "all")]
+        work = [row["iterations"] for row in of]
+        ended = sum(not str(row["ended"]).startswith(("left", "STOPPED")) for row in of)
+        lines.append(
+            f"| {family} | {len(of)} | {ended} | {np.median(work):.0f} | {np.quantile(work, 0.95):.0f} | {max(work)} "
+            f"| {sum(row['in_motion'] for row in of)} of {sum(row['rows'] for row in of)} "
+            f"| {sum(row['events'] for row in of)} | {sum(row['rescues'] for row in of)} |"
+        )
+    head = (FOLDER / "path_head.md").read_text()
+    names = "| family | pushovers | reach their end | iterations, median | 95 % | most | rows in motion | events | rescues |"
+    (FOLDER / "path.md").write_text("\n".join([head, names, "|" + " --- |" * 9, *lines, ""]))
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)

@@ -1,0 +1,180 @@
+"""What drawings get wrong: lines that stop short, stones drawn twice, units; each is read all the same, or said."""
+
+from __future__ import annotations
+
+import ezdxf
+import numpy as np
+import pytest
+
+from orchestrator.errors import CaseError
+from orchestrator.intake import import_wall
+from orchestrator.masonry import drawing
+from orchestrator.masonry.healing import heal
+from orchestrator.masonry.patterns import ArchedOpening, ArchedWall, IrregularCourses, Rubble, arched_wall, rubble
+from tests.support.drawings import CENTIMETRES, INCHES, METRES, MILLIMETRES, polylines
+
+MATERIAL = {"thickness": "0.3 m"}
+WALLS = {
+    "rubble": lambda: rubble(Rubble(1.8, 1.4, stone=0.35, seed=2)),
+    "arch": lambda: arched_wall(
+        ArchedWall(
+            IrregularCourses(3.2, 2.8, thickness=0.4, widths=(0.3, 0.5), heights=(0.2, 0.28), overlap=0.06),
+            (ArchedOpening(1.1, 2.1, 0.0, 1.2, depth=0.25, voussoirs=11),),
+        )
+    ),
+}
+
+
+def drawn(path, lines=(), outlines=()):
+    """Draw lines (ends in mm) and closed outlines on the layer of the blocks."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = MILLIMETRES
+    for a, b in lines:
+        document.modelspace().add_line(a, b, dxfattribs={"layer": "blocks"})
+    for outline in outlines:
+        document.modelspace().add_lwpolyline(outline, close=True, dxfattribs={"layer": "blocks"})
+    document.saveas(path)
+    return path
+
+
+def box(left, bottom, right, top):
+    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], float)
+
+
+def frame(*corners):
+    """The edges of a box as lines."""
+    outline = box(*corners)
+    return list(zip(outline, np.roll(outline, -1, axis=0), strict=True))
+
+
+def read(path, **options):
+    taken = import_wall(path, MATERIAL | {"ground": "0.2 m"} | options)
+    return sum(not block.fixed for block in taken.wall.blocks), taken.remarks
+
+
+def test_lines_that_stop_short_are_counted_with_places_and_the_tolerance_that_closes_them(tmp_path):
+    """A frame of three stones: both joints inside stop 3 mm short below, and one 2 mm short above."""
+    joints = [((400, 3), (400, 300)), ((800, 3), (800, 298))]
+    path = drawn(tmp_path / "short.dxf", frame(0, 0, 1200, 300) + joints)
+    found, remarks = read(path)
+    assert found == 1
+    assert (
+        "blocks: WARNING: 2 lines close no outline; 3 open ends at (0.4, 0.003), (0.8, 0.003), (0.8, 0.298) m; "
+        '--tolerance "4 mm" closes 2 outlines more'
+    ) in remarks
+    assert "WARNING" in remarks[0], "warnings are first"
+    found, remarks = read(path, tolerance="4 mm")
+    assert found == 3
+    assert not [remark for remark in remarks if "open end" in remark]
+
+
+def test_a_line_that_no_tolerance_closes_is_told_apart(tmp_path):
+    """A dimension line outside and a joint that stops 20 mm short: the smallest tolerance that closes the joint."""
+    extra = [((400, 20), (400, 300)), ((0, 600), (900, 600)), ((1000, 900), (1010, 900))]
+    _, remarks = read(drawn(tmp_path / "short.dxf", frame(0, 0, 800, 300) + extra))
+    said = next(remark for remark in remarks if "open end" in remark)
+    assert "3 lines close no outline; 5 open ends at (0, 0.6), (0.4, 0.02), (0.9, 0.6), (1, 0.9), (1.01, 0.9) m" in said
+    assert 'tolerance "30 mm" closes 1 outline more, 1 line stays open then' in said
+
+
+def test_a_drawing_none_of_whose_lines_close_is_refused_with_the_tolerance_to_try(tmp_path):
+    outline = box(0, 0, 400, 300)
+    lines = [(a + 0.01 * (b - a), b) for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True)]
+    path = drawn(tmp_path / "open.dxf", lines)
+    with pytest.raises(CaseError, match=r'none \(blocks: 4 lines .* --tolerance "5 mm" closes 1 outline more'):
+        read(path)
+    assert read(path, tolerance="5 mm")[0] == 1
+
+
+def test_an_open_polyline_is_closed_by_the_distance_of_its_ends(tmp_path):
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = MILLIMETRES
+    corners = [(0, 0), (400, 0), (400, 300), (0, 300), (0, 6)]
+    document.modelspace().add_lwpolyline(corners, dxfattribs={"layer": "blocks"})
+    document.modelspace().add_lwpolyline(box(400, 0, 800, 300), close=True, dxfattribs={"layer": "blocks"})
+    document.saveas(tmp_path / "open.dxf")
+    _, remarks = read(tmp_path / "open.dxf")
+    assert any('2 open ends at (0, 0), (0, 0.006) m; --tolerance "8 mm" closes 1 outline' in said for said in remarks)
+
+
+def test_an_outline_of_lines_around_another_one_is_said(tmp_path):
+    lines = frame(0, 0, 800, 600) + frame(200, 200, 400, 400)
+    said = r"block 2: touches no other .*; while reading: .*1 outline of lines encloses others and is left out"
+    with pytest.raises(CaseError, match=said):
+        read(drawn(tmp_path / "ring.dxf", lines, [box(0, -300, 800, 0)]))
+
+
+@pytest.mark.parametrize(("shift", "apart"), [(0.0, ""), (0.6, ", up to 0.6 mm apart")])
+def test_a_stone_drawn_twice_within_the_tolerance_is_one(tmp_path, shift, apart):
+    stones = [box(0, 0, 400, 300), box(400, 0, 800, 300), box(0, 300, 800, 500)]
+    found, remarks = read(drawn(tmp_path / "twice.dxf", outlines=[*stones, stones[1] + [shift, 0.0]]))
+    assert found == 3
+    x = 0.6 + 1e-3 * shift
+    assert f"blocks: 1 outline drawn twice{apart}, kept once; at ({x:.4g}, 0.15) m" in remarks
+
+
+def test_every_stone_drawn_twice_by_another_hand_is_read_once(tmp_path):
+    wall = rubble(Rubble(1.4, 1.2, stone=0.35, seed=1))
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = MILLIMETRES
+    random = np.random.default_rng(0)
+    for _ in range(2):
+        for block in wall.blocks:
+            corners = 1e3 * block.polygon + random.uniform(-0.3, 0.3, block.polygon.shape)
+            layer = {"layer": "supports" if block.fixed else "blocks"}
+            document.modelspace().add_lwpolyline(corners, close=True, dxfattribs=layer)
+    document.saveas(tmp_path / "twice.dxf")
+    taken = import_wall(tmp_path / "twice.dxf", MATERIAL)
+    assert len(taken.wall.blocks) == len(wall.blocks)
+    assert any(said.startswith(f"blocks: {len(wall.blocks) - 1} outlines drawn twice") for said in taken.remarks)
+
+
+@pytest.mark.parametrize("shift", [0.4, 0.8])
+def test_lines_drawn_twice_leave_no_slivers(tmp_path, shift):
+    lines = [*frame(0, 0, 800, 300), ((400, 0), (400, 300))]
+    lines += [(np.add(a, shift), np.add(b, shift)) for a, b in lines]
+    found, remarks = read(drawn(tmp_path / "twice.dxf", lines), tolerance="2 mm")
+    assert found == 2
+    assert any("ends of lines up to" in remark and "apart taken to meet" in remark for remark in remarks)
+
+
+def test_thin_stones_side_by_side_are_no_copies(tmp_path):
+    slates = [box(0, 8 * k, 600, 8 * k + 8) for k in range(4)]
+    found, remarks = read(drawn(tmp_path / "slates.dxf", outlines=slates), tolerance="10 mm")
+    assert found == 4
+    assert not [remark for remark in remarks if "twice" in remark]
+
+
+def test_a_stone_that_closing_gaps_would_fold_is_named_with_its_place(tmp_path, monkeypatch):
+    """No drawing is known any more that does this; what is said must not blame the order of the corners."""
+
+    def folding(polygons, *settings):
+        healed, joined = heal(polygons, *settings)
+        healed[1] = healed[1][[0, 2, 1, 3]]
+        return healed, joined
+
+    monkeypatch.setattr(drawing, "heal", folding)
+    said = (
+        r"block 1 at \(0.2, 0.15\) m: its polygon crosses or touches itself where gaps and overlaps up to 1 mm are "
+        r"closed; correct the corners there, or try another --tolerance"
+    )
+    with pytest.raises(CaseError, match=said):
+        read(drawn(tmp_path / "wall.dxf", outlines=[box(0, 0, 400, 300), box(400, 0, 800, 300)]))
+
+
+@pytest.mark.parametrize("errors", [{}, {"error": 4e-4}, {"gap": 3e-3}])
+@pytest.mark.parametrize("family", WALLS)
+def test_a_drawing_is_the_same_wall_in_any_unit(tmp_path, family, errors):
+    """In mm, cm, m and inches, by the header or as given: corners within 1e-6 m, as nearly parallel lines enlarge
+    rounding."""
+    options = MATERIAL | {"tolerance": "5 mm"}
+    words = {MILLIMETRES: "mm", CENTIMETRES: "cm", METRES: "m", INCHES: "in"}
+    walls = [
+        import_wall(polylines(tmp_path / "wall.dxf", WALLS[family](), unit=unit, **errors), options | given).wall
+        for unit, word in words.items()
+        for given in ({}, {"unit": word})
+    ]
+    for wall in walls[1:]:
+        for block, first in zip(wall.blocks, walls[0].blocks, strict=True):
+            assert block.fixed == first.fixed
+            assert block.polygon == pytest.approx(first.polygon, abs=1e-6)
