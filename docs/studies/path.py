@@ -152,7 +152,8 @@ def write(rows: list[dict[str, Any]]) -> None:
             f"| {sum(row['events'] for row in of)} | {sum(row['rescues'] for row in of)} |"
         )
     head = (FOLDER / "path_head.md").read_text()
-    names = "| family | pushovers | reach their end | iterations, median | 95 % | most | rows in motion | events | rescues |"
+    names = "| family | pushovers | reach their end | iterations, median | 95 % | most | rows in motion | events "
+    names += "| rescues |"
     (FOLDER / "path.md").write_text("\n".join([head, names, "|" + " --- |" * 9, *lines, ""]))
 
 

@@ -52,7 +52,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
     points = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     free = np.array([not block.fixed for block in wall.blocks])
     settings = tomllib.loads((run.folder / "case.toml").read_text(encoding="utf-8"))
-    remarks = [*run.analysis.remarks, *run.partition.remarks]
+    remarks = [*run.analysis.remarks, *run.partition.remarks, *results.remarks([model.summary for model in models])]
     return {
         "summary": run.summary,
         "seismic": seismic_contents(run, in_words(run.case.load)),
@@ -75,7 +75,6 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "tolerances": run.partition.tolerances,
         "pictures": {path.stem: picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
         "models": [_model(run, model) for model in models],
-        "remarks": results.remarks([model.summary for model in models]),
         "complaints": [(LABELS[m.name], m.summary["complaint"]) for m in models if m.summary.get("complaint")],
         "remarks": remarks,
         "failed_checks": sum(not check["passed"] for model in models for check in _checks(model.summary)),

@@ -71,7 +71,7 @@ class InMechanism:
 
 def safest_state(analysis: LimitAnalysis) -> LimitState | None:
     """Return the lowest non-associative state that has converged, None where there is none."""
-    found = (analysis.lowest, analysis.sequence, analysis.dilation_shift, analysis.complementarity)
+    found = (analysis.path, analysis.lowest, analysis.sequence)
     converged = [state for state in found if state is not None and state.converged]
     return min(converged, key=lambda state: state.load_multiplier, default=None)
 
