@@ -5,7 +5,9 @@ and their live load, for they lie on the ground; so are stones that then fall. W
 (Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
 
 Joints have two stiffnesses in turn. A state that is a property of the wall is the same with both; where the multipliers
-differ by more than SPREAD their interval is the answer, and the lower one is the headline. They take turns: in two
+differ by more than SPREAD their interval is the answer, and the lower one is the headline. Where the first closed a
+state, the second need not walk up the whole path to show that: it is asked for rest SPREAD below that state and for
+none SPREAD above (`agrees`), and walks only if it answers otherwise. They take turns: in two
 threads at a time last digits differ from run to run (where arrays come to lie in memory), and a run must repeat itself.
 """
 
@@ -21,7 +23,7 @@ from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, Stiffness
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.gravity import falling_blocks
 from orchestrator.limit_analysis.loads import Loads
-from orchestrator.limit_analysis.path import LoadPath, load_path
+from orchestrator.limit_analysis.path import LoadPath, agrees, load_path
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.state import LimitState, LocalFailure
 from orchestrator.limit_analysis.yield_conditions import coulomb
@@ -64,7 +66,11 @@ class Loaded:
 
 def loaded(problem: Problem, loads: Loads, associative: float, local_share: float) -> Loaded | None:
     """Load a wall along +x until it fails as a whole, with joints of both stiffnesses; None: no rest at first."""
-    found = [peeled(problem, loads, associative, local_share, stiffness) for stiffness in STIFFNESSES]
+    first = peeled(problem, loads, associative, local_share, STIFFNESSES[0])
+    closed = first.state if first is not None and first.state is not None and first.state.converged else None
+    if first is not None and closed and agrees(first.part, closed.load_multiplier, SPREAD, STIFFNESSES[1]):
+        return first
+    found = [first, peeled(problem, loads, associative, local_share, STIFFNESSES[1])]
     ended = [one for one in found if one is not None and one.state is not None and one.state.converged]
     if not ended:
         return found[0] or found[1]

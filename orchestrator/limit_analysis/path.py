@@ -38,6 +38,8 @@ REST = 1e-6
 GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-3, 1e4
 """Force per displacement, mean block weights over elastic displacement: where gravity and a load step begin, and where
 it is given up."""
+DIRECT, DIRECT_DRAG = (0.25, 0.5, 0.75, 1.0), 1e-5
+"""Loads at which joints of another stiffness are asked for a rest, parts of the last; the drag of these few steps."""
 SLOWER, FASTER = 4.0, ((6, 0.1), (10, 0.3), (13, 0.7))
 """Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
 MOTION, NEARLY, CLOSE = 1e-3, 1e-2, 1e-5
@@ -261,6 +263,28 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
         factorisations=loading.spent,
         seconds=perf_counter() - started,
     )
+
+
+def agrees(problem: Problem, multiplier: float, share: float, stiffness: Stiffness) -> bool:
+    """Whether joints of another stiffness rest just below a multiplier and no longer just above (`share` of it).
+
+    That is asked directly from gravity, without the path's small steps: the state itself depends on these in its third
+    or fourth digit, `share` is a hundredth. On doubt the answer is no, and the whole path is worth its time.
+    """
+    loading = _Loading(problem, stiffness)
+    scale = loading.wall.problem.per_multiplier
+    stands = loading.rest(undeformed(loading.wall), 0.0, GRAVITY_DRAG, GRAVITY_BUDGET)
+    if not stands.rests or multiplier <= 0:
+        return False
+    loading.at_gravity = position = stands.position
+    for part in DIRECT:
+        below = loading.rest(position, scale * part * (1.0 - share) * multiplier, DIRECT_DRAG, REST_BUDGET)
+        if not below.rests:
+            return False
+        position = below.position
+        if part == DIRECT[0]:
+            loading.elastic = loading.moved(position) / (scale * part * multiplier)
+    return not loading.rest(position, scale * (1.0 + share) * multiplier, DIRECT_DRAG, REST_BUDGET).rests
 
 
 def nearest(loading: _Loading, met: _Moved, fine: float) -> LimitState:
