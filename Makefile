@@ -6,7 +6,7 @@ RANKS = 1
 MPIRUN = $(if $(filter-out 1,$(RANKS)),OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n $(RANKS))
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: setup benchmark1 benchmark2 table1 test lint verify bench reference docs clean
+.PHONY: setup benchmark1 benchmark2 outofplane table1 test lint verify bench reference docs clean
 
 setup: .venv/.ready
 
@@ -21,6 +21,11 @@ setup: .venv/.ready
 
 benchmark1: setup
 	$(MPIRUN) $(PYTHON) -m orchestrator run templates/benchmark1.toml --output results/benchmark1
+
+# A facade between two returns, pushed out of its plane: multipliers, pictures, the collapse under a slider.
+outofplane: setup
+	$(PYTHON) -m orchestrator check templates/uwall.toml --output results/outofplane
+	$(PYTHON) -m orchestrator limit templates/uwall.toml --output results/outofplane
 
 # The tolerance studies; a study that was stopped goes on. RANKS=3 shares the runs between two processes, which need not
 # yield to each other at every call: on a busy machine that made a study of 18 s last more than 230 s.

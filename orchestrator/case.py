@@ -99,9 +99,9 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Case:
     """
     try:
         refuse_what_is_not_utf8(str(path), "")
-        record = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else _toml(path)
+        record = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else toml_record(path)
         for override in overrides:
-            _override(record, override)
+            overridden(record, override)
         case = _case(record)
     except CaseError as error:
         raise error.in_file(str(path)) from None
@@ -170,7 +170,8 @@ def json_schema() -> dict[str, Any]:
     return _model().model_json_schema()
 
 
-def _toml(path: Path) -> dict[str, Any]:
+def toml_record(path: Path) -> dict[str, Any]:
+    """Return what a case file holds, unchecked. Raises CaseError."""
     try:
         refuse_what_is_no_file(path, LARGEST_FILE, "is this a case file?")
         return tomllib.loads(path.read_text(encoding="utf-8"))
@@ -182,7 +183,7 @@ def _toml(path: Path) -> dict[str, Any]:
         raise CaseError("", f"is not TOML ({error})", "see templates/benchmark1.toml for an example") from None
 
 
-def _override(record: dict[str, Any], override: str) -> None:
+def overridden(record: dict[str, Any], override: str) -> None:
     """Set section.key in the record; the value is TOML where it can be, else text."""
     key, equals, text = override.partition("=")
     *sections, name = key.strip().split(".")

@@ -22,6 +22,8 @@ from rich.console import Console
 from orchestrator import case as cases
 from orchestrator import driver, file_commands, load_cases, plots, results, study_runs, tables
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
+from orchestrator.outofplane import commands as outofplane
+from orchestrator.outofplane.case import refuse_space, spatial
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
 from orchestrator.progress import IncrementDone, StageDone
 from orchestrator.seismic.record import notes, verdict
@@ -47,6 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
     console = Console(quiet=quiet, highlight=False, force_terminal=False if several else None)
     ending = Ending(comm)
     try:
+        if options.action in (_run, _segment, _study):
+            refuse_space(options.case, options.set, options.command or "run")
         return ending.together(int(options.action(options, comm, console)), "")
     except CaseError as error:
         return ending.together(2, str(error))
@@ -150,6 +154,9 @@ def _command(
 
 
 def _check(options: argparse.Namespace, _: None, console: Console) -> int:
+    if spatial(options.case, options.set):
+        output = options.output or Path("results") / options.case.stem
+        return outofplane.check(options.case, options.set, output, console)
     case = cases.read(options.case, options.set)
     assemblage, said = load_cases.examine(case)
     figures = (options.output or Path("results") / options.case.stem) / "figures"
@@ -165,8 +172,10 @@ def _check(options: argparse.Namespace, _: None, console: Console) -> int:
 
 
 def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
-    case = cases.read(options.case, options.set)
     output = options.output or Path("results") / options.case.stem
+    if options.settle is None and spatial(options.case, options.set):
+        return outofplane.limit(options.case, options.set, output, options.json, console)
+    case = cases.read(options.case, options.set)
     if options.settle is not None:
         if not math.isfinite(options.settle_angle):
             raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")

@@ -26,13 +26,17 @@ IMPORT_OPTIONS = {
     "mortar": ('"10 mm"', "widest mortar joint drawn as a gap: closed to its middle (pictures: default 20 mm)"),
     "loose": ("drop", "stones that would fall out of dry joints: keep (default), drop, or glue to a neighbour"),
     "ground": ('"200 mm"', "put a support under the wall, reaching this far beyond it"),
-    "unit": ("mm", "DXF, SVG: unit of the coordinates, instead of the file's"),
+    "unit": ("mm", "DXF, SVG: unit of the coordinates, instead of the file's; OBJ, PLY, STL, COMPAS: needed"),
+    "height": ('"250 mm"', "DXF of courses in plan: height of a course whose layer does not say it"),
     "blocks": (
         "LAYERS",
         "DXF layers, SVG groups or COCO categories of the blocks, as in stone,timber (default blocks; * and ? stand "
         "for any letters)",
     ),
-    "supports": ("LAYER", "layer, group or category of the supports (default supports)"),
+    "supports": (
+        "LAYER",
+        "layer, group or category of the supports (default supports); of blocks in space their ids, as in 1,2",
+    ),
     "openings": ("LAYER", "layer, group or category of the openings (default openings)"),
     "scale": ('"2 mm"', "picture, COCO: side of a pixel (needed); SVG: length of a user unit, instead of the file's"),
     "stones": (
@@ -97,13 +101,15 @@ def _add_import(commands: Any) -> None:
         commands,
         "import",
         _import,
-        "read a wall from a drawing (DXF, SVG), row notation, a block file, a picture or annotations (COCO); write a "
-        "block file and its picture",
+        "read a wall from a drawing (DXF, SVG), row notation, a block file, a picture or annotations (COCO), or blocks "
+        "in space from meshes, STEP, COMPAS JSON or plans of courses; write a block file and its picture",
         "import templates/wall1.txt --output build/wall1.json",
     )
-    reading.add_argument(
-        "file", type=Path, metavar="FILE", help=".dxf .svg, .txt .rows, .json, .png .jpg .tif .bmp .gif"
+    plane, space = (
+        ".dxf .svg, .txt .rows, .json, .png .jpg .tif .bmp .gif",
+        ".obj .ply .stl .step or a folder of meshes",
     )
+    reading.add_argument("file", type=Path, metavar="FILE", help=f"{plane}; in space {space}")
     reading.add_argument("--output", type=Path, default=Path("blocks.json"), help="block file (default: blocks.json)")
     for name, (value, text) in IMPORT_OPTIONS.items():
         reading.add_argument(f"--{name}", metavar=value, help=text)
@@ -130,6 +136,11 @@ def _import(options: argparse.Namespace, _: None, console: Console) -> int:
     given = {name.replace("-", "_"): getattr(options, name.replace("-", "_")) for name in IMPORT_OPTIONS}
     if options.output.exists() and options.file.exists() and options.output.samefile(options.file):
         raise CaseError("--output", f"{options.output} is the file to import", "give another name")
+    from orchestrator.outofplane import intake as in_space
+
+    given_in_space = {name: value for name, value in given.items() if value is not None}
+    if in_space.takes(options.file, given_in_space):
+        return in_space.import_wall(options.file, given_in_space, options.output, console)
     from orchestrator import intake  # drawings and pictures cost 0.1 s that other commands need not wait for
 
     intake.refuse_output(options.output)

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from orchestrator.pushover.model import ContactModel
     from orchestrator.pushover.nodal_loads import NodalLoads
+    from orchestrator.pushover.settings import SteppingSettings
 
 logger = logging.getLogger(__name__)
 
@@ -125,7 +126,7 @@ def _follow(
     assembled = perf_counter()
     complaint: ConvergenceError | CollapseError | None = None
     with LinearSystem(contact_model, working) as system:
-        pushover = Pushover(contact_model, system, case.newton, case.stepping, expected)
+        pushover = Pushover(contact_model, system, case.newton, _stepping(model, case), expected)
         try:
             for increment in pushover.increments(last):
                 on_root(comm, store.append, increment)
@@ -136,6 +137,11 @@ def _follow(
     seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - system.seconds}
     seconds["total"] = meshes.seconds + perf_counter() - began
     return on_root(comm, _folded, model, case, bodies, contact_model, store, complaint, expected, working.size, seconds)
+
+
+def _stepping(model: ModelName, case: Case) -> SteppingSettings:
+    """Return how a path is followed: macroblocks are those of one mechanism, and know no other once it has fallen."""
+    return case.stepping if model == "micro" else replace(case.stepping, local_share=0.0)
 
 
 def _progress(model: str, increment: Increment, case: Case, weight: float, seconds: float) -> IncrementDone:

@@ -45,7 +45,7 @@ def main() -> tuple[LimitAnalysis, Capacity]:
     print(f"{partition.count} macroblocks, {len(meshes.tetrahedra)} tetrahedra")
 
     curve = pushover_curve(bodies, meshes, stepping=SteppingSettings(final_displacement=0.005))
-    capacity = find_capacity(curve, analysis.weight)
+    capacity = find_capacity(curve)
     print(f"peak {capacity.peak_multiplier:.4f} = {capacity.peak_base_shear / 1e3:.3f} kN; {curve.stopped_because}")
     return analysis, capacity
 

@@ -79,12 +79,17 @@ def wall_of(number: int) -> tuple[str, Wall]:
         )
     if family == "rubble with window":
         return family, rubble(Rubble(2.2, 1.8, stone=0.32, flatness=1.7, openings=((0.8, 1.4, 0.5, 1.2),), seed=seed))
-    courses = IrregularCourses(
-        2.8, 2.2, thickness=0.4, widths=(0.35, 0.6), heights=(0.22, 0.32), overlap=0.07, friction=0.7, seed=seed
-    )
     rise, voussoirs = {"semicircular arch": (None, 9), "segmental arch": (0.2, 7), "flat arch": (0.0, 7)}[family]
     arch = ArchedOpening(0.95, 1.85, 0.0, 1.0, rise=rise, depth=0.25, voussoirs=voussoirs)
-    return family, arched_wall(ArchedWall(courses, (arch,), quoins=(0.6, 0.4) if seed % 2 else None))
+    quoins = (0.6, 0.4) if seed % 2 else None
+    while True:
+        courses = IrregularCourses(
+            2.8, 2.2, thickness=0.4, widths=(0.35, 0.6), heights=(0.22, 0.32), overlap=0.07, friction=0.7, seed=seed
+        )
+        try:
+            return family, arched_wall(ArchedWall(courses, (arch,), quoins=quoins))
+        except CaseError:  # no stones of these widths fit into a course: the next wall
+            seed += 1000
 
 
 def studied(number: int) -> list[dict[str, Any]]:

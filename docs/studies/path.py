@@ -49,7 +49,7 @@ from orchestrator.pushover.state import Increment  # noqa: E402
 from orchestrator.pushover.stepping import Pushover, end_of_curve  # noqa: E402
 from orchestrator.results.summary import effort_of  # noqa: E402
 
-LIMIT = 180.0
+LIMIT = 120.0
 COURSES, DRAWN = 24, 50
 """pushovers of irregular courses, and of walls that were drawn; the rest are of larger rubble"""
 
@@ -127,7 +127,7 @@ def main(count: int) -> None:
     """Run all pushovers and write the table."""
     rows: list[dict[str, Any]] = []
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        for row in pool.map(pushed, range(count)):
+        for row in pool.map(pushed, sorted(range(count), key=lambda run: 37 * run % count)):  # all families early
             rows.append(row)
             print(row, flush=True)
             write(rows)
@@ -152,8 +152,7 @@ def write(rows: list[dict[str, Any]]) -> None:
             f"| {sum(row['events'] for row in of)} | {sum(row['rescues'] for row in of)} |"
         )
     head = (FOLDER / "path_head.md").read_text()
-    names = "| family | pushovers | reach their end | iterations, median | 95 % | most | rows in motion | events "
-    names += "| rescues |"
+    names = "| family | pushovers | reach their end | iterations, median | 95 % | most | in motion | events | rescues |"
     (FOLDER / "path.md").write_text("\n".join([head, names, "|" + " --- |" * 9, *lines, ""]))
 
 

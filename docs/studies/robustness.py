@@ -57,14 +57,14 @@ def pushed(pattern: IrregularCourses, direction: int) -> dict[str, object]:
     meshes = mesh_bodies(bodies, MeshSettings(), None)
     model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), direction, MPI.COMM_SELF, True)
     stepping = SteppingSettings(final_displacement=pattern.height / 30)
-    iterations = failed = snaps = 0
+    iterations = failed = moving = fallen = 0
     last = None
     with LinearSystem(model, MPI.COMM_SELF) as system:
         try:
             for last in Pushover(model, system, NewtonSettings(), stepping).increments():
                 iterations += last.iterations + sum(attempt.iterations for attempt in last.attempts)
                 failed += len(last.attempts)
-                snaps += sum("snap" in attempt.action for attempt in last.attempts)
+                moving, fallen = moving + last.moving, int(last.fallen.sum())
                 if process_time() - began > LIMIT:
                     break
             end = end_of_curve(last, stepping) or f"left after {LIMIT:g} s of CPU time"
@@ -81,7 +81,8 @@ def pushed(pattern: IrregularCourses, direction: int) -> dict[str, object]:
         "last displacement, mm": f"{1e3 * last.control_displacement:.2f}" if last else "",
         "iterations": iterations,
         "failed attempts": failed,
-        "snaps": snaps,
+        "rows in motion": moving,
+        "fallen stones": fallen,
         "CPU time, s": f"{process_time() - began:.1f}",
         "end of the curve": end,
     }

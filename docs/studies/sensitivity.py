@@ -45,7 +45,7 @@ VARIATIONS = [
     *(mesh | QUADRATIC for mesh in MESHES[:3]),
     {"mesh.matching_faces": True},
     *({"contact.slip_tolerance": value} for value in (1e-7, 1e-5, 1e-4)),
-    *({"stepping.load_rate": value} for value in (0.05, 0.8)),
+    *({"stepping.load_increment": value} for value in (0.01, 0.1)),
     *({"stepping.displacement_increment": value} for value in (1e-4, 2e-3)),
     *({"stepping.proximal_time": value} for value in (0.3, 3.0)),
 ]

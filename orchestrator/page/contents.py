@@ -52,7 +52,8 @@ def contents(run: StoredRun) -> dict[str, Any]:
     points = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     free = np.array([not block.fixed for block in wall.blocks])
     settings = tomllib.loads((run.folder / "case.toml").read_text(encoding="utf-8"))
-    remarks = [*run.analysis.remarks, *run.partition.remarks, *results.remarks([model.summary for model in models])]
+    pushed = results.remarks([model.summary for model in run.models])
+    remarks = [*run.analysis.remarks, *run.partition.remarks, *pushed]
     return {
         "summary": run.summary,
         "seismic": seismic_contents(run, in_words(run.case.load)),

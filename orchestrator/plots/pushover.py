@@ -129,17 +129,21 @@ def curves(
 
 
 def draw_curve(axes: Axes, curve: PushoverCurve, colour: str, style: str, label: str, width: float = 1.8) -> None:
-    """Draw the static states of a curve, its motion between them as thin dots, a cross where a part has fallen."""
+    """Draw the static states of a curve, its motion between them as thin dots, a cross where a part began to fall."""
     moved = 1e3 * (curve.control_displacement_m - curve.control_displacement_m[0])
     shear, moving = curve.base_shear_N / 1e3, curve.moving == 1
     static = np.where(moving, np.nan, shear)
     axes.plot(moved, static, style, color=colour, linewidth=width, label=label)
+    farthest = 1.05 * float(np.nanmax(np.where(moving, np.nan, moved)))
+    drawn = axes.get_xlim()[1] if len(axes.get_lines()) > 1 else 0.0
+    axes.set_xlim(0.0, max(farthest, drawn))  # what falls goes far beyond the wall's own displacements
     if moving.any():
         near = moving | np.append(moving[1:], False) | np.append(False, moving[:-1])
         axes.plot(moved, np.where(near, shear, np.nan), ":", color=colour, linewidth=0.8, label=f"{label}, in motion")
-    fell = np.flatnonzero(np.diff(curve.fallen_bodies) > 0) + 1
-    if fell.size:
-        axes.plot(moved[fell], shear[fell], "x", color=colour, markersize=6, label=f"{label}, a part has fallen")
+    rows = np.arange(len(moved))
+    last = np.maximum.accumulate(np.where(moving, 0, rows))
+    if (fell := last[1:][np.diff(curve.fallen_bodies) > 0]).size:
+        axes.plot(moved[fell], shear[fell], "x", color=colour, markersize=6, label=f"{label}, a part falls")
 
 
 def readable_factor(drawn: float, largest: float) -> float:

@@ -10,7 +10,7 @@ from orchestrator.pushover.state import PushoverCurve
 EQUILIBRIUM = 1e-3
 """largest |multiplier x horizontal load - base shear| / horizontal load along the curve"""
 ENERGY = 0.01
-"""largest imbalance of work and energies / (stored energy + friction)"""
+"""largest imbalance of work and energies / (stored energy + friction + live load's work)"""
 OVERLAP = 5e-3
 """largest depth by which the displaced outlines of two bodies overlap, over the size of the smaller one"""
 BEYOND = 5e-3
@@ -41,7 +41,7 @@ def check(
     found = {
         "equilibrium": (equilibrium_error(curve), EQUILIBRIUM, "of the peak is missing at the supports"),
         "penetration": (overlap, OVERLAP, "of the smaller body's size is the depth to which two bodies overlap"),
-        "energy balance": (energy_error, ENERGY, "of stored energy and friction is missing"),
+        "energy balance": (energy_error, ENERGY, "of stored energy, friction and the live load's work is missing"),
         "static theorem": (beyond, BEYOND, "is what the peak is above the associative multiplier"),
     }
     failed = {

@@ -27,7 +27,6 @@ class Problem:
     contacts that were closed at the start (damped (c,)) resist slip by viscosity x (slip since then) besides friction,
     whether they stay closed or not: a force that came and went with the contact could leave a step without a solution.
     Bonded ones resist opening likewise. bond: strengths and history of the contacts, None where no joint has any.
-    pressure (c,): normal forces (N) that friction sees (Tresca's friction), None: those of the iterate (Coulomb's).
     """
 
     gravity_share: float
@@ -40,7 +39,6 @@ class Problem:
     viscosity: float = 0.0
     damped: npt.NDArray[np.bool_] | None = None
     bond: Bond | None = None
-    pressure: FloatArray | None = None
 
     def viscosities(self, contacts: int) -> FloatArray:
         """Return the viscosity of each contact (c,) in N/m."""
@@ -88,18 +86,15 @@ def evaluate(
     gap = model.normal_rows @ displacement + model.gap_offset
     slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
     trial = problem.elastic_slip + slip
-    pressure = normal_force if problem.pressure is None else problem.pressure
-    response = friction_response(trial, pressure, model.contacts.friction, model.slip_tolerance)
+    response = friction_response(trial, normal_force, model.contacts.friction, model.slip_tolerance)
     bond = None
     pull = pull_slope = np.zeros(len(gap))
     if problem.bond is not None:
         bond, holds = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
-        response = response.bonded(trial, pressure, model.contacts.friction, bond)
+        response = response.bonded(trial, normal_force, model.contacts.friction, bond)
         pull = bond.tension + problem.viscosity * holds * (gap - problem.bond.opening)
         pull_slope = bond.tension_slope + problem.viscosity * holds
     active = normal_force + pull - model.contact_stiffness * gap >= 0.0
-    if problem.pressure is not None:
-        response = replace(response, pressure_slope=np.zeros_like(response.pressure_slope))
     response = response.damped(slip, problem.viscosities(len(gap)))
     strained = displacement - model.rigid
     residual = (

@@ -15,7 +15,7 @@ A contact that just touches (lambda = g = 0) counts as closed: with the strict t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,12 +35,8 @@ FULL_STEP = 0.5
 WORK_LEFT = 0.3
 """share of the work at the start of a step that may be left where the line search ends"""
 TRIALS = 8
-PASSES = 1
-"""times that Newton is tried on a small increment"""
 LOST = 100.0
-"""an iterate with so many times the error of the best one: Newton has gone astray (1 of 357 passes came back)"""
-ROUGH = 1e4
-"""tolerances within which friction with given normal forces is solved"""
+"""an iterate with so many times the error of the best one: Newton has gone astray (1 of 357 tries came back)"""
 REPETITION = 0.95
 """an iterate that returns to earlier contact states with more than this share of their error: Newton goes in circles"""
 
@@ -175,57 +171,13 @@ def solve_increment(
     problem: Problem,
     first: Iterate,
     settings: NewtonSettings,
-    passes: int = PASSES,
 ) -> Iterate:
-    """Return the converged iterate; Newton is tried `passes` times.
-
-    Where Newton goes in circles, the problem is solved roughly with friction that sees given normal forces (Tresca's,
-    a convex problem, in which Newton with its line search seldom fails), first those of the start, and Newton starts
-    again from there; with the forces that came out, and so on.
+    """Return the converged iterate.
 
     Contacts at the edge of closing or sliding may change their state for ever at the level of the tolerance: the best
     iterate is then accepted within `settings.acceptable` tolerances (its residual is recorded in the increment). Raises
-    ConvergenceError when no pass comes that near.
+    ConvergenceError when none comes that near.
     """
-    start, spent = first, 0
-    pressure = np.maximum(first.normal_force, problem.reference_force)
-    for left in reversed(range(passes)):
-        tried = _tried(model, system, problem, start, settings, 1.0)
-        spent += tried.last.number
-        if tried.error < settings.acceptable:
-            return replace(tried.best, number=spent)
-        if not left:
-            break
-        problem = replace(problem, reference_force=0.0)
-        fixed = replace(problem, pressure=np.maximum(pressure, 0.0))
-        eased = _tried(model, system, fixed, _of(model, fixed, first), settings, ROUGH)
-        spent += eased.last.number
-        start, pressure = _of(model, problem, eased.best), eased.best.normal_force
-        if eased.error < ROUGH:
-            first = start
-    where = f"out-of-balance force {tried.best.norms[0]:.1e} of the weight after {spent} iterations"
-    raise ConvergenceError("Newton", where + _restless_joints(model, tried.earlier, tried.last), spent)
-
-
-def _of(model: ContactModel, problem: Problem, iterate: Iterate) -> Iterate:
-    """Return the state of an iterate of another problem."""
-    return evaluate(model, problem, iterate.displacement, iterate.normal_force, iterate.load_multiplier)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Tried:
-    """The best iterate, its error in tolerances, and the last two."""
-
-    best: Iterate
-    error: float
-    earlier: Iterate
-    last: Iterate
-
-
-def _tried(
-    model: ContactModel, system: LinearSystem, problem: Problem, first: Iterate, settings: NewtonSettings, enough: float
-) -> _Tried:
-    """Return the best iterate when it is below `enough` tolerances, or Newton goes in circles or takes too long."""
     best, least = first, np.inf
     seen: dict[bytes, float] = {}
     state = b""
@@ -238,10 +190,13 @@ def _tried(
         before, state = state, np.packbits([iterate.active, iterate.response.sliding]).tobytes()
         astray = error > LOST * least
         circles = state != before and error > REPETITION * seen.get(state, np.inf)
-        if least < enough or iterate.number >= settings.iterations or circles or astray or not np.isfinite(error):
+        if least < 1.0 or iterate.number >= settings.iterations or circles or astray or not np.isfinite(error):
             break
         seen[state] = error
-    return _Tried(best, least, earlier, iterate)
+    if least < settings.acceptable:
+        return replace(best, number=iterate.number)
+    where = f"out-of-balance force {best.norms[0]:.1e} of the weight after {iterate.number} iterations"
+    raise ConvergenceError("Newton", where + _restless_joints(model, earlier, iterate), iterate.number)
 
 
 def _restless_joints(model: ContactModel, earlier: Iterate, iterate: Iterate) -> str:

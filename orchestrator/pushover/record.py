@@ -3,7 +3,8 @@
 Every work of an increment is computed by the trapezoidal rule from the forces at its two ends, and nothing is a rest:
 
     external      1/2 (f0 + f1) du                of dead and live load
-    friction      1/2 (tau0 + tau1) dq_plastic    and the fracture of bonded joints
+    friction      1/2 (tau0 + tau1) dq_plastic    and the exact integral of the fracture of bonded joints; dq_plastic
+                                                  is all that is not elastic: what an opening contact gives off, too
     other         -1/2 (lambda0 + lambda1) dg     gaps that open and close under force
                   -1/2 (k1 - k0) q0 q1            pressure makes a contact that sticks stiffer: k = mu lambda / gamma
                   (proximal, viscous force) du    what the increment resists besides
@@ -50,14 +51,18 @@ def increment_of(
     elastic_slip = np.where(holds[:, None], iterate.response.elastic_slip, 0.0)
     change = iterate.displacement - problem.displacement
     slip_change = (model.tangential_rows @ change).reshape(-1, 2)
-    plastic = np.where(holds[:, None], slip_change - (elastic_slip - problem.elastic_slip), 0.0)
+    sliding = slip_change - (elastic_slip - problem.elastic_slip)  # a contact that opens gives off its elastic slip
+    plastic = np.where(holds[:, None], sliding, 0.0)
     load = problem.gravity_share * model.gravity + iterate.load_multiplier * model.lateral
     earlier = _gravity_share(state) * model.gravity + state.load_multiplier * model.lateral
     work = 0.5 * float((load + earlier) @ change)
-    limit = model.contacts.friction * np.maximum(model.on_its_contacts(state.normal_force), 0.0)
-    before = limit[:, None] * problem.elastic_slip / model.slip_tolerance
-    friction = 0.5 * float(np.sum((before + iterate.response.traction) * plastic))
+    live = 0.5 * (state.load_multiplier + iterate.load_multiplier) * float(model.lateral @ change)
+    limit, cohesion = _limit_before(model, state, problem)
+    before = (limit - cohesion)[:, None] * problem.elastic_slip / model.slip_tolerance
+    friction = 0.5 * float(np.sum((before + iterate.response.traction) * sliding))
     if problem.bond is not None and bond is not None:
+        left = (bond.intact * bond.cohesion / model.slip_tolerance)[:, None] * iterate.response.elastic_slip
+        friction += 0.5 * float(np.sum(left * sliding))  # all of it: `dissipation` has only what is beyond it
         friction += float(dissipation(problem.bond, bond, iterate.gap).sum())
     resisting = resistance(model, problem, iterate)
     internal = _internal_energy(model, iterate, elastic_slip)
@@ -91,6 +96,7 @@ def increment_of(
         dissipated_energy=state.dissipated_energy + friction,
         external_work=state.external_work + work,
         other_work=state.other_work + other,
+        live_work=state.live_work + live,
         lost_in_motion=state.lost_in_motion + moving * missing,
         energy_error=state.energy_error + (not moving) * missing,
         largest_base_shear=state.largest_base_shear if moving else max(state.largest_base_shear, base_shear),
@@ -156,11 +162,21 @@ def _other_work(
     change: FloatArray,
 ) -> float:
     """Return the work (J) of gaps that open and close under force, and of the pressure on contacts that stick."""
-    before = model.on_its_contacts(state.normal_force)
-    gaps = -0.5 * float((before + iterate.normal_force) @ (model.normal_rows @ change))
-    stiffer = model.contacts.friction * (np.maximum(iterate.normal_force, 0.0) - np.maximum(before, 0.0))
+    before = np.maximum(model.on_its_contacts(state.normal_force), 0.0)  # the tension of a bond is stored, or breaks it
+    after = np.maximum(iterate.normal_force, 0.0)
+    gaps = -0.5 * float((before + after) @ (model.normal_rows @ change))
+    stiffer = iterate.response.limit - _limit_before(model, state, problem)[0]
     sticking = np.sum(problem.elastic_slip * elastic_slip, axis=1) / model.slip_tolerance
     return gaps - 0.5 * float(stiffer @ sticking)
+
+
+def _limit_before(model: ContactModel, state: Increment, problem: Problem) -> tuple[FloatArray, FloatArray]:
+    """Return (c,) in N: what the traction of the contacts reached before the increment, and the cohesion in it."""
+    force, friction, bond = model.on_its_contacts(state.normal_force), model.contacts.friction, problem.bond
+    if bond is None:
+        return friction * np.maximum(force, 0.0), np.zeros(len(force))
+    cohesion = bond.holds * bond.cohesion * (1.0 - bond.damage)
+    return np.maximum(friction * np.where(bond.holds, force, np.maximum(force, 0.0)) + cohesion, 0.0), cohesion
 
 
 def _status(closed: npt.NDArray[np.bool_], sliding: npt.NDArray[np.bool_]) -> IntArray:

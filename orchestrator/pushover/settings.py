@@ -47,10 +47,9 @@ class NewtonSettings:
     gap: Annotated[float, Unit("m"), Gt(0)] = 1e-12
     """largest gap of a closed contact"""
     iterations: Annotated[int, Ge(3), Le(200)] = 14
-    """Newton iterations of one try at most; an increment before the peak, or a small one, has up to three tries, with
-    given friction forces between them (newton.py), and then it is made smaller"""
+    """Newton iterations at most; then the increment is made smaller, or the wall moves"""
     acceptable: Annotated[float, Ge(1), Le(1e4)] = 100.0
-    """a try that goes no further is accepted when it is within so many tolerances"""
+    """an iteration that goes no further is accepted when it is within so many tolerances"""
     distribute_above: Annotated[int, Ge(0)] = 50_000
     """unknowns above which all ranks share one linear system; below, one rank is faster and the others wait"""
 

@@ -48,7 +48,8 @@ class Increment:
     base_shear: horizontal reaction of the supports against the load, N. horizontal_load: what a load multiplier of 1
     puts on the bodies that have not fallen, N.
     control_displacement: mean displacement of the top along the load, m. mean_displacement: mean displacement of the
-    driven bodies along the live load, weighted by it, m. Energies in J, work and dissipation accumulated (record.py).
+    driven bodies along the live load, weighted by it, m. Energies in J, work and dissipation accumulated
+    (record.py); live_work: of the live load alone.
     largest_base_shear: of the static increments up to here, N. out_of_balance: largest force on a body that does not
     belong to equilibrium (proximal, viscous), over its weight; moving: it is above what counts as static.
     driven, fallen (b,): bodies whose mean displacement is prescribed, and those that have been taken out.
@@ -77,6 +78,7 @@ class Increment:
     dissipated_energy: float
     external_work: float
     other_work: float
+    live_work: float
     lost_in_motion: float
     energy_error: float
     largest_base_shear: float

@@ -29,7 +29,7 @@ from orchestrator.pushover.iterate import Problem, as_before, evaluate
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, displaced, driven_by, largest_turn, without
 from orchestrator.pushover.moving import body_motion, body_size, moving_part, participation, without_hold
-from orchestrator.pushover.newton import PASSES, solve_increment
+from orchestrator.pushover.newton import solve_increment
 from orchestrator.pushover.prediction import carried_on
 from orchestrator.pushover.record import contact_states, increment_of, scattered, states_of, without_jumps
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
@@ -77,7 +77,7 @@ SLOWER = 3.0
 """a step of motion that fails is made shorter by this factor"""
 NEAR_REST = 10.0
 """rest is looked for when the out-of-balance forces have fallen to this many times what counts as static"""
-TRIES = 12
+TRIES = 20
 """times that a step of motion is made shorter"""
 
 
@@ -107,6 +107,7 @@ def at_rest(model: ContactModel) -> Increment:
         dissipated_energy=0.0,
         external_work=0.0,
         other_work=0.0,
+        live_work=0.0,
         lost_in_motion=0.0,
         energy_error=0.0,
         largest_base_shear=0.0,
@@ -162,6 +163,8 @@ class Pushover:
         """
         state = last or at_rest(self.model)
         while not self.finished(state):
+            if state.phase == "gravity" and state.number >= self.stepping.largest_increments and not self._rests(state):
+                raise ConvergenceError("gravity", "the wall keeps moving under its own weight")
             for following in self._after(state):
                 state = following
                 yield state
@@ -200,7 +203,8 @@ class Pushover:
                     attempts += (Attempt("a local part moves and the wall goes back", size, "no longer driven", spent),)
                     state, size, cuts = retreat, retreat.step[0], 0
                     continue
-            if cuts < CUTS[state.phase] and size > ONSET * self._largest(state.phase):
+            in_turn = _rested(state) and size <= 2.0 * state.step[1]
+            if cuts < CUTS[state.phase] and not in_turn and size > ONSET * self._largest(state.phase):
                 attempts += (Attempt(failure, size, f"retried with {SHRINK * size:g}", spent),)
                 size, cuts = SHRINK * size, cuts + 1
                 continue
@@ -208,7 +212,10 @@ class Pushover:
             spent += sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
             if not rows[-1].moving:
                 attempts += (Attempt(failure, size, RESTED, spent - rows[-1].iterations),)
-                yield replace(rows[-1], number=state.number + 1, attempts=attempts, step=(aim.size, aim.size))
+                largest = self._largest(state.phase)
+                yield replace(
+                    rows[-1], number=state.number + 1, attempts=attempts, step=(min(GROW * aim.size, largest), aim.size)
+                )
                 return
             driving = self._driving_what_moves(state, rows[-1].change.ravel())
             if driving is not None:
@@ -313,12 +320,12 @@ class Pushover:
         mass = self.model.body_mass
         if state.phase == "displacement" and mass[part & state.driven].sum() > 0.5 * mass[part].sum():
             return None
-        if float(driven_by(self.model, part).mean_row @ change) <= 0.0:
+        if not part.any() or float(driven_by(self.model, part).mean_row @ change) <= 0.0:
             return None
         driving = self._driving(replace(state, phase="displacement", moving=False), part)
         largest = self._largest("displacement")
         last = float(self._model_of(driving).mean_row @ state.change.ravel())
-        return replace(driving, step=(min(max(last, 1e-2 * largest), largest), 0.0))
+        return replace(driving, step=(min(max(SHRINK * last, 1e-2 * largest), largest), 0.0))
 
     def _driving(self, state: Increment, driven: BodyMask) -> Increment:
         state = replace(state, driven=read_only(driven, np.bool_))
@@ -440,7 +447,7 @@ class Pushover:
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
             if phase == "displacement" and bond is None:
                 first = as_before(model, here, first, model.on_its_contacts(before))
-            iterate = solve_increment(model, self.system, here, first, self.newton, PASSES)
+            iterate = solve_increment(model, self.system, here, first, self.newton)
             spent += iterate.number
             turned = largest_turn(self.model, predicted, iterate.displacement)
             allowed = (
@@ -455,6 +462,11 @@ class Pushover:
             raise ConvergenceError("geometry", f"bodies turn by {turned:.1e} more than expected", spent)
         bound = self.stepping.out_of_balance
         return increment_of(model, state, here, replace(iterate, number=spent), phase, time, bound)
+
+
+def _rested(state: Increment) -> bool:
+    """Return whether a state was found by motion; where joints stick and slip in turn, one motion follows another."""
+    return bool(state.attempts) and state.attempts[-1].action == RESTED
 
 
 def _growth(iterations: int) -> float:

@@ -14,7 +14,7 @@ from orchestrator.results.geometry import ContactPlaces, read_geometry, write_ge
 from orchestrator.results.paraview import stress_and_pressure, write_paraview
 from orchestrator.results.reading import read_limit_analysis, read_macroblocks
 from orchestrator.results.states import StateStore, load_increments
-from orchestrator.results.summary import Effort, effort_of, pushover_summary, reasons, remarks, summary
+from orchestrator.results.summary import Effort, Event, effort_of, pushover_summary, reasons, remarks, summary
 from orchestrator.results.values import (
     read_curve,
     write_blocks,
@@ -31,6 +31,7 @@ __all__ = [
     "TEMPORARY",
     "ContactPlaces",
     "Effort",
+    "Event",
     "StateStore",
     "effort_of",
     "hash_file",

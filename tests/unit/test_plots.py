@@ -364,7 +364,8 @@ def increment(model):
     none, gap, status = np.zeros(6), np.full(6, 0.005), np.array([1, 2, 0, 0, 0, 0])
     return Increment(
         7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), none, none, gap, none,
-        status, 100.0, 0.0123, 0.01, 0.0, 1.0, 0.0, 0.0, 0.0, 100.0, 0.0, 3, (0.1,),
+        status, 100.0, 400.0, 0.0123, 0.01, 1.0, *5 * [0.0], 100.0, 0.0, False, np.ones(2, bool), np.zeros(2, bool),
+        0.0, 3, (0.1,),
     )  # fmt: skip
 
 
@@ -486,8 +487,10 @@ def curves_figure(state):
     shear, counts = np.array([0.0, 5000.0, 6600.0, 6500.0]), np.zeros(4, int)
     moved = np.array([0.001, 0.003, 0.011, 0.021])
     none = np.zeros(4)
-    curve = PushoverCurve(counts, none, shear, shear, moved, none, none, none, counts, counts, counts, counts, "done")
-    capacity = Capacity(6600.0, 0.29696, 0.010, 0.020, 2.5e6, 0.0, 0.0, True)
+    curve = PushoverCurve(
+        counts, none, shear, shear, shear, moved, none, none, *4 * [counts], none, counts, counts, "done"
+    )
+    capacity = Capacity(6600.0, 0.29696, 0.010, 0.020, 2.5e6, 0.0, True)
     models = {"macroblocks": (curve, capacity), "micro": (curve, capacity)}
     return plots.curves(models, analysis, "wall 6")
 

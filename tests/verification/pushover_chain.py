@@ -22,6 +22,7 @@ from orchestrator.pushover.record import increment_of
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.state import Increment, PushoverCurve
 from orchestrator.pushover.stepping import Pushover, at_rest
+from orchestrator.results import Effort, effort_of
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,12 @@ class Run:
 
     @property
     def peak(self) -> float:
-        """Largest base shear / horizontal part of the live load."""
-        return float(self.curve.base_shear_N.max()) / self.model.horizontal_load
+        """Largest base shear of the static rows / horizontal part of the live load."""
+        return float(self.curve.static.base_shear_N.max()) / self.model.horizontal_load
+
+    @property
+    def effort(self) -> Effort:
+        return effort_of(self.increments, self.model.body_names, self.model.body_mass)
 
     @property
     def under_gravity(self) -> Increment:
@@ -102,6 +107,6 @@ def moved_to(model: ContactModel, displacements: list[float], state: Increment |
                 problem = replace(problem, reference_force=model.weight / len(model.contacts))
             first = evaluate(model, problem, start, state.normal_force, state.load_multiplier)
             iterate = solve_increment(model, system, problem, first, NewtonSettings(iterations=50))
-            state = increment_of(model, state, problem, iterate, "displacement", 1.0)
+            state = increment_of(model, state, problem, iterate, "displacement", 1.0, SteppingSettings().out_of_balance)
             path.append(state)
     return path

@@ -1,12 +1,14 @@
-"""Energy along a curve: external work = stored + kinetic + friction + algorithmic dissipation.
+"""Energy along a curve: external work = stored + friction + other work, and nothing is a rest.
 
-Every term but the last is recomputed here from what an increment stores: work from the volumes of the tetrahedra,
-stored energy from Green's strain (which knows nothing of corotation), friction from normal forces and slips.
+Every term is recomputed here from what an increment stores: work from the volumes of the tetrahedra, stored energy from
+Green's strain (which knows nothing of corotation), friction and the work of gaps and of pressure from normal forces,
+gaps and slips, the proximal term from the volumes again.
 """
 
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +16,10 @@ import pytest
 
 from orchestrator.masonry.readers import read_blocks
 from orchestrator.meshing import volumes
-from orchestrator.pushover.settings import ElasticSettings
+from orchestrator.pushover.model import ContactModel, displaced
+from orchestrator.pushover.settings import ElasticSettings, SteppingSettings
 from orchestrator.pushover.state import Increment
-from orchestrator.pushover.stepping import at_rest
+from orchestrator.pushover.stepping import RESTED, at_rest
 from tests.verification.pushover_chain import Run, model_of, run, stack
 
 WALLS = {
@@ -71,12 +74,45 @@ def slip_energy(result: Run, increment: Increment) -> float:
     return 0.5 * float(stiffness @ np.sum(increment.elastic_slip**2, axis=1))
 
 
+def tractions(result: Run, increment: Increment) -> np.ndarray:
+    """Return (c, 2) in N: Coulomb's limit times the share of the slip tolerance that is used up."""
+    limit = result.model.possible.friction * increment.normal_force
+    return limit[:, None] * increment.elastic_slip / result.model.slip_tolerance
+
+
 def friction_work(result: Run) -> np.ndarray:
-    """Coulomb's limit times plastic slip, added up."""
-    friction, work = result.model.possible.friction, [0.0]
-    for before, after in zip(result.increments, result.increments[1:], strict=False):
-        work.append(float((friction * after.normal_force) @ (after.slip - before.slip)))
+    """Work of the tractions on what is not elastic of the slip, added up (trapezoidal rule)."""
+    work = [0.0]
+    for before, after in pairwise(result.increments):
+        model = at(result, before, after)
+        slid = (model.tangential_rows @ (after.displacement - before.displacement).ravel()).reshape(-1, 2)
+        slid = slid - (after.elastic_slip - before.elastic_slip)[model.rows]
+        work.append(0.5 * float(np.sum((tractions(result, before) + tractions(result, after))[model.rows] * slid)))
     return np.cumsum(work)
+
+
+def other_work(result: Run) -> np.ndarray:
+    """Work of gaps that open and close, of pressure that stiffens contacts, and of the proximal term, added up."""
+    weight, friction, work = nodal_weight(result), result.model.possible.friction, [0.0]
+    tolerance, stepping = result.model.slip_tolerance, SteppingSettings()
+    for before, after in pairwise(result.increments):
+        model = at(result, before, after)
+        change = (after.displacement - before.displacement)[: len(weight)]
+        moved = model.normal_rows @ (after.displacement - before.displacement).ravel()
+        gaps = -0.5 * float((before.normal_force + after.normal_force)[model.rows] @ moved)
+        stiffer = friction * (after.normal_force - before.normal_force) / tolerance
+        sticking = -0.5 * float(stiffer @ np.sum(before.elastic_slip * after.elastic_slip, axis=1))
+        size = 1.0
+        if after.phase == "displacement":  # the proximal time goes with the root of the increment
+            size = np.clip(after.step[1] / stepping.displacement_increment, 1e-3, 1.0)
+        proximal = float(weight / 9.81 @ np.sum(change**2, axis=1)) / size
+        work.append(gaps + sticking + proximal)
+    return np.cumsum(work)
+
+
+def at(result: Run, before: Increment, after: Increment) -> ContactModel:
+    """Return the model at the end of an increment, with the contacts that it was solved with."""
+    return displaced(result.model, after.displacement.ravel())
 
 
 def balance(result: Run, friction_factor: float = 1.0) -> float:
@@ -84,13 +120,14 @@ def balance(result: Run, friction_factor: float = 1.0) -> float:
     last = result.increments[-1]
     stored = strain_energy(result, last) + slip_energy(result, last)
     friction = friction_factor * friction_work(result)[-1]
-    rest = external_work(result)[-1] - stored - last.kinetic_energy - friction - last.algorithmic_dissipation
+    rest = external_work(result)[-1] - stored - friction - other_work(result)[-1]
     return rest / (stored + friction)
 
 
 @pytest.mark.parametrize(("name", "large_displacement"), CASES)
 def test_balance_closes(name, large_displacement):
-    assert abs(balance(pushed(name, large_displacement))) < 0.002
+    """Trapezoids are exact in small displacements; straight chords of bodies that turn miss 0.25 %."""
+    assert abs(balance(pushed(name, large_displacement))) < (0.004 if large_displacement else 5e-4)
 
 
 @pytest.mark.parametrize("large_displacement", [False, True])
@@ -102,12 +139,15 @@ def test_a_tenth_of_the_friction_is_noticed(large_displacement):
 @pytest.mark.parametrize(("name", "large_displacement"), CASES)
 def test_energies_of_the_increments(name, large_displacement):
     result = pushed(name, large_displacement)
-    work, friction = external_work(result), friction_work(result)
+    work, friction, other = external_work(result), friction_work(result), other_work(result)
     for number, increment in enumerate(result.increments[1:], start=1):
-        if any("snap" in attempt.action for attempt in increment.attempts):
-            break  # what happens within a snap is not stored
+        if any(attempt.action == RESTED for attempt in increment.attempts):
+            break  # what happens within a motion that rests is not stored
         stored = strain_energy(result, increment) + slip_energy(result, increment)
         assert increment.internal_energy == pytest.approx(stored, rel=2e-3)
         assert increment.external_work == pytest.approx(work[number], rel=1e-6)
-        assert increment.dissipated_energy == pytest.approx(friction[number], rel=1e-6, abs=1e-9)
+        assert increment.dissipated_energy == pytest.approx(friction[number], rel=1e-4, abs=1e-9)
+        assert increment.other_work == pytest.approx(other[number], rel=0.01, abs=1e-4 * stored)
+        missing = work[number] - friction[number] - other[number] - stored
+        assert increment.energy_error == pytest.approx(missing, abs=2e-3 * (stored + friction[number]))
     assert number > 20

@@ -25,5 +25,5 @@ def test_benchmark2():
     few, many = sorted(curves)
     assert few < many
     assert curves[few].load_multiplier[-1] > curves[many].load_multiplier[-1]
-    for curve in curves.values():  # the last increment ends where the top is expected to have moved by 1 mm
-        assert curve.control_displacement_m[-1] == pytest.approx(1e-3, rel=5e-3)
+    for curve in curves.values():  # the last increment begins before the top has moved by 1 mm, and ends beyond
+        assert curve.control_displacement_m[-2] < 1e-3 * (1 - 1e-3) <= curve.control_displacement_m[-1]

@@ -92,11 +92,11 @@ def test_a_curve_that_is_not_valid_is_refused(pair):
     path = folder / "summary.json"
     kept = path.read_text(encoding="utf-8")
     summary = json.loads(kept)
-    summary["pushover"][0] |= {"valid": False, "not_valid_because": "kinetic energy: 9.00e-02"}
+    summary["pushover"][0] |= {"valid": False, "not_valid_because": "energy balance: 9.00e-02"}
     path.write_text(json.dumps(summary), encoding="utf-8")
     rebuild(folder)
     row = json.loads(path.read_text(encoding="utf-8"))["seismic"]["checks"][0]
-    assert row["refused"] == "the curve is not valid: kinetic energy: 9.00e-02"
+    assert row["refused"] == "the curve is not valid: energy balance: 9.00e-02"
     assert "safety_ratio" not in row
     path.write_text(kept, encoding="utf-8")
     rebuild(folder)

@@ -1,4 +1,4 @@
-"""When an increment counts as solved: the stopping rule of one pass on a made-up sequence of iterates."""
+"""When an increment counts as solved: the stopping rule on a made-up sequence of iterates."""
 
 from __future__ import annotations
 
@@ -38,10 +38,9 @@ def solved(monkeypatch, *forces, rounding=0.0, states=1, **settings):
     return newton.solve_increment(
         model,
         None,
-        SimpleNamespace(reference_force=0.0),
+        None,
         FakeIterate(0, (forces[0], 0.0, 0.0, 0.0)),
         NewtonSettings(**settings),
-        passes=1,
     )
 
 

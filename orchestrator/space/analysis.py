@@ -1,0 +1,272 @@
+"""Limit analysis of a wall in space: associative bound, headline without dilation, range of states found.
+
+headline   the end of the push on elastic joints from the gravity state, springs stiffer with depth
+range      lowest and highest valid state found: also pushes with equal springs, dilation shift, descents from all these
+Every state is validated from geometry, forces and velocities (validation.py) before it counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import Gt
+
+from orchestrator.errors import CaseError, ConvergenceError
+from orchestrator.limit_analysis.linear_program import InfeasibleError, UnboundedError
+from orchestrator.masonry.wall import FloatArray
+from orchestrator.space import descent
+from orchestrator.space.conic_program import (
+    ConicSolution,
+    gravity_forces,
+    missing_support,
+    solve_associative,
+)
+from orchestrator.space.contacts import SpaceAssemblage
+from orchestrator.space.elastic_joints import Push, depth_stiffness, push
+from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
+from orchestrator.space.loads import SpaceLoads
+from orchestrator.space.validation import Validation, validate
+from orchestrator.units import Unit
+
+Report = Callable[[str], None]
+BRACKET = 0.01
+"""Relative difference of the multipliers with both torsions from which both are reported."""
+SHIFTS, TURNS = 25, 6
+"""Programs of the dilation shift, turns of a descent at most."""
+SHARES = (0.5, 0.65, 0.85, 0.9)
+"""Parts of the time after which the first push, the second, the shift and the descents end at the latest."""
+DEPTH_POWER = 2.0
+PUSHES = ("elastic joints", "elastic joints, equal springs")
+"""names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
+
+
+@dataclass(frozen=True, slots=True)
+class SpaceLimitSettings:
+    """What the limit analysis of a wall in space does."""
+
+    torsion: Torsion = "corners"
+    """how a joint resists twisting: forces at its corners, or as under uniform pressure"""
+    states: Literal["range", "headline", "none"] = "range"
+    """what is looked for without dilation: headline and range, the headline only, or nothing"""
+    time: Annotated[float, Unit("s"), Gt(0)] = 100.0
+    """for the search without dilation; what it has found by then is reported"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SpaceState:
+    """Multiplier, forces (p, 3) in N and velocities (n, 6) of all blocks at unit live-load power; `name` says what
+    found it, `error` why it is none ("" for a state)."""
+
+    name: str
+    load_multiplier: float
+    forces: FloatArray
+    velocities: FloatArray
+    validation: Validation
+    seconds: float
+    error: str = ""
+
+    @property
+    def valid(self) -> bool:
+        """Whether this is a limit state without dilation."""
+        return not self.error
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SpaceAnalysis:
+    """associative: bound and mechanism; other_torsion: the multiplier with the other torsion; states: what was found
+    without dilation, the headline's push first. weight (N) of the free blocks, live_total (N): base shear = lambda x
+    this. seconds in all."""
+
+    assemblage: SpaceAssemblage
+    loads: SpaceLoads
+    torsion: Torsion
+    associative: SpaceState
+    other_torsion: float
+    states: tuple[SpaceState, ...]
+    weight: float
+    live_total: float
+    seconds: float
+    remarks: tuple[str, ...]
+
+    @property
+    def headline(self) -> SpaceState | None:
+        """The end of the first push that is a state, else the lowest state found."""
+        found = [state for state in self.states if state.valid]
+        if pushes := [state for state in found if state.name in PUSHES]:
+            return pushes[0]
+        return min(found, key=lambda state: state.load_multiplier, default=None)
+
+    @property
+    def range(self) -> tuple[float, float] | None:
+        """Lowest and highest state found."""
+        found = [state.load_multiplier for state in self.states if state.valid]
+        return (min(found), max(found)) if found else None
+
+    @property
+    def shown(self) -> SpaceState:
+        """The state whose mechanism is drawn: the headline, else the associative one."""
+        return self.headline or self.associative
+
+
+def analyse(
+    assemblage: SpaceAssemblage,
+    loads: SpaceLoads,
+    settings: SpaceLimitSettings | None = None,
+    report: Report = lambda _: None,
+) -> SpaceAnalysis:
+    """Run the limit analysis. Raises CaseError for a wall that cannot stand or a load that nothing resists, and
+    ConvergenceError where the associative program fails."""
+    settings, started = settings or SpaceLimitSettings(), perf_counter()
+    equilibrium = equilibrium_of(assemblage, loads, settings.torsion)
+    stiffness = depth_stiffness(assemblage, DEPTH_POWER)
+    gravity = _gravity(assemblage, equilibrium, stiffness)
+    report("stands under its own weight")
+    try:
+        found = solve_associative(equilibrium)
+    except UnboundedError:
+        remedy = "push in another direction, or free the blocks that hold it"
+        raise CaseError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
+    associative = _state("associative", assemblage, loads, found, found.velocities)
+    report(f"associative multiplier {found.load_multiplier:.5f}")
+    other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
+    other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
+    states: list[SpaceState] = []
+    remarks: list[str] = []
+    if settings.states != "none":
+        search = _Search(assemblage, loads, equilibrium, gravity, settings.time, report)
+        every = search.states()
+        states = [next(every)] if settings.states == "headline" else list(every)
+        remarks = _remarks(states)
+    weight = float(assemblage.wall.weights[~assemblage.wall.fixed].sum())
+    return SpaceAnalysis(
+        assemblage=assemblage,
+        loads=loads,
+        torsion=settings.torsion,
+        associative=associative,
+        other_torsion=other_torsion,
+        states=tuple(states),
+        weight=weight,
+        live_total=equilibrium.live_total,
+        seconds=perf_counter() - started,
+        remarks=tuple(remarks),
+    )
+
+
+def _gravity(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> FloatArray:
+    """Return the forces of the wall under its own weight. Raises CaseError naming the blocks that would fall."""
+    try:
+        return gravity_forces(equilibrium, stiffness)
+    except InfeasibleError:
+        _, motion = missing_support(equilibrium)
+    moving = np.linalg.norm(motion[:, :3], axis=1)
+    ids = [assemblage.wall.blocks[k].id for k in equilibrium.free_blocks[moving > 0.1 * moving.max()]]
+    listed = ", ".join(map(str, ids[:10])) + ", ..." * (len(ids) > 10)
+    problem = f"the wall cannot stand under its own weight: block{'s' * (len(ids) > 1)} {listed} would move"
+    raise CaseError(f"block {ids[0]}", problem, "support them, raise the friction, or correct the joints")
+
+
+class _Search:
+    """The search for states without dilation, within a time."""
+
+    def __init__(
+        self,
+        assemblage: SpaceAssemblage,
+        loads: SpaceLoads,
+        equilibrium: SpaceEquilibrium,
+        gravity: FloatArray,
+        seconds: float,
+        report: Report,
+    ) -> None:
+        self._assemblage, self._loads, self._equilibrium = assemblage, loads, equilibrium
+        self._gravity, self._report = gravity, report
+        self._started, self._seconds = perf_counter(), seconds
+
+    def _until(self, share: float) -> float:
+        return self._started + share * self._seconds
+
+    def states(self) -> Iterator[SpaceState]:
+        """Yield the first push, whatever it ended as, then what else is found."""
+        first = self._push(PUSHES[0], DEPTH_POWER, SHARES[0])
+        yield self._of_push(PUSHES[0], first)
+        starts = [("elastic joints", first.slip)]
+        if perf_counter() < self._until(0.8 * SHARES[0]):  # else time is better spent on closing what it has come to
+            second = self._push(PUSHES[1], 0.0, SHARES[1])
+            yield self._of_push(PUSHES[1], second)
+            starts.append(("equal springs", second.slip))
+        for name, slip in starts:
+            yield from self._closed(name, slip, self._until(SHARES[2]))
+        self._report("dilation shift")
+        until = self._until(SHARES[2])
+        shifted = descent.settled(descent.dilation_shift(self._equilibrium, until), SHIFTS, until)
+        if shifted is not None and perf_counter() < self._until(SHARES[3]):
+            yield from self._closed("dilation shift", shifted.solution.slip, self._until(SHARES[3]))
+
+    def _push(self, name: str, power: float, share: float) -> Push:
+        stiffness = depth_stiffness(self._assemblage, power)
+        budget = max(self._until(share) - perf_counter(), 1.0)
+        return push(
+            self._assemblage,
+            self._equilibrium,
+            self._gravity,
+            stiffness,
+            budget,
+            lambda text: self._report(f"{name}: {text}"),
+        )
+
+    def _of_push(self, name: str, pushed: Push) -> SpaceState:
+        state = _state(name, self._assemblage, self._loads, pushed, pushed.velocities)
+        if pushed.converged:
+            return state
+        why = f"not at rest after {pushed.seconds:.0f} s: λ {pushed.load_multiplier:.4f}, flow error {pushed.flow:.0e}"
+        return SpaceState(
+            name, state.load_multiplier, state.forces, state.velocities, state.validation, state.seconds, why
+        )
+
+    def _closed(self, name: str, slip: FloatArray, until: float) -> Iterator[SpaceState]:
+        """Yield the states of a descent from slips and the highest that goes with them."""
+        self._report(f"descent from {name}")
+        for number, one in enumerate(descent.descent(self._equilibrium, slip, TURNS, until), 1):
+            yield self._of_closed(f"descent from {name}, turn {number}", one)
+        if perf_counter() > until:
+            return
+        try:
+            highest = descent.closed(self._equilibrium, slip, -descent.FACE_WEIGHT, until)
+        except ConvergenceError:
+            return
+        yield self._of_closed(f"highest from {name}", highest)
+
+    def _of_closed(self, name: str, found: descent.Closed) -> SpaceState:
+        return _state(name, self._assemblage, self._loads, found.forces, found.mechanism.velocities)
+
+
+def _state(
+    name: str,
+    assemblage: SpaceAssemblage,
+    loads: SpaceLoads,
+    found: ConicSolution | Push,
+    free_velocities: FloatArray,
+) -> SpaceState:
+    """Return forces and velocities of the free blocks as a validated state."""
+    velocities = np.zeros((len(assemblage.wall.blocks), 6))
+    velocities[~assemblage.wall.fixed] = free_velocities
+    validation = validate(assemblage, loads, found.load_multiplier, found.forces, velocities)
+    complaints = ", ".join(validation.complaints)
+    return SpaceState(name, found.load_multiplier, found.forces, velocities, validation, found.seconds, complaints)
+
+
+def _remarks(states: list[SpaceState]) -> list[str]:
+    """Say what the figures do not: which push the headline is not, and how near to a state one came where none is."""
+    if states[0].valid:
+        return []
+    why = f"the push on elastic joints found no state ({states[0].error})"
+    if any(state.valid for state in states):
+        other = any(state.valid and state.name in PUSHES for state in states)
+        instead = "that with equal springs did" if other else "the headline is the lowest state found otherwise"
+        return [f"WARNING: {why}; {instead}"]
+    near = min(states, key=lambda state: state.validation.flow)
+    nearest = f"nearest to one: λ {near.load_multiplier:.4f}, {near.validation.flow:.0e} of its power out of balance"
+    return [f"WARNING: no state without dilation found: {why}; {nearest}; the associative multiplier is a bound"]

@@ -1,0 +1,112 @@
+"""States without dilation by cone programs: the dilation shift, closing, descent. They give the range, not the
+headline.
+
+    dilation shift    max lambda - sum s_k N_k in Coulomb's cone,   s <- (1 - w) s + w mu |v_T|,   s = 0 at first
+    given slips       forces of   max (1 - w) lambda - sum mu |v_T| N   in Coulomb's cone: the lowest that go with them
+    given normals     mechanism of   max lambda,   |T| <= mu N^   (constant radius, hence no dilation)
+
+Forces and mechanism are a state where both programs have the same multiplier; each turn of a descent that balances is
+one, and its multiplier does not grow from turn to turn. That is a local search: where it ends depends on where it
+begins. It is the plane's limit_analysis.lower_states with cones. Sources: Acary et al. 2011; De Saxcé's bipotential.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from orchestrator.errors import ConvergenceError
+from orchestrator.masonry.wall import FloatArray
+from orchestrator.space.conic_program import ConicSolution, solve_associative, solve_given_normals
+from orchestrator.space.equilibrium import SpaceEquilibrium
+
+RELAXATION = 0.5
+"""w of the dilation shift: with 1 a wall cycles."""
+SETTLED = 1e-6
+"""Power of the dilation left over the live load's, at which the shift has settled."""
+FACE_WEIGHT = 1e-4
+"""How much less lambda weighs for the lowest forces that go with slips, how much more for the highest; what it costs is
+power out of balance, at most this times the range of the face."""
+BALANCE = 3e-6
+"""Relative difference of the two programs' multipliers that makes forces and mechanism one state."""
+PROGRESS = 1e-5
+"""Relative fall of lambda below which a descent has ended."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Closed:
+    """Forces in Coulomb's cone and the mechanism without dilation that fits them best."""
+
+    forces: ConicSolution
+    mechanism: ConicSolution
+
+    @property
+    def imbalance(self) -> float:
+        """Relative difference of the multipliers: power that does not balance."""
+        reached = self.forces.load_multiplier
+        return abs(self.mechanism.load_multiplier - reached) / max(abs(reached), 1e-8)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Shifted:
+    """An iterate of the dilation shift: solution, and the power of the dilation left over the live load's."""
+
+    solution: ConicSolution
+    error: float
+
+
+def dilation_shift(equilibrium: SpaceEquilibrium, until: float = np.inf) -> Iterator[Shifted]:
+    """Yield the iterates of the dilation shift, for ever, from no slips. Raises ConvergenceError, also when
+    perf_counter() is `until`."""
+    mu = equilibrium.friction
+    shift = np.zeros_like(mu)
+    while True:
+        found = solve_associative(equilibrium, shift, seconds=until - perf_counter())
+        dilation = mu * found.slip - shift
+        left = float(np.sum(found.forces[:, 0] * np.abs(dilation)))
+        yield Shifted(found, left / max(abs(found.load_multiplier), 1e-8))
+        shift = shift + RELAXATION * dilation
+
+
+def settled(iterates: Iterator[Shifted], most: int, until: float) -> Shifted | None:
+    """Return the first settled iterate, else the last of `most` or before perf_counter() is `until`."""
+    last = None
+    try:
+        for number, last in enumerate(iterates, 1):
+            if last.error <= SETTLED or number >= most or perf_counter() > until:
+                break
+    except ConvergenceError:
+        return last
+    return last
+
+
+def closed(
+    equilibrium: SpaceEquilibrium, slip: FloatArray, face_weight: float = FACE_WEIGHT, until: float = np.inf
+) -> Closed:
+    """Return the lowest forces that go with slips (p,) in m/s and the mechanism that goes with them; the highest for a
+    negative face weight. Raises ConvergenceError."""
+    shift, left = equilibrium.friction * slip, until - perf_counter()
+    forces = solve_associative(equilibrium, shift, 1.0 - face_weight, seconds=left)
+    left = until - perf_counter()
+    return Closed(forces, solve_given_normals(equilibrium, forces.forces[:, 0], seconds=left))
+
+
+def descent(equilibrium: SpaceEquilibrium, slip: FloatArray, turns: int, until: float) -> Iterator[Closed]:
+    """Yield states (some may not balance) with ever lower multipliers, beginning with slips (p,) in m/s, until one
+    falls no more, a program fails, or perf_counter() is `until`."""
+    last = np.inf
+    for _ in range(turns):
+        if perf_counter() > until:
+            return
+        try:
+            state = closed(equilibrium, slip, until=until)
+        except ConvergenceError:
+            return
+        yield state
+        reached = state.forces.load_multiplier
+        if last - reached <= PROGRESS * abs(reached):
+            return
+        last, slip = reached, state.mechanism.slip

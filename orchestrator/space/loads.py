@@ -1,0 +1,214 @@
+"""Loads on blocks in space: dead (weight, forces, line loads, thrusts) and live (what lambda multiplies).
+
+dead    weight along -up; extra dead loads, along -up or in a direction of their own (the thrust of a roof)
+live    masses x direction; "mass_height" multiplies by the height above the base, scaled to the same resultant;
+        "per_block" are given forces at the centroids of the blocks named
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import Ge, Gt, Le, MinLen
+
+from orchestrator.errors import CaseError
+from orchestrator.masonry.wall import FloatArray, read_only
+from orchestrator.space.polyhedra import face_normals
+from orchestrator.space.wall import SpaceWall
+from orchestrator.units import Unit
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+Vector = tuple[float, float, float]
+AT_LEVEL = 1e-2
+"""Part of a block's height by which its top may be off a level."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpaceDeadLoad:
+    """Extra dead load on blocks: a force on each, or a line load along their tops (one of the two).
+
+    The blocks are named, or those whose tops lie at a level: a floor that rests on a course."""
+
+    blocks: tuple[int, ...] = ()
+    """ids of the blocks"""
+    force: Annotated[float, Unit("N"), Gt(0)] | None = None
+    """on each block, at the middle of its top"""
+    line_load: Annotated[float, Unit("N/m"), Gt(0)] | None = None
+    """along the longest horizontal side of each block's top, at the top's middle"""
+    direction: tuple[float, ...] = ()
+    """of the force; left out: downwards. A horizontal one is the thrust of a roof or a vault"""
+    inertia: bool = False
+    """whether the live load acts on its mass too, where it stands"""
+    level: Annotated[float, Unit("m")] | None = None
+    """height of the blocks' tops, instead of `blocks`"""
+
+
+@dataclass(frozen=True, slots=True)
+class SpaceLiveLoad:
+    """Live load given per block, for distribution = "per_block"."""
+
+    blocks: Annotated[tuple[int, ...], MinLen(1)]
+    """ids of the blocks"""
+    force: Annotated[float, Unit("N"), Gt(0)]
+    """on each block at its centroid, in the direction of the live load, at a load multiplier of 1"""
+
+
+@dataclass(frozen=True, slots=True)
+class SpaceLoadSettings:
+    """Direction and distribution of the live load in space; extra dead loads."""
+
+    direction: str | tuple[float, ...] = "+x"
+    """"+x", "-x", "+y", "-y", "+z", "-z", or a vector such as [0, -1, 0]; its length does not matter"""
+    angle: Annotated[float, Unit("rad")] | None = None
+    """instead of `direction`: in plan, from the first horizontal axis towards the second, as in "45 deg" """
+    distribution: Literal["mass", "mass_height", "per_block"] = "mass"
+    """proportional to mass, to mass x height above the base, or as given in [[load.live]]"""
+    live: tuple[SpaceLiveLoad, ...] = ()
+    """forces on named blocks, each a table [[load.live]]; for "per_block" only"""
+    dead: tuple[SpaceDeadLoad, ...] = ()
+    """besides weight, each a table [[load.dead]]"""
+    directions: Annotated[int, Ge(0), Le(360)] = 0
+    """besides, so many directions in plan all round: table and polar plot of the multiplier"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SpaceLoads:
+    """dead, live (n, 6): force (N) and moment about the centroid (N m) on each block, live at a load multiplier of 1;
+    direction (3,): unit vector of the live load."""
+
+    dead: FloatArray
+    live: FloatArray
+    direction: FloatArray
+
+
+def direction_of(settings: SpaceLoadSettings, up: FloatArray) -> FloatArray:
+    """Return the unit vector (3,) of the live load. Raises CaseError."""
+    if settings.angle is not None:
+        first, second = plan_axes(up)
+        return math.cos(settings.angle) * first + math.sin(settings.angle) * second
+    return unit_vector(settings.direction, "load.direction")
+
+
+def plan_axes(up: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return two horizontal unit vectors that make a right-handed frame with `up`: x and y where z is up, x and -z
+    where y is."""
+    least = np.eye(3)[int(np.abs(up[0]) > 0.9)]
+    first = least - (least @ up) * up
+    first /= np.linalg.norm(first)
+    return first, np.cross(up, first)
+
+
+def unit_vector(direction: str | Sequence[float], key: str) -> FloatArray:
+    """Return a direction as unit vector (3,). Raises CaseError naming `key`."""
+    remedy = 'write "+x", "-y", "+z" or a vector of three numbers, as in [0, -1, 0]'
+    if isinstance(direction, str):
+        sign, axis = {"+": 1.0, "-": -1.0}.get(direction[:1]), AXES.get(direction[1:])
+        if sign is None or axis is None:
+            raise CaseError(key, f"{direction!r} is no direction", remedy)
+        return sign * np.array(axis)
+    vector = np.array(direction, dtype=float)
+    length = float(np.linalg.norm(vector))
+    if vector.shape != (3,) or not 0 < length < np.inf:
+        raise CaseError(key, f"{[*direction]} is no direction", remedy)
+    return vector / length
+
+
+def loads_on(wall: SpaceWall, settings: SpaceLoadSettings | None = None) -> SpaceLoads:
+    """Return the loads on a wall: by default its weight, and the same forces along +x. Raises CaseError."""
+    settings = settings or SpaceLoadSettings()
+    _refuse_contradictions(wall, settings)
+    direction = direction_of(settings, wall.up)
+    centroids, weights = wall.centroids, np.where(wall.fixed, 0.0, wall.weights)
+    dead, live = np.zeros((len(wall.blocks), 6)), np.zeros((len(wall.blocks), 6))
+    dead[:, :3] = -np.outer(wall.weights, wall.up)
+    masses = [(k, centroids[k], float(weights[k])) for k in np.flatnonzero(~wall.fixed)]
+    for number, load in enumerate(settings.dead):
+        along = unit_vector(load.direction, f"load.dead.{number}.direction") if load.direction else -wall.up
+        for k in _loaded(wall, load):
+            point, length = top_of(wall, k)
+            each = load.force if load.force is not None else (load.line_load or 0.0) * length
+            dead[k] += _wrench(each * along, point - centroids[k])
+            if load.inertia:
+                masses.append((k, point, each))
+    if settings.distribution == "per_block":
+        place = {block.id: k for k, block in enumerate(wall.blocks)}
+        masses = [
+            (place[wanted], centroids[place[wanted]], one.force) for one in settings.live for wanted in one.blocks
+        ]
+    size = np.array([mass for _, _, mass in masses])
+    if settings.distribution == "mass_height":
+        base = min(float((b.shape.vertices @ wall.up).min()) for b in wall.blocks if not b.fixed)
+        lever = size * (np.array([point @ wall.up for _, point, _ in masses]) - base)
+        size = lever * size.sum() / lever.sum()
+    for (k, point, _), force in zip(masses, size, strict=True):
+        live[k] += _wrench(force * direction, point - centroids[k])
+    return SpaceLoads(read_only(dead), read_only(live), read_only(direction))
+
+
+def _wrench(force: FloatArray, arm: FloatArray) -> FloatArray:
+    return np.concatenate([force, np.cross(arm, force)])
+
+
+def top_of(wall: SpaceWall, block: int) -> tuple[FloatArray, float]:
+    """Return the middle (3,) of a block's top and the length (m) of the top's longest horizontal side.
+
+    The top is its highest face that looks up; a body that ends in an edge has its highest corners' mean and no side.
+    """
+    shape = wall.blocks[block].shape
+    upward = face_normals(shape) @ wall.up
+    heights = [float((shape.vertices[list(face)] @ wall.up).mean()) for face in shape.faces]
+    best = max(
+        (k for k in range(len(upward)) if upward[k] > 0.5),
+        key=lambda k: (round(heights[k], 9), upward[k]),
+        default=None,
+    )
+    if best is None:
+        return wall.centroids[block], 0.0
+    ring = shape.vertices[list(shape.faces[best])]
+    sides = np.roll(ring, -1, axis=0) - ring
+    flat = sides - np.outer(sides @ wall.up, wall.up)
+    return ring.mean(axis=0), float(np.linalg.norm(flat, axis=1).max())
+
+
+def _loaded(wall: SpaceWall, load: SpaceDeadLoad) -> list[int]:
+    if load.level is not None:
+        return _at_level(wall, load.level)
+    place = {block.id: k for k, block in enumerate(wall.blocks)}
+    return [place[wanted] for wanted in load.blocks]
+
+
+def _at_level(wall: SpaceWall, level: float) -> list[int]:
+    found = []
+    for k, block in enumerate(wall.blocks):
+        heights = block.shape.vertices @ wall.up
+        if not block.fixed and abs(heights.max() - level) <= AT_LEVEL * np.ptp(heights):
+            found.append(k)
+    return found
+
+
+def _refuse_contradictions(wall: SpaceWall, settings: SpaceLoadSettings) -> None:
+    """Raise CaseError for settings that contradict each other or name blocks that cannot be loaded."""
+    if (settings.distribution == "per_block") != bool(settings.live):
+        remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
+        raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
+    for number, load in enumerate(settings.dead):
+        for one, other in (("force", "line_load"), ("level", "blocks")):
+            if (getattr(load, one) in (None, ())) == (getattr(load, other) in (None, ())):
+                raise CaseError(f"load.dead.{number}", f"needs one of {one} and {other}", "give one of the two")
+        if load.level is not None and not _at_level(wall, load.level):
+            tops = sorted({round(float((b.shape.vertices @ wall.up).max()), 3) for b in wall.blocks if not b.fixed})
+            listed = ", ".join(f"{top:g}" for top in tops[:20])
+            problem = f"no block has its top at {load.level:g} m"
+            raise CaseError(f"load.dead.{number}.level", problem, f"tops are at {listed}{', ...' * (len(tops) > 20)} m")
+    free = {block.id: not block.fixed for block in wall.blocks}
+    named = {f"load.live.{number}": load.blocks for number, load in enumerate(settings.live)}
+    named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(settings.dead)}
+    for key, ids in named.items():
+        for wanted in ids:
+            if not free.get(wanted, False):
+                problem = f"block {wanted} is a support" if wanted in free else f"there is no block {wanted}"
+                raise CaseError(f"{key}.blocks", problem, "name blocks of the wall that can move")

@@ -1,0 +1,110 @@
+"""What a mechanism does: how every joint moves, which blocks move as one body, how much of the wall takes part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from orchestrator.masonry.wall import FloatArray, IntArray
+from orchestrator.space.contacts import SpaceAssemblage
+from orchestrator.space.loads import SpaceLoads
+
+Motion = Literal["rests", "hinges", "slides", "twists", "opens"]
+AT_REST = 1e-3
+"""Part of the wall's largest velocity below which nothing moves."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mechanism:
+    """motion (k,) of every joint; body (n,) of every block (blocks of one number move as one, 0: at rest); speed (n,)
+    largest velocity of a block's corner over the wall's largest; participation: e* of the kinematic verification."""
+
+    motion: tuple[Motion, ...]
+    body: IntArray
+    speed: FloatArray
+    participation: float
+
+    @property
+    def moving(self) -> IntArray:
+        """Positions of the blocks that move."""
+        return np.flatnonzero(self.body > 0)
+
+    def count(self, kind: Motion) -> int:
+        """How many joints move in this way."""
+        return self.motion.count(kind)
+
+
+def mechanism_of(assemblage: SpaceAssemblage, loads: SpaceLoads, velocities: FloatArray) -> Mechanism:
+    """Classify a mechanism with velocities (n, 6) of all blocks.
+
+    A joint hinges where it opens at some contact points only, opens where it opens at all of them, twists where it
+    turns about its normal faster than its middle slides, slides otherwise; it rests where no point moves by more than
+    AT_REST.
+    """
+    wall, joints = assemblage.wall, assemblage.joints
+    speeds = corner_speeds(assemblage, velocities)
+    largest = float(speeds.max()) or 1.0
+    limit = AT_REST * largest
+    of = joints.joint
+    relative = _point_velocity(wall.centroids, velocities, joints.block_j[of], joints.point)
+    relative = relative - _point_velocity(wall.centroids, velocities, joints.block_i[of], joints.point)
+    opening = np.einsum("pi,pi->p", relative, joints.normal[of])
+    slip = relative - opening[:, None] * joints.normal[of]
+    first = np.searchsorted(of, np.arange(joints.count))
+    points = np.bincount(of, minlength=joints.count)
+    least, most = np.minimum.reduceat(opening, first), np.maximum.reduceat(opening, first)
+    sliding = np.maximum.reduceat(np.linalg.norm(slip, axis=1), first)
+    mean = np.linalg.norm(np.add.reduceat(slip, first, axis=0) / points[:, None], axis=1)
+    motion = np.select(
+        [least > limit, most > limit, (sliding > limit) & (sliding > 2.0 * mean), sliding > limit],
+        ["opens", "hinges", "twists", "slides"],
+        "rests",
+    )
+    motion[joints.is_tie] = "rests"
+    return Mechanism(
+        motion=tuple(motion.tolist()),
+        body=_bodies(assemblage, motion, speeds > limit),
+        speed=speeds / largest,
+        participation=_participation(assemblage, loads, velocities),
+    )
+
+
+def corner_speeds(assemblage: SpaceAssemblage, velocities: FloatArray) -> FloatArray:
+    """Return the largest velocity (n,) of a corner of each block, m/s."""
+    centroids = assemblage.wall.centroids
+    return np.array(
+        [
+            np.linalg.norm(_point_velocity(centroids, velocities, k, block.shape.vertices), axis=1).max()
+            for k, block in enumerate(assemblage.wall.blocks)
+        ]
+    )
+
+
+def _point_velocity(
+    centroids: FloatArray, velocities: FloatArray, block: IntArray | int, point: FloatArray
+) -> FloatArray:
+    return velocities[block][..., :3] + np.cross(velocities[block][..., 3:], point - centroids[block])
+
+
+def _bodies(assemblage: SpaceAssemblage, motion: np.ndarray, moves: np.ndarray) -> IntArray:
+    """Number the groups of moving blocks that joints at rest connect, the largest first; 0 for blocks at rest."""
+    joints, count = assemblage.joints, len(assemblage.wall.blocks)
+    together = (motion == "rests") & ~joints.is_tie & moves[joints.block_i] & moves[joints.block_j]
+    pairs = (joints.block_i[together], joints.block_j[together])
+    group = connected_components(coo_matrix((np.ones(together.sum()), pairs), shape=(count, count)), directed=False)[1]
+    numbers, sizes = np.unique(group[moves], return_counts=True)
+    order = {int(number): k + 1 for k, number in enumerate(numbers[np.argsort(-sizes, kind="stable")])}
+    return np.array([order[int(group[k])] if moves[k] else 0 for k in range(count)], dtype=np.int64)
+
+
+def _participation(assemblage: SpaceAssemblage, loads: SpaceLoads, velocities: FloatArray) -> float:
+    """Return e* = (sum P d)^2 / (sum P sum P d^2), d the velocity of the weights P along the live load (Circular
+    7/2019, C8.7.1.2.1): the acceleration that sets the mechanism going is lambda g / e*."""
+    weight = np.linalg.norm(loads.live[:, :3], axis=1)
+    along = velocities[:, :3] @ loads.direction
+    squared = float(np.sum(weight * along**2) * weight[np.abs(along) > AT_REST * np.abs(along).max()].sum())
+    return float(np.sum(weight * along)) ** 2 / squared if squared else 0.0

@@ -1,0 +1,109 @@
+"""Is this a limit state without dilation? Checked from geometry, forces and velocities alone: no matrix, no solver.
+
+Every force is applied to its two blocks at its point, every rate is taken from the blocks' velocities there; only loads
+and friction are shared with the programs that found the state. What has to hold at every point (Signorini, Coulomb):
+
+    N >= 0,  v_N >= 0,  N v_N = 0,   |T| <= mu N,   T = -mu N v_T / |v_T| where it slides
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchestrator.masonry.wall import FloatArray
+from orchestrator.space.contacts import SpaceAssemblage
+from orchestrator.space.loads import SpaceLoads
+
+LIMITS = {
+    "equilibrium": 1e-8,
+    "yield_excess": 1e-7,
+    "flow": 1e-6,
+    "interpenetration": 1e-6,
+    "power": 1e-6,
+}
+"""Largest values that pass, whatever found the state. Flow and power are the relative error of lambda that a state may
+have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Validation:
+    """What a state does wrong; 0 is perfect.
+
+    equilibrium: largest force out of balance (moments over a block's length) over the total weight. yield_excess:
+    tension, or shear beyond friction, in mean block weights. interpenetration: largest closing of a point over the
+    largest velocity of a block's corner. Relative to the live load's power: flow, what is done by points that open
+    while loaded, or slide before they must or not against their shear; power, live + dead power less friction's.
+    """
+
+    equilibrium: float
+    yield_excess: float
+    flow: float
+    interpenetration: float
+    power: float
+
+    @property
+    def complaints(self) -> tuple[str, ...]:
+        """What is wrong, in words; empty for a valid state."""
+        found = {name: getattr(self, name) for name in LIMITS}
+        return tuple(f"{name} {found[name]:.1e} > {limit:.0e}" for name, limit in LIMITS.items() if found[name] > limit)
+
+
+def validate(
+    assemblage: SpaceAssemblage, loads: SpaceLoads, multiplier: float, forces: FloatArray, velocities: FloatArray
+) -> Validation:
+    """Check forces (p, 3) in N (normal, two shears, on block j) with velocities (n, 6) of all blocks at unit live-load
+    power, supports at rest."""
+    wall, joints = assemblage.wall, assemblage.joints
+    centroids = wall.centroids
+    of = joints.joint
+    i, j = joints.block_i[of], joints.block_j[of]
+    force = forces[:, :1] * joints.normal[of] + np.einsum("pk,pki->pi", forces[:, 1:], joints.tangents[of])
+    motion = _velocity(centroids, velocities, j, joints.point) - _velocity(wall.centroids, velocities, i, joints.point)
+    opening = np.einsum("pi,pi->p", motion, joints.normal[of])
+    slip = motion - opening[:, None] * joints.normal[of]
+    shear = force - forces[:, :1] * joints.normal[of]
+    limit = joints.friction[of] * np.maximum(forces[:, 0], 0.0)
+    sliding, sheared = np.linalg.norm(slip, axis=1), np.linalg.norm(shear, axis=1)
+    free = ~wall.fixed
+    capacity = joints.capacity[of]
+    yields = (forces[:, 0] > (1.0 - 1e-6) * capacity) & (opening < 0)  # a tie at its strength may lengthen
+    live_power = float(np.sum(loads.live[free] * velocities[free]))
+    dead_power = float(np.sum(loads.dead[free] * velocities[free]))
+    dissipated = float(-np.einsum("pi,pi->p", shear, slip).sum() - (forces[:, 0] * opening)[yields].sum())
+    scale = max(abs(multiplier), 1e-6) * abs(live_power)
+    excess = max(float(-forces[:, 0].min(initial=0.0)), float((sheared - limit).max(initial=0.0)))
+    excess = max(excess, float((forces[:, 0] - capacity).max(initial=0.0)))
+    largest = max(
+        float(np.linalg.norm(_velocity(centroids, velocities, k, block.shape.vertices), axis=1).max())
+        for k, block in enumerate(wall.blocks)
+    )
+    misdirected = np.maximum(limit * sliding + np.einsum("pi,pi->p", shear, slip), 0.0)
+    return Validation(
+        equilibrium=_out_of_balance(assemblage, loads, multiplier, force),
+        yield_excess=excess / float(wall.weights[free].mean()),
+        flow=float(np.abs(forces[:, 0] * opening)[~yields].sum() + misdirected.sum()) / scale,
+        interpenetration=float(-opening[~yields].min(initial=0.0)) / largest,
+        power=abs(multiplier * live_power + dead_power - dissipated) / scale,
+    )
+
+
+def _velocity(centroids: FloatArray, velocities: FloatArray, block: np.ndarray | int, point: FloatArray) -> FloatArray:
+    """Velocities (p, 3) of points (p, 3) of blocks."""
+    return velocities[block, ..., :3] + np.cross(velocities[block, ..., 3:], point - centroids[block])
+
+
+def _out_of_balance(assemblage: SpaceAssemblage, loads: SpaceLoads, multiplier: float, force: FloatArray) -> float:
+    """Return the largest force, or moment over a block's size, that is missing on a free block, over the total
+    weight."""
+    wall, joints = assemblage.wall, assemblage.joints
+    centroids = wall.centroids
+    total = loads.dead + multiplier * loads.live
+    for sign, block in ((-1.0, joints.block_i[joints.joint]), (1.0, joints.block_j[joints.joint])):
+        moment = np.cross(joints.point - centroids[block], force)
+        np.add.at(total, block, sign * np.hstack([force, moment]))
+    free = ~wall.fixed
+    sizes = np.array([block.shape.size for block in wall.blocks])[free]
+    missing = max(np.abs(total[free, :3]).max(), (np.abs(total[free, 3:]) / sizes[:, None]).max())
+    return float(missing / wall.weights[free].sum())

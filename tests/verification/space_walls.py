@@ -1,0 +1,55 @@
+"""Blocks in space for the tests: a block on the ground in any position, plane walls as prisms, and one call to
+analyse."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from orchestrator.masonry.wall import read_only
+from orchestrator.space.conic_program import ConicSolution, solve_associative
+from orchestrator.space.contacts import SpaceAssemblage, find_joints
+from orchestrator.space.equilibrium import equilibrium_of
+from orchestrator.space.loads import SpaceLoadSettings, loads_on
+from orchestrator.space.polyhedra import Polyhedron, box, prism, rotation
+from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
+
+GROUND = box((-5.0, -5.0, -1.0), (5.0, 5.0, 0.0))
+
+
+def wall_of(shapes: list[Polyhedron], friction: float, supports: int = 1, up=UPRIGHT) -> SpaceWall:
+    """The first `supports` shapes stand still."""
+    blocks = tuple(SpaceBlock(k, shape, fixed=k < supports) for k, shape in enumerate(shapes))
+    return SpaceWall("test", blocks, friction, read_only(up))
+
+
+def block_on_ground(x: float, y: float, h: float, friction: float) -> SpaceWall:
+    return wall_of([GROUND, box((-x / 2, -y / 2, 0.0), (x / 2, y / 2, h))], friction)
+
+
+def extruded(polygon, depth: float, start: float = 0.0) -> Polyhedron:
+    """A polygon in the x-z plane, extruded along y."""
+    axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, depth, 0.0]])
+    return prism(np.array(polygon, dtype=float), np.array([0.0, start, 0.0]), axes)
+
+
+def v_groove(half_angle: float, friction: float, length: float = 4.0) -> SpaceWall:
+    """A prism along y in a groove whose sides make `half_angle` (rad) with the vertical."""
+    s, c = np.sin(half_angle), np.cos(half_angle)
+    left, right = [-s, c], [s, c]
+    ground = [[0.0, 0.0], right, [2 * s, c], [2 * s, -0.5], [-2 * s, -0.5], [-2 * s, c], left]
+    return wall_of([extruded(ground, length + 8.0, -4.0), extruded([[0.0, 0.0], right, left], length)], friction)
+
+
+def turned(wall: SpaceWall, axis=(1.0, 2.0, 3.0), degrees: float = 37.0) -> tuple[SpaceWall, np.ndarray]:
+    turn = rotation(axis, np.radians(degrees))
+    return wall.moved(turn, np.array([0.3, -0.2, 0.7])), turn
+
+
+def associative(wall: SpaceWall, direction, torsion="corners", **loads) -> ConicSolution:
+    assemblage = find_joints(wall)
+    return of_assemblage(assemblage, direction, torsion, **loads)
+
+
+def of_assemblage(assemblage: SpaceAssemblage, direction, torsion="corners", **loads) -> ConicSolution:
+    settings = SpaceLoadSettings(direction=direction, **loads)
+    return solve_associative(equilibrium_of(assemblage, loads_on(assemblage.wall, settings), torsion))

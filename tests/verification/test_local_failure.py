@@ -1,0 +1,151 @@
+"""A small part that falls is an event at its own multiplier, and the wall goes on to its own peak.
+
+One stone of b x h on a wide block overturns at b/h, whatever its share of the mass: no static state carries more, and
+what moves carries nothing.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import islice, pairwise
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from orchestrator.capacity import find_capacity
+from orchestrator.masonry.wall import Block, Wall
+from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
+from orchestrator.pushover.state import Increment
+from orchestrator.pushover.stepping import Pushover
+from orchestrator.results import load_increments
+from orchestrator.results.states import StateStore
+from tests.verification.pushover_chain import Run, model_of, rectangle, run
+
+BOUND = SteppingSettings().out_of_balance
+PINS = {  # stone b, h and block B, H in m, mesh size in m
+    0.30: (1.0, 3.0, 7.0, 1.0, 1.0),
+    0.02: (0.5, 1.5, 9.0, 4.0, 2.0),
+    0.0015: (0.2, 0.6, 10.0, 8.0, 4.0),
+    0.0001: (0.05, 0.15, 10.0, 7.5, 4.0),
+}
+
+
+def pin(b: float, h: float, width: float, height: float) -> Wall:
+    """A stone in the middle of a wide block."""
+    blocks = (
+        Block(0, rectangle(-width, -0.5, 3 * width, 0.5), True, 25e3),
+        Block(1, rectangle(0, 0, width, height), False, 25e3),
+        Block(2, rectangle(width / 2 - b / 2, height, b, h), False, 25e3),
+    )
+    return Wall("pin", blocks, 0.3, 0.7)
+
+
+def chimney() -> Wall:
+    """A facade of 6 m x 3.2 m in running bond with a chimney of three stones, 0.4 m x 1.2 m: 1/3."""
+    blocks, level = [Block(0, rectangle(-1, -0.3, 8, 0.3), True, 20e3)], 0.0
+    for course in range(8):
+        off = 0.25 * (course % 2)
+        cuts = [0.0, *(off + 0.5 * k for k in range(13) if 0 < off + 0.5 * k < 6), 6.0]
+        for left, right in pairwise(cuts):
+            blocks.append(Block(len(blocks), rectangle(left, level, right - left, 0.4), False, 20e3))
+        level += 0.4
+    blocks += [Block(len(blocks) + k, rectangle(4.0, level + 0.4 * k, 0.4, 0.4), False, 20e3) for k in range(3)]
+    return Wall("chimney", tuple(blocks), 0.4, 0.7)
+
+
+@cache
+def pushed(share: float) -> Run:
+    *sizes, mesh = PINS[share]
+    model = model_of(pin(*sizes), mesh_size=mesh, large_displacement=True)
+    assert model.body_mass[1] / model.body_mass.sum() == pytest.approx(share, rel=0.1)
+    return run(model, 0.1)
+
+
+@cache
+def facade() -> Run:
+    return run(model_of(chimney(), mesh_size=0.4, large_displacement=True), 0.1)
+
+
+def hold(increments: list[Increment], body: int) -> Increment:
+    """Return the last static increment before a body falls, or of all."""
+    standing = [i for i in increments if not i.moving and not i.fallen[body]]
+    return max(standing, key=lambda i: i.load_multiplier)
+
+
+@pytest.mark.parametrize("share", PINS)
+def test_a_stone_overturns_at_b_over_h_whatever_its_share_of_the_mass(share):
+    result = pushed(share)
+    assert hold(result.increments, 1).load_multiplier == pytest.approx(1 / 3, rel=5e-3)
+    if share >= SteppingSettings().local_share:  # the wall's own peak
+        assert result.peak == pytest.approx(1 / 3, rel=5e-3)
+        assert result.effort.events == ()
+        return
+    (event,) = result.effort.events
+    assert event.bodies == ("block 2",)
+    assert event.mass_share == pytest.approx(share, rel=0.1)
+    assert event.load_multiplier == pytest.approx(1 / 3, rel=5e-3)
+    largest = result.curve.static.load_multiplier.max()
+    assert largest == pytest.approx(0.7, rel=5e-3), "what is left slides at the coefficient of friction"
+
+
+def test_the_chimney_falls_and_the_facade_goes_on_to_its_own_peak():
+    """It overturns as one; its stones come off one after the other in the same motion, the lowest may come to rest."""
+    result = facade()
+    events = result.effort.events
+    assert events[0].bodies == ("block 103",)
+    assert {name for event in events for name in event.bodies} <= {"block 101", "block 102", "block 103"}
+    for event in events:
+        assert event.mass_share == pytest.approx(len(event.bodies) * 0.16 / (6 * 3.2 + 3 * 0.16))
+        assert event.load_multiplier == pytest.approx(1 / 3, rel=5e-3)
+        assert event.base_shear == pytest.approx(event.load_multiplier * result.model.weight, rel=1e-4)
+    first = result.increments[events[0].increment - result.increments[0].number]
+    assert first.moving
+    assert first.fallen.sum() == 1
+    largest = result.curve.static.load_multiplier.max()
+    assert largest > 1.05 * events[0].load_multiplier
+    assert result.curve.static.fallen_bodies[result.curve.static.load_multiplier.argmax()] >= 2
+
+
+@pytest.mark.parametrize("made", [*(f"pin {share}" for share in PINS), "chimney"])
+def test_every_row_that_counts_is_static_body_by_body(made):
+    result = facade() if made == "chimney" else pushed(float(made.split()[1]))
+    curve = result.curve
+    assert curve.static.out_of_balance.max() <= BOUND
+    balanced = (curve.out_of_balance <= BOUND) & (curve.moving == 0)
+    assert find_capacity(curve).peak_base_shear == curve.base_shear_N[balanced].max()
+
+
+@pytest.mark.parametrize("made", ["pin", "chimney"])
+def test_what_has_fallen_touches_nothing_and_carries_nothing(made):
+    result = facade() if made == "chimney" else pushed(0.02)
+    slave, master = result.model.pairs
+    after = [i for i in result.increments if i.fallen.any()]
+    assert len(after) > 3
+    for before, increment in pairwise(after):
+        gone = np.append(increment.fallen, [False])
+        touching = gone[np.minimum(slave, result.model.bodies)] | gone[np.minimum(master, result.model.bodies)]
+        assert not increment.normal_force[touching].any()
+        left = float(result.model.body_weight @ ~before.fallen)
+        assert increment.horizontal_load == pytest.approx(left, rel=1e-9)
+
+
+def test_a_run_that_is_resumed_in_the_middle_of_a_motion_has_the_same_increments(tmp_path):
+    """Bit for bit, from the increment as it comes back from its file."""
+    result = pushed(0.02)
+    moving = [k for k, i in enumerate(result.increments) if i.moving]
+    start = moving[len(moving) // 2]
+    store = StateStore(tmp_path, "pin")
+    store.append(result.increments[start])
+    (stored,) = load_increments(tmp_path, "pin")
+    settings = SteppingSettings(final_displacement=0.1)
+    with LinearSystem(result.model, MPI.COMM_SELF) as system:
+        onward = Pushover(result.model, system, NewtonSettings(), settings).increments(stored)
+        following = list(islice(onward, 8))
+    for found, expected in zip(following, result.increments[start + 1 :], strict=False):
+        assert (found.number, found.phase, found.moving) == (expected.number, expected.phase, expected.moving)
+        assert found.displacement.tobytes() == expected.displacement.tobytes()
+        assert found.normal_force.tobytes() == expected.normal_force.tobytes()
+        assert found.base_shear == expected.base_shear
+        assert found.load_multiplier == expected.load_multiplier
