@@ -55,7 +55,7 @@ def analyse(
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
     met = None
     if not problem.friction.crushes.any():
-        met = loaded(problem, view.loads, optimum.load_multiplier, settings.local_share)
+        met = loaded(problem, view.loads, optimum, settings.local_share)
     path = None if met is None else met.state
     sequence, remarks = papers_value(problem, optimum, path, settings)
     other = others(problem, optimum, met, sequence, settings)
@@ -67,7 +67,7 @@ def analyse(
         weight=problem.equilibrium.total_weight,
         horizontal_load=problem.equilibrium.base_shear,
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
-        associative=problem.state("associative", problem.friction.slope, optimum, optimum, (record_of(optimum, 0.0),)),
+        associative=bound_of(problem, optimum),
         sequence=sequence,
         path=met.state if met else None,
         remarks=(*remarks_of(problem, met), *remarks),
@@ -78,8 +78,21 @@ def analyse(
         last_rest=met.path.last_rest if met else None,
         soft_from=met.path.soft_from if met else None,
         interval=met.spread if met else None,
+        associative_left=bound_left(problem, met),
     )
     return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
+
+
+def bound_of(problem: Problem, optimum: LimitSolution) -> LimitState:
+    """Return the associative optimum as a state."""
+    return problem.state("associative", problem.friction.slope, optimum, optimum, (record_of(optimum, 0.0),))
+
+
+def bound_left(problem: Problem, met: Loaded | None) -> LimitState | None:
+    """Return the associative state of what local failures left of a wall, None where there were none."""
+    if met is None or not met.local_failures:
+        return None
+    return met.of_whole(bound_of(met.part, met.optimum), problem.assemblage)
 
 
 def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
@@ -96,11 +109,8 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         said.append(f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose")
     rest, state = met.path.last_rest, met.state
     if state is None or not state.converged:
-        said.append(
-            f"loading: at rest up to {rest:.4f}, but no limit state was closed there: the headline is that rest"
-        )
-    elif wrong := met.part.complaints(met.path.state) if met.path.state else ():
-        said.append(f"the state met is known to {state.power_residual:.0e} of its multiplier ({', '.join(wrong)})")
+        headline = "" if state is None else ": the headline is that rest"
+        said.append(f"loading: at rest up to {rest:.4f}, but no limit state was closed there{headline}")
     if state is not None and not met.spread and state.load_multiplier < (1.0 - RELEASE) * rest:
         said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
     if state is not None and not met.spread and state.load_multiplier > (1.0 + RELEASE) * rest:
@@ -173,7 +183,7 @@ def others(
 
     States of a wall that has lost stones are those of what is left. Large walls are not searched.
     """
-    path = met.path.state if met is not None and met.state is not None and met.state.converged else None
+    path = None if met is None else met.path.state
     if met is not None and path is not None:
         part, forces = met.part, path.joint_forces
         slips = [path.mechanism.slip] + ([met.slip(sequence, problem.assemblage)] if sequence is not None else [])
@@ -186,7 +196,7 @@ def others(
     states = [closed_state(part, end) for end in ends] + ([sequence] if sequence and part is problem else [])
     states = [state for state in states if is_reached(part, state, forces) and not part.complaints(state)]
     passed = None
-    if met is not None and path is not None:
+    if met is not None and path is not None and path.converged:
         passed = touched(part, states, met.path, (1.0 - SPREAD) * path.load_multiplier)
         states.append(path)
     lowest = min(states, key=lambda state: state.load_multiplier, default=None)

@@ -13,15 +13,18 @@ threads at a time last digits differ from run to run (where arrays come to lie i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, Stiffness
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.gravity import falling_blocks
+from orchestrator.limit_analysis.gravity import associative_optimum, falling_blocks
+from orchestrator.limit_analysis.linear_program import LimitSolution
 from orchestrator.limit_analysis.loads import Loads
 from orchestrator.limit_analysis.path import LoadPath, agrees, load_path
 from orchestrator.limit_analysis.problem import Problem
@@ -44,8 +47,8 @@ class Loaded:
     """Where loading ended: the state of the wall that is left (None: not found), its path, and what came loose first.
 
     The state's arrays are those of the whole wall: stones that came loose are at rest in it, their joints carry
-    nothing. left (n,): the blocks that are still there, and `part` their problem. spread: lowest and highest multiplier
-    with joints of different stiffness.
+    nothing. left (n,): the blocks that are still there, `part` their problem and `optimum` its associative one. spread:
+    lowest and highest multiplier with joints of different stiffness.
     """
 
     state: LimitState | None
@@ -53,6 +56,7 @@ class Loaded:
     local_failures: tuple[LocalFailure, ...]
     left: Chosen
     part: Problem
+    optimum: LimitSolution
     spread: tuple[float, float] | None = None
 
     def slip(self, state: LimitState, whole: Assemblage) -> FloatArray:
@@ -64,38 +68,51 @@ class Loaded:
         return of_whole(state, whole, self.left)
 
 
-def loaded(problem: Problem, loads: Loads, associative: float, local_share: float) -> Loaded | None:
+def loaded(problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float) -> Loaded | None:
     """Load a wall along +x until it fails as a whole, with joints of both stiffnesses; None: no rest at first."""
-    first = peeled(problem, loads, associative, local_share, STIFFNESSES[0])
+    first = peeled(problem, loads, optimum, local_share, STIFFNESSES[0])
     closed = first.state if first is not None and first.state is not None and first.state.converged else None
     if first is not None and closed and agrees(first.part, closed.load_multiplier, SPREAD, STIFFNESSES[1]):
         return first
-    found = [first, peeled(problem, loads, associative, local_share, STIFFNESSES[1])]
-    ended = [one for one in found if one is not None and one.state is not None and one.state.converged]
-    if not ended:
-        return found[0] or found[1]
-    multipliers = [one.state.load_multiplier for one in ended if one.state is not None]
-    low, high = min(multipliers), max(multipliers)
+    found = [first, peeled(problem, loads, optimum, local_share, STIFFNESSES[1])]
+    return lower_of([one for one in found if one is not None and one.state is not None]) or found[0] or found[1]
+
+
+def lower_of(found: Sequence[Loaded]) -> Loaded | None:
+    """Return the lower of two answers with the interval of both; where they are one to SPREAD, the one that is closed.
+
+    An answer that no limit state closed counts with its last rest: it stands there, and nobody knows how much further.
+    """
+    multipliers = [one.state.load_multiplier for one in found if one.state is not None]
+    low, high = min(multipliers, default=0.0), max(multipliers, default=0.0)
     if high - low <= SPREAD * abs(low):
-        return ended[0]
-    return replace(ended[int(np.argmin(multipliers))], spread=(low, high))
+        return max(found, key=lambda one: one.state is not None and one.state.converged, default=None)
+    return replace(found[int(np.argmin(multipliers))], spread=(low, high))
 
 
 def peeled(
-    problem: Problem, loads: Loads, associative: float, local_share: float, stiffness: Stiffness
+    problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float, stiffness: Stiffness
 ) -> Loaded | None:
-    """Load a wall with joints of one stiffness, taking local failures away until what moves is the wall."""
+    """Load a wall with joints of one stiffness, taking local failures away until what moves is the wall.
+
+    A wall that stones have left is loaded as if it had been drawn without them: in steps of its own associative
+    optimum, which is its bound too.
+    """
     whole, weights = problem.assemblage, -loads.dead[:, 1]
     free = np.array([not block.fixed for block in whole.wall.blocks])
     left, failures = np.ones(len(free), dtype=bool), list[LocalFailure]()
     found: Loaded | None = None
     while (standing := _standing(problem, loads, left)) is not None:
         part, left = standing
-        path = load_path(part, associative, stiffness)
+        try:
+            optimum = optimum if part is problem else associative_optimum(part)
+        except (CaseError, ConvergenceError):  # what is left is wedged between supports
+            return found
+        path = load_path(part, optimum.load_multiplier, stiffness)
         if path is None or path.state is None:
-            return found or (None if path is None else Loaded(None, path, tuple(failures), left, part))
+            return found or (None if path is None else Loaded(None, path, tuple(failures), left, part, optimum))
         state = of_whole(path.state, whole, left)
-        found = Loaded(state, path, tuple(failures), left, part)
+        found = Loaded(state, path, tuple(failures), left, part, optimum)
         moving = left & _moves(problem, state)
         share = float(weights[moving].sum() / weights[free].sum())
         gone = float(weights[free & ~left].sum() / weights[free].sum())
@@ -103,7 +120,7 @@ def peeled(
             return found
         stones = tuple(sorted(whole.wall.blocks[i].id for i in np.flatnonzero(moving)))
         low, high = sorted((state.load_multiplier, path.last_rest))
-        failures.append(LocalFailure(stones, share, (low, high)))
+        failures.append(LocalFailure(stones, share, (low, high), state))
         left = left & ~moving
     return found
 

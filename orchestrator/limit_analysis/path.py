@@ -56,9 +56,6 @@ FAILURES = 8
 """Steps in a row that are not found before an end is given up."""
 FACE_WEIGHTS = (1e-3, 1e-4, 1e-5, -1e-5, -1e-4, -1e-3)
 """w of lower_states with which what was met is closed: to the lower end of a face of forces, and to the higher."""
-KNOWN, BALANCED = 1e-4, 1e-8
-"""Power out of balance, over the live load's, of an end that is a state although no check passes: the relative error of
-its multiplier. Its equilibrium and strength are exact to BALANCED."""
 LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
 SOFT, FAR = 10.0, 100.0
@@ -73,7 +70,7 @@ class LoadPath:
     multipliers (r,): loads at which it rests, the first 0; displacements (r,): along the live load, over the elastic
     one of the same multiplier (1 for the first); forces: of the joints (k, 3) in N at each of them. `last_rest` is the
     last of these; `state` what is met there, with its own forces and a mechanism that goes with them, `converged` where
-    the check passes or its multiplier is known to KNOWN. Else it is the last rest, with the mechanism that fits best.
+    the check passes. Else it is the last rest, with the mechanism that fits best.
     soft_from: multiplier from which on displacements exceed SOFT, None if they never do.
     """
 
@@ -189,15 +186,17 @@ class _Loading:
         return None
 
     def states(self, position: Position, change: FloatArray, multiplier: float) -> list[LimitState]:
-        """Return forces with the best mechanism for their normal forces, and with their own motion."""
+        """Return forces with the best mechanism for their normal forces, and with their own motion where it goes along
+        with the live load."""
         equilibrium = self.problem.equilibrium
-        velocities = equilibrium.row_scale * change / (equilibrium.live_total * float(self.wall.problem.live @ change))
+        along = float(self.wall.problem.live @ change)
+        velocities = equilibrium.row_scale * change / (equilibrium.live_total * (along if along > 0 else 1.0))
         forces = equilibrium.mean_weight * position.forces
         own = LimitSolution(
             multiplier / self.wall.problem.per_multiplier, forces, velocities,
             equilibrium.joint_rates(velocities), self.spent, 0.0, "path",
         )  # fmt: skip
-        found = [own]
+        found = [own] if along > 0 else []
         try:
             mechanism = self.programs.mechanism(own.normal)
             found.insert(0, replace(own, velocities=mechanism.velocities, rates=mechanism.rates))
@@ -253,8 +252,9 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
                 target = min(high - 0.25 * fine, low + gap - 0.5 * fine)
     ratio = np.array(moved[1:]) / (np.array(rests[1:]) * moved[1] / rests[1]) if len(rests) > 1 else np.zeros(0)
     state = None if met is None else met.state or nearest(loading, met, fine)
-    if (state is None or not state.converged) and lost is not None and low > 0 and live @ lost.change > 0:
-        state = replace(loading.states(position, lost.change, scale * low)[0], converged=False)
+    if state is None or not state.converged:
+        last = loading.states(position, np.zeros_like(live) if lost is None else lost.change, scale * low)
+        state = replace(last[0], flow_rule="last_rest", converged=False) if last and low > 0 else None
     return LoadPath(
         multipliers=read_only(np.array(rests)),
         displacements=read_only(np.concatenate([[1.0], ratio])),
@@ -292,7 +292,7 @@ def nearest(loading: _Loading, met: _Moved, fine: float) -> LimitState:
 
     A wall may go on closing an old gap, far beyond any displacement that means anything, while its load stands still.
     Its slips, or those of the mechanism that fits its forces best, then lead to states nearby (lower_states). What was
-    met is converged if its multiplier is known to KNOWN.
+    met is not converged.
     """
     problem, programs = loading.problem, loading.programs
     states = loading.states(met.position, met.change, met.multiplier)
@@ -309,6 +309,4 @@ def nearest(loading: _Loading, met: _Moved, fine: float) -> LimitState:
     near = [s for s in found if abs(s.load_multiplier - there) <= fine and not problem.complaints(s)]
     if near:
         return min(near, key=lambda state: abs(state.load_multiplier - there))
-    best = min(states, key=lambda state: state.power_residual)
-    rounded = best.power_residual <= KNOWN and max(best.equilibrium_residual, best.yield_residual) <= BALANCED
-    return replace(best, converged=rounded)
+    return replace(min(states, key=lambda state: state.power_residual), converged=False)

@@ -56,6 +56,7 @@ class StandardView:
     def carried_back(self, found: LimitAnalysis, equilibrium: Equilibrium) -> LimitAnalysis:
         """Return the answer for the view as the answer for the original, whose equilibrium is checked anew."""
         standing = None if found.local_failures else equilibrium  # else stones that lie on the ground are not in it
+        failures = [replace(failure, state=self._state(failure.state, None)) for failure in found.local_failures]
         return replace(
             found,
             load_direction=self.mirror,
@@ -63,6 +64,8 @@ class StandardView:
             sequence=found.sequence and self._state(found.sequence, equilibrium),
             path=found.path and self._state(found.path, standing),
             lowest=found.lowest and self._state(found.lowest, standing),
+            associative_left=found.associative_left and self._state(found.associative_left, None),
+            local_failures=tuple(failures),
         )
 
     def _state(self, state: LimitState, equilibrium: Equilibrium | None) -> LimitState:

@@ -10,7 +10,7 @@ import numpy as np
 from orchestrator.masonry.wall import FloatArray, read_only
 
 Scale = Literal["unit_power", "unit_displacement"]
-FlowRule = Literal["associative", "sequence", "path", "descent"]
+FlowRule = Literal["associative", "sequence", "path", "last_rest", "descent"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,17 +80,19 @@ class LimitState:
     dilation: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class LocalFailure:
     """Stones (their ids) that come loose while the wall stands, and their share of the weight.
 
-    multipliers: that of their state once they move, and the last at which they rest. The first is lower where stones
-    were wedged: it is a property of that wedge, and depends on the stiffness of its joints.
+    state: the wall as they move, less what came loose before. multipliers: that of this state and the last at which
+    they rest, in order; the state's is lower where stones were wedged: it is a property of that wedge, and depends on
+    the stiffness of its joints.
     """
 
     stones: tuple[int, ...]
     share: float
     multipliers: tuple[float, float]
+    state: LimitState
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,9 +103,11 @@ class LimitAnalysis:
     horizontal resultant of the live load at a multiplier of 1, in N (by default the weight): base shear = multiplier x
     this. tilting_table: whether tan(angle) of a table that tilts the wall is just another way to state the multiplier.
 
-    associative: an upper bound to every state (a theorem). path: the state that loading from gravity meets, after the
-    stones of `local_failures` have come loose: they are at rest and without forces in it. sequence: the paper's value.
-    lowest, highest: multipliers of states found that loading could reach; the first is a state of its own too.
+    associative: an upper bound to every state of the wall as drawn (a theorem). path: the state that loading from
+    gravity meets, after the stones of `local_failures` have come loose: they are at rest and without forces in it; not
+    converged where no limit state passed the check, then it is the last rest. associative_left: the associative state
+    of the wall without these stones, None where there are none. sequence: the paper's value, of the wall as drawn.
+    lowest, highest: multipliers of states found that loading could reach, without these stones too.
     interval: where the state met depends by more than 1 % on the stiffness of joints, or loading passes a limit state
     and finds rest beyond it: lowest and highest multiplier; the headline is the lowest then.
     last_rest: the last load at which the wall was found at rest; soft_from: that from which on it moves so far that
@@ -125,6 +129,7 @@ class LimitAnalysis:
     last_rest: float | None = None
     soft_from: float | None = None
     interval: tuple[float, float] | None = None
+    associative_left: LimitState | None = None
 
     def tilt_angle(self, state: LimitState) -> float | None:
         """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""
@@ -140,6 +145,11 @@ class LimitAnalysis:
         return self.path or next(iter(self._settled), self.associative)
 
     @property
+    def bound(self) -> LimitState:
+        """The associative state of the wall that the headline belongs to."""
+        return self.associative_left or self.associative
+
+    @property
     def _settled(self) -> tuple[LimitState, ...]:
         """The non-associative states that have converged."""
         found = (self.path, self.sequence, self.lowest)
@@ -147,9 +157,11 @@ class LimitAnalysis:
 
     @property
     def non_associative_range(self) -> tuple[float, float] | None:
-        """Smallest and largest multiplier of the states that loading could reach, as far as found, or None."""
-        settled = [self.headline.load_multiplier] if self._settled else []
-        others = [self.lowest.load_multiplier] if self.lowest else []
-        others += [self.highest] if self.highest is not None else []
-        found = settled + others + list(self.interval or ())
-        return (min(found), max(found)) if found else None
+        """Smallest and largest multiplier of headline and states that loading could reach, None if there is only a
+        bound."""
+        if self.headline is self.associative:
+            return None
+        found = [self.headline.load_multiplier, *(self.interval or ())]
+        found += [self.lowest.load_multiplier] if self.lowest else []
+        found += [self.highest] if self.highest is not None else []
+        return min(found), max(found)

@@ -115,6 +115,7 @@ def _settings(record: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, s
 def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
     names = {
         "associative": "associative (upper bound)",
+        "associative_left": "associative, without loose stones",
         "path": "non-associative, met by loading",
         "sequence": "non-associative, the paper's value",
         "lowest": "lowest state found",
@@ -122,7 +123,7 @@ def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
     for key, name in names.items():
         if (state := getattr(run.analysis, key)) is not None:
             yield {
-                "name": name if state.converged else f"{name}, not converged",
+                "name": name if state.converged else "last rest: no limit state was closed",
                 "multiplier": state.load_multiplier,
                 "base_shear": state.load_multiplier * run.analysis.horizontal_load,
                 "programs": len(state.records),

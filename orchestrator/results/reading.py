@@ -11,7 +11,7 @@ from orchestrator.macroblocks import MacroblockSettings, Partition
 from orchestrator.masonry.wall import Wall, read_only
 from orchestrator.results.files import read_json
 
-STATES = ("associative", "sequence", "path", "lowest")
+STATES = ("associative", "associative_left", "sequence", "path", "lowest")
 
 
 def read_limit_analysis(folder: Path) -> LimitAnalysis:
@@ -29,7 +29,8 @@ def read_limit_analysis(folder: Path) -> LimitAnalysis:
         soft_from=record["soft_from"],
         interval=record["interval"] and tuple(record["interval"]),
         local_failures=tuple(
-            LocalFailure(tuple(f["stones"]), f["share"], tuple(f["multipliers"])) for f in record["local_failures"]
+            LocalFailure(tuple(f["stones"]), f["share"], tuple(f["multipliers"]), _state(f["state"]))
+            for f in record["local_failures"]
         ),
         **{name: record[name] and _state(record[name]) for name in STATES},
     )

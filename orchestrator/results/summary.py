@@ -178,6 +178,7 @@ def _limit_analysis(analysis: LimitAnalysis) -> dict[str, Any]:
     found = analysis.non_associative_range
     return {
         "associative": analysis.associative.load_multiplier,
+        "associative_left": analysis.associative_left and analysis.associative_left.load_multiplier,
         "non_associative": headline.load_multiplier if found else None,
         "non_associative_range": list(found) if found else None,
         "path": analysis.path and analysis.path.load_multiplier,
@@ -192,7 +193,7 @@ def _limit_analysis(analysis: LimitAnalysis) -> dict[str, Any]:
             for failure in analysis.local_failures
         ],
         "iterations": len(headline.records),
-        "converged": found is not None,
+        "converged": found is not None and headline.converged,
         "equilibrium_residual": headline.equilibrium_residual,
         "base_shear": headline.load_multiplier * analysis.horizontal_load,
         "seconds": analysis.seconds,

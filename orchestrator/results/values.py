@@ -94,7 +94,7 @@ def blocks_record(wall: Wall) -> dict[str, Any]:
 
 def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]:
     """Return all limit states; velocities are in the order of `blocks`, joint values in that of joints.csv."""
-    names = ("associative", "sequence", "path", "lowest")
+    names = ("associative", "associative_left", "sequence", "path", "lowest")
     states = {name: getattr(analysis, name) for name in names}
     return {
         "load_direction": analysis.load_direction,
@@ -107,7 +107,15 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
         "last_rest": analysis.last_rest,
         "soft_from": analysis.soft_from,
         "interval": analysis.interval,
-        "local_failures": [asdict(failure) for failure in analysis.local_failures],
+        "local_failures": [
+            {
+                "stones": failure.stones,
+                "share": failure.share,
+                "multipliers": failure.multipliers,
+                "state": _state_record(failure.state, analysis.horizontal_load),
+            }
+            for failure in analysis.local_failures
+        ],
         "remarks": analysis.remarks,
         "seconds": analysis.seconds,
         "blocks": _ids(wall),

@@ -73,7 +73,7 @@ def analysis():
         sequence=limit_state("sequence", 0.29, 7),
         path=limit_state("path", 0.29, 7),
         highest=0.31,
-        local_failures=(LocalFailure((13,), 0.02, (0.1, 0.2)),),
+        local_failures=(LocalFailure((13,), 0.02, (0.1, 0.2), limit_state("path", 0.2, 7)),),
         remarks=("hand made",),
         seconds=0.5,
     )
@@ -335,7 +335,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         "limit_analysis": dict.fromkeys([
             "associative", "non_associative", "non_associative_range", "iterations", "converged",
             "equilibrium_residual", "base_shear", "seconds", "path", "last_rest", "soft_from", "interval",
-            "papers_value", "lowest", "highest",
+            "papers_value", "lowest", "highest", "associative_left",
         ]) | {"local_failures": [dict.fromkeys(["stones", "share", "multipliers"])]},
         "macroblocks": dict.fromkeys(["count", "joints", "tol_n", "tol_d", "trivial"]),
         "pushover": [{

@@ -175,6 +175,25 @@ def test_the_wall_without_the_stone_has_the_same_state():
     assert found.power == pytest.approx(found.friction_power, abs=1e-6)
 
 
+def test_the_bound_beside_the_headline_is_that_of_the_same_wall():
+    """Irregular courses with a slender stone on top: without it everything is as if it had never been drawn."""
+    wall = irregular()
+    stones = [block.polygon for block in wall.wall.blocks]
+    fixed = [number for number, block in enumerate(wall.wall.blocks) if block.fixed]
+    top = max(float(polygon[:, 1].max()) for polygon in stones)
+    slender = box(0.57, top, 0.06, 0.6)
+    alone = analyse(assemblage_of(stones, fixed, friction=wall.wall.friction))
+    with_it = analyse(assemblage_of([*stones, slender], fixed, friction=wall.wall.friction))
+    (failure,) = with_it.local_failures
+    assert failure.stones == (len(stones),)
+    assert failure.state.load_multiplier == pytest.approx(0.1, rel=1e-6)
+    assert failure.state.mechanism.velocities[:-1] == pytest.approx(0.0, abs=1e-6)
+    assert with_it.headline.load_multiplier == pytest.approx(alone.headline.load_multiplier, rel=1e-6)
+    assert with_it.bound.load_multiplier == pytest.approx(alone.associative.load_multiplier, rel=1e-6)
+    assert with_it.associative.load_multiplier == pytest.approx(0.1, rel=1e-6), "of the wall with the stone"
+    assert with_it.headline.load_multiplier <= with_it.bound.load_multiplier
+
+
 def test_stopping_at_the_first_mechanism_however_small():
     found = analyse(loose_top(), LimitAnalysisSettings(local_share=0.0))
     assert found.local_failures == ()
