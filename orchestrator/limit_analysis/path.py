@@ -29,23 +29,23 @@ from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.state import LimitState, LinearProgramRecord
 from orchestrator.masonry.wall import FloatArray, read_only
 
-STEPS = 20
+STEPS = 10
 """Load steps up to the associative multiplier."""
 FINE = 1e-3
 """Bracket, part of the associative multiplier, between the last rest and the state met."""
 REST = 1e-6
 """Force that drag takes, mean block weights, below which a wall rests."""
-GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-3, 1e4
+GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-5, 1e4
 """Force per displacement, mean block weights over elastic displacement: where gravity and a load step begin, and where
 it is given up."""
 DIRECT, DIRECT_DRAG = (0.25, 0.5, 0.75, 1.0), 1e-5
 """Loads at which joints of another stiffness are asked for a rest, parts of the last; the drag of these few steps."""
-SLOWER, FASTER = 4.0, ((6, 0.1), (10, 0.3), (13, 0.7))
+SLOWER, FASTER = 4.0, ((6, 0.1), (13, 0.3))
 """Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
 MOTION, NEARLY, CLOSE = 1e-3, 1e-2, 1e-5
 """Flow errors: of a motion that is worth driving on under displacement control; of an end that counts as met; of one
 that is worth checking."""
-REST_BUDGET, END_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET = 600, 1200, 800, 3_000_000, 1500
+REST_BUDGET, END_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET = 600, 300, 800, 3_000_000, 1500
 """Factorisations: of a rest, of an end, of gravity; in all, times blocks, and in all at least."""
 MOST_IN_ALL = 12_000
 """Factorisations in all, of a wall however small."""
@@ -58,7 +58,7 @@ FACE_WEIGHTS = (1e-3, 1e-4, 1e-5, -1e-5, -1e-4, -1e-3)
 """w of lower_states with which what was met is closed: to the lower end of a face of forces, and to the higher."""
 LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
-SOFT, FAR = 10.0, 100.0
+SOFT, FAR, FARTHEST = 10.0, 100.0, 1e5
 """Displacement over the elastic one from which on a wall is called soft; and from which on a motion whose forces nearly
 stand still is not followed any further."""
 
@@ -122,8 +122,9 @@ class _Loading:
         """Return the displacement along the live load since gravity."""
         return float(self.wall.problem.live @ (position.displacements - self.at_gravity.displacements))
 
-    def _is_far(self, position: Position, multiplier: float) -> bool:
-        return self.moved(position) > FAR * self.elastic * multiplier
+    def is_further(self, times: float, position: Position, multiplier: float) -> bool:
+        """Whether the wall has moved more than so many times its elastic displacement."""
+        return self.moved(position) > times * self.elastic * multiplier
 
     def step(self, before: Position, task: Task, expected: FloatArray) -> Step:
         """Solve one step and count it."""
@@ -145,7 +146,7 @@ class _Loading:
             position, velocity = found.position, drag * change
             if np.abs(velocity).max() < REST:
                 return _Moved(position, change, multiplier, flow, True)
-            if live @ change > 1.0 and flow < (NEARLY if self._is_far(position, multiplier) else MOTION):
+            if live @ change > 1.0 and flow < (NEARLY if self.is_further(FAR, position, multiplier) else MOTION):
                 break
             drag *= next((factor for most, factor in FASTER if found.effort <= most), 1.2)
         return _Moved(position, change, multiplier, flow, False)
@@ -160,6 +161,8 @@ class _Loading:
             expected = change * (advance / float(live @ change))
             found = self.step(position, Task(multiplier, 0.0, advance), expected)
             if not found.found:
+                if best.flow < MOTION and self.is_further(FAR, position, multiplier):
+                    break
                 advance, failures = LEAST_ADVANCE * advance, failures + 1
                 continue
             change = found.position.displacements - position.displacements
@@ -169,7 +172,7 @@ class _Loading:
                 best = _Moved(position, change, multiplier, flow, False)
             if flow < CLOSE and (state := self.checked(position, change, multiplier)) is not None:
                 return replace(best, state=state)
-            if flow < MOTION and self._is_far(position, multiplier):
+            if flow < MOTION and self.is_further(FARTHEST, position, multiplier):
                 break
             growth = next(factor for most, factor in GROWTH if found.effort <= most)
             advance *= 10.0 if growth == 3.0 and flow < CLOSE else growth
@@ -230,7 +233,8 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
         found = loading.rest(position, scale * target, FIRST_DRAG, REST_BUDGET)
         if not found.rests:
             ended = loading.end(found)
-            if ended.multiplier > found.multiplier and np.isfinite(ended.flow):  # it bears more again
+            far = loading.is_further(FAR, ended.position, ended.multiplier)
+            if ended.multiplier > found.multiplier and np.isfinite(ended.flow) and not far:  # it bears more again
                 found = loading.rest(ended.position, scale * target, FIRST_DRAG, REST_BUDGET)
         if found.rests:
             position, low = found.position, target
