@@ -7,6 +7,7 @@ the headline - the paper's sequence, Eq. (2) - the lowest and highest other stat
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 from time import perf_counter
 
 from orchestrator.errors import ConvergenceError
@@ -111,6 +112,10 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
     if state is None or not state.converged:
         headline = "" if state is None else ": the headline is that rest"
         said.append(f"loading: at rest up to {rest:.4f}, but no limit state was closed there{headline}")
+        if met.path.given_up:
+            above = met.path.not_at_rest
+            upper = "the bound" if above == inf else f"{above:.4f}"
+            said.append(f"given up for the number of blocks: between that rest and {upper} nothing is known")
     if state is not None and not met.spread and state.load_multiplier < (1.0 - RELEASE) * rest:
         said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
     if state is not None and not met.spread and state.load_multiplier > (1.0 + RELEASE) * rest:

@@ -23,7 +23,7 @@ BALANCE = 1e-10
 """Force out of balance that ends a step, mean block weights."""
 NEWTON_STEPS, LEAST_PART = 10, 0.1
 """Newton's method is left after so many factorisations, or when less than this part of one leads on."""
-INTERIOR_STEPS, CENTRE, PRODUCT = 30, 1.0, 1e-8
+INTERIOR_STEPS, CENTRE, PRODUCT = 30, 3.0, 1e-8
 """Factorisations of the interior-point method at most; the force it begins with in open joints (mean block weights);
 largest product of force and gap (times stiffness) at its end, the square of SMOOTHING."""
 INTERIOR_GAP = 0.01

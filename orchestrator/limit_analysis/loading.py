@@ -7,8 +7,9 @@ and their live load, for they lie on the ground; so are stones that then fall. W
 Joints have two stiffnesses in turn. A state that is a property of the wall is the same with both; where the multipliers
 differ by more than SPREAD their interval is the answer, and the lower one is the headline. Where the first closed a
 state, the second need not walk up the whole path to show that: it is asked for rest SPREAD below that state and for
-none SPREAD above (`agrees`), and walks only if it answers otherwise. They take turns: in two
-threads at a time last digits differ from run to run (where arrays come to lie in memory), and a run must repeat itself.
+none SPREAD above (`agrees`), and walks only if it answers otherwise. Where the first was given up for its number of
+factorisations the second does not walk either. They take turns: in two threads at a time last digits differ from run to
+run (where arrays come to lie in memory), and a run must repeat itself.
 """
 
 from __future__ import annotations
@@ -73,6 +74,8 @@ def loaded(problem: Problem, loads: Loads, optimum: LimitSolution, local_share: 
     first = peeled(problem, loads, optimum, local_share, STIFFNESSES[0])
     closed = first.state if first is not None and first.state is not None and first.state.converged else None
     if first is not None and closed and agrees(first.part, closed.load_multiplier, SPREAD, STIFFNESSES[1]):
+        return first
+    if first is not None and first.path.given_up:
         return first
     found = [first, peeled(problem, loads, optimum, local_share, STIFFNESSES[1])]
     return lower_of([one for one in found if one is not None and one.state is not None]) or found[0] or found[1]

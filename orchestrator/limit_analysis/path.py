@@ -24,7 +24,7 @@ from orchestrator.errors import ConvergenceError
 from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, Position, Stiffness, elastic_wall, undeformed
 from orchestrator.limit_analysis.implicit_step import Step, Task, implicit_step
 from orchestrator.limit_analysis.linear_program import LimitSolution
-from orchestrator.limit_analysis.lower_states import TwoPrograms
+from orchestrator.limit_analysis.lower_states import CLOSE_FACE_WEIGHT, TwoPrograms
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.state import LimitState, LinearProgramRecord
 from orchestrator.masonry.wall import FloatArray, read_only
@@ -45,17 +45,15 @@ SLOWER, FASTER = 4.0, ((6, 0.1), (13, 0.3))
 MOTION, NEARLY, CLOSE = 1e-3, 1e-2, 1e-5
 """Flow errors: of a motion that is worth driving on under displacement control; of an end that counts as met; of one
 that is worth checking."""
-REST_BUDGET, END_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET = 600, 300, 800, 3_000_000, 1500
+REST_BUDGET, END_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET = 400, 300, 800, 1_000_000, 1500
 """Factorisations: of a rest, of an end, of gravity; in all, times blocks, and in all at least."""
-MOST_IN_ALL = 12_000
+MOST_IN_ALL = 6_000
 """Factorisations in all, of a wall however small."""
 GROWTH, LEAST_ADVANCE = ((9, 3.0), (np.inf, 1.7)), 0.3
 """Growth of the displacement prescribed after a step of so many factorisations, 10 instead of 3 once forces nearly
 stand still (CLOSE); factor after one that was not found."""
 FAILURES = 8
 """Steps in a row that are not found before an end is given up."""
-FACE_WEIGHTS = (1e-3, 1e-4, 1e-5, -1e-5, -1e-4, -1e-3)
-"""w of lower_states with which what was met is closed: to the lower end of a face of forces, and to the higher."""
 LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
 SOFT, FAR, FARTHEST = 10.0, 100.0, 1e5
@@ -71,7 +69,8 @@ class LoadPath:
     one of the same multiplier (1 for the first); forces: of the joints (k, 3) in N at each of them. `last_rest` is the
     last of these; `state` what is met there, with its own forces and a mechanism that goes with them, `converged` where
     the check passes. Else it is the last rest, with the mechanism that fits best.
-    soft_from: multiplier from which on displacements exceed SOFT, None if they never do.
+    soft_from: multiplier from which on displacements exceed SOFT, None if they never do. not_at_rest: the
+    lowest load at which no rest was found; given_up: whether the budget ended before the two were FINE apart.
     """
 
     multipliers: FloatArray
@@ -80,6 +79,8 @@ class LoadPath:
     state: LimitState | None
     factorisations: int
     seconds: float
+    not_at_rest: float = np.inf
+    given_up: bool = False
 
     @property
     def last_rest(self) -> float:
@@ -151,13 +152,22 @@ class _Loading:
             drag *= next((factor for most, factor in FASTER if found.effort <= most), 1.2)
         return _Moved(position, change, multiplier, flow, False)
 
-    def end(self, moved: _Moved) -> _Moved:
-        """Drive a motion on by displacements until forces stand still; its `state` passes the check, or is None."""
+    def bears_more(self, ended: _Moved, moved: _Moved) -> bool:
+        """Whether a wall that did not rest carries more than its load before it has become soft."""
+        return ended.multiplier > moved.multiplier and not self.is_further(SOFT, ended.position, ended.multiplier)
+
+    def end(self, moved: _Moved, while_weaker: bool = False) -> _Moved:
+        """Drive a motion that is NEARLY a mechanism on by displacements until forces stand still.
+
+        The `state` of what is returned passes the check, or is None; its flow is inf where nothing was driven.
+
+        while_weaker: only until the wall bears more than the load under which it did not rest.
+        """
         live, position, change = self.wall.problem.live, moved.position, moved.change
         advance, failures, end = float(live @ change), 0, min(self.spent + END_BUDGET, self.most)
         best = replace(moved, flow=np.inf)
         multiplier = moved.multiplier
-        while advance > 0 and self.spent < end and failures < FAILURES:
+        while moved.flow <= NEARLY and advance > 0 and self.spent < end and failures < FAILURES:
             expected = change * (advance / float(live @ change))
             found = self.step(position, Task(multiplier, 0.0, advance), expected)
             if not found.found:
@@ -170,6 +180,8 @@ class _Loading:
             position, multiplier, failures = found.position, found.multiplier, 0
             if flow <= 2.0 * best.flow:
                 best = _Moved(position, change, multiplier, flow, False)
+            if while_weaker and self.bears_more(_Moved(position, change, multiplier, flow, False), moved):
+                return _Moved(position, change, multiplier, flow, False)
             if flow < CLOSE and (state := self.checked(position, change, multiplier)) is not None:
                 return replace(best, state=state)
             if flow < MOTION and self.is_further(FARTHEST, position, multiplier):
@@ -232,10 +244,10 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     while high - low > fine and loading.spent < loading.most:
         found = loading.rest(position, scale * target, FIRST_DRAG, REST_BUDGET)
         if not found.rests:
-            ended = loading.end(found)
-            far = loading.is_further(FAR, ended.position, ended.multiplier)
-            if ended.multiplier > found.multiplier and np.isfinite(ended.flow) and not far:  # it bears more again
+            ended = loading.end(found, while_weaker=True)
+            if np.isfinite(ended.flow) and loading.bears_more(ended, found):
                 found = loading.rest(ended.position, scale * target, FIRST_DRAG, REST_BUDGET)
+                ended = ended if found.rests else loading.end(found)
         if found.rests:
             position, low = found.position, target
             rests.append(target)
@@ -245,7 +257,7 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
                 loading.elastic = moved[1] / (scale * target)
             if met is not None and met.multiplier / scale - low <= fine:
                 break
-            target = min(low + associative / STEPS, 0.5 * (low + high))
+            target = next_load(low, high, associative)
             continue
         lost, high, target = found, target, 0.5 * (low + target)
         if ended.flow <= NEARLY and ended.multiplier <= scale * high:
@@ -266,7 +278,16 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
         state=state,
         factorisations=loading.spent,
         seconds=perf_counter() - started,
+        not_at_rest=high,
+        given_up=loading.spent >= loading.most and high - low > fine,
     )
+
+
+def next_load(low: float, high: float, associative: float) -> float:
+    """Return the next multiplier after a rest at `low`: half a step where a whole one would end at the associative
+    one, where hardly any wall rests."""
+    step = associative / STEPS
+    return min(low + (step if low + 1.5 * step < associative else 0.5 * step), 0.5 * (low + high))
 
 
 def agrees(problem: Problem, multiplier: float, share: float, stiffness: Stiffness) -> bool:
@@ -303,13 +324,12 @@ def nearest(loading: _Loading, met: _Moved, fine: float) -> LimitState:
     there = states[0].load_multiplier
     found = list[LimitState]()
     for state in states:
-        for weight in FACE_WEIGHTS:
-            try:
-                closed = programs.closed(programs.lowest_forces(state.mechanism.slip, weight))
-            except ConvergenceError:
-                continue
-            records = (*state.records, record_of(closed.forces, 0.0), record_of(closed.mechanism, 0.0))
-            found.append(problem.state("path", problem.no_dilatancy, closed.forces, closed.mechanism, records))
+        try:
+            closed = programs.closed(programs.lowest_forces(state.mechanism.slip, CLOSE_FACE_WEIGHT))
+        except ConvergenceError:
+            continue
+        records = (*state.records, record_of(closed.forces, 0.0), record_of(closed.mechanism, 0.0))
+        found.append(problem.state("path", problem.no_dilatancy, closed.forces, closed.mechanism, records))
     near = [s for s in found if abs(s.load_multiplier - there) <= fine and not problem.complaints(s)]
     if near:
         return min(near, key=lambda state: abs(state.load_multiplier - there))
