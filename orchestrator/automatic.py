@@ -26,7 +26,7 @@ from orchestrator.limit_analysis import LimitAnalysis, LimitState, Loads, Mechan
 from orchestrator.limit_analysis.equilibrium import block_areas, block_centroids, block_weights
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.loading import joints_left, part_of
-from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
+from orchestrator.limit_analysis.lower_states import BALANCE, TwoPrograms, descent
 from orchestrator.limit_analysis.merged_blocks import merged_problem
 from orchestrator.macroblocks import MacroblockSettings, Partition, merged, partition_of
 from orchestrator.masonry.wall import FloatArray, IntArray
@@ -228,19 +228,23 @@ def kept_multiplier(
 ) -> float | None:
     """Return the multiplier within `margin` of a state of micro-LA that the bodies have as rigid ones, None if none.
 
-    Non-associative states are not unique: the one that is looked for is reached by a descent from the slips it had.
+    Non-associative states are not unique. That of micro-LA is one of the bodies where its forces between them have a
+    mechanism (they balance on any bodies); else one near it is reached by a descent from the slips it had.
     """
     equilibrium, friction = merged_problem(assemblage, partition.body_of_block, analysis.load_direction, loads)
+    micro = state.load_multiplier
     try:
         if state.flow_rule == "associative":
             found = [solve_limit_lp(equilibrium, friction).load_multiplier]
         else:
             remains = partition.body_of_block[assemblage.block_i] != partition.body_of_block[assemblage.block_j]
-            turns = descent(TwoPrograms(equilibrium, friction), state.mechanism.slip[remains])
+            programs, normal = TwoPrograms(equilibrium, friction), state.joint_forces[remains, :2].sum(axis=1)
+            if abs(programs.mechanism(normal).load_multiplier - state.load_multiplier) <= BALANCE * micro:
+                return micro
+            turns = descent(programs, state.mechanism.slip[remains])
             found = [turn.forces.load_multiplier for turn in turns if turn.balances]
     except ConvergenceError:
         return None
-    micro = state.load_multiplier
     nearest = min(found, key=lambda multiplier: abs(multiplier - micro), default=np.inf)
     return nearest if abs(nearest - micro) <= margin * micro else None
 

@@ -30,8 +30,6 @@ FACE_WEIGHT, LEAST_FACE_WEIGHT = 1e-3, 1e-6
 """w above at first and at least. What it costs is power that does not balance, at most w times the range of the face:
 with the weight kept at 1e-3 a wall of 290 irregular blocks (random 25 of docs/studies) stays out of balance by 7e-7, at
 whatever turn. A descent that stands still out of balance therefore goes on with a tenth of it: there 2e-9 at 1e-4."""
-CLOSE_FACE_WEIGHT = 1e-5
-"""w for slips that are those of a state already, to within what is to be closed."""
 BALANCE = 1e-7
 """Power out of balance, relative to the live load's power, that makes forces and mechanism one state: a thousand times
 CLOSING_TOLERANCE; reached is 1e-8 as a rule."""

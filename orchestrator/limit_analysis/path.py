@@ -16,6 +16,7 @@ Sources: overdamped motion as a substitute for dynamics after a loss of equilibr
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import product
 from time import perf_counter
 
 import numpy as np
@@ -24,7 +25,7 @@ from orchestrator.errors import ConvergenceError
 from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, Position, Stiffness, elastic_wall, undeformed
 from orchestrator.limit_analysis.implicit_step import Step, Task, implicit_step
 from orchestrator.limit_analysis.linear_program import LimitSolution
-from orchestrator.limit_analysis.lower_states import CLOSE_FACE_WEIGHT, TwoPrograms
+from orchestrator.limit_analysis.lower_states import TwoPrograms
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.state import LimitState, LinearProgramRecord
 from orchestrator.masonry.wall import FloatArray, read_only
@@ -35,7 +36,7 @@ FINE = 1e-3
 """Bracket, part of the associative multiplier, between the last rest and the state met."""
 REST = 1e-6
 """Force that drag takes, mean block weights, below which a wall rests."""
-GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-5, 1e4
+GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-4, 1e4
 """Force per displacement, mean block weights over elastic displacement: where gravity and a load step begin, and where
 it is given up."""
 DIRECT, DIRECT_DRAG = (0.25, 0.5, 0.75, 1.0), 1e-5
@@ -52,6 +53,8 @@ MOST_IN_ALL = 6_000
 GROWTH, LEAST_ADVANCE = ((9, 3.0), (np.inf, 1.7)), 0.3
 """Growth of the displacement prescribed after a step of so many factorisations, 10 instead of 3 once forces nearly
 stand still (CLOSE); factor after one that was not found."""
+FACE_WEIGHTS = (1e-4, 1e-5)
+"""w of lower_states with which what was met is closed: the lower end of a face of forces, more and less sharply."""
 FAILURES = 8
 """Steps in a row that are not found before an end is given up."""
 LEAST = 1e-6
@@ -323,9 +326,9 @@ def nearest(loading: _Loading, met: _Moved, fine: float) -> LimitState:
     states = loading.states(met.position, met.change, met.multiplier)
     there = states[0].load_multiplier
     found = list[LimitState]()
-    for state in states:
+    for state, weight in product(states, FACE_WEIGHTS):
         try:
-            closed = programs.closed(programs.lowest_forces(state.mechanism.slip, CLOSE_FACE_WEIGHT))
+            closed = programs.closed(programs.lowest_forces(state.mechanism.slip, weight))
         except ConvergenceError:
             continue
         records = (*state.records, record_of(closed.forces, 0.0), record_of(closed.mechanism, 0.0))
