@@ -138,6 +138,22 @@ def test_headline_of_a_mirrored_wall_and_of_one_with_other_weights():
     assert analyse(light).headline.load_multiplier == pytest.approx(here, rel=1e-6)
 
 
+def test_headline_of_a_wall_with_openings_its_mirror_image_and_another_numbering():
+    """71 stones round two openings, whose path slides and rocks long before its end."""
+    openings = ((0.5, 1.0, 0.0, 1.2), (1.6, 2.1, 0.6, 1.3))
+    pattern = IrregularCourses(2.6, 1.8, openings=openings, widths=(0.2, 0.4), heights=(0.15, 0.2), seed=7)
+    wall = find_joints(irregular_courses(pattern), JointSettings())
+    settings = LimitAnalysisSettings(sequence_blocks=1, search_blocks=1)
+    here = analyse(wall, settings).headline.load_multiplier
+    behind = transformed(wall, lambda polygon: polygon * [-1.0, 1.0])
+    assert analyse(behind, settings, -1).headline.load_multiplier == pytest.approx(here, rel=1e-6)
+    order = np.random.default_rng(1).permutation(len(wall.wall.blocks))
+    stones = [wall.wall.blocks[number] for number in order]
+    fixed = [number for number, block in enumerate(stones) if block.fixed]
+    shuffled = assemblage_of([block.polygon for block in stones], fixed, wall.wall.friction)
+    assert analyse(shuffled, settings).headline.load_multiplier == pytest.approx(here, rel=1e-6)
+
+
 def test_block_on_a_slope_that_turns_with_the_wall():
     """tan(phi - angle) down the slope; both for a slope that was drawn and one that was turned."""
     angle, friction = radians(8.0), 0.4
