@@ -119,7 +119,7 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
     if state is not None and not met.spread and state.load_multiplier < (1.0 - RELEASE) * rest:
         said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
     if state is not None and not met.spread and state.load_multiplier > (1.0 + RELEASE) * rest:
-        said.append(f"at rest up to {rest:.4f}, moving at {state.load_multiplier:.4f}; not looked at between")
+        said.append(f"at rest up to {rest:.4f}; it moves far before it bears the {state.load_multiplier:.4f} found")
     if met.path.soft_from is not None and met.path.soft_from < (1.0 - SOFT_END) * rest:
         said.append(f"soft from {met.path.soft_from:.4f}: beyond it displacements are large and geometry decides")
     if met.spread:
