@@ -131,7 +131,7 @@ def _read(wall: Wall, errors: dict[str, float], folder: Path, seed: int) -> dict
         multiplier = refuse_what_cannot_be_analysed(assemblage, case.load.sign, loads).load_multiplier
         said = driver.lost_joints(assemblage, case.joints)
     except CaseError as error:
-        return {"refused": str(error)}
+        return {"refused": str(error).replace(f"{folder}/", "")}
     except Exception as error:  # what this study is to find
         return {"refused": f"TRACEBACK {type(error).__name__}: {error}"}
     seconds = process_time() - began

@@ -119,7 +119,7 @@ def pushed(run: int) -> dict[str, Any]:
 
 def _kinds(rescues: dict[str, int]) -> list[str]:
     """Return what was done about failed attempts, without the sizes."""
-    kinds = ("retried", "moved until it rested", "driven", "local part", "shorter step", "moved on", "no longer driven")
+    kinds = ("retried", "settled", "moved until it rested", "driven", "local part", "shorter step", "moved on")
     return [kind for said, count in rescues.items() for kind in kinds if kind in said for _ in range(count)]
 
 

@@ -46,8 +46,8 @@ VARIATIONS = [
     {"mesh.matching_faces": True},
     *({"contact.slip_tolerance": value} for value in (1e-7, 1e-5, 1e-4)),
     *({"stepping.load_increment": value} for value in (0.01, 0.1)),
-    *({"stepping.displacement_increment": value} for value in (1e-4, 2e-3)),
-    *({"stepping.proximal_time": value} for value in (0.3, 3.0)),
+    *({"stepping.displacement_increment": value} for value in (0.005, 0.1)),
+    *({"stepping.proximal_share": value} for value in (2e-5, 1e-3)),
 ]
 """what differs from the default, in case-file keys and SI units"""
 COLUMNS = ("setting", "unknowns", "at 1 mm", "at 5 mm", "peak", "stiffness_kN_per_mm", "iterations", "seconds")

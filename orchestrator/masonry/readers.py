@@ -68,12 +68,12 @@ def _record(path: Path) -> dict[str, Any]:
 
 
 def _wall(record: dict[str, Any], name: str) -> Wall:
-    _refuse_unknown(record, (*REQUIRED, *OPTIONAL, *INFORMATION), "")
+    refuse_unknown(record, (*REQUIRED, *OPTIONAL, *INFORMATION), "")
     for key in REQUIRED:
         if key not in record:
             raise CaseError(key, "is missing", "see the block file format in the README")
-    length, weight = (_unit_factor(record["units"], kind) for kind in ("length", "unit_weight"))
-    unit_weight = _number(record, "unit_weight", "") * weight
+    length, weight = (unit_factor(record["units"], kind) for kind in ("length", "unit_weight"))
+    unit_weight = number_in(record, "unit_weight", "") * weight
     if not isinstance(record["blocks"], list):
         raise CaseError("blocks", "is not a list", "list the blocks, each with id and polygon")
     name = str(record.get("name", name))
@@ -82,8 +82,8 @@ def _wall(record: dict[str, Any], name: str) -> Wall:
     return Wall(
         name=name,
         blocks=blocks,
-        thickness=_number(record, "thickness", "") * length,
-        friction=_number(record, "friction", ""),
+        thickness=number_in(record, "thickness", "") * length,
+        friction=number_in(record, "friction", ""),
         mortar=_mortar(record.get("mortar", []), {block.id for block in blocks}, length),
     )
 
@@ -101,17 +101,18 @@ def _mortar(rows: Any, known: set[int], length: float) -> tuple[Mortar, ...]:
             or not all(type(part) is int and part in known for part in row[:2])
         ):
             raise CaseError(f"mortar[{number}]", f"{str(row)[:60]} does not name two blocks", example)
-        thickness = _number(dict(thickness=row[2]), "thickness", f"mortar[{number}].") * length
+        thickness = number_in(dict(thickness=row[2]), "thickness", f"mortar[{number}].") * length
         if thickness <= 0:
             raise CaseError(f"mortar[{number}].thickness", f"{row[2]:g} is not above 0", example)
         found.append(Mortar(row[0], row[1], thickness))
     return tuple(found)
 
 
-def _unit_factor(units: Any, kind: str) -> float:
+def unit_factor(units: Any, kind: str) -> float:
+    """Return what a file's unit of length or of unit weight is in SI. Raises CaseError."""
     if not isinstance(units, dict) or kind not in units:
         raise CaseError(f"units.{kind}", "is missing", f'state the unit, as in "{kind}": "{UNIT_OF[kind].symbol}"')
-    _refuse_unknown(units, tuple(UNIT_OF), "units.")
+    refuse_unknown(units, tuple(UNIT_OF), "units.")
     try:
         return UNIT_OF[kind].factor(str(units[kind]))
     except ValueError as error:
@@ -120,25 +121,35 @@ def _unit_factor(units: Any, kind: str) -> float:
 
 
 def _block(row: Any, number: int, unit_weight: float, length: float, weight: float) -> Block:
+    number_of_block, fixed, own, material = what_every_block_has(row, number, BLOCK_KEYS, unit_weight, weight)
+    return Block(number_of_block, polygon_of(row, number_of_block) * length, fixed, own, material)
+
+
+def what_every_block_has(
+    row: Any, number: int, known: tuple[str, ...], unit_weight: float, weight: float
+) -> tuple[int, bool, float, str]:
+    """Return id, whether it is a support, unit weight (N/m3) and material of the block in row `number`, which may have
+    the keys `known`. unit_weight: the file's own, N/m3; weight: the file's unit of it. Raises CaseError."""
     if not isinstance(row, dict) or type(row.get("id")) is not int:
         raise CaseError(f"blocks[{number}].id", "is missing or not a whole number", "give every block its own id")
     key = f"block {row['id']}"
-    _refuse_unknown(row, BLOCK_KEYS, f"{key}.")
-    fixed = row.get("fixed", False)
+    refuse_unknown(row, known, f"{key}.")
+    fixed, material = row.get("fixed", False), row.get("material", "")
     if not isinstance(fixed, bool):
         raise CaseError(f"{key}.fixed", f"{fixed!r} is neither true nor false", "write true for supports")
-    material = row.get("material", "")
     if not isinstance(material, str):
         raise CaseError(f"{key}.material", f"{material!r} is not a name", 'write a text, in "quotes"')
     refuse_what_is_not_utf8(material, f"{key}.material")
-    own = _number(row, "unit_weight", f"{key}.") * weight if "unit_weight" in row else unit_weight
-    return Block(row["id"], _polygon(row.get("polygon"), key) * length, fixed, own, material)
+    own = number_in(row, "unit_weight", f"{key}.") * weight if "unit_weight" in row else unit_weight
+    return row["id"], fixed, own, material
 
 
-def _polygon(corners: Any, key: str) -> FloatArray:
-    """Return corners (n, 2), counter-clockwise, without those that the next one repeats but for rounding."""
+def polygon_of(row: dict[str, Any], number: int) -> FloatArray:
+    """Return the corners (n, 2) of a block, in the file's units, counter-clockwise, without those that the next one
+    repeats but for rounding. Raises CaseError."""
+    key = f"block {number}"
     try:
-        polygon = np.array(corners)
+        polygon = np.array(row.get("polygon"))
     except ValueError:
         polygon = np.zeros(0)
     if polygon.dtype.kind not in "if" or polygon.ndim != 2 or polygon.shape[1] != 2 or len(polygon) < 3:
@@ -156,7 +167,8 @@ def _polygon(corners: Any, key: str) -> FloatArray:
     return read_only(polygon if doubled_area > 0 else polygon[::-1])
 
 
-def _number(record: dict[str, Any], key: str, place: str) -> float:
+def number_in(record: dict[str, Any], key: str, place: str) -> float:
+    """Return a number of a record, in the file's units. Raises CaseError, before whose key stands `place`."""
     value = record[key]
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
         raise CaseError(place + key, f"{value!r} is not a number", "write a number in the file's units")
@@ -180,7 +192,8 @@ def refuse_what_is_not_utf8(text: str, key: str) -> None:
         raise CaseError(key, f"{text!r} is not UTF-8", "rename it") from None
 
 
-def _refuse_unknown(record: dict[str, Any], known: tuple[str, ...], place: str) -> None:
+def refuse_unknown(record: dict[str, Any], known: tuple[str, ...], place: str) -> None:
+    """Raise CaseError for a key of a record that is not known."""
     for key in record:
         if key not in known:
             near = difflib.get_close_matches(key, known, 1)

@@ -19,6 +19,7 @@ from orchestrator.masonry.readers import json_in, refuse_what_is_not_utf8
 from orchestrator.sections import settings_from
 from orchestrator.space.analysis import SpaceLimitSettings
 from orchestrator.space.contacts import ContactSettings
+from orchestrator.space.floors import FloorSettings, with_floors
 from orchestrator.space.generators import GENERATORS, build
 from orchestrator.space.loads import SpaceLoadSettings
 from orchestrator.space.reading import LARGEST_FILE, is_in_space, read_wall
@@ -124,6 +125,12 @@ def _wall(values: Any, path: Path) -> SpaceWall:
     if not isinstance(values, dict) or ("generator" in values) == ("blocks" in values):
         raise CaseError("wall", "needs a generator or a block file", 'write generator = "u" or blocks = "FILE.json"')
     given = dict(values)
+    floors: FloorSettings = _section(FloorSettings, "wall", _part(given, FloorSettings))
+    given.pop("floors", None)
+    return with_floors(_without_floors(given, path), floors.floors)
+
+
+def _without_floors(given: dict[str, Any], path: Path) -> SpaceWall:
     if "generator" in given:
         kind = given.pop("generator")
         if kind not in GENERATORS:

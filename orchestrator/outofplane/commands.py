@@ -233,16 +233,15 @@ def _polar(case: SpaceCase, assemblage: SpaceAssemblage, output: Path, say: Call
     """Run the directions in plan, draw and store them; return the picture."""
     count = case.load.directions
     angles = 2.0 * math.pi * np.arange(count) / count
-    each = replace(case.limit_analysis, states="headline", time=case.limit_analysis.time / count)
+    each = replace(case.limit_analysis, states="headline")
     associative, headline = np.full(count, np.nan), np.full(count, np.nan)
     for k, angle in enumerate(angles):
         loads = loads_on(assemblage.wall, replace(case.load, angle=float(angle)))
         found = analyse(assemblage, loads, each)
         associative[k] = found.associative.load_multiplier
         headline[k] = found.headline.load_multiplier if found.headline else np.nan
-        say(
-            f"direction {math.degrees(angle):.0f} degrees: associative {associative[k]:.4f}, headline {headline[k]:.4f}"
-        )
+        text = f"{headline[k]:.4f}" if found.headline else "no state found"
+        say(f"direction {math.degrees(angle):.0f} degrees: associative {associative[k]:.4f}, headline {text}")
     write_json(
         output / "directions.json",
         {"angle_degrees": np.degrees(angles), "associative": associative, "non_associative": headline},

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import base64
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.outofplane.picture import BODIES, KINDS, STONE, SUPPORT, amplitude
-from orchestrator.results.files import plain
+from orchestrator.page.environment import environment_of
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.loads import plan_axes
 from orchestrator.space.mechanism import Mechanism
 from orchestrator.space.polyhedra import Polyhedron, face_normals, triangles
 from orchestrator.whole import write_bytes
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
 
 FARTHER = 3.0
 """The slider's end, times the displacement of the pictures."""
@@ -45,7 +41,7 @@ def write(
         for title, file in (pictures or {}).items()
     }
     text = (
-        _environment()
+        environment_of("orchestrator.outofplane")
         .get_template("space.html.j2")
         .render(
             title=assemblage.wall.name,
@@ -119,21 +115,3 @@ def _block(body: Polyhedron, centre: FloatArray, size: float) -> dict[str, Any]:
         "normals": np.round(normal, 3),
         "edges": edges,
     }
-
-
-def _environment() -> Environment:
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("orchestrator.outofplane", "template"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.policies["json.dumps_function"] = _compact
-    return environment
-
-
-def _compact(value: Any, **_: Any) -> str:
-    return json.dumps(plain(value), separators=(",", ":"), allow_nan=False, ensure_ascii=False)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from orchestrator.page.contents import contents, picture
+from orchestrator.page.environment import environment_of
 from orchestrator.page.stored import read_run
 from orchestrator.results.files import plain, write_text
 
@@ -42,17 +42,8 @@ def render(values: dict[str, Any]) -> str:
 
 
 def _environment() -> Environment:
-    from jinja2 import Environment, PackageLoader, StrictUndefined  # 0.07 s that `limit` need not wait for
-
-    environment = Environment(
-        loader=PackageLoader("orchestrator.page", "template"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = environment_of("orchestrator.page")
     environment.filters |= {"shown": shown, "fixed": fixed, "small": small}
-    environment.policies["json.dumps_function"] = _compact
     return environment
 
 
@@ -77,7 +68,3 @@ def fixed(value: float, decimals: int = 3, factor: float = 1.0) -> str:
 def small(value: float | None) -> str:
     """Return a residual, as in 2e-16."""
     return "–" if value is None else f"{value:.1e}"
-
-
-def _compact(value: Any, **options: Any) -> str:
-    return json.dumps(value, separators=(",", ":"), allow_nan=False, ensure_ascii=False)

@@ -90,12 +90,15 @@ def _hierarchical_basis(edges: IntArray, curved: npt.NDArray[np.bool_], nodes: i
 
 
 def _lame(mesh: dolfinx.mesh.Mesh, meshes: BodyMeshes, constants: ElasticConstants) -> tuple[Any, Any]:
-    """Return lambda and mu: numbers where all bodies have the same, else functions that are constant on each cell."""
+    """Return lambda and mu: constants where all bodies have the same, else functions that are constant on each cell.
+
+    Plain numbers would be written into the generated code with too few digits, and compiled anew for every modulus.
+    """
     moving = len(meshes.unit_weight)
     modulus, ratio = constants.elastic_modulus[:moving], constants.poisson_ratio[:moving]
     first, second = modulus * ratio / ((1 + ratio) * (1 - 2 * ratio)), modulus / (2 * (1 + ratio))
     if np.ptp(modulus) == 0.0 and np.ptp(ratio) == 0.0:
-        return float(first[0]), float(second[0])
+        return fem.Constant(mesh, float(first[0])), fem.Constant(mesh, float(second[0]))
     return _of_cells(mesh, meshes, first), _of_cells(mesh, meshes, second)
 
 

@@ -27,6 +27,7 @@ class Problem:
     contacts that were closed at the start (damped (c,)) resist slip by viscosity x (slip since then) besides friction,
     whether they stay closed or not: a force that came and went with the contact could leave a step without a solution.
     Bonded ones resist opening likewise. bond: strengths and history of the contacts, None where no joint has any.
+    pressure (c,) in N: normal forces whose friction acts, in place of those sought; the increment is convex then.
     """
 
     gravity_share: float
@@ -39,6 +40,7 @@ class Problem:
     viscosity: float = 0.0
     damped: npt.NDArray[np.bool_] | None = None
     bond: Bond | None = None
+    pressure: FloatArray | None = None
 
     def viscosities(self, contacts: int) -> FloatArray:
         """Return the viscosity of each contact (c,) in N/m."""
@@ -86,7 +88,10 @@ def evaluate(
     gap = model.normal_rows @ displacement + model.gap_offset
     slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
     trial = problem.elastic_slip + slip
-    response = friction_response(trial, normal_force, model.contacts.friction, model.slip_tolerance)
+    pressing = normal_force if problem.pressure is None else problem.pressure
+    response = friction_response(trial, pressing, model.contacts.friction, model.slip_tolerance)
+    if problem.pressure is not None:
+        response = replace(response, pressure_slope=np.zeros_like(response.pressure_slope))
     bond = None
     pull = pull_slope = np.zeros(len(gap))
     if problem.bond is not None:
@@ -99,7 +104,7 @@ def evaluate(
     strained = displacement - model.rigid
     residual = (
         model.stiffness @ strained
-        + model.mass @ (displacement - problem.inertia_reference) / problem.time_step**2
+        + model.mass @ (displacement - problem.inertia_reference) / np.square(problem.time_step)
         - problem.gravity_share * model.gravity
         - multiplier * model.lateral
         - model.normal_columns @ normal_force
@@ -124,8 +129,15 @@ def evaluate(
         pull=pull,
         pull_slope=pull_slope,
         bond=bond,
-        damped=problem.damped if problem.viscosity > 0.0 else None,
+        damped=_held(problem),
     )
+
+
+def _held(problem: Problem) -> npt.NDArray[np.bool_] | None:
+    """Return the contacts (c,) that take shear whether they are closed or not, None where there are none."""
+    if problem.pressure is not None:
+        return problem.pressure > 0.0
+    return problem.damped if problem.viscosity > 0.0 else None
 
 
 def as_before(model: ContactModel, problem: Problem, first: Iterate, before: FloatArray) -> Iterate:

@@ -84,6 +84,11 @@ class ContactModel:
         return self.tangential_rows.T
 
     @property
+    def height(self) -> float:
+        """Height of what moves, m."""
+        return float(np.ptp(self.meshes.nodes[:, 1]))
+
+    @property
     def possible(self) -> Contacts:
         """All contacts that have a place in an Increment's arrays."""
         return self.tracking.possible if self.tracking else self.contacts

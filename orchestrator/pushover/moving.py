@@ -38,7 +38,7 @@ def participation(model: ContactModel, motion: FloatArray) -> float:
     """
     mass = model.body_mass
     square = float(mass @ motion**2)
-    return float(mass @ motion) ** 2 / (float(mass.sum()) * square) if square > 0.0 else 1.0
+    return float(np.square(mass @ motion)) / (float(mass.sum()) * square) if square > 0.0 else 1.0
 
 
 def moving_part(model: ContactModel, motion: FloatArray) -> BodyMask:

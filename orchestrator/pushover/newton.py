@@ -94,7 +94,8 @@ def _right_side(model: ContactModel, problem: Problem, current: Iterate) -> Floa
 def _advanced(model: ContactModel, problem: Problem, current: Iterate, step: FloatArray) -> Iterate:
     """Return the next iterate, along the step from `current`."""
     n = len(current.displacement)
-    change_u, change_lambda, change_alpha = step[:n], step[n:-1] * model.contact_stiffness, float(step[-1])
+    change_u, change_lambda = step[:n], step[n:-1] * model.contact_stiffness
+    change_alpha = float(step[-1]) / model.height
 
     def at(share: float) -> Iterate:
         return evaluate(

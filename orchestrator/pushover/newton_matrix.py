@@ -87,13 +87,14 @@ def product(model: ContactModel, contact: Coefficients, time_step: float, x: Flo
     traction = traction + kappa * contact.pressure_slope * multiplier[:, None]
     forces = (
         model.stiffness @ change
-        + model.mass @ (change / time_step**2)
+        + model.mass @ (change / np.square(time_step))
         + model.tangential_columns @ traction.ravel()
         - model.normal_columns @ (kappa * multiplier)
     )
     gap = contact.gap_slope * (model.normal_rows @ change) + ~contact.active * multiplier
     if contact.displacement_control:
-        return np.concatenate([forces - alpha * model.lateral, kappa * gap, [kappa * float(model.mean_row @ change)]])
+        lateral = model.lateral / model.height
+        return np.concatenate([forces - alpha * lateral, kappa * gap, [kappa * float(model.mean_row @ change)]])
     return np.concatenate([forces, kappa * gap, [kappa * alpha]])
 
 
@@ -222,7 +223,8 @@ def _layout(model: ContactModel, first: int, last: int, slots: IntArray) -> dict
     indices[row_place] = driven
     corner = np.array([indptr[-1] - 1] if last == count else [], np.int64)
     indices[corner] = alpha
-    lateral, mean = -model.lateral[3 * first + own], model.contact_stiffness * model.mean_row[driven]
+    lateral = -model.lateral[3 * first + own] / model.height
+    mean = model.contact_stiffness * model.mean_row[driven]
     return {
         "indptr": indptr.astype(np.int32),
         "indices": indices,
@@ -252,7 +254,7 @@ def values(pattern: Pattern, model: ContactModel, contact: Coefficients, time_st
     blocks = (pattern.weights @ _contact_matrices(model, contact).reshape(-1, 9)).reshape(-1, 3, 3)
     blocks[pattern.block_of_elastic] += model.stiffness.data[pattern.elastic]
     diagonal = np.arange(3)
-    blocks[:, diagonal, diagonal] += pattern.mass[:, None] / time_step**2
+    blocks[:, diagonal, diagonal] += pattern.mass[:, None] / np.square(time_step)
     found = np.zeros(len(pattern.indices))
     found[pattern.place] = blocks.ravel()
     if contact.displacement_control:

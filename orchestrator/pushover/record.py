@@ -1,12 +1,13 @@
 """A converged iterate -> the Increment that is kept: forces, states, energies.
 
-Every work of an increment is computed by the trapezoidal rule from the forces at its two ends, and nothing is a rest:
+Every work of an increment is computed from the forces at its two ends, and nothing is a rest:
 
     external      1/2 (f0 + f1) du                of dead and live load
-    friction      1/2 (tau0 + tau1) dq_plastic    and the exact integral of the fracture of bonded joints; dq_plastic
-                                                  is all that is not elastic: what an opening contact gives off, too
+    friction      1/2 (k0 + k1) q1 dq_plastic     at its limit while it slides, k = mu lambda / gamma, and the exact
+                                                  integral of the fracture of bonded joints; dq_plastic is all that is
+                                                  not elastic: what an opening contact gives off, too
     other         -1/2 (lambda0 + lambda1) dg     gaps that open and close under force
-                  -1/2 (k1 - k0) q0 q1            pressure makes a contact that sticks stiffer: k = mu lambda / gamma
+                  -1/2 (k1 - k0) q0 q1            pressure makes a contact that sticks stiffer
                   (proximal, viscous force) du    what the increment resists besides
 
 External work less these is what stored energy must have grown by (elastic energy of the bodies and of the elastic
@@ -58,7 +59,8 @@ def increment_of(
     work = 0.5 * float((load + earlier) @ change)
     live = 0.5 * (state.load_multiplier + iterate.load_multiplier) * float(model.lateral @ change)
     limit, cohesion = _limit_before(model, state, problem)
-    before = (limit - cohesion)[:, None] * problem.elastic_slip / model.slip_tolerance
+    slides = np.where(holds[:, None], iterate.response.elastic_slip, problem.elastic_slip)  # at its limit, all along
+    before = (limit - cohesion)[:, None] * slides / model.slip_tolerance
     friction = 0.5 * float(np.sum((before + iterate.response.traction) * sliding))
     if problem.bond is not None and bond is not None:
         left = (bond.intact * bond.cohesion / model.slip_tolerance)[:, None] * iterate.response.elastic_slip
@@ -145,7 +147,11 @@ def scattered(values: npt.NDArray, rows: IntArray, part: npt.NDArray) -> npt.NDA
 
 def resistance(model: ContactModel, problem: Problem, iterate: Iterate) -> FloatArray:
     """Return the forces (n,) in N by which mass and viscosity resist the motion of the increment."""
-    inertia = model.mass @ (iterate.displacement - problem.inertia_reference) / problem.time_step**2
+    inertia = model.mass @ (iterate.displacement - problem.inertia_reference) / np.square(problem.time_step)
+    if problem.pressure is not None:
+        excess = problem.pressure - np.maximum(iterate.normal_force, 0.0)
+        share = iterate.response.elastic_slip / model.slip_tolerance
+        inertia = inertia + model.tangential_columns @ ((model.contacts.friction * excess)[:, None] * share).ravel()
     if problem.viscosity == 0.0:
         return inertia
     slip = (model.tangential_rows @ (iterate.displacement - problem.displacement)).reshape(-1, 2)

@@ -62,14 +62,15 @@ class SteppingSettings:
     """equal parts in which the weight is put on"""
     load_increment: Annotated[float, Gt(0), Le(1)] = 1 / 30
     """largest increment of the load multiplier, as a share of the multiplier that limit analysis expects"""
-    proximal_time: Annotated[float, Unit("s"), Gt(0)] = 1.0
-    """M (u - u_n) / proximal_time^2 holds loose blocks"""
+    proximal_share: Annotated[float, Gt(0), Le(1e-3)] = 5e-5
+    """a body that moves by the largest increment is held back by this share of its weight: keeps loose blocks"""
     out_of_balance: Annotated[float, Gt(0), Lt(0.1)] = 1e-3
-    """an increment is static when no body is out of balance by more than this share of its weight"""
+    """an increment is static when no body is out of balance by more than this share of its weight, under load control
+    of its live load"""
     local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
     """a part that moves is a local failure below this share of the wall's mass: it falls, and the wall goes on"""
-    displacement_increment: Annotated[float, Unit("m"), Gt(0)] = 5e-4
-    """largest increment of the mean displacement along the live load, weighted by it"""
+    displacement_increment: Annotated[float, Gt(0), Le(1)] = 1 / 40
+    """largest increment of the mean displacement along the live load, weighted by it, over the final displacement"""
     final_displacement: Annotated[float, Unit("m"), Gt(0)] = 0.02
     """the curve ends at this displacement of the top"""
     final_drop: Annotated[float, Gt(0), Le(1)] = 0.2

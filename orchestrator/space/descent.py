@@ -20,8 +20,9 @@ import numpy as np
 
 from orchestrator.errors import ConvergenceError
 from orchestrator.masonry.wall import FloatArray
-from orchestrator.space.conic_program import ConicSolution, solve_associative, solve_given_normals
+from orchestrator.space.conic_program import TOLERANCE, ConicSolution, solve_associative, solve_given_normals
 from orchestrator.space.equilibrium import SpaceEquilibrium
+from orchestrator.space.validation import LIMITS
 
 RELAXATION = 0.5
 """w of the dilation shift: with 1 a wall cycles."""
@@ -30,8 +31,13 @@ SETTLED = 1e-6
 FACE_WEIGHT = 1e-4
 """How much less lambda weighs for the lowest forces that go with slips, how much more for the highest; what it costs is
 power out of balance, at most this times the range of the face."""
-BALANCE = 3e-6
+BALANCE = LIMITS["power"]
 """Relative difference of the two programs' multipliers that makes forces and mechanism one state."""
+FARTHER = 1.7
+"""Part of the change of slips that is taken from the second turn on while states do not balance: 1.1e-5 is left after
+six turns at 1,010 blocks, 2.3e-5 with 1."""
+ROUGH = 1e-7
+"""Tolerance of programs before states balance: a quarter fewer iterations."""
 PROGRESS = 1e-5
 """Relative fall of lambda below which a descent has ended."""
 
@@ -48,6 +54,11 @@ class Closed:
         """Relative difference of the multipliers: power that does not balance."""
         reached = self.forces.load_multiplier
         return abs(self.mechanism.load_multiplier - reached) / max(abs(reached), 1e-8)
+
+    @property
+    def balances(self) -> bool:
+        """Whether this is a limit state."""
+        return self.imbalance <= BALANCE
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -84,29 +95,41 @@ def settled(iterates: Iterator[Shifted], most: int, until: float) -> Shifted | N
 
 
 def closed(
-    equilibrium: SpaceEquilibrium, slip: FloatArray, face_weight: float = FACE_WEIGHT, until: float = np.inf
+    equilibrium: SpaceEquilibrium,
+    slip: FloatArray,
+    face_weight: float = FACE_WEIGHT,
+    until: float = np.inf,
+    tolerance: float = TOLERANCE,
 ) -> Closed:
     """Return the lowest forces that go with slips (p,) in m/s and the mechanism that goes with them; the highest for a
     negative face weight. Raises ConvergenceError."""
     shift, left = equilibrium.friction * slip, until - perf_counter()
-    forces = solve_associative(equilibrium, shift, 1.0 - face_weight, seconds=left)
+    forces = solve_associative(equilibrium, shift, 1.0 - face_weight, tolerance, seconds=left)
     left = until - perf_counter()
-    return Closed(forces, solve_given_normals(equilibrium, forces.forces[:, 0], seconds=left))
+    return Closed(forces, solve_given_normals(equilibrium, forces.forces[:, 0], tolerance, seconds=left))
 
 
 def descent(equilibrium: SpaceEquilibrium, slip: FloatArray, turns: int, until: float) -> Iterator[Closed]:
-    """Yield states (some may not balance) with ever lower multipliers, beginning with slips (p,) in m/s, until one
-    falls no more, a program fails, or perf_counter() is `until`."""
-    last = np.inf
-    for _ in range(turns):
-        if perf_counter() > until:
-            return
+    """Yield states (some may not balance) with ever lower multipliers, beginning with slips (p,) in m/s, until a state
+    falls no more, what does not balance comes no nearer to it, so many turns have balanced, a program fails, or
+    perf_counter() is `until`."""
+    last, imbalance, balanced, farther, tolerance = np.inf, np.inf, 0, 1.0, ROUGH
+    while balanced < turns and perf_counter() < until:
         try:
-            state = closed(equilibrium, slip, until=until)
+            state = closed(equilibrium, slip, until=until, tolerance=tolerance)
+            if tolerance > TOLERANCE and state.imbalance <= BALANCE + 100 * tolerance:
+                tolerance = TOLERANCE
+                state = closed(equilibrium, slip, until=until)
         except ConvergenceError:
             return
         yield state
         reached = state.forces.load_multiplier
-        if last - reached <= PROGRESS * abs(reached):
+        if state.balances:
+            balanced += 1
+            if last - reached <= PROGRESS * abs(reached):
+                return
+        elif state.imbalance >= imbalance and farther == 1.0:
             return
-        last, slip = reached, state.mechanism.slip
+        farther = FARTHER if state.imbalance < imbalance < np.inf else 1.0
+        slip = state.mechanism.slip if state.balances else np.maximum(slip + farther * (state.mechanism.slip - slip), 0)
+        last, imbalance = reached, state.imbalance

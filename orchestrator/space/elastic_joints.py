@@ -9,28 +9,28 @@ the springs give way to ever less of the motion: in the end forces stand still a
 only where there is no force and slides without dilation only where friction is at its limit. A step is one of the
 proximal point method on forces. It is the plane's limit_analysis.elastic_joints with a cone for friction.
 
-max(0, t) is smoothed to P(t) = (t + sqrt(t^2 + 4 m^2)) / 2, the shear to |T| = P(t + mu N) - P(t - mu N) - mu N; a
-state no longer feels it when h has grown (N x opening = m^2 k / h). Springs are stiffer with depth below the top, as
-the forces are larger there; k only says which of several states is reached.
-Sources: Rockafellar 1976 (proximal point); Chen and Harker 1993 (smoothing); own combination.
+Steps are solved by Newton's method on the springs (springs.py). Where that loses its way again and again, and from the
+start on large walls, a step it cannot do is left to an interior-point method (interior_step.py), which can take ten
+times longer ones; what that leaves out of balance is less than what is still missing.
+Springs are stiffer with depth below the top, as the forces are larger there; k only says which of several states is
+reached. Sources: Rockafellar 1976 (proximal point); own combination.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
 
 from orchestrator.masonry.wall import FloatArray
-from orchestrator.space.conic_program import ConicSolution
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import SpaceEquilibrium
-from orchestrator.space.stiffness import ContactStiffness
+from orchestrator.space.interior_step import interior_step
+from orchestrator.space.springs import Pushed, Springs, displaced, flow_error, springs_of
+from orchestrator.space.validation import LIMITS
 
-SMOOTHING = 1e-9
-"""m in mean block weights, at mean depth and for four points a joint."""
 FIRST_STEP = 1.0
 """h: mean displacement along the live load, times stiffness of a spring at mean depth over the mean block weight."""
 FLOW = 1e-7
@@ -45,8 +45,16 @@ ASTRAY = 100.0
 RUNAWAY = 1e5
 """Flow error of a step in which a block flies off: it held by nothing, and the step is refused."""
 NEWTON_STEPS, HALVINGS, FAILURES = 16, 6, 20
-LEAST_STIFFNESS = 1e-8
-"""Part of its spring's that an open point has in the matrix: a block that hangs free for a moment is held."""
+PATIENCE, LEAPING_BLOCKS = 4, 300
+"""Steps that Newton's method may fail at before the interior-point method is asked; larger walls only ask that: at
+1,010 blocks it is 2 % below where the multiplier stays after 20 s, Newton's method alone 7 %."""
+LEAP, LEAPS_LOST = 10.0, 1
+"""Growth of h after a step of the interior-point method; how many may fail on a large wall: what is left is done faster
+by closing the state (descent.py)."""
+ARRIVED = 0.5 * LIMITS["flow"]
+"""Flow error of an end that is a state; steps of Newton's method bring it to FLOW, leaps need not."""
+ENOUGH = 0.05
+"""Part of the last flow error that such a step may leave."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,47 +80,6 @@ class Push:
         return np.linalg.norm(self.rates[:, 1:], axis=1)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Springs:
-    """The scaled problem: friction mu, capacity (ties), stiffness k and smoothing m of the points (p,), dead and live
-    load (6m,)."""
-
-    contacts: ContactStiffness
-    friction: FloatArray
-    capacity: FloatArray
-    stiffness: FloatArray
-    smoothing: FloatArray
-    dead: FloatArray
-    live: FloatArray
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Pushed:
-    """lambda and displacements u (6m,), scaled; forces q (p, 3); tangent (p, 3, 3) of forces to trials; what forces
-    (6m,) are out of balance."""
-
-    multiplier: float
-    displacements: FloatArray
-    forces: FloatArray
-    tangent: FloatArray
-    unbalanced: FloatArray
-
-    @property
-    def error(self) -> float:
-        """Largest force out of balance, mean block weights."""
-        return float(np.abs(self.unbalanced).max())
-
-
-def depth_stiffness(assemblage: SpaceAssemblage, power: float = 2.0) -> FloatArray:
-    """Return the stiffness (p,) of every contact point: depth of its joint below the wall's top over the mean depth, to
-    a power (0: all alike)."""
-    wall, joints = assemblage.wall, assemblage.joints
-    top = max(float((b.shape.vertices @ wall.up).max()) for b in wall.blocks if not b.fixed)
-    depth = np.maximum(top - joints.centroid @ wall.up, 0.0)
-    depth += 0.01 * depth.mean()
-    return ((depth / depth.mean()) ** power)[joints.joint]
-
-
 def push(
     assemblage: SpaceAssemblage,
     equilibrium: SpaceEquilibrium,
@@ -126,25 +93,27 @@ def push(
     Never raises: says in `converged` whether it has arrived.
     """
     started = perf_counter()
-    springs = _springs(assemblage, equilibrium, stiffness)
-    forces = gravity / equilibrium.weight_scale
-    last, used = _newton(springs, forces, 0.0, np.zeros_like(springs.dead), None, 60, BALANCE)
-    h, failures, flow = FIRST_STEP, 0, np.inf
-    velocities, path = np.zeros_like(springs.dead), [0.0]
-    while failures < FAILURES and perf_counter() - started < budget:
-        tolerance = TIGHT_BALANCE if flow < 1e3 * FLOW else BALANCE
-        pushed, steps = _newton(springs, last.forces, last.multiplier, h * velocities, h, NEWTON_STEPS, tolerance)
-        used += steps
-        reached = _flow(springs, pushed, pushed.displacements / h)
-        if not (pushed.error < 10.0 * BALANCE and reached < RUNAWAY):
+    springs = springs_of(assemblage, equilibrium, stiffness)
+    rest, used = _newton(springs, gravity / equilibrium.weight_scale, 0.0, None, NEWTON_STEPS**2, BALANCE)
+    h, failures, lost, flow = FIRST_STEP, 0, 0, np.inf
+    last, velocities, path = rest, np.zeros_like(springs.dead), [0.0]
+    leaping = len(equilibrium.free_blocks) > LEAPING_BLOCKS
+    while failures < (LEAPS_LOST if leaping else FAILURES) and perf_counter() - started < budget:
+        begin = replace(last, displacements=h * velocities)
+        taken = _leap(springs, begin, h, flow) if leaping else _step(springs, begin, h, flow)
+        used += taken.factorisations
+        if not taken.good and not leaping and (lost := lost + 1) > PATIENCE:
+            taken = _leap(springs, begin, h, flow)
+            used += taken.factorisations
+        if not taken.good:
             h, failures = 0.25 * h, failures + 1
             continue
-        last, velocities, flow, failures = pushed, pushed.displacements / h, reached, 0
+        last, velocities, flow, failures = taken.pushed, taken.pushed.displacements / h, taken.flow, 0
         path.append(last.multiplier * equilibrium.weight_scale / equilibrium.live_total)
         report(f"λ {path[-1]:.4f}, {used} factorisations, flow error {flow:.0e}")
-        if flow <= FLOW and last.error <= 100 * TIGHT_BALANCE:
+        if flow <= (ARRIVED if leaping else FLOW) and last.error <= 100 * TIGHT_BALANCE:
             break
-        h *= 3.0 if steps <= 4 else 1.5 if steps <= 7 else 1.0 if steps <= 11 else 0.6
+        h *= taken.growth
     physical = velocities * equilibrium.row_scale / equilibrium.live_total
     power = float(equilibrium.live_load @ physical) or 1.0
     unscaled = (physical / power).reshape(-1, 6)
@@ -156,51 +125,56 @@ def push(
         flow=flow,
         factorisations=used,
         seconds=perf_counter() - started,
-        converged=bool(flow <= FLOW),
+        converged=bool(flow <= ARRIVED),
         path=tuple(path),
     )
 
 
-def as_solution(pushed: Push) -> ConicSolution:
-    """Return the end of a push as forces and mechanism of a state."""
-    return ConicSolution(
-        load_multiplier=pushed.load_multiplier,
-        forces=pushed.forces,
-        velocities=pushed.velocities,
-        rates=pushed.rates,
-        iterations=pushed.factorisations,
-        seconds=pushed.seconds,
-        status="Solved" if pushed.converged else "NotSettled",
-    )
+@dataclass(frozen=True, eq=False, slots=True)
+class _Taken:
+    """A step: where it led, its flow error, whether it may be kept, how much longer the next one is, what it cost."""
+
+    pushed: Pushed
+    flow: float
+    good: bool
+    growth: float
+    factorisations: int
 
 
-def _springs(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> _Springs:
-    scale = equilibrium.row_scale
-    return _Springs(
-        contacts=ContactStiffness(assemblage, equilibrium),
-        friction=equilibrium.friction,
-        capacity=equilibrium.capacity / equilibrium.weight_scale,
-        stiffness=stiffness / stiffness.mean(),
-        smoothing=SMOOTHING * np.sqrt(stiffness / stiffness.mean()),
-        dead=scale * equilibrium.dead_load / equilibrium.weight_scale,
-        live=scale * equilibrium.live_load / equilibrium.live_total,
-    )
+def _step(springs: Springs, begin: Pushed, h: float, flow: float) -> _Taken:
+    """Take a step of length h by Newton's method; flow: the flow error of the last one."""
+    tolerance = TIGHT_BALANCE if flow < 1e3 * FLOW else BALANCE
+    pushed, steps = _newton(springs, begin.forces, begin.multiplier, begin.displacements, NEWTON_STEPS, tolerance, h)
+    growth = 3.0 if steps <= 4 else 1.5 if steps <= 7 else 1.0 if steps <= 11 else 0.6
+    reached = flow_error(springs, pushed, pushed.displacements / h)
+    return _Taken(pushed, reached, pushed.error < 10.0 * BALANCE and reached < RUNAWAY, growth, steps)
+
+
+def _leap(springs: Springs, begin: Pushed, h: float, flow: float) -> _Taken:
+    """Take a step of length h by the interior-point method; it may leave less than what is missing already."""
+    goal = ENOUGH * min(flow, 1.0)
+    pushed, left, steps = interior_step(springs, begin.forces, begin.multiplier, begin.displacements, h, goal)
+    reached = flow_error(springs, pushed, pushed.displacements / h)
+    good = pushed.error < 10.0 * BALANCE and left < 1.0 and max(left, reached) < flow
+    return _Taken(pushed, reached, good, LEAP, steps)
 
 
 def _newton(
-    springs: _Springs,
+    springs: Springs,
     before: FloatArray,
     multiplier: float,
-    displacements: FloatArray,
-    h: float | None,
+    displacements: FloatArray | None,
     most: int,
     tolerance: float,
-) -> tuple[_Pushed, int]:
+    h: float | None = None,
+) -> tuple[Pushed, int]:
     """Return the step to live displacement h from forces `before` (p, 3), and the Newton steps taken, `most` at most.
 
-    multiplier and displacements are where to begin. Without h there is no live load.
+    multiplier and displacements are where to begin (None: at rest). Without h there is no live load.
     """
-    pushed = _displaced(springs, before, multiplier, displacements)
+    if displacements is None:
+        displacements = np.zeros_like(springs.dead)
+    pushed = displaced(springs, before, multiplier, displacements)
     first = pushed.error
     for taken in range(1, most + 1):
         try:
@@ -219,69 +193,11 @@ def _newton(
     return pushed, most
 
 
-def _best(
-    springs: _Springs, before: FloatArray, pushed: _Pushed, change: FloatArray, more: float, most: int
-) -> _Pushed:
+def _best(springs: Springs, before: FloatArray, pushed: Pushed, change: FloatArray, more: float, most: int) -> Pushed:
     """Return the first of the halved Newton steps that leaves clearly less out of balance, else the best of them."""
-    out_of_balance, tried = np.linalg.norm(pushed.unbalanced), list[_Pushed]()
+    out_of_balance, tried = np.linalg.norm(pushed.unbalanced), list[Pushed]()
     for part in 0.5 ** np.arange(most):
-        tried.append(_displaced(springs, before, pushed.multiplier + part * more, pushed.displacements + part * change))
+        tried.append(displaced(springs, before, pushed.multiplier + part * more, pushed.displacements + part * change))
         if np.linalg.norm(tried[-1].unbalanced) < (1.0 - 0.1 * part) * out_of_balance:
             return tried[-1]
     return min(tried, key=lambda end: float(np.linalg.norm(end.unbalanced)))
-
-
-def _displaced(springs: _Springs, before: FloatArray, multiplier: float, displacements: FloatArray) -> _Pushed:
-    """Return the forces after displacements (6m,) from forces `before` (p, 3)."""
-    trial = before - springs.stiffness[:, None] * springs.contacts.rates(displacements)
-    forces, tangent = returned(trial, springs.friction, springs.smoothing, springs.capacity)
-    unbalanced = springs.contacts.sums(forces) + multiplier * springs.live + springs.dead
-    return _Pushed(multiplier, displacements, forces, tangent, unbalanced)
-
-
-def returned(
-    trial: FloatArray, friction: FloatArray, smoothing: FloatArray, capacity: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return forces (p, 3) in Coulomb's cone, normal ones up to the capacity (p,), from trials (p, 3), smoothed by
-    (p,), and their derivative (p, 3, 3)."""
-    normal, d_normal = _positive(trial[:, 0], smoothing)
-    d_normal = np.where(normal < capacity, d_normal, 0.0)
-    normal = np.minimum(normal, capacity)
-    size = np.linalg.norm(trial[:, 1:], axis=1)
-    limit = friction * normal
-    above, d_above = _positive(size + limit, smoothing)
-    below, d_below = _positive(size - limit, smoothing)
-    shear, d_size, d_limit = above - below - limit, d_above - d_below, d_above + d_below - 1.0
-    small = size < 1e-9 * smoothing
-    ratio = np.where(small, d_size, shear / np.where(small, 1.0, size))
-    along = trial[:, 1:] / np.where(small, 1.0, size)[:, None]
-    forces = np.column_stack([normal, ratio[:, None] * trial[:, 1:]])
-    tangent = np.zeros((len(trial), 3, 3))
-    tangent[:, 0, 0] = d_normal
-    tangent[:, 1:, 0] = (friction * d_limit * d_normal)[:, None] * along
-    tangent[:, 1:, 1:] = (d_size - ratio)[:, None, None] * along[:, :, None] * along[:, None, :]
-    tangent[:, 1, 1] += ratio
-    tangent[:, 2, 2] += ratio
-    for k in range(3):
-        tangent[:, k, k] += LEAST_STIFFNESS
-    return forces, tangent
-
-
-def _positive(trial: FloatArray, smoothing: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """max(0, t), smoothed, and its slope; without cancellation for t < 0."""
-    root = np.sqrt(trial**2 + 4.0 * smoothing**2)
-    larger = 0.5 * (np.abs(trial) + root)
-    return np.where(trial > 0, larger, smoothing**2 / larger), 0.5 * (1.0 + trial / root)
-
-
-def _flow(springs: _Springs, pushed: _Pushed, velocities: FloatArray) -> float:
-    """What is done by points that open while loaded, or slide before they must or not along their shear, over the live
-    load's power."""
-    rates, forces = springs.contacts.rates(velocities), pushed.forces
-    slip = np.linalg.norm(rates[:, 1:], axis=1)
-    yields = (forces[:, 0] >= springs.capacity) & (rates[:, 0] < 0)
-    done = np.abs(forces[:, 0] * rates[:, 0])[~yields].sum()
-    done += np.maximum(
-        springs.friction * forces[:, 0] * slip + np.einsum("pi,pi->p", forces[:, 1:], rates[:, 1:]), 0
-    ).sum()
-    return float(done / max(abs(pushed.multiplier), 1e-3))

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
-from annotated_types import Ge, Gt, Le, MinLen
+from annotated_types import Ge, Gt, Le
 
 from orchestrator.errors import CaseError
+from orchestrator.limit_analysis.loads import Distribution, LiveLoad
 from orchestrator.masonry.wall import FloatArray, read_only
 from orchestrator.space.polyhedra import face_normals
 from orchestrator.space.wall import SpaceWall
@@ -48,16 +49,6 @@ class SpaceDeadLoad:
 
 
 @dataclass(frozen=True, slots=True)
-class SpaceLiveLoad:
-    """Live load given per block, for distribution = "per_block"."""
-
-    blocks: Annotated[tuple[int, ...], MinLen(1)]
-    """ids of the blocks"""
-    force: Annotated[float, Unit("N"), Gt(0)]
-    """on each block at its centroid, in the direction of the live load, at a load multiplier of 1"""
-
-
-@dataclass(frozen=True, slots=True)
 class SpaceLoadSettings:
     """Direction and distribution of the live load in space; extra dead loads."""
 
@@ -65,9 +56,9 @@ class SpaceLoadSettings:
     """"+x", "-x", "+y", "-y", "+z", "-z", or a vector such as [0, -1, 0]; its length does not matter"""
     angle: Annotated[float, Unit("rad")] | None = None
     """instead of `direction`: in plan, from the first horizontal axis towards the second, as in "45 deg" """
-    distribution: Literal["mass", "mass_height", "per_block"] = "mass"
+    distribution: Distribution = "mass"
     """proportional to mass, to mass x height above the base, or as given in [[load.live]]"""
-    live: tuple[SpaceLiveLoad, ...] = ()
+    live: tuple[LiveLoad, ...] = ()
     """forces on named blocks, each a table [[load.live]]; for "per_block" only"""
     dead: tuple[SpaceDeadLoad, ...] = ()
     """besides weight, each a table [[load.dead]]"""

@@ -10,6 +10,7 @@ a prism across the plane of the polygon, whose y points up. A plane wall's file 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,19 +21,23 @@ from orchestrator.masonry.readers import (
     INFORMATION,
     LARGEST_COORDINATE,
     LARGEST_FILE,
+    UNIT_OF,
     json_in,
+    number_in,
+    polygon_of,
+    refuse_unknown,
     refuse_what_is_not_utf8,
+    unit_factor,
+    what_every_block_has,
 )
 from orchestrator.masonry.wall import FloatArray, read_only
 from orchestrator.space.polyhedra import Polyhedron, prism
 from orchestrator.space.wall import SpaceBlock, SpaceWall
-from orchestrator.units import Unit
 
 TOP_KEYS = ("units", "up", "thickness", "unit_weight", "friction", "blocks", "mortar")
 BLOCK_KEYS = (
     "id", "vertices", "faces", "polygon", "thickness", "depth", "offset", "fixed", "unit_weight", "material",
 "friction", )  # fmt: skip
-UNITS = {"length": Unit("m"), "unit_weight": Unit("N/m3")}
 UP = {
     "x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0]), "z": np.array([0.0, 0.0, 1.0]),
 }  # fmt: skip
@@ -67,47 +72,32 @@ def wall_from(record: Any, name: str) -> SpaceWall:
     """Return the wall that a block file's content describes. Raises CaseError."""
     if not isinstance(record, dict) or not isinstance(record.get("blocks"), list):
         raise CaseError("blocks", "is missing or not a list", "list the blocks, each with id, vertices and faces")
-    _refuse_unknown(record, (*TOP_KEYS, *INFORMATION), "")
+    refuse_unknown(record, (*TOP_KEYS, *INFORMATION), "")
     for key in ("units", "unit_weight", "friction"):
         if key not in record:
             raise CaseError(key, "is missing", "see docs/space.md for blocks in space")
-    length, weight = (_factor(record["units"], kind) for kind in UNITS)
+    length, weight = (unit_factor(record["units"], kind) for kind in UNIT_OF)
     vertices_given = any(isinstance(row, dict) and "vertices" in row for row in record["blocks"])
     up = record.get("up", "z" if vertices_given else "y")
-    if up not in UP:
+    if not isinstance(up, str) or up not in UP:
         raise CaseError("up", f"{up!r} is no axis", 'write "x", "y" or "z", the axis that points upwards')
     name = str(record.get("name", name))
     refuse_what_is_not_utf8(name, "name")
-    defaults = {
-        "thickness": _number(record, "thickness", "") * length if "thickness" in record else None,
-        "unit_weight": _number(record, "unit_weight", "") * weight,
-    }
-    blocks = tuple(_block(row, k, defaults, up, length, weight) for k, row in enumerate(record["blocks"]))
-    return SpaceWall(name, blocks, _number(record, "friction", ""), read_only(UP[up]))
+    thickness = number_in(record, "thickness", "") * length if "thickness" in record else None
+    unit_weight = number_in(record, "unit_weight", "") * weight
+    blocks = tuple(
+        _block(row, k, unit_weight, weight, lambda row, number: _shape(row, f"block {number}", thickness, up, length))
+        for k, row in enumerate(record["blocks"])
+    )
+    return SpaceWall(name, blocks, number_in(record, "friction", ""), read_only(UP[up]))
 
 
 def _block(
-    row: Any, number: int, defaults: dict[str, float | None], up: str, length: float, weight: float
+    row: Any, number: int, unit_weight: float, weight: float, shape: Callable[[dict[str, Any], int], Polyhedron]
 ) -> SpaceBlock:
-    if not isinstance(row, dict) or type(row.get("id")) is not int:
-        raise CaseError(f"blocks[{number}].id", "is missing or not a whole number", "give every block its own id")
-    key = f"block {row['id']}"
-    _refuse_unknown(row, BLOCK_KEYS, f"{key}.")
-    fixed, material = row.get("fixed", False), row.get("material", "")
-    if not isinstance(fixed, bool):
-        raise CaseError(f"{key}.fixed", f"{fixed!r} is neither true nor false", "write true for supports")
-    if not isinstance(material, str):
-        raise CaseError(f"{key}.material", f"{material!r} is not a name", 'write a text, in "quotes"')
-    own = _number(row, "unit_weight", f"{key}.") * weight if "unit_weight" in row else defaults["unit_weight"]
-    assert own is not None
-    return SpaceBlock(
-        row["id"],
-        _shape(row, key, defaults["thickness"], up, length),
-        fixed,
-        own,
-        material,
-        _number(row, "friction", f"{key}.") if "friction" in row else None,
-    )
+    own_id, fixed, own, material = what_every_block_has(row, number, BLOCK_KEYS, unit_weight, weight)
+    friction = number_in(row, "friction", f"block {own_id}.") if "friction" in row else None
+    return SpaceBlock(own_id, shape(row, own_id), fixed, own, material, friction)
 
 
 def _shape(row: dict[str, Any], key: str, thickness: float | None, up: str, length: float) -> Polyhedron:
@@ -116,27 +106,19 @@ def _shape(row: dict[str, Any], key: str, thickness: float | None, up: str, leng
     if "vertices" in row:
         return _polyhedron(row, key, length)
     own = "depth" if "depth" in row else "thickness"
-    depth = _number(row, own, f"{key}.") * length if own in row else thickness
+    depth = number_in(row, own, f"{key}.") * length if own in row else thickness
     if depth is None:
         raise CaseError(f"{key}.thickness", "is missing", "give the block or the whole file a thickness")
     if not depth > 0:
         raise CaseError(f"{key}.thickness", f"{depth:g} is not above 0", "give the depth of the prism")
-    polygon = length * _points(row["polygon"], 2, f"{key}.polygon")
-    offset = _number(row, "offset", f"{key}.") * length if "offset" in row else 0.0
+    polygon = length * polygon_of(row, row["id"])
+    offset = number_in(row, "offset", f"{key}.") * length if "offset" in row else 0.0
     axes = PLANES[up]
-    return prism(_counter_clockwise(polygon), offset * axes[2], axes * [[1.0], [1.0], [depth]])
-
-
-def _counter_clockwise(polygon: FloatArray) -> FloatArray:
-    """Return a polygon (n, 2) counter-clockwise, without corners that the next one repeats."""
-    side = np.abs(polygon - np.roll(polygon, -1, axis=0)).max(axis=1)
-    polygon = polygon[side > 1e-12 * side.max()]
-    x, y = polygon.T
-    return polygon if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) > 0 else polygon[::-1]
+    return prism(polygon, offset * axes[2], axes * [[1.0], [1.0], [depth]])
 
 
 def _polyhedron(row: dict[str, Any], key: str, length: float) -> Polyhedron:
-    vertices = length * _points(row["vertices"], 3, f"{key}.vertices")
+    vertices = length * _points(row["vertices"], f"{key}.vertices")
     faces = row.get("faces")
     remedy = "list the corner numbers of every face, from 0, counter-clockwise seen from outside"
     if not isinstance(faces, list) or len(faces) < 4:
@@ -150,40 +132,14 @@ def _polyhedron(row: dict[str, Any], key: str, length: float) -> Polyhedron:
     return Polyhedron(read_only(vertices), tuple(tuple(face) for face in faces))
 
 
-def _points(rows: Any, width: int, key: str) -> FloatArray:
-    """Return points (n, 2) or (n, 3) in the file's unit."""
+def _points(rows: Any, key: str) -> FloatArray:
+    """Return points (n, 3) in the file's unit."""
     try:
         points = np.array(rows)
     except ValueError:
         points = np.zeros(0)
-    least = width + 1
-    if points.dtype.kind not in "if" or points.ndim != 2 or points.shape[1] != width or len(points) < least:
-        example = "[[x, y], [x, y], [x, y]]" if width == 2 else "[[x, y, z], ...]"
-        raise CaseError(key, f"is not a list of at least {least} points", f"write {example}")
+    if points.dtype.kind not in "if" or points.ndim != 2 or points.shape[1] != 3 or len(points) < 4:
+        raise CaseError(key, "is not a list of at least 4 points", "write [[x, y, z], ...]")
     if not (np.abs(points) < LARGEST_COORDINATE).all():
         raise CaseError(key, "a coordinate is not a finite number", "give finite coordinates")
     return points.astype(float)
-
-
-def _factor(units: Any, kind: str) -> float:
-    if not isinstance(units, dict) or kind not in units:
-        raise CaseError(f"units.{kind}", "is missing", f'state the unit, as in "{kind}": "{UNITS[kind].symbol}"')
-    _refuse_unknown(units, tuple(UNITS), "units.")
-    try:
-        return UNITS[kind].factor(str(units[kind]))
-    except ValueError as error:
-        problem, _, remedy = str(error).partition("; ")
-        raise CaseError(f"units.{kind}", problem, remedy) from None
-
-
-def _number(record: dict[str, Any], key: str, place: str) -> float:
-    value = record[key]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:
-        raise CaseError(place + key, f"{value!r} is not a number", "write a number in the file's units")
-    return float(value)
-
-
-def _refuse_unknown(record: dict[str, Any], known: tuple[str, ...], place: str) -> None:
-    for key in record:
-        if key not in known:
-            raise CaseError(place + str(key)[:40], "is not a known key", f"use {', '.join(known)}")

@@ -23,8 +23,7 @@ LIMITS = {
     "interpenetration": 1e-6,
     "power": 1e-6,
 }
-"""Largest values that pass, whatever found the state. Flow and power are the relative error of lambda that a state may
-have."""
+"""Largest values that pass, whatever found the state; flow and power as in the plane."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -75,8 +75,8 @@ from dataclasses import replace
 from mpi4py import MPI
 from orchestrator import cli
 from orchestrator.errors import CaseError, ConvergenceError
-from orchestrator.pushover import stepping
-solve, calls = stepping.solve_increment, []
+from orchestrator.pushover import increment_solver
+solve, calls = increment_solver.solve_increment, []
 def changed(model, system, problem, first, *others):
     return model, system, problem, replace(first, displacement=first.displacement * (1 + 1e-12)), *others
 def solved(*arguments):
@@ -84,7 +84,7 @@ def solved(*arguments):
     if MPI.COMM_WORLD.rank == 1 and len(calls) == 4:
         {what}
     return solve(*arguments)
-stepping.solve_increment = solved
+increment_solver.solve_increment = solved
 sys.exit(cli.main(sys.argv[1:]))
 """
 FAILURES = {

@@ -251,6 +251,7 @@ def test_bad_settings_take_one_line(block_file, capsys, settings, message):
     [
         ({"units": {"length": "mm"}}, "units.unit_weight: is missing"),
         ({"up": "w"}, "up: 'w' is no axis"),
+        ({"up": ["z"]}, "up: ['z'] is no axis"),
         (
             {"blocks": [{"id": 1, "vertices": [[0, 0, 0]], "faces": []}]},
             "block 1.vertices: is not a list of at least 4",

@@ -8,8 +8,8 @@ import numpy as np
 from orchestrator.masonry.wall import read_only
 from orchestrator.space.conic_program import ConicSolution, solve_associative
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
-from orchestrator.space.equilibrium import equilibrium_of
-from orchestrator.space.loads import SpaceLoadSettings, loads_on
+from orchestrator.space.equilibrium import SpaceEquilibrium, equilibrium_of
+from orchestrator.space.loads import SpaceLoads, SpaceLoadSettings, loads_on
 from orchestrator.space.polyhedra import Polyhedron, box, prism, rotation
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
@@ -53,3 +53,22 @@ def associative(wall: SpaceWall, direction, torsion="corners", **loads) -> Conic
 def of_assemblage(assemblage: SpaceAssemblage, direction, torsion="corners", **loads) -> ConicSolution:
     settings = SpaceLoadSettings(direction=direction, **loads)
     return solve_associative(equilibrium_of(assemblage, loads_on(assemblage.wall, settings), torsion))
+
+
+class _Couple(SpaceEquilibrium):
+    """The live load is a couple: its forces sum to nothing, so it is scaled by a moment instead."""
+
+    @property
+    def live_total(self) -> float:
+        return float(np.abs(self.live_load).sum())
+
+
+def twist(ratio: float, torsion: str) -> float:
+    """The couple that twists a block of short side b and `ratio` times that on its bed, over mu N b."""
+    short, mu = 0.3, 0.4
+    assemblage = find_joints(block_on_ground(ratio * short, short, 0.2, mu))
+    loads, couple = loads_on(assemblage.wall), np.zeros((2, 6))
+    couple[1, 5] = 1.0
+    equilibrium = equilibrium_of(assemblage, SpaceLoads(loads.dead, couple, loads.direction), torsion)
+    fields = {name: getattr(equilibrium, name) for name in equilibrium.__dataclass_fields__}
+    return solve_associative(_Couple(**fields)).load_multiplier / (mu * assemblage.wall.weights[1] * short)

@@ -19,7 +19,7 @@ from orchestrator.meshing import volumes
 from orchestrator.pushover.model import ContactModel, displaced
 from orchestrator.pushover.settings import ElasticSettings, SteppingSettings
 from orchestrator.pushover.state import Increment
-from orchestrator.pushover.stepping import RESTED, at_rest
+from orchestrator.pushover.stepping import RESTED, SETTLED, at_rest
 from tests.verification.pushover_chain import Run, model_of, run, stack
 
 WALLS = {
@@ -74,27 +74,25 @@ def slip_energy(result: Run, increment: Increment) -> float:
     return 0.5 * float(stiffness @ np.sum(increment.elastic_slip**2, axis=1))
 
 
-def tractions(result: Run, increment: Increment) -> np.ndarray:
-    """Return (c, 2) in N: Coulomb's limit times the share of the slip tolerance that is used up."""
-    limit = result.model.possible.friction * increment.normal_force
-    return limit[:, None] * increment.elastic_slip / result.model.slip_tolerance
-
-
 def friction_work(result: Run) -> np.ndarray:
-    """Work of the tractions on what is not elastic of the slip, added up (trapezoidal rule)."""
+    """Coulomb's limit, mean of before and after, times what is not elastic of the slip along the traction, added up."""
     work = [0.0]
     for before, after in pairwise(result.increments):
         model = at(result, before, after)
         slid = (model.tangential_rows @ (after.displacement - before.displacement).ravel()).reshape(-1, 2)
         slid = slid - (after.elastic_slip - before.elastic_slip)[model.rows]
-        work.append(0.5 * float(np.sum((tractions(result, before) + tractions(result, after))[model.rows] * slid)))
+        limit = result.model.possible.friction * 0.5 * (before.normal_force + after.normal_force)
+        share = np.where(after.normal_force > 0.0, after.elastic_slip.T, before.elastic_slip.T).T
+        along = np.sum((share / result.model.slip_tolerance)[model.rows] * slid, axis=1)
+        work.append(float(limit[model.rows] @ along))
     return np.cumsum(work)
 
 
-def other_work(result: Run) -> np.ndarray:
+def other_work(result: Run, final: float) -> np.ndarray:
     """Work of gaps that open and close, of pressure that stiffens contacts, and of the proximal term, added up."""
     weight, friction, work = nodal_weight(result), result.model.possible.friction, [0.0]
     tolerance, stepping = result.model.slip_tolerance, SteppingSettings()
+    largest = stepping.displacement_increment * final
     for before, after in pairwise(result.increments):
         model = at(result, before, after)
         change = (after.displacement - before.displacement)[: len(weight)]
@@ -103,9 +101,9 @@ def other_work(result: Run) -> np.ndarray:
         stiffer = friction * (after.normal_force - before.normal_force) / tolerance
         sticking = -0.5 * float(stiffer @ np.sum(before.elastic_slip * after.elastic_slip, axis=1))
         size = 1.0
-        if after.phase == "displacement":  # the proximal time goes with the root of the increment
-            size = np.clip(after.step[1] / stepping.displacement_increment, 1e-3, 1.0)
-        proximal = float(weight / 9.81 @ np.sum(change**2, axis=1)) / size
+        if after.phase == "displacement":  # the drag has one share of the weight for every size of increment
+            size = np.clip(after.step[1] / largest, 1e-3, 1.0)
+        proximal = stepping.proximal_share * float(weight @ np.sum(change**2, axis=1)) / (size * largest)
         work.append(gaps + sticking + proximal)
     return np.cumsum(work)
 
@@ -115,33 +113,33 @@ def at(result: Run, before: Increment, after: Increment) -> ContactModel:
     return displaced(result.model, after.displacement.ravel())
 
 
-def balance(result: Run, friction_factor: float = 1.0) -> float:
+def balance(result: Run, final: float, friction_factor: float = 1.0) -> float:
     """Return what is missing at the end, as a share of stored energy and friction."""
     last = result.increments[-1]
     stored = strain_energy(result, last) + slip_energy(result, last)
     friction = friction_factor * friction_work(result)[-1]
-    rest = external_work(result)[-1] - stored - friction - other_work(result)[-1]
+    rest = external_work(result)[-1] - stored - friction - other_work(result, final)[-1]
     return rest / (stored + friction)
 
 
 @pytest.mark.parametrize(("name", "large_displacement"), CASES)
 def test_balance_closes(name, large_displacement):
-    """Trapezoids are exact in small displacements; straight chords of bodies that turn miss 0.25 %."""
-    assert abs(balance(pushed(name, large_displacement))) < (0.004 if large_displacement else 5e-4)
+    """Work is no trapezoid where a joint begins to slide within an increment; chords of turning bodies miss 0.25 %."""
+    assert abs(balance(pushed(name, large_displacement), WALLS[name][1])) < (0.004 if large_displacement else 1e-3)
 
 
 @pytest.mark.parametrize("large_displacement", [False, True])
 def test_a_tenth_of_the_friction_is_noticed(large_displacement):
     with pytest.raises(AssertionError):
-        assert abs(balance(pushed("sliding", large_displacement), 0.9)) < 0.01
+        assert abs(balance(pushed("sliding", large_displacement), WALLS["sliding"][1], 0.9)) < 0.01
 
 
 @pytest.mark.parametrize(("name", "large_displacement"), CASES)
 def test_energies_of_the_increments(name, large_displacement):
     result = pushed(name, large_displacement)
-    work, friction, other = external_work(result), friction_work(result), other_work(result)
+    work, friction, other = external_work(result), friction_work(result), other_work(result, WALLS[name][1])
     for number, increment in enumerate(result.increments[1:], start=1):
-        if any(attempt.action == RESTED for attempt in increment.attempts):
+        if any(attempt.action in (RESTED, SETTLED) for attempt in increment.attempts):
             break  # what happens within a motion that rests is not stored
         stored = strain_energy(result, increment) + slip_energy(result, increment)
         assert increment.internal_energy == pytest.approx(stored, rel=2e-3)

@@ -96,8 +96,8 @@ def test_inclined_live_load_on_a_sliding_block(angle, direction):
     _, result = peak((0.8, 0.3), friction=mu, loads=LoadSettings(inclination=a), direction=direction)
     expected = mu / (cos(a) + mu * sin(a))
     weight = 25e3 * 0.1 * 0.8 * 0.3
-    assert result.curve.load_multiplier.max() == pytest.approx(expected, rel=2e-3)
-    assert result.curve.base_shear_N.max() == pytest.approx(expected * weight * cos(a), rel=1e-3)
+    assert result.curve.static.load_multiplier.max() == pytest.approx(expected, rel=2e-3)
+    assert result.curve.static.base_shear_N.max() == pytest.approx(expected * weight * cos(a), rel=1e-3)
 
 
 @pytest.mark.parametrize("macroblocks", [False, True])

@@ -12,7 +12,7 @@ from matplotlib.text import Text
 
 from orchestrator import cli, plots
 from orchestrator.errors import ResultError
-from orchestrator.pushover import stepping
+from orchestrator.pushover import increment_solver
 from orchestrator.pushover.checks import check
 from orchestrator.pushover.record import increment_of
 from orchestrator.pushover.state import PushoverCurve
@@ -100,7 +100,7 @@ def nameless(*arguments):
 @pytest.mark.parametrize("wrong", [leaky, nameless])
 def test_a_run_whose_energy_is_lost_says_so_everywhere(wrong, tmp_path, monkeypatch, capsys):
     drawn = []
-    monkeypatch.setattr(stepping, "increment_of", wrong)
+    monkeypatch.setattr(increment_solver, "increment_of", wrong)
     monkeypatch.setattr(plots, "curves", lambda *given, draw=plots.curves: drawn.append(draw(*given)) or drawn[0])
     command = ["run", str(TOWER), "--model", "micro", "--set", "stepping.final_displacement=1mm"]
     assert cli.main([*command, "--output", str(tmp_path)]) == 3
@@ -119,7 +119,7 @@ def test_a_run_whose_energy_is_lost_says_so_everywhere(wrong, tmp_path, monkeypa
 def test_every_picture_of_what_is_not_valid_is_stamped(tmp_path, monkeypatch):
     """Deformed walls, bilinear curve; a study's sheet, mechanisms and curves. What no increment enters is not."""
     saved = {}
-    monkeypatch.setattr(stepping, "increment_of", leaky)
+    monkeypatch.setattr(increment_solver, "increment_of", leaky)
     monkeypatch.setattr(plots, "save", lambda figure, folder, name: saved.update({name: figure}) or [folder / name])
     settings = ["--set", "stepping.final_displacement=1mm", "--output", str(tmp_path)]
     assert cli.main(["run", str(TOWER), "--model", "micro", *settings]) == 3

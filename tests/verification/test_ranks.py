@@ -44,7 +44,8 @@ def serial(tmp_path_factory):
 
 def test_two_ranks_below_the_threshold_give_the_same_bits_and_print_once(serial, tmp_path):
     printed = start(2, tmp_path)
-    assert [line.split(":")[0] for line in printed.splitlines()].count("macro FE") == 1
+    lines = [line for line in printed.splitlines() if line.strip()]
+    assert len(set(lines)) == len(lines) > 10
     for found, expected in zip(curves(tmp_path), serial, strict=True):
         assert len(expected) > 20
         assert found.tobytes() == expected.tobytes()

@@ -1,7 +1,7 @@
 """A wall at another size has the same curve: there is no absolute length in the contact pushover.
 
-Lengths, modulus, slip tolerance, joint sizes and increments are scaled by s, times by the root of s. Gravity stays, so
-stresses scale as lengths do, and strains, rotations and multipliers are the same.
+Lengths, modulus, slip tolerance and joint sizes are scaled by s. Gravity stays, so stresses scale as lengths do, and
+strains, rotations and multipliers are the same.
 """
 
 from __future__ import annotations
@@ -38,12 +38,7 @@ def curve(wall, scale):
     elastic = replace(elastic, elastic_modulus=scale * elastic.elastic_modulus)
     contact = ContactSettings(slip_tolerance=scale * ContactSettings().slip_tolerance)
     newton = replace(NewtonSettings(), gap=scale * NewtonSettings().gap)
-    stepping = replace(
-        stepping,
-        final_displacement=4e-3 * scale,
-        displacement_increment=scale * stepping.displacement_increment,
-        proximal_time=np.sqrt(scale) * stepping.proximal_time,
-    )
+    stepping = replace(stepping, final_displacement=4e-3 * scale)
     model = build_model(bodies, meshes, elastic, contact, 1, MPI.COMM_SELF, True)
     with LinearSystem(model, MPI.COMM_SELF) as system:
         path = list(Pushover(model, system, newton, stepping).increments())
@@ -54,8 +49,4 @@ def curve(wall, scale):
 @pytest.mark.parametrize("name", WALLS)
 def test_a_scaled_wall_has_the_same_curve(name, scale):
     original, scaled = curve(WALLS[name], 1.0), curve(WALLS[name], scale)
-    assert scaled[:, 0].max() == pytest.approx(original[:, 0].max(), rel=1e-4)
-    common = np.linspace(0.2e-3, 4e-3, 9)
-    pushed = [path[np.argmax(path[:, 1] > 0) :] for path in (original, scaled)]
-    found = [np.interp(common, path[:, 1], path[:, 0]) for path in pushed]
-    assert found[1] == pytest.approx(found[0], rel=3e-3)  # stick and slip follow the last digits of joints
+    assert np.array_equal(scaled, original)  # powers of two: not a single bit may differ

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import clarabel
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
+from orchestrator.space import conic_program
 from orchestrator.space import equilibrium as equations
 from orchestrator.space.conic_program import solve_associative
 from orchestrator.space.contacts import Interfaces, find_joints
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
-from orchestrator.space.loads import SpaceLoads, SpaceLoadSettings, loads_on
+from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.polyhedra import rotation
-from tests.verification.space_walls import block_on_ground
+from tests.verification.space_walls import block_on_ground, twist
 
 ROCKING = block_on_ground(0.4, 0.2, 1.0, 0.7)
 SLIDING = block_on_ground(1.0, 0.7, 0.1, 0.53)
@@ -83,21 +86,30 @@ def test_a_corner_that_is_left_out():
     )
 
 
-def test_a_pyramid_of_eight_sides_instead_of_the_cone():
-    """cos(pi / 8) of the strength in its worst direction: outside 1e-6 by far, which the test of 16 directions asks."""
-    worst = np.cos(np.pi / 8)
-    assert 1.0 - worst > 1e-2
-    turned = SLIDING.moved(rotation((0.0, 0.0, 1.0), 0.1))
-    assert multiplier(turned, (np.cos(0.1), np.sin(0.1), 0.0)) == pytest.approx(0.53, abs=1e-6)
+def pyramid(equilibrium):
+    """Eight sides inside the cone: cos a T1 + sin a T2 <= cos(pi / 8) mu N."""
+    count, sides = len(equilibrium.friction), np.pi / 4 * np.arange(8)
+    point = np.repeat(np.arange(count), 8)
+    angle, row = np.tile(sides, count), np.arange(8 * count)
+    values = (-np.cos(np.pi / 8) * equilibrium.friction[point], np.cos(angle), np.sin(angle))
+    parts = [sp.csc_matrix((v, (row, 3 * point + k)), shape=(8 * count, 3 * count)) for k, v in enumerate(values)]
+    return [clarabel.NonnegativeConeT(8 * count)], sum(parts[1:], parts[0]).tocsc(), np.zeros(8 * count)
 
 
-def test_torsion_of_corners_under_uniform():
-    """With beta = 1 the block would twist at mu N d / 2, 1.85 times what `uniform` must give."""
-    wall = block_on_ground(0.3, 0.3, 0.2, 0.4)
-    assemblage = find_joints(wall)
-    beta = equations.torsion_factors(assemblage.joints)
-    assert beta == pytest.approx([2 * 0.38260 / np.sqrt(2.0)], abs=1e-5)
-    loads = loads_on(wall)
-    uniform = equations.equilibrium_of(assemblage, SpaceLoads(loads.dead, loads.live, loads.direction), "uniform")
-    corners = equations.equilibrium_of(assemblage, loads)
-    assert abs(uniform.matrix - corners.matrix).max() > 0.05
+def test_a_pyramid_of_eight_sides_instead_of_the_cone(monkeypatch):
+    """0.924 of sliding in the worst direction, and 0.3946 for 0.448230 across a slope of 20 degrees."""
+    slope = block_on_ground(0.5, 0.5, 0.1, 0.6).moved(rotation((0.0, 1.0, 0.0), np.radians(20.0)))
+    slope = replace(slope, up=np.array([0.0, 0.0, 1.0]))
+    assert multiplier(SLIDING, "+x") == pytest.approx(0.53, abs=1e-6)
+    assert multiplier(slope, "+y") == pytest.approx(0.448230, abs=1e-6)
+    monkeypatch.setattr(conic_program, "_coulomb_cones", pyramid)
+    assert multiplier(SLIDING, "+x") == pytest.approx(0.53 * np.cos(np.pi / 8), abs=1e-6)
+    assert multiplier(slope, "+y") == pytest.approx(0.3946, abs=1e-4)
+
+
+def test_torsion_of_corners_under_uniform(monkeypatch):
+    """With beta = 1 a square block twists at 0.707107 mu N b, where `uniform` must give 0.38260."""
+    for beta, expected in ((None, 0.38260), (1.0, 0.707107)):
+        if beta:
+            monkeypatch.setattr(equations, "torsion_factors", lambda joints: np.ones(joints.count))
+        assert twist(1.0, "uniform") == pytest.approx(expected, abs=1e-5)

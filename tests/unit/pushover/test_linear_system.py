@@ -32,9 +32,9 @@ ENVIRONMENT = os.environ | {
 
 
 def residual(model, problem, x):
-    """Return (R_u, contact rows, control row) of newton.py for x = (u, lambda / kappa, alpha)."""
+    """Return (R_u, contact rows, control row) of newton.py for x = (u, lambda / kappa, alpha x height)."""
     n, kappa = len(model.gravity), model.contact_stiffness
-    iterate = evaluate(model, problem, x[:n], kappa * x[n:-1], x[-1])
+    iterate = evaluate(model, problem, x[:n], kappa * x[n:-1], x[-1] / model.height)
     contact = np.where(iterate.active, kappa * iterate.gap, iterate.normal_force)
     if problem.mean_displacement is None:
         return np.concatenate([iterate.force_residual, contact, [0.0]]), iterate
