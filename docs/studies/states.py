@@ -24,6 +24,7 @@ from orchestrator import case as cases
 from orchestrator import driver
 from orchestrator.joints import Assemblage, JointSettings, find_joints
 from orchestrator.limit_analysis import analyse
+from orchestrator.limit_analysis.analysis import closes_joints
 from orchestrator.masonry.patterns import irregular_courses
 
 FOLDER = Path(__file__).parent
@@ -44,6 +45,7 @@ def compared(wall: str, assemblage: Assemblage, direction: int, peak: float) -> 
         "headline": f"{headline:.4f}",
         "headline / micro-FE": f"{headline / peak - 1:+.2%}",
         "met by": found.headline.flow_rule,
+        "closes": "yes" if closes_joints(found.headline) else "",
         "rest": "" if found.last_rest is None else f"{found.last_rest:.4f}",
         "interval": "" if found.interval is None else "{:.4f} to {:.4f}".format(*found.interval),
         "soft": "" if found.soft_from is None else f"{found.soft_from:.4f}",
@@ -106,14 +108,18 @@ def write(rows: list[dict[str, object]]) -> None:
         writer = csv.DictWriter(file, rows[0], lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
-    names = list(rows[0])
-    lines = [names, ["---"] * len(names), *([str(row[name]) for name in names] for row in rows)]
-    table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     head = (FOLDER / "states_head.md").read_text()
     random = [row for row in rows if str(row["wall"]).startswith("random")]
     drawn = [row for row in rows if row not in random]
     said = f"Random walls. {summarised(random)}" + (f"\n\nDrawn walls. {summarised(drawn)}" if drawn else "")
-    (FOLDER / "states.md").write_text(f"{head}\n{said}\n\n{table}\n")
+    (FOLDER / "states.md").write_text(f"{head}\n{said}\n\n{markdown(rows)}\n")
+
+
+def markdown(rows: list[dict[str, object]]) -> str:
+    """Return rows as a table in Markdown."""
+    names = list(rows[0])
+    lines = [names, ["---"] * len(names), *([str(row[name]) for name in names] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequ
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
+from orchestrator.limit_analysis.validation import LIMITS
 from orchestrator.limit_analysis.yield_conditions import coulomb
 
 SHORT = 6
@@ -110,8 +111,9 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         said.append(f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose")
     rest, state = met.path.last_rest, met.state
     if state is None or not state.converged:
+        creeps = "" if met.path.not_at_rest == inf else f" and not at {met.path.not_at_rest:.4f}"
         headline = "" if state is None else ": the headline is that rest"
-        said.append(f"loading: at rest up to {rest:.4f}, but no limit state was closed there{headline}")
+        said.append(f"loading: at rest up to {rest:.4f}{creeps}, but no limit state was closed there{headline}")
         if met.path.given_up:
             above = met.path.not_at_rest
             upper = "the bound" if above == inf else f"{above:.4f}"
@@ -120,12 +122,20 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
     if state is not None and not met.spread and state.load_multiplier > (1.0 + RELEASE) * rest:
         said.append(f"at rest up to {rest:.4f}; it moves far before it bears the {state.load_multiplier:.4f} found")
+    if state is not None and state.converged and closes_joints(state):
+        said.append("joints that had opened close in this state: it lasts until they have, and may bear more then")
     if met.path.soft_from is not None and met.path.soft_from < (1.0 - SOFT_END) * rest:
         said.append(f"soft from {met.path.soft_from:.4f}: beyond it displacements are large and geometry decides")
     if met.spread:
         low, high = met.spread
         said.append(f"which state is met depends on the joints' stiffness, or on how it moves: {low:.4f} to {high:.4f}")
     return tuple(said)
+
+
+def closes_joints(state: LimitState) -> bool:
+    """Whether joints that stand open in a state close in its mechanism."""
+    opening, least = state.mechanism.opening, LIMITS["interpenetration"] * state.mechanism.largest_displacement
+    return state.open_ends is not None and bool((state.open_ends & (opening < -least)).any())
 
 
 def papers_value(

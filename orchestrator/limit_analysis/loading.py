@@ -5,10 +5,10 @@ and their live load, for they lie on the ground; so are stones that then fall. W
 (Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
 
 Joints have two stiffnesses in turn. A state that is a property of the wall is the same with both; where the multipliers
-differ by more than SPREAD their interval is the answer, and the lower one is the headline. Where the first closed a
-state, the second need not walk up the whole path to show that: it is asked for rest SPREAD below that state and for
-none SPREAD above (`agrees`), and walks only if it answers otherwise. Where the first was given up for its number of
-factorisations the second does not walk either. They take turns: in two threads at a time last digits differ from run to
+differ by more than SPREAD their interval is the answer, and the lower one is the headline. The second need not walk up
+the whole path to show that: it is asked for rest SPREAD below what the first met and for none SPREAD above (`agrees`),
+and walks only if it answers otherwise. Where the first closed no state the bracket of its rests is the answer, and
+the second is not asked. They take turns: in two threads at a time last digits differ from run to
 run (where arrays come to lie in memory), and a run must repeat itself.
 """
 
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +42,7 @@ MOST_LOCAL = 0.5
 """Share of the weight that may come loose before the wall is no longer looked for."""
 
 Chosen = npt.NDArray[np.bool_]
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,11 +74,11 @@ class Loaded:
 def loaded(problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float) -> Loaded | None:
     """Load a wall along +x until it fails as a whole, with joints of both stiffnesses; None: no rest at first."""
     first = peeled(problem, loads, optimum, local_share, STIFFNESSES[0])
-    closed = first.state if first is not None and first.state is not None and first.state.converged else None
-    if first is not None and closed and agrees(first.part, closed.load_multiplier, SPREAD, STIFFNESSES[1]):
-        return first
-    if first is not None and first.path.given_up:
-        return first
+    state = None if first is None else first.state
+    if first is not None and state is not None:
+        low, high = (1.0 - SPREAD) * state.load_multiplier, (1.0 + SPREAD) * state.load_multiplier
+        if not state.converged or agrees(first.part, low, high, STIFFNESSES[1]):
+            return first
     found = [first, peeled(problem, loads, optimum, local_share, STIFFNESSES[1])]
     return lower_of([one for one in found if one is not None and one.state is not None]) or found[0] or found[1]
 
@@ -186,7 +188,7 @@ def of_whole(state: LimitState, whole: Assemblage, left: Chosen) -> LimitState:
         return state
     joints = joints_left(whole, left)
 
-    def spread(values: FloatArray, chosen: Chosen) -> FloatArray:
+    def spread(values: npt.NDArray[Scalar], chosen: Chosen) -> FloatArray:
         everywhere = np.zeros((len(chosen), *values.shape[1:]))
         everywhere[chosen] = values
         return read_only(everywhere)
@@ -198,4 +200,5 @@ def of_whole(state: LimitState, whole: Assemblage, left: Chosen) -> LimitState:
         opening=spread(state.mechanism.opening, joints),
         slip=spread(state.mechanism.slip, joints),
     )
-    return replace(state, mechanism=mechanism, joint_forces=spread(state.joint_forces, joints))
+    open_ends = None if state.open_ends is None else read_only(spread(state.open_ends, joints), np.bool_)
+    return replace(state, mechanism=mechanism, joint_forces=spread(state.joint_forces, joints), open_ends=open_ends)

@@ -2,9 +2,9 @@
 
 The load grows in steps. Where the wall does not balance it moves against a drag, slowly (backward Euler), until it
 rests again, however far that is: joints open, close and slide on the way, and a wall that was only rearranging itself
-stands. A wall that does not come to rest moves ever more like a mechanism. From there displacements are prescribed
-instead of the load, which finds the multiplier at which it just moves on: forces stand still, openings have no force,
-slips no dilation. That is a limit state, checked as it stands (validation.py), and the one that loading leads to.
+stands. Where that takes long displacements are prescribed instead of the load: either the wall comes to bear more, or
+it moves ever more like a mechanism: forces stand still, openings have no force, slips no dilation. That is a limit
+state, checked as it stands (validation.py), the one that loading leads to; or one near it is (closing.py).
 
 Two multipliers come of it: the last at which the wall rests, and that of the state. They are one to FINE unless the
 mechanism loses strength when it comes loose (a wedged stone): then the state lies below the last rest.
@@ -16,24 +16,31 @@ Sources: overdamped motion as a substitute for dynamics after a loss of equilibr
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
 from time import perf_counter
 
 import numpy as np
 
 from orchestrator.errors import ConvergenceError
-from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, Position, Stiffness, elastic_wall, undeformed
+from orchestrator.limit_analysis.closing import Closing
+from orchestrator.limit_analysis.elastic_contact import (
+    SMOOTHING,
+    STIFFNESSES,
+    Position,
+    Stiffness,
+    elastic_wall,
+    undeformed,
+)
 from orchestrator.limit_analysis.implicit_step import Step, Task, implicit_step
 from orchestrator.limit_analysis.linear_program import LimitSolution
-from orchestrator.limit_analysis.lower_states import TwoPrograms
-from orchestrator.limit_analysis.problem import Problem, record_of
+from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.state import LimitState, LinearProgramRecord
 from orchestrator.masonry.wall import FloatArray, read_only
 
 STEPS = 10
 """Load steps up to the associative multiplier."""
-FINE = 1e-3
-"""Bracket, part of the associative multiplier, between the last rest and the state met."""
+FINE, COARSE = 1e-3, 1e-2
+"""Bracket, part of the associative multiplier, between the last rest and the state met; and that of a wall that creeps
+without coming near a mechanism, or below a state that is closed and met twice: what it rests at is no sharper."""
 REST = 1e-6
 """Force that drag takes, mean block weights, below which a wall rests."""
 GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-4, 1e4
@@ -41,20 +48,16 @@ GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-4, 1e4
 it is given up."""
 DIRECT, DIRECT_DRAG = (0.25, 0.5, 0.75, 1.0), 1e-5
 """Loads at which joints of another stiffness are asked for a rest, parts of the last; the drag of these few steps."""
-SLOWER, FASTER = 4.0, ((6, 0.1), (13, 0.3))
+SLOWER, FASTER = 4.0, ((11, 0.1), (13, 0.3))
 """Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
 MOTION, NEARLY, CLOSE = 1e-3, 1e-2, 1e-5
 """Flow errors: of a motion that is worth driving on under displacement control; of an end that counts as met; of one
 that is worth checking."""
-REST_BUDGET, END_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET = 400, 300, 800, 1_000_000, 1500
-"""Factorisations: of a rest, of an end, of gravity; in all, times blocks, and in all at least."""
-MOST_IN_ALL = 6_000
-"""Factorisations in all, of a wall however small."""
+REST_BUDGET, END_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET, MOST_IN_ALL = 150, 150, 800, 1_000_000, 1500, 6_000
+"""Factorisations: of a rest, of an end, of gravity; in all, times blocks, and in all at least and at most."""
 GROWTH, LEAST_ADVANCE = ((9, 3.0), (np.inf, 1.7)), 0.3
 """Growth of the displacement prescribed after a step of so many factorisations, 10 instead of 3 once forces nearly
 stand still (CLOSE); factor after one that was not found."""
-FACE_WEIGHTS = (1e-4, 1e-5)
-"""w of lower_states with which what was met is closed: the lower end of a face of forces, more and less sharply."""
 FAILURES = 8
 """Steps in a row that are not found before an end is given up."""
 LEAST = 1e-6
@@ -70,8 +73,8 @@ class LoadPath:
 
     multipliers (r,): loads at which it rests, the first 0; displacements (r,): along the live load, over the elastic
     one of the same multiplier (1 for the first); forces: of the joints (k, 3) in N at each of them. `last_rest` is the
-    last of these; `state` what is met there, with its own forces and a mechanism that goes with them, `converged` where
-    the check passes. Else it is the last rest, with the mechanism that fits best.
+    last of these; `state` what is met there, `converged` where the check passes, else the last rest with the mechanism
+    that fits best.
     soft_from: multiplier from which on displacements exceed SOFT, None if they never do. not_at_rest: the
     lowest load at which no rest was found; given_up: whether the budget ended before the two were FINE apart.
     """
@@ -116,7 +119,7 @@ class _Loading:
         """Nothing has moved yet."""
         self.problem = problem
         self.wall = elastic_wall(problem.assemblage, problem.equilibrium, problem.friction, stiffness)
-        self.programs = TwoPrograms(problem.equilibrium, problem.friction)
+        self.closing = Closing(problem, self.wall.stiffness)
         blocks = len(problem.equilibrium.free_blocks)
         self.spent, self.most = 0, int(np.clip(BUDGET / blocks, SMALLEST_BUDGET, MOST_IN_ALL))
         self.at_gravity = undeformed(self.wall)
@@ -170,7 +173,7 @@ class _Loading:
         advance, failures, end = float(live @ change), 0, min(self.spent + END_BUDGET, self.most)
         best = replace(moved, flow=np.inf)
         multiplier = moved.multiplier
-        while moved.flow <= NEARLY and advance > 0 and self.spent < end and failures < FAILURES:
+        while advance > 0 and self.spent < end and failures < FAILURES:
             expected = change * (advance / float(live @ change))
             found = self.step(position, Task(multiplier, 0.0, advance), expected)
             if not found.found:
@@ -193,6 +196,20 @@ class _Loading:
             advance *= 10.0 if growth == 3.0 and flow < CLOSE else growth
         return best
 
+    def closed(self, lost: _Moved, ended: _Moved, low: float, high: float, fine: float) -> _Moved | None:
+        """Return the state that a motion came to, or one near it (closing.py), between its multipliers or by `fine`
+        beyond; else the motion if it is NEARLY one."""
+        if ended.state is not None:
+            return ended
+        scale = self.wall.problem.per_multiplier
+        driven = ended if np.isfinite(ended.flow) else lost
+        there = driven.multiplier / scale
+        state = self.states(driven.position, driven.change, driven.multiplier)[0]
+        found = self.closing.near(state, state.mechanism.slip, min(low, there) - fine, max(high, there) + fine)
+        if found is not None:
+            return replace(driven, multiplier=scale * found.load_multiplier, state=found)
+        return ended if ended.flow <= NEARLY else None
+
     def _flow(self, there: Position, here: Position, live_power: float) -> float:
         return self.wall.flow_error(there.forces, there.rates - here.rates, live_power)
 
@@ -208,6 +225,7 @@ class _Loading:
         with the live load."""
         equilibrium = self.problem.equilibrium
         along = float(self.wall.problem.live @ change)
+        open_ends = self.wall.stiffness[:, :2] * position.rates[:, :2] > SMOOTHING
         velocities = equilibrium.row_scale * change / (equilibrium.live_total * (along if along > 0 else 1.0))
         forces = equilibrium.mean_weight * position.forces
         own = LimitSolution(
@@ -216,12 +234,16 @@ class _Loading:
         )  # fmt: skip
         found = [own] if along > 0 else []
         try:
-            mechanism = self.programs.mechanism(own.normal)
+            mechanism = self.closing.programs.mechanism(own.normal)
             found.insert(0, replace(own, velocities=mechanism.velocities, rates=mechanism.rates))
         except ConvergenceError:
             pass
         records = (LinearProgramRecord(own.load_multiplier, 0.0, self.spent, 0.0, "path"),)
-        return [self.problem.state("path", self.problem.no_dilatancy, own, with_, records) for with_ in found]
+        states = [self.problem.state("path", self.problem.no_dilatancy, own, with_, records) for with_ in found]
+        return [
+            replace(one, open_ends=read_only(open_ends, np.bool_)) if with_ is own else one
+            for one, with_ in zip(states, found, strict=True)
+        ]
 
 
 def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFFNESSES[0]) -> LoadPath | None:
@@ -243,8 +265,9 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     met: _Moved | None = None
     lost: _Moved | None = None
     low, high, fine = 0.0, np.inf, FINE * associative
+    enough = fine
     target = associative / STEPS
-    while high - low > fine and loading.spent < loading.most:
+    while high - low > enough and loading.spent < loading.most:
         found = loading.rest(position, scale * target, FIRST_DRAG, REST_BUDGET)
         if not found.rests:
             ended = loading.end(found, while_weaker=True)
@@ -258,19 +281,25 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
             moved.append(loading.moved(position))
             if len(rests) == 2:
                 loading.elastic = moved[1] / (scale * target)
-            if met is not None and met.multiplier / scale - low <= fine:
+            if met is not None and met.multiplier / scale - low <= enough:
                 break
             target = next_load(low, high, associative)
             continue
-        lost, high, target = found, target, 0.5 * (low + target)
-        if ended.flow <= NEARLY and ended.multiplier <= scale * high:
-            met = ended
-            if (gap := ended.multiplier / scale - low) >= 0:
-                if gap <= fine:
-                    break
-                target = min(high - 0.25 * fine, low + gap - 0.5 * fine)
+        lost, high, before = found, target, met
+        closed = loading.closed(found, ended, low, high, fine)
+        if closed is not None and (met is None or met.state is None or closed.state is not None):
+            met = closed
+        if met is not None and met.multiplier > scale * (high + COARSE * associative):
+            met = None
+        again = met is not None and before is not None and abs(met.multiplier - before.multiplier) <= scale * fine
+        if met is None or (again and met.state is not None):
+            enough = COARSE * associative
+        if met is not None and 0.0 <= met.multiplier / scale - low <= enough:
+            break
+        led_to = met if met is not None and not again else ended
+        target = load_below(led_to.multiplier / scale, low, high, fine)
     ratio = np.array(moved[1:]) / (np.array(rests[1:]) * moved[1] / rests[1]) if len(rests) > 1 else np.zeros(0)
-    state = None if met is None else met.state or nearest(loading, met, fine)
+    state = None if met is None else met.state
     if state is None or not state.converged:
         last = loading.states(position, np.zeros_like(live) if lost is None else lost.change, scale * low)
         state = replace(last[0], flow_rule="last_rest", converged=False) if last and low > 0 else None
@@ -282,7 +311,7 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
         factorisations=loading.spent,
         seconds=perf_counter() - started,
         not_at_rest=high,
-        given_up=loading.spent >= loading.most and high - low > fine,
+        given_up=loading.spent >= loading.most and high - low > enough,
     )
 
 
@@ -293,47 +322,29 @@ def next_load(low: float, high: float, associative: float) -> float:
     return min(low + (step if low + 1.5 * step < associative else 0.5 * step), 0.5 * (low + high))
 
 
-def agrees(problem: Problem, multiplier: float, share: float, stiffness: Stiffness) -> bool:
-    """Whether joints of another stiffness rest just below a multiplier and no longer just above (`share` of it).
+def load_below(multiplier: float, low: float, high: float, fine: float) -> float:
+    """Return the load just below what a motion led to, if between a rest and what did not rest; else their middle."""
+    below = multiplier - 0.5 * fine
+    return below if low < below < high - 0.25 * fine else 0.5 * (low + high)
+
+
+def agrees(problem: Problem, low: float, high: float, stiffness: Stiffness) -> bool:
+    """Whether joints of another stiffness rest at a multiplier and no longer at a higher one.
 
     That is asked directly from gravity, without the path's small steps: the state itself depends on these in its third
-    or fourth digit, `share` is a hundredth. On doubt the answer is no, and the whole path is worth its time.
+    or fourth digit. On doubt the answer is no, and the whole path is worth its time.
     """
     loading = _Loading(problem, stiffness)
     scale = loading.wall.problem.per_multiplier
     stands = loading.rest(undeformed(loading.wall), 0.0, GRAVITY_DRAG, GRAVITY_BUDGET)
-    if not stands.rests or multiplier <= 0:
+    if not stands.rests or low <= 0:
         return False
     loading.at_gravity = position = stands.position
     for part in DIRECT:
-        below = loading.rest(position, scale * part * (1.0 - share) * multiplier, DIRECT_DRAG, REST_BUDGET)
+        below = loading.rest(position, scale * part * low, DIRECT_DRAG, REST_BUDGET)
         if not below.rests:
             return False
         position = below.position
         if part == DIRECT[0]:
-            loading.elastic = loading.moved(position) / (scale * part * multiplier)
-    return not loading.rest(position, scale * (1.0 + share) * multiplier, DIRECT_DRAG, REST_BUDGET).rests
-
-
-def nearest(loading: _Loading, met: _Moved, fine: float) -> LimitState:
-    """Return a state within `fine` of what was met and closed by two programs, else what was met.
-
-    A wall may go on closing an old gap, far beyond any displacement that means anything, while its load stands still.
-    Its slips, or those of the mechanism that fits its forces best, then lead to states nearby (lower_states). What was
-    met is not converged.
-    """
-    problem, programs = loading.problem, loading.programs
-    states = loading.states(met.position, met.change, met.multiplier)
-    there = states[0].load_multiplier
-    found = list[LimitState]()
-    for state, weight in product(states, FACE_WEIGHTS):
-        try:
-            closed = programs.closed(programs.lowest_forces(state.mechanism.slip, weight))
-        except ConvergenceError:
-            continue
-        records = (*state.records, record_of(closed.forces, 0.0), record_of(closed.mechanism, 0.0))
-        found.append(problem.state("path", problem.no_dilatancy, closed.forces, closed.mechanism, records))
-    near = [s for s in found if abs(s.load_multiplier - there) <= fine and not problem.complaints(s)]
-    if near:
-        return min(near, key=lambda state: abs(state.load_multiplier - there))
-    return replace(min(states, key=lambda state: state.power_residual), converged=False)
+            loading.elastic = loading.moved(position) / (scale * part * low)
+    return not loading.rest(position, scale * high, DIRECT_DRAG, REST_BUDGET).rests

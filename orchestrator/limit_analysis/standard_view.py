@@ -18,6 +18,7 @@ The choice is one of order, not of mechanics: which of several states is the ans
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +37,9 @@ SORTED = 7
 """Digits of centroids in m that blocks and joints are sorted by."""
 ON_CORNER = 1e-9
 """m; ends of joints nearer to a corner than this are that corner."""
+
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,10 +82,21 @@ class StandardView:
         ends = _ends(state.joint_forces[:, :2], self.interchanged)
         forces[self.joint] = np.column_stack([ends, self.mirror * state.joint_forces[:, 2]])
         moved = replace(mechanism, velocities=read_only(velocities), opening=read_only(opening), slip=read_only(slip))
+        stand_open = state.open_ends
+        if stand_open is not None:
+            seen, stand_open = _ends(stand_open, self.interchanged), np.empty_like(stand_open)
+            stand_open[self.joint] = seen
+            stand_open = read_only(stand_open, np.bool_)
         residual = (
             state.equilibrium_residual if equilibrium is None else equilibrium.residual(forces, state.load_multiplier)
         )
-        return replace(state, joint_forces=read_only(forces), mechanism=moved, equilibrium_residual=residual)
+        return replace(
+            state,
+            joint_forces=read_only(forces),
+            mechanism=moved,
+            equilibrium_residual=residual,
+            open_ends=stand_open,
+        )
 
 
 def standard_view(assemblage: Assemblage, load_direction: int, loads: Loads | None = None) -> StandardView:
@@ -143,6 +158,6 @@ def _on_corners(points: FloatArray, wall: Wall) -> FloatArray:
     return moved
 
 
-def _ends(values: FloatArray, interchanged: npt.NDArray[np.bool_]) -> FloatArray:
+def _ends(values: npt.NDArray[Scalar], interchanged: npt.NDArray[np.bool_]) -> npt.NDArray[Scalar]:
     """Return values (k, 2) at start and end, interchanged where that is said."""
     return np.where(interchanged[:, None], values[:, ::-1], values)

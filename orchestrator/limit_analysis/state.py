@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from orchestrator.masonry.wall import FloatArray, read_only
 
+BoolArray = npt.NDArray[np.bool_]
 Scale = Literal["unit_power", "unit_displacement"]
 FlowRule = Literal["associative", "sequence", "path", "last_rest", "descent"]
 
@@ -66,6 +68,8 @@ class LimitState:
     Residuals are relative: equilibrium to the total weight, yield to the mean block weight, power to the live
     load's power (0 = exact balance); dilation is the largest |opening| at an end of a joint that carries load there,
     relative to the largest displacement (0 for a non-associative state, mu |slip| for an associative one).
+    open_ends (k, 2): ends of joints that stand open when this state is met and may close in it, None where all joints
+    are as drawn.
     """
 
     flow_rule: FlowRule
@@ -78,6 +82,7 @@ class LimitState:
     yield_residual: float
     power_residual: float
     dilation: float
+    open_ends: BoolArray | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
