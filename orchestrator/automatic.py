@@ -14,6 +14,7 @@ stay bodies of their own; bodies are chosen for the wall without them.
 from __future__ import annotations
 
 import heapq
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -30,6 +31,8 @@ from orchestrator.limit_analysis.lower_states import BALANCE, TwoPrograms, desce
 from orchestrator.limit_analysis.merged_blocks import merged_problem
 from orchestrator.macroblocks import MacroblockSettings, Partition, merged, partition_of
 from orchestrator.masonry.wall import FloatArray, IntArray
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -178,6 +181,7 @@ def chosen(assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads
     mechanisms = [state.mechanism]
 
     def kept(partition: Partition) -> float | None:
+        logger.info("macroblocks: trying %d bodies", partition.count)
         return kept_multiplier(assemblage, analysis, state, partition, margin, loads)
 
     def keeps(partition: Partition) -> bool:

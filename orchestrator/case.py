@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 from orchestrator.errors import CaseError, naming
 from orchestrator.joints import JointSettings
 from orchestrator.limit_analysis import LimitAnalysisSettings, LoadSettings
+from orchestrator.limit_analysis.ties import TieSettings
 from orchestrator.macroblocks import TOLERANCES, MacroblockSettings
 from orchestrator.masonry.classes import BlockClass, with_classes
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_no_file, refuse_what_is_not_utf8
@@ -74,6 +75,7 @@ class Case:
     name: str = ""
     load: LoadSettings = field(default_factory=LoadSettings)
     joints: JointSettings = field(default_factory=JointSettings)
+    reinforcement: TieSettings = field(default_factory=TieSettings)
     limit_analysis: LimitAnalysisSettings = field(default_factory=LimitAnalysisSettings)
     macroblocks: MacroblockSettings = field(default_factory=MacroblockSettings)
     mesh: MeshSettings = field(default_factory=MeshSettings)
@@ -126,6 +128,13 @@ def refuse_what_only_limit_analysis_takes(case: Case) -> None:
         if given.compressive_strength is not None:
             key, problem = f"joints.classes.{number}.compressive_strength", "the FE pushover knows no crushing"
             raise CaseError(key, problem, "use the commands limit or segment, or leave it out", str(case.file))
+
+
+def refuse_ties(case: Case, command: str) -> None:
+    """Raise CaseError for ties that `command` would leave out."""
+    if case.reinforcement.ties:
+        remedy = "use the commands check and limit, or leave them out"
+        raise CaseError("reinforcement.ties", f"{command} takes no ties yet", remedy, str(case.file))
 
 
 def refuse_seismic(case: Case) -> None:

@@ -19,18 +19,18 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
+from orchestrator import answer, checking, driver, file_commands, load_cases, results, study_runs, tables
 from orchestrator import case as cases
-from orchestrator import driver, file_commands, load_cases, plots, results, study_runs, tables
 from orchestrator.errors import CaseError, ConvergenceError, ResultError
+from orchestrator.installed import refuse_missing
 from orchestrator.outofplane import commands as outofplane
 from orchestrator.outofplane.case import refuse_space, spatial
 from orchestrator.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
-from orchestrator.progress import IncrementDone, StageDone
+from orchestrator.reporter import Reporter
 from orchestrator.seismic.record import notes, verdict
 
 if TYPE_CHECKING:
     from mpi4py import MPI
-    from rich.progress import TaskID
 
 ROOT = Path(__file__).resolve().parent.parent
 DEFAULT_CASE = ROOT / "templates" / "benchmark1.toml"
@@ -40,7 +40,7 @@ MODELS: dict[str, tuple[cases.ModelName, ...]] = {"macro": ("macro",), "micro": 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit code."""
     options = _parser().parse_args(arguments)
-    parallel = options.action in (_run, _study)
+    parallel = options.action in (_benchmark1, _run, _study)
     if not parallel and started_as_rank() > 0:
         return 0  # rank 0 does it alone
     comm = all_ranks() if parallel else None
@@ -50,7 +50,9 @@ def main(arguments: list[str] | None = None) -> int:
     ending = Ending(comm)
     try:
         if options.action in (_run, _segment, _study):
-            refuse_space(options.case, options.set, options.command or "run")
+            refuse_space(options.case, options.set, options.command)
+        if parallel:
+            refuse_missing(options.command or "run")
         return ending.together(int(options.action(options, comm, console)), "")
     except CaseError as error:
         return ending.together(2, str(error))
@@ -92,7 +94,8 @@ class _Completion(argparse.Action):
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m orchestrator",
-        description="Pushover analysis of masonry, stone by stone. Without a command: run the shipped benchmark 1.",
+        description="Pushover analysis of masonry, stone by stone. Without a command: run the shipped benchmark 1"
+        " into results/benchmark1, anew.",
         epilog=file_commands.epilog("run templates/benchmark1.toml --output results/benchmark1"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -100,20 +103,23 @@ def _parser() -> argparse.ArgumentParser:
         "--print-completion", choices=("bash", "zsh"), action=_Completion, help="print what completes commands (README)"
     )
     parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
-    parser.set_defaults(action=_run, command=None, case=DEFAULT_CASE, output=None, resume=False, model=None, set=[])
+    parser.set_defaults(
+        action=_benchmark1, command=None, case=DEFAULT_CASE, output=None, resume=False, force=True, model=None, set=[]
+    )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     run = _command(
         commands, "run", _run, "the whole chain: micro-LA, macroblocks, FE pushover, pictures", "--set mesh.size=100mm"
     )
     run.add_argument("--output", type=Path, help="run folder (default: results/NAME OF THE CASE FILE)")
     run.add_argument("--resume", action="store_true", help="go on after the last stored increment")
+    run.add_argument("--force", action="store_true", help="overwrite the results of an earlier run")
     run.add_argument("--model", choices=tuple(MODELS), help="instead of the case file's [run] models")
     run.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
     check = _command(
         commands,
         "check",
         _check,
-        "read, validate and draw the wall with block numbers, nothing else",
+        "what a case holds: loads, materials, joints, what is unusual, whether it stands; a picture with block numbers",
         "--output results/look",
     )
     check.add_argument(
@@ -157,18 +163,9 @@ def _check(options: argparse.Namespace, _: None, console: Console) -> int:
     if spatial(options.case, options.set):
         output = options.output or Path("results") / options.case.stem
         return outofplane.check(options.case, options.set, output, console)
-    case = cases.read(options.case, options.set)
-    assemblage, said = load_cases.examine(case)
-    figures = (options.output or Path("results") / options.case.stem) / "figures"
-    picture, *_rest = plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
-    for remark in said:
-        console.print(f"{options.case}: {remark}", soft_wrap=True, markup=False)
-    free = sum(not block.fixed for block in assemblage.wall.blocks)
-    found = f"{free} blocks, {len(assemblage.block_i)} joints"
-    found += f", {len(case.load.cases)} load cases" if case.load.cases else ""
-    verdict = "see the warnings above" if said else "nothing to complain about"
-    console.print(f"{options.case}: {found}, {verdict}; {picture}", soft_wrap=True, markup=False)
-    return 0
+    case, output = cases.read(options.case, options.set), options.output or Path("results") / options.case.stem
+    results.try_folder(output)
+    return checking.check(case, str(options.case), output / "figures", console)
 
 
 def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
@@ -180,19 +177,21 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
         if not math.isfinite(options.settle_angle):
             raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")
         return _settle(options, case, output, console)
-    records = {}
+    if options.json:
+        found = {name: driver.limit(one) for name, one in load_cases.each(case).items()}
+        records = {name: results.summary("", *one, None, [])["limit_analysis"] for name, one in found.items()}
+        print(json.dumps(records.get("", records), indent=1))
+        return 0
+    results.try_folder(output)
     for name, one in load_cases.each(case).items():
-        assemblage, analysis = driver.limit(one)
-        if options.json:
-            records[name] = results.summary("", assemblage, analysis, None, [])["limit_analysis"]
-            continue
+        with Reporter(console):
+            assemblage, analysis = driver.limit(one)
         console.print(tables.limit_table(analysis, name))
         for remark in analysis.remarks:
             console.print(remark, soft_wrap=True)
+        console.print(answer.answer_of_limit(analysis), soft_wrap=True, markup=False)
         picture = driver.draw_mechanism(one, assemblage, analysis, output / name)
         console.print(f"mechanism: {picture}", soft_wrap=True)
-    if options.json:
-        print(json.dumps(records.get("", records), indent=1))
     return 0
 
 
@@ -207,30 +206,49 @@ def _settle(options: argparse.Namespace, case: cases.Case, output: Path, console
 
 
 def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
-    for name, one in load_cases.each(cases.read(options.case, options.set)).items():
-        segmented = driver.segment(one)
+    case = cases.read(options.case, options.set)
+    cases.refuse_ties(case, "segment")
+    for name, one in load_cases.each(case).items():
+        with Reporter(console):
+            segmented = driver.segment(one)
         console.print(tables.limit_table(segmented.analysis, name))
         console.print(tables.bodies_table(segmented.partition, segmented.bodies))
         for remark in (*segmented.analysis.remarks, *segmented.partition.remarks):
             console.print(remark, soft_wrap=True)
+        console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True, markup=False)
     return 0
+
+
+def _benchmark1(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
+    """Run the shipped benchmark 1, and say so first: nobody asked for it by name."""
+    if not DEFAULT_CASE.exists():
+        raise CaseError("", "benchmark 1 is not part of the wheel", "give a command; --help lists them", "orchestrator")
+    console.print(
+        "No command given: this runs the shipped benchmark 1 into results/benchmark1. --help lists all commands."
+    )
+    return _run(options, comm, console)
 
 
 def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
     case = on_root(comm, cases.read, options.case, options.set)
+    cases.refuse_ties(case, "run")
     if options.model:
         case = replace(case, run=cases.RunSettings(MODELS[options.model]))
     output = options.output or Path("results") / options.case.stem
+    on_root(comm, results.try_folder, output)
+    if not (options.resume or options.force):
+        on_root(comm, results.refuse_overwriting_run, output)
     logging.getLogger("orchestrator").propagate = False  # run.log has it
     if case.load.cases:
         return _run_load_cases(options, case, output, comm, console)
-    with _Reporter(console) as report:
+    with Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
     console.print(tables.run_table(outcome.summary))
     for remark in results.remarks(outcome.summary["pushover"]):
         console.print(remark, soft_wrap=True, markup=False)
     for reason in results.reasons(outcome.summary["pushover"]):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)
+    console.print(answer.answer_of_run(outcome.summary), soft_wrap=True, markup=False)
     _print_verification(outcome.summary, console)
     written = (
         f"report: {output / 'report.html'}; pictures: {output / 'figures'}; all figures: {output / 'summary.json'}"
@@ -243,7 +261,7 @@ def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Conso
 def _run_load_cases(
     options: argparse.Namespace, case: cases.Case, output: Path, comm: MPI.Intracomm | None, console: Console
 ) -> int:
-    with _Reporter(console) as report:
+    with Reporter(console) as report:
         outcome = load_cases.run(case, output, options.resume, comm, report)
     if outcome is None:
         return 0
@@ -275,9 +293,11 @@ def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:
 def _study(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
     case = on_root(comm, cases.read, options.case, options.set)
     load_cases.refuse_several(case, "study")
+    cases.refuse_ties(case, "study")
     output = options.output or Path("results") / f"{options.case.stem}-study"
+    on_root(comm, results.try_folder, output)
     logging.getLogger("orchestrator").propagate = False
-    with _Reporter(console) as report:
+    with Reporter(console) as report:
         outcome = study_runs.study(case, output, comm, report)
     if outcome is None:
         return 0
@@ -285,46 +305,3 @@ def _study(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Con
     console.print(f"table: {output / 'table.csv'}; pictures: {output / 'figures'}", soft_wrap=True)
     _complain(comm, outcome.complaints)
     return 3 if outcome.complaints else 0
-
-
-class _Reporter:
-    """Draws what the driver reports: a bar per pushover on a terminal, now and then a line elsewhere."""
-
-    def __init__(self, console: Console) -> None:
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-        columns = (
-            TextColumn("{task.description}"), BarColumn(bar_width=10), TextColumn("{task.fields[state]}"),
-            TimeElapsedColumn(), TimeRemainingColumn(),
-        )  # fmt: skip
-        self._console = console
-        self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-        self._tasks: dict[str, TaskID] = {}
-        self._last_line = 0.0
-
-    def __enter__(self) -> _Reporter:
-        self._progress.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
-
-    def __call__(self, event: StageDone | IncrementDone) -> None:
-        if isinstance(event, StageDone):
-            self._console.print(f"{event.stage}: {event.text} ({event.seconds:.1f} s)", soft_wrap=True)
-            self._last_line = 0.0
-        else:
-            self._show(event)
-
-    def _show(self, event: IncrementDone) -> None:
-        increment = event.increment
-        state = (
-            f"{increment.number} {increment.phase}: λ {increment.load_multiplier:.4f}, "
-            f"{1e3 * increment.control_displacement:.2f} mm, {increment.iterations} it."
-        )
-        if event.model not in self._tasks:
-            self._tasks[event.model] = self._progress.add_task(f"{event.model} FE", total=1.0, state="")
-        self._progress.update(self._tasks[event.model], completed=event.fraction, state=state)
-        if not self._console.is_terminal and event.seconds - self._last_line > 5.0:
-            self._console.print(f"{event.model} FE: {state}, {event.seconds:.0f} s", soft_wrap=True)
-            self._last_line = event.seconds

@@ -23,6 +23,7 @@ from orchestrator.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, loads_on, settle
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
+from orchestrator.limit_analysis.ties import with_ties
 from orchestrator.macroblocks import Partition, one_body_per_block
 from orchestrator.masonry.drawing import implausible, refuse_implausible_size
 from orchestrator.masonry.healing import open_gaps
@@ -76,9 +77,12 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
     """
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
+        tied = with_ties(assemblage, case.reinforcement.ties)
     with naming(case.block_file):
-        refuse_what_cannot_be_analysed(assemblage, case.load.sign, loads)
+        refuse_what_cannot_be_analysed(tied, case.load.sign, loads)
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
+    if case.reinforcement.ties:
+        said.append("WARNING: check and limit take this case; segment, run, study and export take no ties yet")
     try:
         refuse_what_only_limit_analysis_takes(case)
         refuse_seismic(case)
@@ -122,10 +126,11 @@ def _refuse_own_input(case: Case, output: Path) -> None:
 
 
 def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
-    """Run micro limit analysis on a checked wall. Raises CaseError for a wall that cannot stand."""
+    """Run micro limit analysis on a checked wall, ties among its joints. Raises CaseError for one that cannot stand."""
     assemblage = check(case)
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
+        assemblage = with_ties(assemblage, case.reinforcement.ties)
     with naming(case.block_file):
         return assemblage, analyse(assemblage, case.limit_analysis, case.load.sign, loads)
 
@@ -141,8 +146,8 @@ def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[Li
     """Let a support give way at `angle` (rad from +x); draw and return the state. Raises CaseError."""
     from orchestrator import report as reporting
 
-    assemblage = check(case)
     with naming(case.file):
+        assemblage = with_ties(check(case), case.reinforcement.ties)
         state = settle(assemblage, support, angle, loads_on(assemblage.wall, case.load))
     return state, reporting.write_settlement(output / "figures", assemblage, state, angle)[0]
 

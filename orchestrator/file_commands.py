@@ -13,6 +13,7 @@ from orchestrator import case as cases
 from orchestrator import driver, load_cases, reference, results
 from orchestrator import export as exports
 from orchestrator.errors import CaseError
+from orchestrator.installed import refuse_missing
 from orchestrator.masonry.readers import refuse_what_is_not_utf8
 
 LISTED = 20
@@ -65,10 +66,12 @@ def add_commands(commands: Any) -> None:
         "--blocks", metavar="FILE", help="block file of the wall (default: a wall of two blocks is written)"
     )
     new.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="where to (default: here)")
+    _add_force(new)
     schema = _command(
         commands, "schema", _schema, "write the case file's JSON schema", "schema --output build/case.json"
     )
     schema.add_argument("--output", type=Path, metavar="FILE", help="default: standard output")
+    _add_force(schema)
     _add_export(commands)
     rebuilding = _command(
         commands,
@@ -78,6 +81,10 @@ def add_commands(commands: Any) -> None:
         "report results/benchmark1",
     )
     rebuilding.add_argument("run", type=Path, metavar="RUN", help="run folder")
+
+
+def _add_force(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--force", action="store_true", help="overwrite what exists already")
 
 
 def _add_export(commands: Any) -> None:
@@ -93,6 +100,7 @@ def _add_export(commands: Any) -> None:
     exporting.add_argument("--model", choices=("macro", "micro"), default="macro", help="macroblocks or every stone")
     exporting.add_argument("--multiplier", type=float, help="horizontal load over weight (default: micro-LA's)")
     exporting.add_argument("--output", type=Path, metavar="FILE", help="default: NAME_MODEL.vtu, .msh or .inp")
+    _add_force(exporting)
     exporting.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override a setting")
 
 
@@ -111,6 +119,7 @@ def _add_import(commands: Any) -> None:
     )
     reading.add_argument("file", type=Path, metavar="FILE", help=f"{plane}; in space {space}")
     reading.add_argument("--output", type=Path, default=Path("blocks.json"), help="block file (default: blocks.json)")
+    _add_force(reading)
     for name, (value, text) in IMPORT_OPTIONS.items():
         reading.add_argument(f"--{name}", metavar=value, help=text)
 
@@ -136,6 +145,8 @@ def _import(options: argparse.Namespace, _: None, console: Console) -> int:
     given = {name.replace("-", "_"): getattr(options, name.replace("-", "_")) for name in IMPORT_OPTIONS}
     if options.output.exists() and options.file.exists() and options.output.samefile(options.file):
         raise CaseError("--output", f"{options.output} is the file to import", "give another name")
+    if not options.force:
+        results.refuse_overwriting_file(options.output)
     from orchestrator.outofplane import intake as in_space
 
     given_in_space = {name: value for name, value in given.items() if value is not None}
@@ -167,8 +178,8 @@ def _new(options: argparse.Namespace, _: None, console: Console) -> int:
     refuse_what_is_not_utf8(blocks, "--blocks")
     case_file = options.output / f"{name}.toml"
     for path in (case_file, *(() if options.blocks else (example,))):
-        if path.exists():
-            raise CaseError("", "exists already", "choose another name, or delete it", str(path))
+        if not options.force:
+            results.refuse_overwriting_file(path)
     results.write_text(case_file, reference.commented_case(name, blocks))
     if not options.blocks:
         results.write_json(example, EXAMPLE | {"name": name})
@@ -177,14 +188,18 @@ def _new(options: argparse.Namespace, _: None, console: Console) -> int:
 
 
 def _export(options: argparse.Namespace, _: None, console: Console) -> int:
+    refuse_missing("export", ("gmsh",))
     source = options.case / "case.toml" if options.case.is_dir() else options.case
     case = cases.read(source, options.set)
     load_cases.refuse_several(case, "export")
+    cases.refuse_ties(case, "export")
     name = options.case.resolve().name if options.case.is_dir() else options.case.stem
     output = options.output or Path(f"{name}_{options.model}{exports.SUFFIX[options.format]}")
     refuse_what_is_not_utf8(str(output), "--output")
     if options.multiplier is not None and not 0 <= options.multiplier < 1e3:
         raise CaseError("--multiplier", f"{options.multiplier:g} is not a multiplier", "give one from 0 on, as in 0.3")
+    if not options.force:
+        results.refuse_overwriting_file(output)
     exports.export(case, driver.segment(case), options.model, options.format, options.multiplier, output)
     console.print(str(output), soft_wrap=True, markup=False)
     return 0
@@ -198,6 +213,8 @@ def _report(options: argparse.Namespace, _: None, console: Console) -> int:
 
 def _schema(options: argparse.Namespace, _: None, console: Console) -> int:
     if options.output:
+        if not options.force:
+            results.refuse_overwriting_file(options.output)
         results.write_json(options.output, reference.schema())
         console.print(str(options.output), soft_wrap=True, markup=False)
     else:

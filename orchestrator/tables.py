@@ -22,7 +22,7 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
     table = Table(
         box=SIMPLE_HEAD,
         padding=0,
-        title=f"{title}, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.2f} s",
+        title=f"{title}, {weight_words(analysis.weight, analysis.horizontal_load)}, {analysis.seconds:.2f} s",
     )
     columns = (
         "",
@@ -48,6 +48,14 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
     for name, state in names.items():
         table.add_row(name, *(_limit_row(state, analysis) if state else ["none"]))
     return table
+
+
+def weight_words(weight: float, base_shear: float) -> str:
+    """Return the weight of the blocks (N) in words, with the base shear at a load multiplier of 1 where it is another:
+    floors whose mass the live load acts on, an inclined live load, given forces."""
+    if abs(base_shear - weight) <= 1e-6 * weight:
+        return f"weight {weight / 1e3:.3f} kN"
+    return f"weight of the blocks {weight / 1e3:.3f} kN, base shear at λ = 1 {base_shear / 1e3:.3f} kN"
 
 
 def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
@@ -100,14 +108,14 @@ def study_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
 
 def run_table(summary: dict[str, Any]) -> Table:
     """Return the short table at the end of a run."""
-    title = [f"{summary['case']}: weight {summary['wall']['weight'] / 1e3:.3f} kN"]
+    limit = summary["limit_analysis"]
+    horizontal_load = limit["base_shear"] / (limit["non_associative"] or limit["associative"])
+    title = [f"{summary['case']}: {weight_words(summary['wall']['weight'], horizontal_load)}"]
     kinematics = dict.fromkeys(pushover["displacements"] for pushover in summary["pushover"])
     table = Table(box=SIMPLE_HEAD, padding=0, title=", ".join([*title, *(f"{k} displacements" for k in kinematics)]))
     columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    limit = summary["limit_analysis"]
-    horizontal_load = limit["base_shear"] / (limit["non_associative"] or limit["associative"])
     rows = {"associative": limit["associative"], "non-assoc.": limit["non_associative"]}
     for rule, multiplier in rows.items():
         found = (

@@ -176,8 +176,7 @@ def _pushed(name: str, case: cases.Case, assemblage: Assemblage, partition: Part
             for increment in Pushover(model, system, case.newton, stepping).increments():
                 iterations += increment.iterations
                 moved = increment.control_displacement
-                if increment.phase != "gravity":
-                    peak = max(peak, increment.load_multiplier)
+                peak = increment.largest_base_shear / model.horizontal_load
                 if process_time() - began > LIMIT:
                     ended = f"left after {LIMIT:g} s"
                     break

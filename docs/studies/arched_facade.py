@@ -96,8 +96,7 @@ def _pushed(case: cases.Case, segmented: driver.Segmented) -> dict[str, Any]:
     with LinearSystem(model, MPI.COMM_SELF) as system:
         for increment in Pushover(model, system, case.newton, stepping).increments():
             iterations, moved = iterations + increment.iterations, increment.control_displacement
-            if increment.phase != "gravity":
-                peak = max(peak, increment.load_multiplier)
+            peak = increment.largest_base_shear / model.horizontal_load
             if process_time() - began > LIMIT:
                 break
     return {

@@ -6,6 +6,7 @@ the headline - the paper's sequence, Eq. (2) - the lowest and highest other stat
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
 from math import inf
 from time import perf_counter
@@ -26,6 +27,8 @@ from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.limit_analysis.validation import LIMITS
 from orchestrator.limit_analysis.yield_conditions import coulomb
+
+logger = logging.getLogger(__name__)
 
 SHORT = 6
 """Programs at most of a sequence that begins at the state that loading meets."""
@@ -54,7 +57,11 @@ def analyse(
     view = standard_view(assemblage, load_direction, loads)
     equilibrium = assemble_equilibrium(view.assemblage, 1, view.loads)
     problem = Problem(view.assemblage, equilibrium, coulomb(view.assemblage, equilibrium.dead_total))
+    blocks, joints = len(equilibrium.free_blocks), len(assemblage.block_i)
+    logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
+    bound = optimum.load_multiplier
+    logger.info("associative multiplier %.4f; loading from gravity", bound)
     met = None
     if not problem.friction.crushes.any():
         met = loaded(problem, view.loads, optimum, settings.local_share)

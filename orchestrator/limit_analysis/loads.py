@@ -13,43 +13,25 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
-import numpy.typing as npt
 from annotated_types import Ge, Gt, Le, MinLen
 
 from orchestrator.errors import CaseError
+from orchestrator.limit_analysis.dead_loads import (
+    DeadLoad,
+    Placed,
+    extra_dead_loads,
+    joined,
+    over_volume,
+    refuse_dead_load,
+    refuse_place,
+)
 from orchestrator.masonry.geometry import block_centroids, block_weights
 from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
 from orchestrator.units import Unit
-
-STEEP = 1e-9
-"""Edges whose outward normal points up by less than this (as a part of 1) are not the top of a block."""
-
-
-AT_LEVEL = 2e-3
-"""m by which the top of a block may be off the level of a floor"""
-
-
-@dataclass(frozen=True, slots=True)
-class DeadLoad:
-    """Extra dead load on blocks, downwards: a force on each, or a line load on their tops (one of the two).
-
-    The blocks are named, or those whose tops lie at a level: a floor that rests on a course."""
-
-    blocks: tuple[int, ...] = ()
-    """ids of the blocks"""
-    force: Annotated[float, Unit("N"), Gt(0)] | None = None
-    """on each block, at its centroid"""
-    line_load: Annotated[float, Unit("N/m"), Gt(0)] | None = None
-    """on all edges that face upwards, per metre of horizontal projection, over the wall's whole thickness"""
-    inertia: bool = False
-    """whether the live load acts on its mass too, where it stands"""
-    level: Annotated[float, Unit("m")] | None = None
-    """height of the blocks' tops (y), instead of `blocks`"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +79,8 @@ class LoadSettings:
     live: tuple[LiveLoad, ...] = ()
     """forces on named blocks, each a table [[load.live]] with `blocks` and `force`; for "per_block" only"""
     dead: tuple[DeadLoad, ...] = ()
-    """besides weight, each a table [[load.dead]] with `blocks` or `level`, `force` or `line_load`, `inertia`"""
+    """besides weight, each a table [[load.dead]] with `blocks` or `level`, `force` (`at`) or `line_load` (`stretch`),
+    `inertia`"""
     cases: tuple[LoadCase, ...] = ()
     """load cases that are run one after the other into folders of their names, each a table [[load.cases]] with `name`
     and what differs from [load]; none: [load] itself is the only one"""
@@ -162,17 +145,6 @@ class Loads:
         return direction * self.along_x + self.upright
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Placed:
-    """Sizes (N) of p loads: block (p,), point (p, 2) in m through which the resultant goes, on_top (p,): whether the
-    load is spread over the edges of the block that face upwards, else over its volume."""
-
-    block: IntArray
-    point: FloatArray
-    on_top: npt.NDArray[np.bool_]
-    size: FloatArray
-
-
 def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
     """Return the loads on a wall: by default its weight, and the same forces along x. Raises CaseError."""
     settings = settings or LoadSettings()
@@ -193,7 +165,7 @@ def live_loads(wall: Wall, settings: LoadSettings) -> Placed:
     if settings.distribution == "per_block":
         given = [(position, load.force) for load in settings.live for position in _positions(wall, load.blocks)]
         block, size = np.array([position for position, _ in given]), np.array([force for _, force in given])
-        return Placed(block, block_centroids(wall)[block], np.zeros(len(block), bool), size)
+        return over_volume(block, block_centroids(wall)[block], size)
     masses = _masses(wall, settings)
     if settings.distribution == "mass":
         return masses
@@ -202,31 +174,13 @@ def live_loads(wall: Wall, settings: LoadSettings) -> Placed:
     return replace(masses, size=moment_of_height * masses.size.sum() / moment_of_height.sum())
 
 
-def extra_dead_loads(wall: Wall, loads: tuple[DeadLoad, ...]) -> Placed:
-    """Return the extra dead loads, downwards, one after the other."""
-    each = list(_extra(wall, loads))
-    return Placed(
-        block=np.array([block for block, _, _, _ in each], dtype=np.int64),
-        point=np.array([point for _, point, _, _ in each]).reshape(-1, 2),
-        on_top=np.array([on_top for _, _, on_top, _ in each], dtype=bool),
-        size=np.array([weight for _, _, _, weight in each], dtype=float),
-    )
-
-
 def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
     """Raise CaseError for settings that contradict each other or name blocks that cannot be loaded."""
     if (settings.distribution == "per_block") != bool(settings.live):
         remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
         raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
     for number, load in enumerate(settings.dead):
-        for one, other in (("force", "line_load"), ("level", "blocks")):
-            if (getattr(load, one) in (None, ())) == (getattr(load, other) in (None, ())):
-                raise CaseError(f"load.dead.{number}", f"needs one of {one} and {other}", "give one of the two")
-        if load.level is not None and not _at_level(wall, load.level):
-            tops = sorted({round(float(b.polygon[:, 1].max()), 3) for b in wall.blocks if not b.fixed})
-            listed = ", ".join(f"{top:g}" for top in tops[:20])
-            problem = f"no block has its top at {load.level:g} m"
-            raise CaseError(f"load.dead.{number}.level", problem, f"tops are at {listed}{', ...' * (len(tops) > 20)} m")
+        refuse_dead_load(wall, load, f"load.dead.{number}")
     free = {block.id: not block.fixed for block in wall.blocks}
     named = {f"load.live.{number}": load.blocks for number, load in enumerate(settings.live)}
     named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(settings.dead)}
@@ -235,66 +189,23 @@ def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
             if not free.get(wanted, False):
                 problem = f"block {wanted} is a support" if wanted in free else f"there is no block {wanted}"
                 raise CaseError(f"{key}.blocks", problem, "name blocks of the wall that can move")
-
-
-def _at_level(wall: Wall, level: float) -> list[int]:
-    """Return the positions of the free blocks all of whose edges that face upwards lie at a level (m)."""
-    return [
-        k
-        for k, block in enumerate(wall.blocks)
-        if not block.fixed and np.abs(block.polygon[_upper_corners(block.polygon), 1] - level).max() < AT_LEVEL
-    ]
-
-
-def _upper_corners(polygon: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return which corners of a counter-clockwise polygon are ends of edges that face upwards."""
-    run = np.roll(polygon, -1, axis=0) - polygon
-    above = -run[:, 0] > STEEP * np.linalg.norm(run, axis=1)
-    return above | np.roll(above, 1)
-
-
-def top_of(polygon: FloatArray) -> tuple[float, FloatArray]:
-    """Return horizontal width (m) and middle (2,) of the edges of a counter-clockwise polygon that face upwards."""
-    start, end = polygon, np.roll(polygon, -1, axis=0)
-    width = start[:, 0] - end[:, 0]  # counter-clockwise: upward edges run towards -x
-    above = width > STEEP * np.linalg.norm(end - start, axis=1)
-    middle = np.average(0.5 * (start + end)[above], axis=0, weights=width[above])
-    return float(width[above].sum()), middle
-
-
-def _extra(wall: Wall, loads: tuple[DeadLoad, ...]) -> Iterator[tuple[int, FloatArray, bool, float]]:
-    """Yield block position, point of attack (2,) in m, whether it is on top, and weight in N of every extra load."""
-    centroids = block_centroids(wall)
-    for load in loads:
-        named = _positions(wall, load.blocks) if load.level is None else _at_level(wall, load.level)
-        for position in named:
-            if load.line_load is not None:
-                width, middle = top_of(wall.blocks[position].polygon)
-                yield position, middle, True, load.line_load * width
-            else:
-                assert load.force is not None
-                yield position, centroids[position], False, load.force
+    for number, load in enumerate(settings.dead):
+        refuse_place(wall, load, f"load.dead.{number}")
 
 
 def _masses(wall: Wall, settings: LoadSettings) -> Placed:
     """Return the weights of all masses that the live load acts on, those of the free blocks first."""
     free = np.flatnonzero([not block.fixed for block in wall.blocks])
-    extra = extra_dead_loads(wall, tuple(load for load in settings.dead if load.inertia))
-    return Placed(
-        block=np.concatenate([free, extra.block]),
-        point=np.vstack([block_centroids(wall)[free], extra.point]),
-        on_top=np.concatenate([np.zeros(len(free), bool), extra.on_top]),
-        size=np.concatenate([block_weights(wall)[free], extra.size]),
-    )
+    own = over_volume(free, block_centroids(wall)[free], block_weights(wall)[free])
+    return joined(own, extra_dead_loads(wall, tuple(load for load in settings.dead if load.inertia)))
 
 
 def _dead(wall: Wall, settings: LoadSettings) -> FloatArray:
     """Return weight and extra dead loads (n, 3)."""
     nothing = np.zeros(len(wall.blocks))
     total = np.column_stack([nothing, -block_weights(wall), nothing])
-    for block, point, _, weight in _extra(wall, settings.dead):
-        total += _on_blocks(wall, np.array([block]), point[None], np.array([[0.0, -weight]]))
-    return total
+    extra = extra_dead_loads(wall, settings.dead)
+    return total + _on_blocks(wall, extra.block, extra.point, np.column_stack([0.0 * extra.size, -extra.size]))
 
 
 def _on_blocks(wall: Wall, block: IntArray, point: FloatArray, force: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from orchestrator.plots.canvas import save, stamp_not_valid
+    from orchestrator.plots.first_page import given
     from orchestrator.plots.pushover import curves, deformed, idealised
     from orchestrator.plots.seismic import verification
     from orchestrator.plots.study import (
@@ -28,6 +29,7 @@ __all__ = [
     "curves",
     "deformed",
     "deformed_panel",
+    "given",
     "idealised",
     "load_case_curves",
     "macroblocks",
@@ -44,7 +46,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Load the module that has the function (PEP 562)."""
     if name in __all__:
-        for module in ("canvas", "pushover", "seismic", "study", "walls"):
+        for module in ("canvas", "first_page", "pushover", "seismic", "study", "walls"):
             if hasattr(found := import_module(f"{__name__}.{module}"), name):
                 return getattr(found, name)
     raise AttributeError(f"module {__name__} has no {name}")

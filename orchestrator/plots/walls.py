@@ -51,16 +51,8 @@ WIDEST, THINNEST = 5.0, 0.5
 def blocks(wall: Wall, numbered: bool = False, marked: Sequence[int] = (), loose: Sequence[FloatArray] = ()) -> Figure:
     """Draw the blocks as they stand, a colour for each material, supports hatched, with their ids if `numbered`; the
     outlines of blocks with the ids `marked`, and of stones (n, 2) that were `loose`, in red."""
-    polygons = [block.polygon for block in wall.blocks]
-    free = sum(not block.fixed for block in wall.blocks)
-    supports = len(polygons) - free
-    title = f"{free} block{'s' * (free != 1)}, {supports} support{'s' * (supports != 1)}"
-    figure, axes = wall_figure(np.vstack(polygons), title, wall.name)
-    materials = sorted({block.material for block in wall.blocks if not block.fixed})
-    for name, fill in zip(materials, MATERIALS * len(materials), strict=False):
-        stones = [b.polygon for b in wall.blocks if not b.fixed and b.material == name]
-        draw_polygons(axes, stones, fill).set_label(f"{label_of(name)} ({len(stones)})" if name else "block")
-    draw_supports(axes, [b.polygon for b in wall.blocks if b.fixed])
+    figure, axes = wall_canvas(wall)
+    draw_blocks(axes, wall)
     for block in wall.blocks:
         if block.id in marked:
             axes.fill(*block.polygon.T, facecolor="none", edgecolor=VERMILLION, linewidth=2.5, zorder=5)
@@ -69,10 +61,34 @@ def blocks(wall: Wall, numbered: bool = False, marked: Sequence[int] = (), loose
         style = {"edgecolor": VERMILLION, "linewidth": 1.5, "linestyle": "--", "zorder": 5}
         axes.fill(*outline.T, facecolor="none", label=label, **style)
     if numbered:
-        centres = [centroid(polygon) for polygon in polygons]
-        write_numbers(axes, centres, [block.id for block in wall.blocks], number_size(polygons, axes))
+        number_blocks(axes, wall)
     legend_below(axes)
     return figure
+
+
+def wall_canvas(wall: Wall, beside: FloatArray | None = None) -> tuple[Figure, Axes]:
+    """Return a figure of a wall's size that counts its blocks, with room for points (n, 2) `beside` it."""
+    free = sum(not block.fixed for block in wall.blocks)
+    supports = len(wall.blocks) - free
+    title = f"{free} block{'s' * (free != 1)}, {supports} support{'s' * (supports != 1)}"
+    corners = [block.polygon for block in wall.blocks]
+    return wall_figure(np.vstack(corners if beside is None else [*corners, beside]), title, wall.name)
+
+
+def draw_blocks(axes: Axes, wall: Wall) -> None:
+    """Draw the blocks as they stand, a colour for each material, supports hatched."""
+    materials = sorted({block.material for block in wall.blocks if not block.fixed})
+    for name, fill in zip(materials, MATERIALS * len(materials), strict=False):
+        stones = [b.polygon for b in wall.blocks if not b.fixed and b.material == name]
+        draw_polygons(axes, stones, fill).set_label(f"{label_of(name)} ({len(stones)})" if name else "block")
+    draw_supports(axes, [b.polygon for b in wall.blocks if b.fixed])
+
+
+def number_blocks(axes: Axes, wall: Wall) -> None:
+    """Write the blocks' ids."""
+    polygons = [block.polygon for block in wall.blocks]
+    centres = [centroid(polygon) for polygon in polygons]
+    write_numbers(axes, centres, [block.id for block in wall.blocks], number_size(polygons, axes))
 
 
 def mechanism(
@@ -117,7 +133,7 @@ def mechanism(
     draw_supports(axes, [p for p, f in zip(displaced, free, strict=True) if not f])
     _draw_thrust(axes, assemblage, state, velocities)
     _mark_joints(axes, assemblage, state, velocities)
-    _draw_load(axes, arrow, load_name)
+    draw_load(axes, arrow, load_name)
     legend_below(axes, 3)
     return figure
 
@@ -212,7 +228,8 @@ def load_arrow(points: FloatArray, load_direction: int, inclination: float = 0.0
     return middle + np.array([[-0.5], [0.5]]) * ARROW * size * direction
 
 
-def _draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
+def draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
+    """Draw the live load as an arrow from tail to tip (2, 2) in m, with its name."""
     style = {"arrowstyle": "-|>,head_width=0.35,head_length=0.7", "color": VERMILLION, "linewidth": 2.5}
     tail, tip = arrow
     axes.annotate("", tip, tail, arrowprops=style, zorder=5)

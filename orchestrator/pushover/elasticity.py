@@ -30,6 +30,7 @@ from petsc4py import PETSc
 from orchestrator.masonry.wall import GRAVITY, FloatArray, IntArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.constants import ElasticConstants
+from orchestrator.pushover.dolfinx_versions import cell_space, matrix_of, mesh_of, rows, vector_space
 from orchestrator.pushover.edges import TETRAHEDRON_EDGES, edges_of, on_outline
 
 assert PETSc.ScalarType is np.float64, "this program needs PETSc built for real numbers (python3-dolfinx-real)"
@@ -59,7 +60,7 @@ class Elasticity:
 def assemble(meshes: BodyMeshes, constants: ElasticConstants, element_order: int, comm: MPI.Comm) -> Elasticity:
     """Return stiffness and mass in the node order of `meshes`, the same on every rank."""
     mesh = _distributed_mesh(meshes, comm)
-    space = fem.VectorFunctionSpace(mesh, ("Lagrange", element_order))
+    space = vector_space(mesh, element_order)
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
     first, second = _lame(mesh, meshes, constants)
     strain_u, strain_v = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))
@@ -71,7 +72,7 @@ def assemble(meshes: BodyMeshes, constants: ElasticConstants, element_order: int
     basis = _hierarchical_basis(edges, curved, len(meshes.nodes))
 
     def matrix(form: ufl.Form) -> sparse.csr_matrix:
-        nodal = _gathered(fem.form(form * ufl.dx), numbering, comm)
+        nodal = _gathered(form * ufl.dx, numbering, comm)
         return (basis.T @ nodal @ basis).tocsr() if len(edges) else nodal
 
     body = np.concatenate([meshes.body_of_node, meshes.body_of_node[edges[curved, 0]]])
@@ -112,8 +113,7 @@ def _distributed_mesh(meshes: BodyMeshes, comm: MPI.Comm) -> dolfinx.mesh.Mesh:
     def by_body(*_: object) -> cpp.graph.AdjacencyList_int32:
         return cpp.graph.AdjacencyList_int32(rank_of_cell.astype(np.int32).reshape(-1, 1))
 
-    domain = ufl.Mesh(ufl.VectorElement("Lagrange", ufl.tetrahedron, 1))
-    return dolfinx.mesh.create_mesh(comm, cells, nodes, domain, partitioner=by_body)
+    return mesh_of(comm, cells, nodes, by_body)
 
 
 def _rank_of_body(body_of_tetrahedron: IntArray, ranks: int) -> IntArray:
@@ -124,38 +124,37 @@ def _rank_of_body(body_of_tetrahedron: IntArray, ranks: int) -> IntArray:
 
 def _of_cells(mesh: dolfinx.mesh.Mesh, meshes: BodyMeshes, of_body: FloatArray) -> fem.Function:
     """Return values (bodies,) on each cell. Rank 0 handed over all cells, so original numbers are the input's."""
-    values = fem.Function(fem.FunctionSpace(mesh, ("DG", 0)))
+    values = fem.Function(cell_space(mesh))
     body = meshes.body_of_tetrahedron[np.array(mesh.topology.original_cell_index)]
     values.x.array[:] = of_body[body]
     return values
 
 
-def _input_numbering(space: fem.FunctionSpace, edges: IntArray, nodes: int) -> IntArray:
+def _input_numbering(space: Any, edges: IntArray, nodes: int) -> IntArray:
     """Return the input node, or `nodes` + the edge, of each dof owned here (dofs are not numbered like the input)."""
     mesh = space.mesh
-    corners = np.array(mesh.geometry.input_global_indices)[mesh.geometry.dofmap.array.reshape(-1, 4)]
+    corners = np.array(mesh.geometry.input_global_indices)[rows(mesh.geometry.dofmap, 4)]
     numbers = corners
     if len(edges):
         pairs = np.sort(corners[:, TETRAHEDRON_EDGES], axis=2)
         found = np.searchsorted(edges @ [nodes, 1], pairs @ [nodes, 1])
         numbers = np.column_stack([corners, nodes + found])
-    dof_of_cell = space.dofmap.list.array.reshape(numbers.shape)
+    dof_of_cell = rows(space.dofmap.list, numbers.shape[1])
     number_of_dof = np.zeros(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, np.int64)
     number_of_dof[dof_of_cell] = numbers
     return number_of_dof[: space.dofmap.index_map.size_local]
 
 
-def _gathered(form: fem.FormMetaClass, numbering: IntArray, comm: MPI.Comm) -> sparse.csr_matrix:
+def _gathered(form: ufl.Form, numbering: IntArray, comm: MPI.Comm) -> sparse.csr_matrix:
     """Return the assembled matrix on every rank, rows and columns in input order."""
-    matrix = fem.petsc.assemble_matrix(form)
-    matrix.assemble()
+    matrix = matrix_of(form)
     indptr, columns, values = matrix.getValuesCSR()
     matrix.destroy()
     node = np.concatenate(comm.allgather(numbering))
     dof = (3 * node[:, None] + np.arange(3)).ravel()
-    rows = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
+    row_of_value = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
     local_dof = (3 * numbering[:, None] + np.arange(3)).ravel()
-    parts = comm.allgather((local_dof[rows], dof[columns], values))
+    parts = comm.allgather((local_dof[row_of_value], dof[columns], values))
     row, column, value = (np.concatenate([part[k] for part in parts]) for k in range(3))
     assembled = sparse.csr_matrix((value, (row, column)), shape=(len(dof), len(dof)))
     assembled.sort_indices()

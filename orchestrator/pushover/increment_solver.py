@@ -74,7 +74,7 @@ class IncrementSolver:
         share = aim.size / self.largest_displacement if aim.phase == "displacement" else 1.0
         gravity = self.model.weight / float(self.model.body_mass.sum())
         largest = self.largest_displacement / (self.stepping.proximal_share * gravity)
-        return float(np.sqrt(largest * np.clip(share, 1e-3, 1.0)))
+        return float(np.sqrt(largest * max(share, 1e-3)))
 
     def static(self, state: Increment, aim: Aim) -> Increment:
         """Return the static increment; its proximal term carries the same share of every size of displacement."""

@@ -15,7 +15,8 @@ import shapely
 
 from orchestrator.bodies import Bodies
 from orchestrator.errors import CaseError
-from orchestrator.limit_analysis.loads import STEEP, LoadSettings, Placed, extra_dead_loads, live_loads
+from orchestrator.limit_analysis.dead_loads import Placed, extra_dead_loads, over_volume, upper_edges
+from orchestrator.limit_analysis.loads import LoadSettings, live_loads
 from orchestrator.masonry.geometry import block_areas, block_centroids, block_weights
 from orchestrator.masonry.wall import FloatArray, IntArray, Wall, read_only
 from orchestrator.meshing import BodyMeshes
@@ -57,7 +58,7 @@ def nodal_loads(wall: Wall, bodies: Bodies, meshes: BodyMeshes, settings: LoadSe
     live = live_loads(wall, settings)
     if settings.distribution == "mass":  # the free blocks' own masses come first, and the mass matrix has them
         own = sum(not block.fixed for block in wall.blocks)
-        live = Placed(live.block[own:], live.point[own:], live.on_top[own:], live.size[own:])
+        live = live.part(slice(own, None))
     uneven = _spread(departures_from_mean(wall, bodies), wall, bodies, meshes)
     with_mass = settings.distribution == "mass"
     return NodalLoads(
@@ -77,7 +78,7 @@ def departures_from_mean(wall: Wall, bodies: Bodies) -> Placed:
     departure = weight - even * block_areas(wall)
     fixed = np.array([block.fixed for block in wall.blocks])
     block = np.flatnonzero(~fixed & (np.abs(departure) > ROUNDING * weight))
-    return Placed(block, centroid[block], np.zeros(len(block), bool), departure[block])
+    return over_volume(block, centroid[block], departure[block])
 
 
 def refuse_upright(settings: LoadSettings) -> None:
@@ -90,15 +91,24 @@ def _spread(loads: Placed, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> Fl
     """Return the size (m,) of the loads on each node, N."""
     body_of_block = {int(block): body.number for body in bodies.bodies for block in body.blocks}
     total = np.zeros(len(meshes.nodes))
-    for block, on_top, size in zip(loads.block.tolist(), loads.on_top.tolist(), loads.size.tolist(), strict=True):
-        polygon = wall.blocks[block].polygon
-        place, share = _points_on_top(polygon) if on_top else _points_within(polygon)
+    for number, (block, size) in enumerate(zip(loads.block.tolist(), loads.size.tolist(), strict=True)):
+        place, share = _points_of(loads, number, wall.blocks[block].polygon)
         levels = (np.arange(POINTS_THROUGH_THICKNESS) + 0.5) / POINTS_THROUGH_THICKNESS * bodies.thickness
         points = np.column_stack([np.repeat(place, len(levels), axis=0), np.tile(levels, len(place))])
         element, weight = _held(points, meshes, body_of_block[block])
         force = size * np.repeat(share, len(levels)) / len(levels)
         np.add.at(total, element, force[:, None] * weight)
     return total
+
+
+def _points_of(loads: Placed, number: int, polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return points (p, 2) that stand for one load on its block, and their shares (p,) of it."""
+    if loads.spread[number] == "point":
+        return loads.point[number : number + 1], np.ones(1)
+    low, high = loads.stretch[number]
+    return (
+        _points_on_top(upper_edges(polygon, (low, high))) if loads.spread[number] == "top" else _points_within(polygon)
+    )
 
 
 def _points_within(polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -109,15 +119,13 @@ def _points_within(polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
     return (IN_TRIANGLE @ corners).reshape(-1, 2), np.repeat(area / area.sum(), 3) / 3
 
 
-def _points_on_top(polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return points (p, 2) on the edges of a counter-clockwise polygon that face upwards, and their shares (p,) of the
-    horizontal projection."""
-    start, end = polygon, np.roll(polygon, -1, axis=0)
+def _points_on_top(edges: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return points (p, 2) on edges (e, 2, 2) and their shares (p,) of the horizontal projection."""
+    start, end = edges.transpose(1, 0, 2)
     width = start[:, 0] - end[:, 0]
-    above = width > STEEP * np.linalg.norm(end - start, axis=1)
     place = ((np.arange(POINTS_ON_EDGE) + 0.5) / POINTS_ON_EDGE)[None, :, None]
-    points = start[above][:, None] + place * (end - start)[above][:, None]
-    return points.reshape(-1, 2), np.repeat(width[above] / width[above].sum(), POINTS_ON_EDGE) / POINTS_ON_EDGE
+    points = start[:, None] + place * (end - start)[:, None]
+    return points.reshape(-1, 2), np.repeat(width / width.sum(), POINTS_ON_EDGE) / POINTS_ON_EDGE
 
 
 def _held(points: FloatArray, meshes: BodyMeshes, body: int) -> tuple[IntArray, FloatArray]:

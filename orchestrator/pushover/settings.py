@@ -70,7 +70,8 @@ class SteppingSettings:
     local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
     """a part that moves is a local failure below this share of the wall's mass: it falls, and the wall goes on"""
     displacement_increment: Annotated[float, Gt(0), Le(1)] = 1 / 40
-    """largest increment of the mean displacement along the live load, weighted by it, over the final displacement"""
+    """largest increment of the mean displacement along the live load, weighted by it, over the final displacement; a
+    part inside the wall goes farther while neither the top nor the multiplier moves by its largest increment"""
     final_displacement: Annotated[float, Unit("m"), Gt(0)] = 0.02
     """the curve ends at this displacement of the top"""
     final_drop: Annotated[float, Gt(0), Le(1)] = 0.2

@@ -161,8 +161,8 @@ class Pushover:
             else:
                 retreat = self._retreats(state, solved)
                 if not solved.moving and retreat is None:
-                    grown = size * _growth(solved.iterations)
-                    yield replace(solved, attempts=attempts, step=(min(grown, self._largest(state.phase)), aim.size))
+                    grown = min(aim.size * _growth(solved.iterations), self._resolved(state, solved))
+                    yield replace(solved, attempts=attempts, step=(grown, aim.size))
                     return
                 failure, spent, settles = "a part of the wall moves", solved.iterations, False
                 if retreat is not None:
@@ -275,15 +275,30 @@ class Pushover:
             return self.stepping.load_increment * self.expected_multiplier
         return self.solver.largest_displacement
 
+    def _resolved(self, state: Increment, solved: Increment) -> float:
+        """Return the increment up to which the curve after a static increment is resolved, in its phase's unit.
+
+        Under displacement control neither the top moves by more than the largest displacement nor the multiplier by
+        more than its largest increment; a part that slides without either, inside the wall, may go farther.
+        """
+        largest = self._largest(solved.phase)
+        if solved.phase != "displacement":
+            return largest
+        mean_change, control_change = self.solver.last_changes(solved)
+        carries_more = abs(solved.load_multiplier - state.load_multiplier) / self._largest("load")
+        share = max(abs(control_change) / largest, carries_more)
+        return max(largest, mean_change / share) if share > 0.0 else np.inf
+
     def _aim(self, state: Increment, size: float) -> Aim:
         if state.phase == "gravity":
             return Aim("gravity", min(state.time + size, 1.0), size)
         if state.phase == "load":
             return Aim("load", state.load_multiplier + size, size)
         mean_change, control_change = self.solver.last_changes(state)
-        if control_change > 0 < mean_change:
+        if mean_change > 0:
             left = self.stepping.final_displacement - state.control_displacement
-            size = min(size, max(left * mean_change / control_change, 1e-3 * size))
+            if control_change > 0:
+                size = min(size, max(left * mean_change / control_change, 1e-3 * size))
             fastest = float(np.max(body_motion(self.model, state.change.ravel()) / body_size(self.model)))
             size = min(size, max(FASTEST * mean_change / fastest, 1e-3 * size))
         return Aim("displacement", state.mean_displacement + size, size)

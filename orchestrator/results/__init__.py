@@ -11,6 +11,7 @@ from orchestrator.results.files import (
     write_text,
 )
 from orchestrator.results.geometry import ContactPlaces, read_geometry, write_geometry
+from orchestrator.results.outputs import refuse_overwriting_file, refuse_overwriting_run, try_folder
 from orchestrator.results.paraview import stress_and_pressure, write_paraview
 from orchestrator.results.reading import read_limit_analysis, read_macroblocks
 from orchestrator.results.states import StateStore, load_increments
@@ -46,11 +47,14 @@ __all__ = [
     "read_limit_analysis",
     "read_macroblocks",
     "reasons",
+    "refuse_overwriting_file",
+    "refuse_overwriting_run",
     "remarks",
     "replacing",
     "stress_and_pressure",
     "summary",
     "sweep",
+    "try_folder",
     "versions",
     "write_blocks",
     "write_bytes",

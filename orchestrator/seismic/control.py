@@ -14,7 +14,7 @@ import numpy as np
 from orchestrator.errors import CaseError
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import LoadSettings, Mechanism
-from orchestrator.limit_analysis.loads import AT_LEVEL, extra_dead_loads, top_of
+from orchestrator.limit_analysis.dead_loads import AT_LEVEL, extra_dead_loads, top_of
 from orchestrator.masonry.geometry import block_centroids
 from orchestrator.masonry.wall import FloatArray, IntArray, Wall
 from orchestrator.seismic.settings import SeismicSettings

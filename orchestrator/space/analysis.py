@@ -1,7 +1,8 @@
 """Limit analysis of a wall in space: associative bound, headline without dilation, range of states found.
 
 headline   the end of the push on elastic joints from the gravity state, springs stiffer with depth
-range      lowest and highest valid state found: also pushes with equal springs, dilation shift, descents from all these
+range      lowest and highest valid state found: also, on small walls, pushes with equal springs and the dilation shift,
+           on larger ones the path of smoothed contact; descents from all these
 Every state is validated from geometry, forces and velocities (validation.py) before it counts.
 """
 
@@ -19,6 +20,7 @@ from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis.linear_program import InfeasibleError, UnboundedError
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.space import descent
+from orchestrator.space.central_path import STAGE, follow
 from orchestrator.space.conic_program import (
     ConicSolution,
     gravity_forces,
@@ -29,8 +31,8 @@ from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.elastic_joints import Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
 from orchestrator.space.loads import SpaceLoads
-from orchestrator.space.springs import depth_stiffness
-from orchestrator.space.validation import Validation, validate
+from orchestrator.space.springs import depth_stiffness, springs_of
+from orchestrator.space.validation import LIMITS, Validation, validate
 from orchestrator.units import Unit
 
 Report = Callable[[str], None]
@@ -38,14 +40,14 @@ BRACKET = 0.01
 """Relative difference of the multipliers with both torsions from which both are reported."""
 SHIFTS, TURNS = 25, 6
 """Programs of the dilation shift, turns of a descent at most."""
-SHIFTED_BLOCKS = 100
-"""Larger walls have no dilation shift: it settles at 52 to 68 blocks and not at 174, where it takes 8 of 26 s and gives
-neither end of the range."""
+SMALL_BLOCKS = 100
+"""Larger walls have the path of smoothed contact (central_path.py) in place of a push with equal springs, which creeps
+on tall walls, and of the dilation shift, which settles at 52 to 68 blocks and not at 174."""
 SLOWER = 8.0
 """Times the first push, and at least as many seconds, that the second one, which creeps on tall walls, may take."""
-SHARES = (0.35, 0.5, 0.9, 0.95)
-"""Parts of the time after which the first push, the second, descents and shift, and the last descent end at the
-latest."""
+SHARES = (0.35, 0.6, 0.9, 0.95)
+"""Parts of the time after which the first push, the second or the path, descents and shift, and the last descent end at
+the latest."""
 DEPTH_POWER = 2.0
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
@@ -135,14 +137,14 @@ def analyse(
     except UnboundedError:
         remedy = "push in another direction, or free the blocks that hold it"
         raise CaseError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
-    associative = _state("associative", assemblage, loads, found, found.velocities)
+    associative = _state("associative", assemblage, loads, found, found.velocities, settings.torsion)
     report(f"associative multiplier {found.load_multiplier:.5f}")
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
     other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
     states: list[SpaceState] = []
     remarks: list[str] = []
     if settings.states != "none":
-        search = _Search(assemblage, loads, equilibrium, gravity, settings.time, report)
+        search = _Search(assemblage, loads, equilibrium, gravity, found, settings.time, report)
         for state in search.states():
             states.append(state)
             if state.valid and settings.states == "headline":
@@ -185,11 +187,12 @@ class _Search:
         loads: SpaceLoads,
         equilibrium: SpaceEquilibrium,
         gravity: FloatArray,
+        associative: ConicSolution,
         seconds: float,
         report: Report,
     ) -> None:
         self._assemblage, self._loads, self._equilibrium = assemblage, loads, equilibrium
-        self._gravity, self._report = gravity, report
+        self._gravity, self._associative, self._report = gravity, associative, report
         self._started, self._seconds = perf_counter(), seconds
 
     def _until(self, share: float) -> float:
@@ -200,19 +203,34 @@ class _Search:
         first = self._push(PUSHES[0], DEPTH_POWER, SHARES[0])
         yield self._of_push(PUSHES[0], first)
         starts = [("elastic joints", first.slip)]
-        if perf_counter() < self._until(0.8 * SHARES[0]):  # else time is better spent on closing what it has come to
+        small = len(self._equilibrium.free_blocks) <= SMALL_BLOCKS
+        if not small:
+            starts = self._smoothed(first.flow) + starts
+        elif perf_counter() < self._until(0.8 * SHARES[0]):  # else time is better spent on closing what it has come to
             second = self._push(PUSHES[1], 0.0, SHARES[1], SLOWER * max(first.seconds, 1.0))
             yield self._of_push(PUSHES[1], second)
             starts.append(("equal springs", second.slip))
         for name, slip in starts:
             yield from self._closed(name, slip, self._until(SHARES[2]))
-        if len(self._equilibrium.free_blocks) > SHIFTED_BLOCKS:
+        if not small:
             return
         self._report("dilation shift")
         until = self._until(SHARES[2])
         shifted = descent.settled(descent.dilation_shift(self._equilibrium, until), SHIFTS, until)
         if shifted is not None and perf_counter() < self._until(SHARES[3]):
             yield from self._closed("dilation shift", shifted.solution.slip, self._until(SHARES[3]))
+
+    def _smoothed(self, flow: float) -> list[tuple[str, FloatArray]]:
+        """Return the end of the path of smoothed contact as a start, if there is one and it came nearer to a state than
+        a push with this flow error, or the push has found one."""
+        stiffness = depth_stiffness(self._assemblage, 0.0)
+        springs = springs_of(self._assemblage, self._equilibrium, stiffness)
+        until = self._until(SHARES[1])
+        try:
+            end = follow(springs, self._equilibrium, self._associative, until, self._report)
+        except ConvergenceError:
+            return []
+        return [(STAGE, end.slip)] if end.left < max(flow, LIMITS["flow"]) else []
 
     def _push(self, name: str, power: float, share: float, most: float = np.inf) -> Push:
         stiffness = depth_stiffness(self._assemblage, power)
@@ -227,7 +245,7 @@ class _Search:
         )
 
     def _of_push(self, name: str, pushed: Push) -> SpaceState:
-        state = _state(name, self._assemblage, self._loads, pushed, pushed.velocities)
+        state = _state(name, self._assemblage, self._loads, pushed, pushed.velocities, self._equilibrium.torsion)
         if pushed.converged:
             return state
         why = f"not at rest after {pushed.seconds:.0f} s: λ {pushed.load_multiplier:.4f}, flow error {pushed.flow:.0e}"
@@ -249,7 +267,8 @@ class _Search:
         yield self._of_closed(f"highest from {name}", highest)
 
     def _of_closed(self, name: str, found: descent.Closed) -> SpaceState:
-        return _state(name, self._assemblage, self._loads, found.forces, found.mechanism.velocities)
+        velocities, torsion = found.mechanism.velocities, self._equilibrium.torsion
+        return _state(name, self._assemblage, self._loads, found.forces, velocities, torsion)
 
 
 def _state(
@@ -258,11 +277,12 @@ def _state(
     loads: SpaceLoads,
     found: ConicSolution | Push,
     free_velocities: FloatArray,
+    torsion: Torsion,
 ) -> SpaceState:
     """Return forces and velocities of the free blocks as a validated state."""
     velocities = np.zeros((len(assemblage.wall.blocks), 6))
     velocities[~assemblage.wall.fixed] = free_velocities
-    validation = validate(assemblage, loads, found.load_multiplier, found.forces, velocities)
+    validation = validate(assemblage, loads, found.load_multiplier, found.forces, velocities, torsion)
     complaints = ", ".join(validation.complaints)
     return SpaceState(name, found.load_multiplier, found.forces, velocities, validation, found.seconds, complaints)
 

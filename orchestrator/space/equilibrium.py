@@ -39,6 +39,7 @@ class SpaceEquilibrium:
     row_scale: FloatArray
     weight_scale: float
     length: float
+    torsion: Torsion = "corners"
 
     @property
     def live_total(self) -> float:
@@ -58,11 +59,7 @@ def equilibrium_of(assemblage: SpaceAssemblage, loads: SpaceLoads, torsion: Tors
     row[free] = np.arange(len(free))
     centroids, j = wall.centroids, joints.joint
     directions = np.concatenate([joints.normal[j][:, None], joints.tangents[j]], axis=1)  # (p, 3 of n t1 t2, 3)
-    place = np.repeat(joints.point[:, None], 3, axis=1)
-    if torsion == "uniform":
-        beta = torsion_factors(joints)[j, None, None]
-        centre = joints.centroid[j][:, None]
-        place[:, 1:] = centre + beta * (place[:, 1:] - centre)
+    place = joints.centroid[j][:, None] + arms(joints, torsion)
     parts = []
     for sign, blocks in ((-1.0, joints.block_i), (1.0, joints.block_j)):
         block = blocks[j]
@@ -80,7 +77,17 @@ def equilibrium_of(assemblage: SpaceAssemblage, loads: SpaceLoads, torsion: Tors
         row_scale=read_only(np.tile(np.repeat([1.0, 1.0 / length], 3), len(free))),
         weight_scale=float(weights.mean()),
         length=length,
+        torsion=torsion,
     )
+
+
+def arms(joints: Interfaces, torsion: Torsion) -> FloatArray:
+    """Return where N, T1, T2 of every point act (p, 3, 3), from the centroid of its joint, m."""
+    of = joints.joint
+    found = np.repeat((joints.point - joints.centroid[of])[:, None], 3, axis=1)
+    if torsion == "uniform":
+        found[:, 1:] *= torsion_factors(joints)[of, None, None]
+    return found
 
 
 def _matrix(parts: list[tuple[IntArray, FloatArray]], free: int) -> sp.csc_matrix:

@@ -39,7 +39,7 @@ RUBBING = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Point:
+class Point:
     """An iterate, all of it positive or inside its cone: N (p,) and shear T (p, 2) in mean block weights; gap, slack
     (p,), slip (p, 2); excess (p,), the lengthening of ties at their strength; lambda; displacements u (6m,)."""
 
@@ -52,13 +52,13 @@ class _Point:
     slack: FloatArray
     slip: FloatArray
 
-    def moved(self, part: float, way: _Point) -> _Point:
+    def moved(self, part: float, way: Point) -> Point:
         """Return the iterate a part of a way further."""
-        return _Point(*(getattr(self, name) + part * getattr(way, name) for name in _Point.__slots__))
+        return Point(*(getattr(self, name) + part * getattr(way, name) for name in Point.__slots__))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Products:
+class Products:
     """What tends to tau at every point: N gap and room x excess (p,); of the cones, first (p,) and other two (p, 2)."""
 
     normal: FloatArray
@@ -71,7 +71,7 @@ class _Products:
         return float(self.normal.sum() + self.tie.sum() + self.cone.sum())
 
 
-class _Step:
+class Step:
     """The equations of one step."""
 
     def __init__(self, springs: Springs, before: FloatArray, h: float) -> None:
@@ -81,7 +81,7 @@ class _Step:
         self.count = len(before) + int(self.rubs.sum()) + int(self.tied.sum())
         self.mu = np.where(self.rubs, springs.friction, 1.0)
 
-    def start(self, multiplier: float, displacements: FloatArray, tau: float) -> _Point:
+    def start(self, multiplier: float, displacements: FloatArray, tau: float) -> Point:
         """Return a point near the path of tau: normal forces on it, shear inside its limit."""
         springs, k = self.springs, self.springs.stiffness
         trial = self.before - k[:, None] * springs.contacts.rates(displacements)
@@ -91,45 +91,53 @@ class _Step:
         size = np.maximum(np.linalg.norm(trial[:, 1:], axis=1), 1e-300)
         shear = np.where(self.rubs[:, None], trial[:, 1:] * np.minimum(1.0, INSIDE * limit / size)[:, None], 0.0)
         inside = limit**2 - np.einsum("pi,pi->p", shear, shear)
-        excess = np.where(self.tied, tau / self._room(normal), 0.0)
-        return _Point(
+        excess = np.where(self.tied, tau / self.room(normal), 0.0)
+        return Point(
             multiplier, displacements, normal, shear, tau / normal, excess, tau * limit / inside,
             -(tau / inside)[:, None] * shear,
         )  # fmt: skip
 
-    def _room(self, normal: FloatArray) -> FloatArray:
+    def room(self, normal: FloatArray) -> FloatArray:
+        """Return how far ties (p,) are from their strength, mean block weights; 1 for other points."""
         return np.where(self.tied, np.where(self.tied, self.springs.capacity, 1.0) - normal, 1.0)
 
-    def products(self, at: _Point) -> _Products:
+    def products(self, at: Point) -> Products:
         """Return what tends to tau."""
         limit = self.mu * at.normal
         cone = limit * at.slack + np.einsum("pi,pi->p", at.shear, at.slip)
         turn = limit[:, None] * at.slip + at.slack[:, None] * at.shear
-        tie = np.where(self.tied, self._room(at.normal) * at.excess, 0.0)
-        return _Products(
+        tie = np.where(self.tied, self.room(at.normal) * at.excess, 0.0)
+        return Products(
             at.normal * at.gap, tie, np.where(self.rubs, cone, 0.0), np.where(self.rubs[:, None], turn, 0.0)
         )
 
-    def _where_rubbing(self, normal: FloatArray, tie: FloatArray, cone: FloatArray, turn: FloatArray) -> _Products:
-        return _Products(normal, tie, np.where(self.rubs, cone, 0.0), np.where(self.rubs[:, None], turn, 0.0))
+    def wanted(self, at: Point, tau: float, found: float = 1.0) -> Products:
+        """Return the changes that bring all products to tau (found 0: what tau itself wants)."""
+        products = self.products(at)
+        return Products(
+            tau - found * products.normal,
+            np.where(self.tied, tau - found * products.tie, 0.0),
+            np.where(self.rubs, tau - found * products.cone, 0.0),
+            -found * products.turn,
+        )
 
-    def forces(self, at: _Point) -> FloatArray:
+    def forces(self, at: Point) -> FloatArray:
         """Return forces (p, 3)."""
         return np.column_stack([at.normal, at.shear])
 
-    def unbalanced(self, at: _Point) -> FloatArray:
+    def unbalanced(self, at: Point) -> FloatArray:
         """Return what forces (6m,) are out of balance."""
         springs = self.springs
         return springs.contacts.sums(self.forces(at)) + at.multiplier * springs.live + springs.dead
 
-    def linearised(self, at: _Point) -> Callable[[_Products], _Point]:
+    def linearised(self, at: Point) -> Callable[[Products], Point]:
         """Return the way to go for changes of the products that are wanted. Raises RuntimeError where it is
         singular.
 
         With the rates dv of the way: dN = b (wanted - dv_N), then the slack and the shear from dN and dv_T.
         """
         springs, k, mu = self.springs, self.springs.stiffness, self.mu
-        limit, room = mu * at.normal, self._room(at.normal)
+        limit, room = mu * at.normal, self.room(at.normal)
         rates = springs.contacts.rates(at.displacements)
         compliance = 1.0 / k
         off_normal = rates[:, 0] + (at.normal - self.before[:, 0]) * compliance - at.gap + at.excess
@@ -153,7 +161,7 @@ class _Step:
         along = solve(springs.live)
         unbalanced, missing = self.unbalanced(at), self.h - float(springs.live @ at.displacements)
 
-        def way(wanted: _Products) -> _Point:
+        def way(wanted: Products) -> Point:
             normal = b * (wanted.normal / at.normal - wanted.tie / room - off_normal)
             cone = wanted.cone - np.einsum("pi,pi->p", at.shear, off_shear)
             turn = wanted.turn - limit[:, None] * off_shear
@@ -172,28 +180,28 @@ class _Step:
             d_gap = dv[:, 0] + d_normal * compliance + off_normal + d_excess
             d_slip = dv[:, 1:] + d_shear * compliance[:, None] + off_shear
             d_slack[~self.rubs], d_slip[~self.rubs] = 0.0, 0.0
-            return _Point(more, change, d_normal, d_shear, d_gap, d_excess, d_slack, d_slip)
+            return Point(more, change, d_normal, d_shear, d_gap, d_excess, d_slack, d_slip)
 
         return way
 
-    def length(self, at: _Point, way: _Point) -> float:
+    def length(self, at: Point, way: Point) -> float:
         """Return the part of a way to the nearest boundary, 1 at most."""
         parts = [_to_zero(at.normal, way.normal), _to_zero(at.gap, way.gap)]
         if self.tied.any():
-            room = self._room(at.normal)[self.tied]
+            room = self.room(at.normal)[self.tied]
             parts += [_to_zero(room, -way.normal[self.tied]), _to_zero(at.excess[self.tied], way.excess[self.tied])]
         r = self.rubs
         parts.append(_to_cone((self.mu * at.normal)[r], at.shear[r], (self.mu * way.normal)[r], way.shear[r]))
         parts.append(_to_cone(at.slack[r], at.slip[r], way.slack[r], way.slip[r]))
         return min(1.0, *parts)
 
-    def second_order(self, way: _Point) -> _Products:
+    def second_order(self, way: Point) -> Products:
         """Return the products of a way with itself."""
         limit = self.mu * way.normal
         cone = limit * way.slack + np.einsum("pi,pi->p", way.shear, way.slip)
         turn = limit[:, None] * way.slip + way.slack[:, None] * way.shear
         tie = np.where(self.tied, -way.normal * way.excess, 0.0)
-        return _Products(
+        return Products(
             way.normal * way.gap, tie, np.where(self.rubs, cone, 0.0), np.where(self.rubs[:, None], turn, 0.0)
         )
 
@@ -206,7 +214,7 @@ def interior_step(
 
     multiplier and displacements are where to begin. Where the way is lost what is left is infinite.
     """
-    step = _Step(springs, before, h)
+    step = Step(springs, before, h)
     at, stalls, taken = step.start(multiplier, displacements, h), 0, 0
     while taken < ITERATIONS and stalls < STALLS:
         taken += 1
@@ -221,21 +229,21 @@ def interior_step(
     return pushed, _left(step, at), taken
 
 
-def _left(step: _Step, at: _Point) -> float:
+def _left(step: Step, at: Point) -> float:
     left = step.products(at).total() / (step.h * max(abs(at.multiplier), 1e-3))
     return left if np.isfinite(left) else np.inf
 
 
-def _advanced(step: _Step, at: _Point) -> tuple[_Point, float]:
+def _advanced(step: Step, at: Point) -> tuple[Point, float]:
     """Return the next iterate and the part of the way that could be gone."""
     way_to, products = step.linearised(at), step.products(at)
     mean = products.total() / step.count
-    nothing = _wanted(step, products, 0.0)
+    nothing = step.wanted(at, 0.0)
     predictor = way_to(nothing)
     part = step.length(at, predictor)
     after = step.products(at.moved(part, predictor)).total() / step.count
     centring = max(float(np.clip(after / mean, 0.0, 1.0)) ** 3, 0.3 * (1.0 - part) ** 3)
-    wanted = _wanted(step, products, centring * mean)
+    wanted = step.wanted(at, centring * mean)
     if part > 0.1:  # the second order of a way that is hardly gone says nothing
         wanted = _less(wanted, step.second_order(predictor), part**2)
     way = way_to(wanted)
@@ -253,27 +261,17 @@ def _advanced(step: _Step, at: _Point) -> tuple[_Point, float]:
     return at.moved(part, way), part
 
 
-def _wanted(step: _Step, products: _Products, tau: float) -> _Products:
-    """Return the changes that bring all products to tau."""
-    return _Products(
-        tau - products.normal,
-        np.where(step.tied, tau - products.tie, 0.0),
-        np.where(step.rubs, tau - products.cone, 0.0),
-        -products.turn,
-    )
+def _less(one: Products, other: Products, part: float) -> Products:
+    return Products(*(getattr(one, name) - part * getattr(other, name) for name in Products.__slots__))
 
 
-def _less(one: _Products, other: _Products, part: float) -> _Products:
-    return _Products(*(getattr(one, name) - part * getattr(other, name) for name in _Products.__slots__))
-
-
-def _corrected(step: _Step, there: _Point, wanted: _Products, tau: float) -> _Products:
+def _corrected(step: Step, there: Point, wanted: Products, tau: float) -> Products:
     """Return what is wanted, and besides that products that would be far from tau at a point come nearer to it."""
     found = step.products(there)
     size = np.linalg.norm(found.turn, axis=1)
     low, high = _pull(found.cone - size, tau), _pull(found.cone + size, tau)  # the eigenvalues of the cones' products
     along = found.turn / np.maximum(size, 1e-300)[:, None]
-    return _Products(
+    return Products(
         wanted.normal + _pull(found.normal, tau),
         np.where(step.tied, wanted.tie + _pull(found.tie, tau), 0.0),
         np.where(step.rubs, wanted.cone + 0.5 * (low + high), 0.0),

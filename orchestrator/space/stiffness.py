@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.equilibrium import SpaceEquilibrium
+from orchestrator.space.equilibrium import SpaceEquilibrium, arms
 
 
 class ContactStiffness:
@@ -28,9 +28,9 @@ class ContactStiffness:
         self._B_T = self._B.T.tocsr()
         self._joint = joints.joint
         self._first = np.searchsorted(joints.joint, np.arange(joints.count))
-        arm = (joints.point - joints.centroid[joints.joint]) / equilibrium.length
+        arm = arms(joints, equilibrium.torsion) / equilibrium.length
         frame = np.concatenate([joints.normal[:, None], joints.tangents], axis=1)[joints.joint]
-        self._lever = np.concatenate([frame, np.cross(arm[:, None], frame)], axis=2)  # (p, 3, 6): twist -> rates
+        self._lever = np.concatenate([frame, np.cross(arm, frame)], axis=2)  # (p, 3, 6): twist -> rates
         row = np.full(len(assemblage.wall.blocks), -1)
         row[equilibrium.free_blocks] = np.arange(len(equilibrium.free_blocks))
         sides = (row[joints.block_i], row[joints.block_j])

@@ -1,7 +1,8 @@
 """Is this a limit state without dilation? Checked from geometry, forces and velocities alone: no matrix, no solver.
 
-Every force is applied to its two blocks at its point, every rate is taken from the blocks' velocities there; only loads
-and friction are shared with the programs that found the state. What has to hold at every point (Signorini, Coulomb):
+Every force is applied to its two blocks at its point (shear, under uniform torsion, nearer to the joint's centroid),
+every rate is taken from the blocks' velocities there; only loads, friction and torsion factors are shared with the
+programs that found the state. What has to hold at every point (Signorini, Coulomb):
 
     N >= 0,  v_N >= 0,  N v_N = 0,   |T| <= mu N,   T = -mu N v_T / |v_T| where it slides
 """
@@ -12,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.masonry.wall import FloatArray, IntArray
 from orchestrator.space.contacts import SpaceAssemblage
+from orchestrator.space.equilibrium import Torsion, torsion_factors
 from orchestrator.space.loads import SpaceLoads
 
 LIMITS = {
@@ -50,7 +52,12 @@ class Validation:
 
 
 def validate(
-    assemblage: SpaceAssemblage, loads: SpaceLoads, multiplier: float, forces: FloatArray, velocities: FloatArray
+    assemblage: SpaceAssemblage,
+    loads: SpaceLoads,
+    multiplier: float,
+    forces: FloatArray,
+    velocities: FloatArray,
+    torsion: Torsion = "corners",
 ) -> Validation:
     """Check forces (p, 3) in N (normal, two shears, on block j) with velocities (n, 6) of all blocks at unit live-load
     power, supports at rest."""
@@ -58,11 +65,15 @@ def validate(
     centroids = wall.centroids
     of = joints.joint
     i, j = joints.block_i[of], joints.block_j[of]
-    force = forces[:, :1] * joints.normal[of] + np.einsum("pk,pki->pi", forces[:, 1:], joints.tangents[of])
-    motion = _velocity(centroids, velocities, j, joints.point) - _velocity(wall.centroids, velocities, i, joints.point)
-    opening = np.einsum("pi,pi->p", motion, joints.normal[of])
-    slip = motion - opening[:, None] * joints.normal[of]
-    shear = force - forces[:, :1] * joints.normal[of]
+    sheared_at = joints.point
+    if torsion == "uniform":
+        factor = torsion_factors(joints)[of, None]
+        sheared_at = (1.0 - factor) * joints.centroid[of] + factor * joints.point
+    normal = joints.normal[of]
+    pressure, shear = forces[:, :1] * normal, np.einsum("pk,pki->pi", forces[:, 1:], joints.tangents[of])
+    opening = np.einsum("pi,pi->p", _relative(centroids, velocities, i, j, joints.point), normal)
+    slip = _relative(centroids, velocities, i, j, sheared_at)
+    slip -= np.einsum("pi,pi->p", slip, normal)[:, None] * normal
     limit = joints.friction[of] * np.maximum(forces[:, 0], 0.0)
     sliding, sheared = np.linalg.norm(slip, axis=1), np.linalg.norm(shear, axis=1)
     free = ~wall.fixed
@@ -80,7 +91,7 @@ def validate(
     )
     misdirected = np.maximum(limit * sliding + np.einsum("pi,pi->p", shear, slip), 0.0)
     return Validation(
-        equilibrium=_out_of_balance(assemblage, loads, multiplier, force),
+        equilibrium=_out_of_balance(assemblage, loads, multiplier, ((pressure, joints.point), (shear, sheared_at))),
         yield_excess=excess / float(wall.weights[free].mean()),
         flow=float(np.abs(forces[:, 0] * opening)[~yields].sum() + misdirected.sum()) / scale,
         interpenetration=float(-opening[~yields].min(initial=0.0)) / largest,
@@ -93,15 +104,26 @@ def _velocity(centroids: FloatArray, velocities: FloatArray, block: np.ndarray |
     return velocities[block, ..., :3] + np.cross(velocities[block, ..., 3:], point - centroids[block])
 
 
-def _out_of_balance(assemblage: SpaceAssemblage, loads: SpaceLoads, multiplier: float, force: FloatArray) -> float:
+def _relative(centroids: FloatArray, velocities: FloatArray, i: IntArray, j: IntArray, point: FloatArray) -> FloatArray:
+    """Velocities (p, 3) of points (p, 3) of blocks j relative to those of blocks i."""
+    return _velocity(centroids, velocities, j, point) - _velocity(centroids, velocities, i, point)
+
+
+def _out_of_balance(
+    assemblage: SpaceAssemblage,
+    loads: SpaceLoads,
+    multiplier: float,
+    forces: tuple[tuple[FloatArray, FloatArray], ...],
+) -> float:
     """Return the largest force, or moment over a block's size, that is missing on a free block, over the total
-    weight."""
+    weight. forces: pairs of forces (p, 3) in N and where they act (p, 3)."""
     wall, joints = assemblage.wall, assemblage.joints
     centroids = wall.centroids
     total = loads.dead + multiplier * loads.live
     for sign, block in ((-1.0, joints.block_i[joints.joint]), (1.0, joints.block_j[joints.joint])):
-        moment = np.cross(joints.point - centroids[block], force)
-        np.add.at(total, block, sign * np.hstack([force, moment]))
+        for force, place in forces:
+            moment = np.cross(place - centroids[block], force)
+            np.add.at(total, block, sign * np.hstack([force, moment]))
     free = ~wall.fixed
     sizes = np.array([block.shape.size for block in wall.blocks])[free]
     missing = max(np.abs(total[free, :3]).max(), (np.abs(total[free, 3:]) / sizes[:, None]).max())

@@ -168,7 +168,7 @@ def dxf_bytes(tmp_path_factory):
 
 def read_drawing(tmp_path, capsys, content):
     (tmp_path / "wall.dxf").write_bytes(content)
-    options = ["--thickness", "0.3", "--ground", "0.2", "--output", tmp_path / "out.json"]
+    options = ["--thickness", "0.3", "--ground", "0.2", "--output", tmp_path / "out.json", "--force"]
     return accepted_or_refused(capsys, tmp_path / "wall.dxf", "import", *options)
 
 
@@ -211,14 +211,14 @@ def test_row_notation_with_other_lines(tmp_path, capsys, data):
     for _ in range(data.draw(st.integers(1, 3))):
         lines[data.draw(st.integers(0, len(lines) - 1))] = data.draw(LINES)
     (tmp_path / "wall.txt").write_bytes("\n".join(lines).encode(errors="replace"))
-    accepted_or_refused(capsys, tmp_path / "wall.txt", "import", "--output", tmp_path / "out.json")
+    accepted_or_refused(capsys, tmp_path / "wall.txt", "import", "--output", tmp_path / "out.json", "--force")
 
 
 @generated
 @given(content=st.one_of(st.binary(max_size=200), garbled(ROWS.encode())))
 def test_row_notation_of_other_bytes(tmp_path, capsys, content):
     (tmp_path / "wall.txt").write_bytes(content)
-    accepted_or_refused(capsys, tmp_path / "wall.txt", "import", "--output", tmp_path / "out.json")
+    accepted_or_refused(capsys, tmp_path / "wall.txt", "import", "--output", tmp_path / "out.json", "--force")
 
 
 def test_the_undamaged_files_are_accepted(tmp_path, capsys, dxf_bytes):
@@ -227,7 +227,8 @@ def test_the_undamaged_files_are_accepted(tmp_path, capsys, dxf_bytes):
     (tmp_path / "case.toml").write_bytes(toml(case_file()))
     (tmp_path / "wall.txt").write_text(ROWS)
     assert accepted_or_refused(capsys, tmp_path / "case.toml", "check", "--output", tmp_path / "run") == 0
-    assert accepted_or_refused(capsys, tmp_path / "wall.txt", "import", "--output", tmp_path / "out.json") == 0
+    output = ["--output", tmp_path / "out.json", "--force"]
+    assert accepted_or_refused(capsys, tmp_path / "wall.txt", "import", *output) == 0
     assert read_drawing(tmp_path, capsys, dxf_bytes) == 0
 
 
@@ -242,7 +243,8 @@ def test_the_undamaged_files_are_accepted(tmp_path, capsys, dxf_bytes):
 def test_files_that_are_too_large_are_refused_unread(tmp_path, capsys, name, module, options):
     with (tmp_path / name).open("wb") as file:
         file.truncate(module.LARGEST_FILE + 1)
-    assert accepted_or_refused(capsys, tmp_path / name, "import", "--output", tmp_path / "out.json", *options) == 2
+    options = [*options, "--output", tmp_path / "out.json", "--force"]
+    assert accepted_or_refused(capsys, tmp_path / name, "import", *options) == 2
 
 
 def test_a_picture_that_is_too_large_is_refused_unread(tmp_path, capsys, monkeypatch):
@@ -250,7 +252,7 @@ def test_a_picture_that_is_too_large_is_refused_unread(tmp_path, capsys, monkeyp
 
     monkeypatch.setattr(pixels, "LARGEST_PICTURE", 99)
     Image.new("L", (10, 10)).save(tmp_path / "wall.png")
-    options = ["--thickness", "0.3", "--scale", "0.01", "--output", tmp_path / "out.json"]
+    options = ["--thickness", "0.3", "--scale", "0.01", "--output", tmp_path / "out.json", "--force"]
     assert accepted_or_refused(capsys, tmp_path / "wall.png", "import", *options) == 2
 
 

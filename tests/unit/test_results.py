@@ -6,6 +6,7 @@ import csv
 import hashlib
 import json
 import logging
+import sys
 from dataclasses import replace
 from math import inf, nan
 
@@ -384,7 +385,9 @@ def test_provenance_tells_command_versions_and_hashes_but_no_secrets(tmp_path, m
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     monkeypatch.setenv("MY_PASSWORD", "swordfish")
     told = "\n".join(results.provenance([file]))
-    assert "pytest" in told.splitlines()[0]
+    command = ["python", "-m", "orchestrator", "run", "my wall.toml"]
+    monkeypatch.setattr(sys, "orig_argv", command)
+    assert results.provenance([file])[0] == "command: python -m orchestrator run 'my wall.toml'"
     assert "OMP_NUM_THREADS=1" in told
     assert f"numpy {np.__version__}" in told
     digest = hashlib.sha256(b"name = 'x'").hexdigest()  # of the text above

@@ -296,7 +296,7 @@ def test_files_of_other_programs(name, blocks, supports, joints, tmp_path, capsy
     again = wall_from(json.loads(output.read_text()), "again")
     check_wall(again)
     assert find_joints(again).joints.count == joints
-    assert cli.main(["import", str(DATA / name), "--output", str(output)]) == 2
+    assert cli.main(["import", str(DATA / name), "--output", str(output), "--force"]) == 2
     assert "--unit: the file has no unit of length; give it, as in --unit mm" in capsys.readouterr().err
 
 

@@ -72,3 +72,16 @@ def twist(ratio: float, torsion: str) -> float:
     equilibrium = equilibrium_of(assemblage, SpaceLoads(loads.dead, couple, loads.direction), torsion)
     fields = {name: getattr(equilibrium, name) for name in equilibrium.__dataclass_fields__}
     return solve_associative(_Couple(**fields)).load_multiplier / (mu * assemblage.wall.weights[1] * short)
+
+
+WITHOUT_DILATION = [
+    (block_on_ground(0.4, 0.2, 1.0, 0.7), "+x", 0.4),
+    (block_on_ground(0.4, 0.2, 1.0, 0.7), (0.5, 0.75**0.5, 0.0), 0.230940),
+    (block_on_ground(1.0, 0.7, 0.1, 0.53), (0.6, 0.8, 0.0), 0.53),
+    (v_groove(np.radians(45), 0.5), "+y", 0.707107),
+    (v_groove(np.radians(60), 0.5), "+y", 0.577350),
+]
+"""wall, direction and multiplier: overturning x / (h cos psi), sliding mu, a groove mu / sin b.
+
+The associative multipliers of the grooves are 0.816497 and 0.603023.
+"""

@@ -51,6 +51,65 @@ def test_dead_load_with_inertia_pushes_where_it_stands():
     assert centroid == pytest.approx([b / h] * 3, abs=1e-6)
 
 
+@pytest.mark.parametrize("inertia", [False, True])
+@pytest.mark.parametrize("kind", ["point", "stretch"])
+def test_a_load_beside_the_middle_turns_a_block_about_its_toe(kind, inertia):
+    """A block b x h, W, with F on its top at x from its left end, a point load or q over 2e around x; rocking to +x:
+
+    W b/2 + F (b - x) = lambda (W h/2 + F h), the last term with inertia only.
+    """
+    b, h, F, x, e = 0.5, 1.0, 4e3, 0.125, 0.1
+    W, left = 20e3 * b * h, -b / 2
+    place = {"force": F, "at": (left + x, h)}
+    if kind == "stretch":
+        place = {"line_load": F / (2 * e), "stretch": (left + x - e, left + x + e)}
+    settings = LoadSettings(dead=(DeadLoad((1,), inertia=inertia, **place),))
+    turning = (W * b / 2 + F * (b - x)) / (W * h / 2 + inertia * F * h)
+    assert multipliers(tower(b, h, friction=3.0), settings) == pytest.approx([turning] * 3, abs=1e-6)
+
+
+def test_a_stretch_lies_on_the_parts_of_the_tops_it_covers():
+    """Four blocks of 0.5 m side by side at one level; q from 0.3 to 1.2 m lies on 0.2, 0.5 and 0.2 m of three."""
+    stones = [box(0.5 * k, 0.0, 0.5, 1.0) for k in range(4)]
+    wall, q = assemblage_of([FLOOR, *stones]).wall, 3e3
+    load = DeadLoad(level=1.0, line_load=q, stretch=(0.3, 1.2))
+    extra = loads_on(wall, LoadSettings(dead=(load,))).dead - loads_on(wall).dead
+    assert extra[:, 1] == pytest.approx([0.0, -q * 0.2, -q * 0.5, -q * 0.2, 0.0], abs=1e-9)
+    arms = [0.0, 0.4 - 0.25, 0.0, 1.1 - 1.25, 0.0]
+    assert extra[:, 2] == pytest.approx(np.array(arms) * extra[:, 1], abs=1e-9)
+    total = loads_on(wall, LoadSettings(dead=(replace(load, stretch=()),))).dead - loads_on(wall).dead
+    assert total[1:, 1] == pytest.approx([-q * 0.5] * 4)
+
+
+def test_a_stretch_on_a_slope_goes_by_its_horizontal_width():
+    """A gable from (0, 1) up to (1, 2) and down to (2, 1): q from 0.5 to 2 m, resultants q 0.5 at 0.75, q at 1.5 m."""
+    gable = np.array([[0, 0], [2, 0], [2, 1], [1, 2], [0, 1]], dtype=float)
+    wall, q = assemblage_of([FLOOR, gable]).wall, 2e3
+    loads = LoadSettings(dead=(DeadLoad((1,), line_load=q, stretch=(0.5, 9.0)),))
+    extra = (loads_on(wall, loads).dead - loads_on(wall).dead)[1]
+    assert extra == pytest.approx([0.0, -1.5 * q, -q * (0.5 * 0.75 + 1.0 * 1.5 - 1.5 * 1.0)])
+
+
+@pytest.mark.parametrize(
+    ("load", "key"),
+    [
+        (DeadLoad((1,), force=1.0, stretch=(0.0, 1.0)), "stretch"),
+        (DeadLoad((1,), line_load=1.0, stretch=(1.0, 0.0)), "stretch"),
+        (DeadLoad((1,), line_load=1.0, stretch=(0.1,)), "stretch"),
+        (DeadLoad((1,), line_load=1.0, stretch=(5.0, 6.0)), "stretch"),
+        (DeadLoad((1,), line_load=1.0, at=(0.0, 0.5)), "at"),
+        (DeadLoad((1,), force=1.0, at=(0.0,)), "at"),
+        (DeadLoad((1, 2), force=1.0, at=(0.0, 0.5)), "at"),
+        (DeadLoad(level=2.0, force=1.0, at=(0.0, 0.5)), "at"),
+        (DeadLoad((1,), force=1.0, at=(0.0, 1.001)), "at"),
+    ],
+)
+def test_places_that_are_none_are_refused(load, key):
+    with pytest.raises(CaseError) as refused:
+        loads_on(tower(0.5, 1.0, blocks=2).wall, LoadSettings(dead=(load,)))
+    assert refused.value.key == f"load.dead.0.{key}"
+
+
 def test_a_floor_rests_on_the_course_whose_tops_are_at_its_level():
     """Two towers of three blocks; a floor at 2h with inertia: each, b wide, turns about its toe, nothing slides.
 

@@ -55,6 +55,18 @@ def test_dead_load_against_overturning(large_displacement):
     assert pushed == pytest.approx((W + P) * b / (W * h + 2 * P * h), rel=5e-3)
 
 
+@pytest.mark.parametrize("kind", ["point", "stretch"])
+def test_a_load_beside_the_middle_turns_a_block_about_its_toe(kind):
+    """W b/2 + P (b - x) = lambda W h/2, P on the top at x from the left end."""
+    (b, h), x, e = TOWER, 0.1, 0.05
+    left = stack(TOWER, friction=5.0).blocks[1].polygon[:, 0].min()
+    place = {"force": P, "at": (left + x, h)}
+    if kind == "stretch":
+        place = {"line_load": P / (2 * e), "stretch": (left + x - e, left + x + e)}
+    held, _ = peak(TOWER, friction=5.0, loads=LoadSettings(dead=(DeadLoad((1,), **place),)))
+    assert held == pytest.approx((W * b / 2 + P * (b - x)) / (W * h / 2), rel=5e-3)
+
+
 @pytest.mark.parametrize("merged", [False, True])
 def test_a_floor_at_a_level_is_carried_and_pushed_where_it_rests(merged):
     """Two blocks, a floor between them (at h, with inertia): lambda (2 W h + P h) = (2 W + P) b/2."""
@@ -105,9 +117,16 @@ def test_resultant_and_moment_are_those_of_limit_analysis(macroblocks):
     """Wall 3 with every kind of load, each stone a body or all stones one body: force and moment about the origin."""
     wall = read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall3.json")
     free = [block.id for block in wall.blocks if not block.fixed]
+    outline = {block.id: block.polygon for block in wall.blocks}
+    left, right = outline[free[-1]][:, 0].min(), outline[free[-1]][:, 0].max()
     settings = LoadSettings(
         distribution="mass_height",
-        dead=(DeadLoad((free[-1],), line_load=2e3, inertia=True), DeadLoad((free[3], free[7]), force=300.0)),
+        dead=(
+            DeadLoad((free[-1],), line_load=2e3, inertia=True),
+            DeadLoad((free[3], free[7]), force=300.0),
+            DeadLoad((free[-1],), line_load=5e3, inertia=True, stretch=(left, 0.7 * left + 0.3 * right)),
+            DeadLoad((free[5],), force=700.0, inertia=True, at=tuple(outline[free[5]][2])),
+        ),
     )
     assemblage = assemblage_of(wall)
     fixed = np.array([block.fixed for block in wall.blocks])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
 from orchestrator.space.conic_program import gravity_forces
@@ -14,8 +15,9 @@ from orchestrator.space.interior_step import interior_step
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.polyhedra import box
 from orchestrator.space.springs import depth_stiffness, displaced, flow_error, springs_of
+from orchestrator.space.stiffness import ContactStiffness
 from orchestrator.space.ties import Tie, with_ties
-from tests.verification.space_walls import block_on_ground, v_groove, wall_of
+from tests.verification.space_walls import WITHOUT_DILATION, wall_of
 
 
 def problem(wall, direction, ties=()):
@@ -37,18 +39,8 @@ def leapt(springs, forces, lengths=(1.0, 30.0, 1e3, 3e4), goal=1e-9):
     return pushed, left
 
 
-@pytest.mark.parametrize(
-    ("wall", "direction", "expected"),
-    [
-        (block_on_ground(0.4, 0.2, 1.0, 0.7), "+x", 0.4),
-        (block_on_ground(0.4, 0.2, 1.0, 0.7), (0.5, 0.75**0.5, 0.0), 0.230940),
-        (block_on_ground(1.0, 0.7, 0.1, 0.53), (0.6, 0.8, 0.0), 0.53),
-        (v_groove(np.radians(45), 0.5), "+y", 0.707107),
-        (v_groove(np.radians(60), 0.5), "+y", 0.577350),
-    ],
-)
+@pytest.mark.parametrize(("wall", "direction", "expected"), WITHOUT_DILATION)
 def test_steps_that_grow_thirtyfold_end_at_the_limit_without_dilation(wall, direction, expected):
-    """Overturning x / (h cos psi), sliding mu, a groove mu / sin b: not the associative 0.816497 and 0.603023."""
     springs, forces, scale = problem(wall, direction)
     pushed, left = leapt(springs, forces)
     assert left < 1e-8
@@ -103,3 +95,16 @@ def test_leaps_end_in_the_state_that_steps_end_in(monkeypatch):
     assert found.headline is not None
     assert found.headline.load_multiplier == pytest.approx(0.3195, rel=5e-3)
     assert not found.headline.validation.complaints
+
+
+@pytest.mark.parametrize("torsion", ["corners", "uniform"])
+def test_the_stiffness_matrix_is_that_of_the_equilibrium_equations(torsion):
+    """B diag(k D) B^T, of any D, summed by joints and as the product of sparse matrices."""
+    assemblage = find_joints(u_wall(Plan(2, 1, 2), Stones()))
+    equilibrium = equilibrium_of(assemblage, loads_on(assemblage.wall, SpaceLoadSettings(direction="-y")), torsion)
+    generator, points = np.random.default_rng(1), len(equilibrium.friction)
+    tangent, stiffness = generator.normal(size=(points, 3, 3)), generator.random(points)
+    B = sp.diags(equilibrium.row_scale) @ equilibrium.matrix
+    expected = (B @ sp.block_diag(list(stiffness[:, None, None] * tangent)) @ B.T).toarray()
+    found = ContactStiffness(assemblage, equilibrium).matrix(stiffness, tangent).toarray()
+    assert found == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())

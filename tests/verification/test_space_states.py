@@ -114,6 +114,16 @@ def test_states_are_the_same_when_the_model_is_turned_mirrored_and_renumbered(fo
         assert analysis.range == pytest.approx(found["U"].range, rel=1e-4)
 
 
+def test_states_under_uniform_torsion(found):
+    """Shear acts nearer to the joints' centroids: the facade of the U-shaped wall turns without twisting and keeps its
+    value; where shear acts is part of equilibrium, and the validator sees it."""
+    analysis = states_of(u_wall(Plan(4, 2, 8), S), torsion="uniform", states="headline")
+    state = analysis.headline
+    assert state.load_multiplier == pytest.approx(found["U"].headline.load_multiplier, rel=1e-4)
+    at_corners = validate(analysis.assemblage, analysis.loads, state.load_multiplier, state.forces, state.velocities)
+    assert "equilibrium" in " ".join(at_corners.complaints)
+
+
 def test_the_validator_finds_what_is_wrong(found):
     """A state passes; the same with a force, a velocity or the multiplier changed, or associative flow, does not."""
     analysis = found["U"]

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from orchestrator.errors import CaseError
+from orchestrator.installed import refuse_missing
 from orchestrator.masonry.wall import read_only
 from orchestrator.outofplane.sources.material import SpaceMaterial, oriented
 from orchestrator.outofplane.sources.meshes import bodies_in
@@ -25,6 +26,7 @@ CURVED = 24
 def read_step(path: Path, length: float | None, material: SpaceMaterial) -> SpaceWall:
     """Return the wall in a STEP, BREP or IGES file. STEP and IGES have a unit, which gmsh turns into `length`'s: m
     where it is None. Raises CaseError."""
+    refuse_missing(f"import of {path.suffix} files", ("gmsh",))
     import gmsh
 
     blocks: list[SpaceBlock] = []

@@ -1,0 +1,46 @@
+"""A block slides off its shelf while the top of the wall stands still: the curve follows what moves.
+
+The block slides at the coefficient of friction, 0.4, until its weight and the live load, at half its height of 0.5 m,
+meet the edge of the shelf: 1.0 m - 0.4 x 0.25 m = 0.9 m from where it stood, forty-five times the final displacement of
+the top, which stands still. From there on it overturns. The column beside it would need 0.625.
+"""
+
+from __future__ import annotations
+
+import pytest
+from mpi4py import MPI
+
+from orchestrator.masonry.wall import Block, Wall
+from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
+from orchestrator.pushover.stepping import Pushover
+from tests.verification.pushover_chain import model_of, rectangle
+
+FRICTION, AT_THE_EDGE = 0.4, 0.9
+
+
+def shelf() -> Wall:
+    """A column behind a step, and a block of a quarter of the wall's mass on a shelf beside it."""
+    blocks = (
+        Block(0, rectangle(-1.0, -0.5, 3.0, 0.5), True, 25e3),
+        Block(1, rectangle(1.0, 0.0, 1.0, 0.4), True, 25e3),
+        Block(2, rectangle(0.0, 0.0, 1.0, 1.6), False, 25e3),
+        Block(3, rectangle(3.0, -0.5, 2.0, 0.5), True, 25e3),
+        Block(4, rectangle(3.5, 0.0, 1.0, 0.5), False, 25e3),
+    )
+    return Wall("shelf", blocks, 0.3, FRICTION)
+
+
+def test_a_block_slides_off_its_shelf_though_the_top_stands_still():
+    model = model_of(shelf(), mesh_size=0.5, large_displacement=True)
+    of_block = model.meshes.body_of_node == 1
+    with LinearSystem(model, MPI.COMM_SELF) as system:
+        rows = list(Pushover(model, system, NewtonSettings(), SteppingSettings()).increments())
+    driven = [row for row in rows if row.phase == "displacement" and not row.moving]
+    gone = [float(row.displacement[: len(of_block)][of_block, 0].mean()) for row in driven]
+    on_shelf = [row for row, x in zip(driven, gone, strict=True) if x < AT_THE_EDGE]
+    assert [row.load_multiplier for row in on_shelf] == pytest.approx([FRICTION] * len(on_shelf), rel=5e-3)
+    assert max(gone[: len(on_shelf)]) == pytest.approx(AT_THE_EDGE, abs=0.02)
+    assert len(on_shelf) < 60
+    assert rows[-1].base_shear < 0.8 * rows[-1].largest_base_shear
+    assert not rows[-1].moving

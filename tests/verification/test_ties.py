@@ -1,0 +1,132 @@
+"""Ties in limit analysis against the statics of blocks that slide or turn about a toe, written out by hand.
+
+A tie pulls with up to its strength T and never pushes. Blocks are b x h, of weight W, and the live load is lambda W.
+"""
+
+from __future__ import annotations
+
+import json
+from math import cos, radians, sin, tan
+
+import pytest
+
+from orchestrator import cli
+from orchestrator.errors import CaseError
+from orchestrator.limit_analysis import analyse
+from orchestrator.limit_analysis.ties import Tie, with_ties
+from tests.verification.limit_analysis_cases import assemblage_of, box
+
+B, H, Z = 0.5, 2.0, 1.5
+W = 20e3 * B * H
+FLOOR = box(-5.0, -0.5, 10.0, 0.5)
+
+
+def multiplier(assemblage, *ties, direction=1):
+    """Return the multiplier on which all rules agree (the ties and the toes have no friction to speak of)."""
+    found = analyse(with_ties(assemblage, ties), load_direction=direction)
+    assert found.headline is not found.associative
+    assert found.headline.power_residual < 1e-8
+    assert found.headline.load_multiplier == pytest.approx(found.associative.load_multiplier, rel=1e-6)
+    return found.headline.load_multiplier
+
+
+def block(friction=5.0):
+    return assemblage_of([FLOOR, box(0.0, 0.0, B, H)], friction=friction)
+
+
+@pytest.mark.parametrize("T", [0.2 * W, 1e-3 * W])
+def test_an_anchor_holds_a_block_back_with_its_strength(T):
+    """lambda W h/2 = W b/2 + T z; pushed towards the anchor the tie is slack, lambda = b/h."""
+    tie = Tie(blocks=(1,), start=(0.0, Z), end=(-3.0, Z), strength=T)
+    assert multiplier(block(), tie) == pytest.approx((W * B / 2 + T * Z) / (W * H / 2), rel=1e-6)
+    assert multiplier(block(), tie, direction=-1) == pytest.approx(B / H, rel=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [-40.0, 25.0])
+def test_an_inclined_anchor_has_the_arm_of_its_line(degrees):
+    """T pulls to the left at an angle above the horizontal from (0, z): its moment about the toe (b, 0) is
+    T (z cos a - b sin a)."""
+    a, T = radians(degrees), 0.1 * W
+    tie = Tie(blocks=(1,), start=(0.0, Z), end=(-2.0, Z + 2.0 * tan(a)), strength=T)
+    turning = (W * B / 2 + T * (Z * cos(a) - B * sin(a))) / (W * H / 2)
+    assert multiplier(block(), tie) == pytest.approx(turning, rel=1e-6)
+
+
+def test_an_anchor_of_a_sliding_block():
+    """lambda W = mu W + T, with the tie at the height of the centroid."""
+    mu, T = 0.1, 0.05 * W
+    tie = Tie(blocks=(1,), start=(0.0, H / 2), end=(-3.0, H / 2), strength=T)
+    assert multiplier(block(mu), tie) == pytest.approx(mu + T / W, rel=1e-6)
+
+
+@pytest.mark.parametrize(("T", "yields"), [(0.02 * W, True), (10 * W, False)])
+def test_a_tie_between_two_blocks_makes_one_hold_the_other(T, yields):
+    """A slender block 0 and a stocky one, 2 b wide, tied at z and pushed apart from each other's side (-x):
+
+    the slender one turns alone and the tie yields, lambda W h/2 = W b/2 + T z, or both turn, tied at one height,
+    lambda (W + 2 W) h/2 = W b/2 + 2 W b.
+    """
+    wall = assemblage_of([FLOOR, box(0.0, 0.0, B, H), box(2.0, 0.0, 2 * B, H)], friction=5.0)
+    tie = Tie(blocks=(1, 2), start=(B, Z), end=(2.0, Z), strength=T)
+    alone, together = (W * B / 2 + T * Z) / (W * H / 2), (W * B / 2 + 2 * W * B) / (1.5 * W * H)
+    assert (alone < together) is yields
+    assert multiplier(wall, tie, direction=-1) == pytest.approx(min(alone, together), rel=1e-5)
+    assert multiplier(wall, tie) == pytest.approx(B / H, rel=1e-6), "the slender one comes nearer: the tie is slack"
+
+
+def test_the_order_of_a_tie_s_ends_does_not_matter():
+    one = Tie(blocks=(1, 2), start=(B, Z), end=(2.0, Z), strength=0.02 * W)
+    other = Tie(blocks=(2, 1), start=(2.0, Z), end=(B, Z), strength=0.02 * W)
+    wall = assemblage_of([FLOOR, box(0.0, 0.0, B, H), box(2.0, 0.0, 2 * B, H)], friction=5.0)
+    assert multiplier(wall, one, direction=-1) == pytest.approx(multiplier(wall, other, direction=-1), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("given", "key"),
+    [
+        ({"blocks": (7,)}, "blocks"),
+        ({"blocks": (1, 1)}, "blocks"),
+        ({"blocks": (0,)}, "blocks"),
+        ({"blocks": (1, 0, 1)}, "blocks"),
+        ({"end": (0.0, Z)}, "end"),
+        ({"end": (0.0,)}, "end"),
+        ({"start": (0.6, Z)}, "start"),
+        ({"blocks": (1, 0)}, "end"),
+    ],
+)
+def test_a_tie_that_joins_nothing_is_refused(given, key):
+    tie = {"blocks": (1,), "start": (0.0, Z), "end": (-3.0, Z), "strength": 1e3} | given
+    with pytest.raises(CaseError) as refused:
+        with_ties(block(), [Tie(**tie)])
+    assert refused.value.key == f"reinforcement.ties.0.{key}"
+
+
+@pytest.fixture
+def tied(tmp_path):
+    outlines = {0: FLOOR, 1: box(0.0, 0.0, B, H)}
+    blocks = [{"id": n, "polygon": outline, "fixed": n == 0} for n, outline in outlines.items()]
+    record = {"name": "block", "units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 1.0}
+    (tmp_path / "wall.json").write_text(json.dumps(record | {"unit_weight": 20.0, "friction": 5.0, "blocks": blocks}))
+    (tmp_path / "case.toml").write_text(
+        "[wall]\nblocks = 'wall.json'\n[[reinforcement.ties]]\nblocks = [1]\n"
+        "start = ['0 m', '1.5 m']\nend = ['-3 m', '1.5 m']\nstrength = '4 kN'\n"
+    )
+    return tmp_path / "case.toml"
+
+
+def test_limit_and_check_take_ties(tied, capsys):
+    assert cli.main(["limit", str(tied), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["non_associative"]
+    assert found == pytest.approx((W * B / 2 + 4e3 * Z) / (W * H / 2), rel=1e-6)
+    assert cli.main(["check", str(tied), "--output", str(tied.parent / "look")]) == 0
+    assert (tied.parent / "look" / "figures" / "blocks.png").exists()
+    printed = capsys.readouterr().out
+    assert "tie 1: block 1 to an anchor at (-3, 1.5) m, 3 m long, yields at 4.000 kN" in printed
+    assert "segment, run, study and export take no ties yet" in printed
+
+
+@pytest.mark.parametrize("command", ["segment", "run", "study", "export"])
+def test_what_takes_no_ties_says_so(tied, tmp_path, monkeypatch, capsys, command):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main([command, str(tied)]) == 2
+    assert f"reinforcement.ties: {command} takes no ties yet; " in capsys.readouterr().err
