@@ -64,7 +64,7 @@ def analyse(
     logger.info("associative multiplier %.4f; loading from gravity", bound)
     met = None
     if not problem.friction.crushes.any():
-        met = loaded(problem, view.loads, optimum, settings.local_share)
+        met = loaded(problem, view.loads, optimum, settings.local_share, settings.path_blocks)
     path = None if met is None else met.state
     sequence, remarks = papers_value(problem, optimum, path, settings)
     other = others(problem, optimum, met, sequence, settings)
@@ -84,7 +84,7 @@ def analyse(
         lowest=other.lowest,
         highest=other.highest,
         local_failures=met.local_failures if met else (),
-        last_rest=met.path.last_rest if met else None,
+        last_rest=met.path.last_rest if met and not unloaded(met) else None,
         soft_from=met.path.soft_from if met else None,
         interval=met.spread if met else None,
         associative_left=bound_left(problem, met),
@@ -117,7 +117,9 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         stones = ", ".join(map(str, failure.stones))
         said.append(f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose")
     rest, state = met.path.last_rest, met.state
-    if state is None or not state.converged:
+    if state is not None and state.flow_rule == "smoothed":
+        said.append(f"the path was not followed to its end: state closed by smoothed conditions; {loaded_to(met)}")
+    elif state is None or not state.converged:
         creeps = "" if met.path.not_at_rest == inf else f" and not at {met.path.not_at_rest:.4f}"
         headline = "" if state is None else ": the headline is that rest"
         said.append(f"loading: at rest up to {rest:.4f}{creeps}, but no limit state was closed there{headline}")
@@ -125,9 +127,11 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
             above = met.path.not_at_rest
             upper = "the bound" if above == inf else f"{above:.4f}"
             said.append(f"given up for the number of blocks: between that rest and {upper} nothing is known")
-    if state is not None and not met.spread and state.load_multiplier < (1.0 - RELEASE) * rest:
+    if met.spread or state is None or state.flow_rule == "smoothed":
+        pass
+    elif state.load_multiplier < (1.0 - RELEASE) * rest:
         said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
-    if state is not None and not met.spread and state.load_multiplier > (1.0 + RELEASE) * rest:
+    elif state.load_multiplier > (1.0 + RELEASE) * rest:
         said.append(f"at rest up to {rest:.4f}; it moves far before it bears the {state.load_multiplier:.4f} found")
     if state is not None and state.converged and closes_joints(state):
         said.append("joints that had opened close in this state: it lasts until they have, and may bear more then")
@@ -137,6 +141,19 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         low, high = met.spread
         said.append(f"which state is met depends on the joints' stiffness, or on how it moves: {low:.4f} to {high:.4f}")
     return tuple(said)
+
+
+def unloaded(met: Loaded) -> bool:
+    """Whether a wall with a state was not loaded at all."""
+    return met.state is not None and not met.path.forces
+
+
+def loaded_to(met: Loaded) -> str:
+    """Return in words how far a wall was loaded towards a state found otherwise."""
+    if unloaded(met):
+        return "the wall was not loaded, for the number of blocks"
+    lost = met.path.not_at_rest
+    return f"at rest up to {met.path.last_rest:.4f}" + ("" if lost == inf else f", no rest found at {lost:.4f}")
 
 
 def closes_joints(state: LimitState) -> bool:

@@ -14,7 +14,7 @@ run (where arrays come to lie in memory), and a run must repeat itself.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -23,12 +23,14 @@ import numpy.typing as npt
 
 from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.joints import Assemblage
+from orchestrator.limit_analysis.direct_loading import agrees
 from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, Stiffness
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.gravity import associative_optimum, falling_blocks
+from orchestrator.limit_analysis.large_walls import large_path
 from orchestrator.limit_analysis.linear_program import LimitSolution
 from orchestrator.limit_analysis.loads import Loads
-from orchestrator.limit_analysis.path import LoadPath, agrees, load_path
+from orchestrator.limit_analysis.path import LoadPath, load_path
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.state import LimitState, LocalFailure
 from orchestrator.limit_analysis.yield_conditions import coulomb
@@ -42,6 +44,8 @@ MOST_LOCAL = 0.5
 """Share of the weight that may come loose before the wall is no longer looked for."""
 
 Chosen = npt.NDArray[np.bool_]
+Road = Callable[[Problem, LimitSolution], LoadPath | None]
+"""From a wall and its associative optimum to its path."""
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
@@ -71,15 +75,24 @@ class Loaded:
         return of_whole(state, whole, self.left)
 
 
-def loaded(problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float) -> Loaded | None:
-    """Load a wall along +x until it fails as a whole, with joints of both stiffnesses; None: no rest at first."""
-    first = peeled(problem, loads, optimum, local_share, STIFFNESSES[0])
+def loaded(
+    problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float, most_blocks: int
+) -> Loaded | None:
+    """Load a wall along +x until it fails as a whole, with joints of both stiffnesses; None: no rest at first.
+
+    A wall of more than `most_blocks` is not loaded to its end if it has a state of smoothed conditions.
+    """
+    if len(problem.equilibrium.free_blocks) > most_blocks:
+        large = peeled(problem, loads, optimum, local_share, large_path)
+        if large is not None:
+            return large
+    first = peeled(problem, loads, optimum, local_share, road(STIFFNESSES[0]))
     state = None if first is None else first.state
     if first is not None and state is not None:
         low, high = (1.0 - SPREAD) * state.load_multiplier, (1.0 + SPREAD) * state.load_multiplier
         if not state.converged or agrees(first.part, low, high, STIFFNESSES[1]):
             return first
-    found = [first, peeled(problem, loads, optimum, local_share, STIFFNESSES[1])]
+    found = [first, peeled(problem, loads, optimum, local_share, road(STIFFNESSES[1]))]
     return lower_of([one for one in found if one is not None and one.state is not None]) or found[0] or found[1]
 
 
@@ -95,10 +108,13 @@ def lower_of(found: Sequence[Loaded]) -> Loaded | None:
     return replace(found[int(np.argmin(multipliers))], spread=(low, high))
 
 
-def peeled(
-    problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float, stiffness: Stiffness
-) -> Loaded | None:
-    """Load a wall with joints of one stiffness, taking local failures away until what moves is the wall.
+def road(stiffness: Stiffness) -> Road:
+    """Return the path of walls whose joints have a stiffness."""
+    return lambda problem, optimum: load_path(problem, optimum.load_multiplier, stiffness)
+
+
+def peeled(problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float, road: Road) -> Loaded | None:
+    """Load a wall, taking local failures away until what moves is the wall.
 
     A wall that stones have left is loaded as if it had been drawn without them: in steps of its own associative
     optimum, which is its bound too.
@@ -113,7 +129,7 @@ def peeled(
             optimum = optimum if part is problem else associative_optimum(part)
         except (CaseError, ConvergenceError):  # what is left is wedged between supports
             return found
-        path = load_path(part, optimum.load_multiplier, stiffness)
+        path = road(part, optimum)
         if path is None or path.state is None:
             return found or (None if path is None else Loaded(None, path, tuple(failures), left, part, optimum))
         state = of_whole(path.state, whole, left)

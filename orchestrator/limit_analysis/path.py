@@ -46,8 +46,6 @@ REST = 1e-6
 GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-4, 1e4
 """Force per displacement, mean block weights over elastic displacement: where gravity and a load step begin, and where
 it is given up."""
-DIRECT, DIRECT_DRAG = (0.25, 0.5, 0.75, 1.0), 1e-5
-"""Loads at which joints of another stiffness are asked for a rest, parts of the last; the drag of these few steps."""
 SLOWER, FASTER = 4.0, ((11, 0.1), (13, 0.3))
 """Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
 MOTION, NEARLY, CLOSE = 1e-3, 1e-2, 1e-5
@@ -112,7 +110,7 @@ class _Moved:
     state: LimitState | None = None
 
 
-class _Loading:
+class Loading:
     """The motions of one wall and the factorisations that they have taken."""
 
     def __init__(self, problem: Problem, stiffness: Stiffness) -> None:
@@ -124,6 +122,11 @@ class _Loading:
         self.spent, self.most = 0, int(np.clip(BUDGET / blocks, SMALLEST_BUDGET, MOST_IN_ALL))
         self.at_gravity = undeformed(self.wall)
         self.elastic = np.inf  # live displacement of the first load step over its multiplier
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether no factorisations are left."""
+        return self.spent >= self.most
 
     def moved(self, position: Position) -> float:
         """Return the displacement along the live load since gravity."""
@@ -253,7 +256,7 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     under its dead load.
     """
     started = perf_counter()
-    loading = _Loading(problem, stiffness)
+    loading = Loading(problem, stiffness)
     scale, live = loading.wall.problem.per_multiplier, loading.wall.problem.live
     stands = loading.rest(undeformed(loading.wall), 0.0, GRAVITY_DRAG, GRAVITY_BUDGET)
     if not stands.rests:
@@ -267,7 +270,7 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     low, high, fine = 0.0, np.inf, FINE * associative
     enough = fine
     target = associative / STEPS
-    while high - low > enough and loading.spent < loading.most:
+    while high - low > enough and not loading.is_spent:
         found = loading.rest(position, scale * target, FIRST_DRAG, REST_BUDGET)
         if not found.rests:
             ended = loading.end(found, while_weaker=True)
@@ -311,7 +314,7 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
         factorisations=loading.spent,
         seconds=perf_counter() - started,
         not_at_rest=high,
-        given_up=loading.spent >= loading.most and high - low > enough,
+        given_up=loading.is_spent and high - low > enough,
     )
 
 
@@ -326,25 +329,3 @@ def load_below(multiplier: float, low: float, high: float, fine: float) -> float
     """Return the load just below what a motion led to, if between a rest and what did not rest; else their middle."""
     below = multiplier - 0.5 * fine
     return below if low < below < high - 0.25 * fine else 0.5 * (low + high)
-
-
-def agrees(problem: Problem, low: float, high: float, stiffness: Stiffness) -> bool:
-    """Whether joints of another stiffness rest at a multiplier and no longer at a higher one.
-
-    That is asked directly from gravity, without the path's small steps: the state itself depends on these in its third
-    or fourth digit. On doubt the answer is no, and the whole path is worth its time.
-    """
-    loading = _Loading(problem, stiffness)
-    scale = loading.wall.problem.per_multiplier
-    stands = loading.rest(undeformed(loading.wall), 0.0, GRAVITY_DRAG, GRAVITY_BUDGET)
-    if not stands.rests or low <= 0:
-        return False
-    loading.at_gravity = position = stands.position
-    for part in DIRECT:
-        below = loading.rest(position, scale * part * low, DIRECT_DRAG, REST_BUDGET)
-        if not below.rests:
-            return False
-        position = below.position
-        if part == DIRECT[0]:
-            loading.elastic = loading.moved(position) / (scale * part * low)
-    return not loading.rest(position, scale * high, DIRECT_DRAG, REST_BUDGET).rests

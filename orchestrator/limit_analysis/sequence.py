@@ -60,8 +60,11 @@ class LimitAnalysisSettings:
     """starts around the slips of the state met, in the search for the lowest and the highest state"""
     search_blocks: Annotated[int, Ge(0)] = 300
     """larger walls are not searched, and the paper's sequence begins at the state that loading meets"""
-    sequence_blocks: Annotated[int, Ge(0)] = 2000
-    """larger walls have no value of the paper's sequence: it takes longer than that and does not settle"""
+    sequence_blocks: Annotated[int, Ge(0)] = 500
+    """larger walls have no value of the paper's sequence: begun at a state it takes longer than that state did and does
+    not settle (997 blocks)"""
+    path_blocks: Annotated[int, Ge(0)] = 500
+    """larger walls are not loaded to their end: their state is one of smoothed conditions, where there is one"""
     local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
     """a mechanism that moves less than this part of the weight is a local failure: its stones are taken away, and the
     wall goes on to its own state; 0 stops at the first mechanism, however small"""

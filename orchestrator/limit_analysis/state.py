@@ -12,7 +12,7 @@ from orchestrator.masonry.wall import FloatArray, read_only
 
 BoolArray = npt.NDArray[np.bool_]
 Scale = Literal["unit_power", "unit_displacement"]
-FlowRule = Literal["associative", "sequence", "path", "last_rest", "descent"]
+FlowRule = Literal["associative", "sequence", "path", "last_rest", "smoothed", "descent"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
