@@ -20,7 +20,7 @@ from orchestrator.limit_analysis.loading import SPREAD, Loaded, loaded
 from orchestrator.limit_analysis.loads import Loads
 from orchestrator.limit_analysis.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.search import closed_state, is_reached, states_around, touched
+from orchestrator.limit_analysis.search import closed_state, closing_state, is_reached, states_around, touched
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
@@ -35,6 +35,13 @@ SHORT = 6
 RELEASE, SOFT_END = 0.01, 0.02
 """Part of the multiplier by which a state may lie below the last rest without a remark; and up to which below the last
 rest displacements may be large: they are, next to any limit state."""
+
+CLOSED_BY = {
+    "smoothed": "smoothed conditions",
+    "descent": "two programs from the mechanism at its last rest",
+    "sequence": "the paper's sequence",
+}
+"""How a state was closed that the path itself did not come to."""
 
 
 def analyse(
@@ -71,6 +78,8 @@ def analyse(
     if met is not None and other.passed is not None and met.state is not None:
         high = max((met.state.load_multiplier, *(met.spread or ())))
         met = replace(met, state=other.passed, spread=(other.passed.load_multiplier, high))
+    if met is not None and other.closes is not None:
+        met = replace(met, state=other.closes)
     answer = LimitAnalysis(
         load_direction=1,
         weight=problem.equilibrium.total_weight,
@@ -117,8 +126,9 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         stones = ", ".join(map(str, failure.stones))
         said.append(f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose")
     rest, state = met.path.last_rest, met.state
-    if state is not None and state.flow_rule == "smoothed":
-        said.append(f"the path was not followed to its end: state closed by smoothed conditions; {loaded_to(met)}")
+    if state is not None and state.flow_rule in CLOSED_BY:
+        how = CLOSED_BY[state.flow_rule]
+        said.append(f"the path was not followed to its end: state closed by {how}; {loaded_to(met)}")
     elif state is None or not state.converged:
         creeps = "" if met.path.not_at_rest == inf else f" and not at {met.path.not_at_rest:.4f}"
         headline = "" if state is None else ": the headline is that rest"
@@ -127,7 +137,7 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
             above = met.path.not_at_rest
             upper = "the bound" if above == inf else f"{above:.4f}"
             said.append(f"given up for the number of blocks: between that rest and {upper} nothing is known")
-    if met.spread or state is None or state.flow_rule == "smoothed":
+    if met.spread or state is None or state.flow_rule in CLOSED_BY:
         pass
     elif state.load_multiplier < (1.0 - RELEASE) * rest:
         said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
@@ -204,11 +214,13 @@ def sequence_state(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Others:
-    """Other states found: the lowest and the highest that loading could reach, and one that it passes on its way."""
+    """Other states found: the lowest and the highest that loading could reach; one that it passes on its way; and where
+    it closed none, one that closes its last rest."""
 
     lowest: LimitState | None
     highest: float | None
     passed: LimitState | None
+    closes: LimitState | None
 
 
 def others(
@@ -234,13 +246,16 @@ def others(
         ends = states_around(part, slips, settings.search_slips if known else 0)
     states = [closed_state(part, end) for end in ends] + ([sequence] if sequence and part is problem else [])
     states = [state for state in states if is_reached(part, state, forces) and not part.complaints(state)]
-    passed = None
+    passed = closes = None
     if met is not None and path is not None and path.converged:
         passed = touched(part, states, met.path, (1.0 - SPREAD) * path.load_multiplier)
         states.append(path)
+    elif met is not None and path is not None:
+        closes = closing_state(part, states, path, SPREAD)
     lowest = min(states, key=lambda state: state.load_multiplier, default=None)
     highest = max((state.load_multiplier for state in states), default=None)
     if met is not None and path is not None:
         lowest = lowest and met.of_whole(lowest, problem.assemblage)
         passed = passed and met.of_whole(replace(passed, flow_rule="path"), problem.assemblage)
-    return Others(lowest, highest, passed)
+        closes = closes and met.of_whole(closes, problem.assemblage)
+    return Others(lowest, highest, passed, closes)

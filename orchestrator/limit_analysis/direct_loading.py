@@ -16,9 +16,9 @@ from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.state import LimitState
 from orchestrator.masonry.wall import read_only
 
-PARTS, TOWARDS, DRAG = (0.25, 0.5, 0.75, 1.0), (0.5, 0.9, 1.0), 1e-5
+PARTS, TOWARDS, DRAG, PATIENCE = (0.25, 0.5, 0.75, 1.0), (0.5, 0.9, 1.0), 1e-5, 2 * REST_BUDGET
 """Loads at which a rest is asked for, parts of the last: with joints of another stiffness, and towards a state that is
-known; the drag of these few steps."""
+known; the drag of these few steps, and their factorisations at most."""
 BUDGET, WORTH = 350_000, 80
 """Factorisations times blocks that are spent on the way to a state that is known: about what the state itself took
 (997 blocks, 3.5 s); and fewest factorisations that lead anywhere, gravity and one load."""
@@ -34,7 +34,7 @@ def agrees(problem: Problem, low: float, high: float, stiffness: Stiffness) -> b
     if len(rests) <= len(PARTS):
         return False
     scale = loading.wall.problem.per_multiplier
-    return not loading.rest(rests[-1], scale * high, DRAG, REST_BUDGET).rests
+    return not loading.rest(rests[-1], scale * high, DRAG, PATIENCE).rests
 
 
 def as_far_as(problem: Problem, multiplier: float, state: LimitState) -> LoadPath:
@@ -71,7 +71,7 @@ def _rests(loading: Loading, multiplier: float, parts: Sequence[float]) -> list[
     rests = [stands.position] if stands.rests else []
     loading.at_gravity = stands.position
     for part in parts if rests else ():
-        found = loading.rest(rests[-1], scale * part * multiplier, DRAG, REST_BUDGET)
+        found = loading.rest(rests[-1], scale * part * multiplier, DRAG, PATIENCE)
         if not found.rests:
             break
         rests.append(found.position)

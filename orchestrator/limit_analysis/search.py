@@ -71,6 +71,15 @@ def touched(problem: Problem, states: Sequence[LimitState], path: LoadPath, belo
     return min(met, key=lambda state: state.load_multiplier, default=None)
 
 
+def closing_state(problem: Problem, states: Sequence[LimitState], last: LimitState, near: float) -> LimitState | None:
+    """Return the state whose mechanism is nearest to the one about to begin at the last rest of a path, or None.
+
+    last: forces of that rest. Only states whose multiplier is its own to a part `near`.
+    """
+    found = [each for each in states if abs(each.load_multiplier - last.load_multiplier) <= near * last.load_multiplier]
+    return min(found, key=lambda state: reach(problem, state, last.joint_forces), default=None)
+
+
 def closed_state(problem: Problem, closed: ClosedState) -> LimitState:
     """Return a state of the search; its records are the two programs that closed it."""
     solved = (record_of(closed.forces, 0.0), record_of(closed.mechanism, 0.0))
