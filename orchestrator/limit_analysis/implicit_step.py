@@ -138,11 +138,8 @@ class _Inside:
 
     def part_to_bound(self, along: _Inside, short: float) -> float:
         """Return the part of the way, at most 1, that keeps everything positive; `short` of it where it is shorter."""
-        values = np.concatenate([self.strength, self.apart])
-        changes = np.concatenate([along.strength, along.apart])
-        falls = changes < 0
-        largest = float(np.min(-values[falls] / changes[falls], initial=np.inf))
-        return 1.0 if largest >= 1.0 else short * largest
+        fastest = max(float((-along.strength / self.strength).max()), float((-along.apart / self.apart).max()))
+        return 1.0 if fastest <= 1.0 else short / fastest
 
 
 def _first_inside(wall: ElasticWall, before: Position, task: Task, expected: float) -> _Inside:

@@ -112,11 +112,19 @@ def _settings(record: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, s
             yield f"{prefix}{key}", ", ".join(map(str, value)) or "none" if isinstance(value, list) else str(value)
 
 
+HEADLINES = {
+    "smoothed": "non-associative, of smoothed conditions",
+    "descent": "non-associative, beside the last rest",
+    "sequence": "non-associative, beside the last rest",
+}
+"""Names of headlines that loading itself did not come to."""
+
+
 def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
     names = {
         "associative": "associative (upper bound)",
         "associative_left": "associative, without loose stones",
-        "path": "non-associative, met by loading",
+        "path": HEADLINES.get(run.analysis.headline.flow_rule, "non-associative, met by loading"),
         "sequence": "non-associative, the paper's value",
         "lowest": "lowest state found",
     }
