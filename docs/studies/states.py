@@ -1,9 +1,9 @@
-"""Headline of limit analysis against the peak of micro-FE: walls of robustness.py both ways, and of any_wall.py.
+"""Headline of limit analysis against the peak of micro-FE: walls of robustness.py both ways, and of path.py.
 
     python docs/studies/states.py [number of walls]
 
 writes states.csv and states.md (after states_head.md) beside this file. Peaks are read from robustness.csv and
-any_wall.csv, where they were computed.
+path.csv, where they were computed.
 """
 
 from __future__ import annotations
@@ -13,15 +13,12 @@ import sys
 from collections.abc import Iterator
 from itertools import chain, islice
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from time import process_time
 
 import numpy as np
-from any_wall import ERRORS, _read, wall_of
+import path
 from robustness import WALLS
 
-from orchestrator import case as cases
-from orchestrator import driver
 from orchestrator.joints import Assemblage, JointSettings, find_joints
 from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.analysis import closes_joints
@@ -71,26 +68,33 @@ def summarised(rows: list[dict[str, object]]) -> str:
 
 
 def random_walls() -> Iterator[tuple[str, Assemblage, int, float]]:
-    """Yield name, assemblage, direction and micro-FE's peak of the walls of robustness.py."""
+    """Yield name, assemblage, direction and micro-FE's peak of the walls of robustness.py.
+
+    The peak is that of path.csv where the wall was pushed again with the path as it is.
+    """
     with (FOLDER / "robustness.csv").open() as file:
-        peaks = {(row["seed"], row["direction"]): float(row["peak multiplier"]) for row in csv.DictReader(file)}
-    for pattern in WALLS:
-        for direction in (1, -1):
+        before = {(row["seed"], row["direction"]): float(row["peak multiplier"]) for row in csv.DictReader(file)}
+    again = peaks_of_path()
+    for number, pattern in enumerate(WALLS):
+        for turn, direction in enumerate((1, -1)):
             assemblage = find_joints(irregular_courses(pattern), JointSettings())
-            yield f"random {pattern.seed}", assemblage, direction, peaks[str(pattern.seed), f"{direction:+d}"]
+            peak = again.get(2 * number + turn, before[str(pattern.seed), f"{direction:+d}"])
+            yield f"random {pattern.seed}", assemblage, direction, peak
 
 
 def drawn_walls() -> Iterator[tuple[str, Assemblage, int, float]]:
-    """Yield the same of the walls of any_wall.py that were pushed stone by stone, imported from the same drawings."""
-    with (FOLDER / "any_wall.csv").open() as file:
-        rows = [row for row in csv.DictReader(file) if row["micro_peak"]]
-    for row in rows:
-        number = int(row["wall"])
-        family, wall = wall_of(number)
-        with TemporaryDirectory() as folder:
-            _read(wall, ERRORS[number % len(ERRORS)], Path(folder), number)
-            assemblage = driver.check(cases.read(Path(folder) / "wall.json"))
-        yield f"{family} {number}", assemblage, 1, float(row["micro_peak"])
+    """Yield the same of the walls of path.py that were pushed so far and are no random walls."""
+    for run, peak in peaks_of_path().items():
+        if run >= 2 * len(WALLS):
+            family, wall = path.wall_of(run // 2)
+            yield f"{family} {run}", find_joints(wall, JointSettings()), 1 - 2 * (run % 2), peak
+
+
+def peaks_of_path() -> dict[int, float]:
+    """Return the peaks of path.csv by the number of the run, without curves that were left before their end."""
+    with (FOLDER / "path.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if not row["ended"].startswith(("left", "STOPPED"))]
+    return {int(row["run"]): float(row["peak"]) for row in sorted(rows, key=lambda row: int(row["run"]))}
 
 
 def main() -> None:

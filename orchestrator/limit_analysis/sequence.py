@@ -56,7 +56,7 @@ class LimitAnalysisSettings:
     """linear programs with the last seed at least"""
     maximum_iterations: Annotated[int, Ge(2)] = 60
     """linear programs a seed at most"""
-    search_slips: Annotated[int, Ge(0)] = 10
+    search_slips: Annotated[int, Ge(0)] = 5
     """starts around the slips of the state met, in the search for the lowest and the highest state"""
     search_blocks: Annotated[int, Ge(0)] = 300
     """larger walls are not searched, and the paper's sequence begins at the state that loading meets"""

@@ -42,3 +42,18 @@ def test_mirrored_irregular_wall_has_the_same_headline_and_range(seed, friction)
     there, behind = analyse(wall), analyse(mirrored(wall), load_direction=-1)
     assert behind.headline.load_multiplier == pytest.approx(there.headline.load_multiplier, abs=1e-6)
     assert behind.non_associative_range == pytest.approx(there.non_associative_range, abs=1e-5)
+
+
+def test_a_last_rest_is_closed_by_a_valid_state_beside_it_and_the_answer_says_so():
+    """Random wall 5 of docs/studies, to the left: the whole wall slides at mu = 0.5, and the path creeps there."""
+    pattern = IrregularCourses(2.0, 1.2, widths=(0.2, 0.4), heights=(0.15, 0.2), friction=0.5, seed=5)
+    wall = find_joints(irregular_courses(pattern), JointSettings())
+    found = analyse(wall, load_direction=-1)
+    state = found.headline
+    assert state is found.path
+    assert state.converged
+    assert validate(wall, assemble_equilibrium(wall, -1), coulomb(wall), state).complaints == ()
+    assert state.load_multiplier == pytest.approx(0.5, rel=1e-6)
+    assert found.last_rest == pytest.approx(0.5, rel=0.01)
+    assert state.flow_rule == "descent"
+    assert any(remark.startswith("the path was not followed to its end: state closed by ") for remark in found.remarks)
