@@ -7,10 +7,8 @@ state within a margin of micro limit analysis; then bodies that are not needed f
 other. One body is never taken: it can only slide or overturn on its support.
 
 The state that is kept is the headline: the one that loading meets, and finite elements with it. It is looked for on the
-bodies by a descent from the slips it had (lower_states), which costs a few milliseconds. Bodies that have it must fail
-there too: loaded from gravity on elastic joints they rest below it, less the margin, and no longer above it, plus the
-margin (merged_path). Stones that come loose before stay bodies of their own; bodies are chosen for the wall without
-them.
+bodies by a descent from the slips it had (lower_states), which costs a few milliseconds. Stones that come loose before
+stay bodies of their own; bodies are chosen for the wall without them.
 """
 
 from __future__ import annotations
@@ -19,7 +17,7 @@ import heapq
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, reduce
+from functools import reduce
 
 import numpy as np
 
@@ -31,7 +29,6 @@ from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.loading import joints_left, part_of
 from orchestrator.limit_analysis.lower_states import BALANCE, TwoPrograms, descent
 from orchestrator.limit_analysis.merged_blocks import merged_problem
-from orchestrator.limit_analysis.merged_path import bodies_fail_between
 from orchestrator.macroblocks import MacroblockSettings, Partition, merged, partition_of
 from orchestrator.masonry.wall import FloatArray, IntArray
 
@@ -187,10 +184,8 @@ def chosen(assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads
         logger.info("macroblocks: trying %d bodies", partition.count)
         return kept_multiplier(assemblage, analysis, state, partition, margin, loads)
 
-    fails_alike = _failure(assemblage, analysis, margin, loads)
-
     def keeps(partition: Partition) -> bool:
-        return partition.count > 1 and kept(partition) is not None and fails_alike(partition)
+        return partition.count > 1 and kept(partition) is not None
 
     partition = _coarsest([partition_of(assemblage, g) for g in hierarchy(assemblage, mechanisms)][::-1], keeps)
     partition = _joined_while(keeps, partition, assemblage, mechanisms)
@@ -198,30 +193,6 @@ def chosen(assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads
     words = "not found" if found is None else f"{found:.4f} (every stone {state.load_multiplier:.4f})"
     said = f"chosen automatically: multiplier as rigid bodies {words}, margin {margin:.3g}"
     return replace(partition, remarks=(said, *partition.remarks))
-
-
-def _failure(
-    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads: Loads | None
-) -> Callable[[Partition], bool]:
-    """Return the question whether loading meets the bodies' failure where it meets that of every stone.
-
-    The answer is always yes where every stone, loaded in the same large steps, does not fail there either, and where
-    the wall was not loaded.
-    """
-    state, rest = analysis.headline, analysis.last_rest
-    if analysis.path is None or not rest:
-        return lambda partition: True
-    found = (state.load_multiplier, rest, *(analysis.interval or ()))
-    low, high = (1.0 - margin) * min(found), (1.0 + margin) * max(found)
-
-    def between(body_of_block: IntArray) -> bool:
-        return bodies_fail_between(assemblage, body_of_block, analysis.load_direction, low, high, loads)
-
-    @cache
-    def is_told() -> bool:
-        return between(np.arange(len(assemblage.wall.blocks)))
-
-    return lambda partition: between(partition.body_of_block) or not is_told()
 
 
 def _chosen_without_loose_stones(

@@ -59,10 +59,15 @@ def summarised(rows: list[dict[str, object]]) -> str:
     off = np.array([float(str(row["headline"])) / float(str(row["micro-FE"])) - 1 for row in rows])
     with_value = [row for row in rows if row["the paper's value"]]
     paper = np.array([float(str(r["the paper's value"])) / float(str(r["micro-FE"])) - 1 for r in with_value])
-    return (
+    said = (
         f"Of {len(rows)} analyses {np.sum(np.abs(off) <= NEAR)} have a headline within {NEAR:.1%} of micro-FE and "
         f"{np.sum(off > ABOVE)} one more than {ABOVE:.0%} above it; the highest is {off.max():+.1%}, the lowest "
-        f"{off.min():+.1%}, the mean distance {np.abs(off).mean():.1%}. The paper's value exists for {len(paper)}: "
+        f"{off.min():+.1%}, the mean distance {np.abs(off).mean():.1%}. The paper's value exists for {len(paper)}"
+    )
+    if not len(paper):
+        return f"{said}."
+    return (
+        f"{said}: "
         f"{np.sum(np.abs(paper) <= NEAR)} within {NEAR:.1%}, highest {paper.max():+.1%}, lowest {paper.min():+.1%}."
     )
 

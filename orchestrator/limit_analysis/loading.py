@@ -178,21 +178,11 @@ def _standing(problem: Problem, loads: Loads, left: Chosen) -> tuple[Problem, Ch
 
 def part_of(assemblage: Assemblage, left: Chosen) -> Assemblage:
     """Return the assemblage of the blocks left (n,) and the joints between them."""
-    found, number = with_joints(assemblage, joints_left(assemblage, left)), np.cumsum(left) - 1
-    return replace(
-        found,
-        wall=replace(assemblage.wall, blocks=tuple(b for b, k in zip(assemblage.wall.blocks, left, strict=True) if k)),
-        block_i=read_only(number[found.block_i], np.int64),
-        block_j=read_only(number[found.block_j], np.int64),
-    )
-
-
-def with_joints(assemblage: Assemblage, joints: Chosen) -> Assemblage:
-    """Return the assemblage of the same blocks with the chosen joints (k,) alone."""
+    joints, number = joints_left(assemblage, left), np.cumsum(left) - 1
     return Assemblage(
-        wall=assemblage.wall,
-        block_i=read_only(assemblage.block_i[joints], np.int64),
-        block_j=read_only(assemblage.block_j[joints], np.int64),
+        wall=replace(assemblage.wall, blocks=tuple(b for b, k in zip(assemblage.wall.blocks, left, strict=True) if k)),
+        block_i=read_only(number[assemblage.block_i[joints]], np.int64),
+        block_j=read_only(number[assemblage.block_j[joints]], np.int64),
         start=read_only(assemblage.start[joints]),
         end=read_only(assemblage.end[joints]),
         friction=read_only(assemblage.friction[joints]),

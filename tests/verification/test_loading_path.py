@@ -16,7 +16,6 @@ from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, elastic_wal
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.gravity import problem_of
 from orchestrator.limit_analysis.implicit_step import INTERIOR_STEPS, Task, implicit_step, interior_step, newton_step
-from orchestrator.limit_analysis.merged_path import bodies_fail_between
 from orchestrator.limit_analysis.path import load_path
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import coulomb
@@ -244,18 +243,3 @@ def test_a_wall_that_hangs_by_friction_has_no_path():
     found = answers("keystone_wall_13x9")
     assert found.path is None
     assert "loading: no state of rest under the dead load was found" in found.remarks
-
-
-def test_bodies_fail_where_their_stones_do_only_if_nothing_that_moves_is_held():
-    """A slender stone tips at 0.25 on a stack that tips at 0.5: loose it does, held to the stack both tip higher."""
-    wall = loose_top()
-    stones = len(wall.wall.blocks)
-    tipping, stack = np.arange(stones), np.arange(stones)
-    tipping[1:-1] = 1  # the stack is one body, the stone on it another
-    stack[1:] = 1
-    stack[0] = tipping[0] = stones
-    assert bodies_fail_between(wall, tipping, 1, 0.2475, 0.2525)
-    assert not bodies_fail_between(wall, stack, 1, 0.2475, 0.2525)
-    weights, heights = np.array([2.0, 0.06 * 0.24]), np.array([1.0, 2.12])
-    overturning = 0.5 * weights.sum() / (weights @ heights)
-    assert bodies_fail_between(wall, stack, 1, 0.99 * overturning, 1.01 * overturning)
