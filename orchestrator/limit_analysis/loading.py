@@ -5,8 +5,8 @@ and their live load, for they lie on the ground; so are stones that then fall. W
 (Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
 
 Joints have two stiffnesses in turn. A state that is a property of the wall is the same with both; where the multipliers
-differ by more than SPREAD their interval is the answer, and the lower one is the headline. The second need not walk up
-the whole path to show that: it is asked for rest SPREAD below what the first met and for none SPREAD above (`agrees`),
+differ by more than SPREAD their interval is the answer, and the lower limit state is the headline. The second need not
+walk up the whole path to show that: it is asked for rest SPREAD below what the first met and for none SPREAD above (`agrees`),
 and walks only if it answers otherwise. Where the first closed no state the bracket of its rests is the answer, and
 the second is not asked. They take turns: in two threads at a time last digits differ from run to
 run (where arrays come to lie in memory), and a run must repeat itself.
@@ -99,13 +99,19 @@ def loaded(
 def lower_of(found: Sequence[Loaded]) -> Loaded | None:
     """Return the lower of two answers with the interval of both; where they are one to SPREAD, the one that is closed.
 
-    An answer that no limit state closed counts with its last rest: it stands there, and nobody knows how much further.
+    A limit state counts before a last rest that none closed, however low: the wall stands there, and nobody knows how
+    much further. The interval has that rest as its end.
     """
     multipliers = [one.state.load_multiplier for one in found if one.state is not None]
     low, high = min(multipliers, default=0.0), max(multipliers, default=0.0)
     if high - low <= SPREAD * abs(low):
         return max(found, key=lambda one: one.state is not None and one.state.converged, default=None)
-    return replace(found[int(np.argmin(multipliers))], spread=(low, high))
+
+    def rank(one: Loaded) -> tuple[bool, float]:
+        assert one.state is not None
+        return not one.state.converged, one.state.load_multiplier
+
+    return replace(min(found, key=rank), spread=(low, high))
 
 
 def road(stiffness: Stiffness) -> Road:

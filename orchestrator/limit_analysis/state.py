@@ -114,7 +114,8 @@ class LimitAnalysis:
     of the wall without these stones, None where there are none. sequence: the paper's value, of the wall as drawn.
     lowest, highest: multipliers of states found that loading could reach, without these stones too.
     interval: where the state met depends by more than 1 % on the stiffness of joints, or loading passes a limit state
-    and finds rest beyond it: lowest and highest multiplier; the headline is the lowest then.
+    and finds rest beyond it: lowest and highest multiplier; the headline is the lower state then. The lowest may be a
+    rest beyond which a path with joints of that stiffness found neither rest nor state.
     last_rest: the last load at which the wall was found at rest; soft_from: that from which on it moves so far that
     geometry decides, or None.
     """

@@ -5,17 +5,19 @@ The elastic answer before anything slides is computed here by another road: a de
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, radians, sin
 
 import numpy as np
 import pytest
 
 from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse, loads_on
 from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, elastic_wall, tried, undeformed
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.gravity import problem_of
+from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
 from orchestrator.limit_analysis.implicit_step import INTERIOR_STEPS, Task, implicit_step, interior_step, newton_step
+from orchestrator.limit_analysis.loading import loaded, lower_of
 from orchestrator.limit_analysis.path import load_path
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import coulomb
@@ -243,3 +245,16 @@ def test_a_wall_that_hangs_by_friction_has_no_path():
     found = answers("keystone_wall_13x9")
     assert found.path is None
     assert "loading: no state of rest under the dead load was found" in found.remarks
+
+
+def test_a_limit_state_counts_before_a_lower_rest_that_none_closed():
+    """Both in the interval; of two states the lower counts."""
+    tower = problem_of(case("tower_5_blocks"))
+    closed = loaded(tower, loads_on(case("tower_5_blocks").wall), associative_optimum(tower), 0.05, 500)
+    multiplier = closed.state.load_multiplier
+    lower = replace(closed, state=replace(closed.state, load_multiplier=0.5 * multiplier))
+    rest = replace(lower, state=replace(lower.state, converged=False))
+    for found in ([closed, rest], [rest, closed]):
+        assert lower_of(found).state.load_multiplier == multiplier
+        assert lower_of(found).spread == (0.5 * multiplier, multiplier)
+    assert lower_of([closed, lower]).state.load_multiplier == 0.5 * multiplier
