@@ -7,9 +7,9 @@ and their live load, for they lie on the ground; so are stones that then fall. W
 Joints have two stiffnesses in turn. A state that is a property of the wall is the same with both; where the multipliers
 differ by more than SPREAD their interval is the answer, and the lower limit state is the headline. The second need not
 walk up the whole path to show that: it is asked for rest SPREAD below what the first met and for none SPREAD above
-(`agrees`), and walks only if it answers otherwise. Where the first closed no state the bracket of its rests is the answer, and
-the second is not asked. They take turns: in two threads at a time last digits differ from run to
-run (where arrays come to lie in memory), and a run must repeat itself.
+(`agrees`), and walks only if it answers otherwise. Where the first closed no state the bracket of its rests is the
+answer, and the second is not asked. They take turns: in two threads at a time last digits differ from run to run (where
+arrays come to lie in memory), and a run must repeat itself.
 """
 
 from __future__ import annotations
