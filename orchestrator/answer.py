@@ -12,13 +12,15 @@ ALIKE = 1e-4
 
 def answer_of_limit(analysis: LimitAnalysis) -> str:
     """Return the sentence on a limit analysis: the multiplier that counts, its base shear, and how sure it is."""
-    state, bound = analysis.headline, analysis.associative.load_multiplier
+    state, bound = analysis.headline, analysis.bound.load_multiplier
     multiplier = state.load_multiplier
     counts = f"λ = {multiplier:.5f} counts ({state.flow_rule.replace('_', ' ')}): "
     shear = f"base shear {multiplier * analysis.horizontal_load / 1e3:.4f} kN, "
     if state is analysis.associative:
         return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."
     why = "a collapse state with friction that does not dilate; "
+    if not state.converged:
+        why = "the wall was found at rest there, and no collapse state was closed; "
     found = analysis.non_associative_range or (multiplier, multiplier)
     low = min(found[0], analysis.lowest.load_multiplier if analysis.lowest else found[0])
     high = found[1]

@@ -8,7 +8,7 @@ With t the displacement of block i or j evaluated at their joint and C their cen
 Distances of criterion (4) where a centre is not a point, defined once:
 
     two blocks at rest: 0;  one at rest, one moving: infinite;
-    two in translations of one direction: 0 (one centre at infinity);  of different directions: infinite;
+    two in translations of one velocity: 0;  of different velocities, of one direction too: infinite;
     one in translation, one rotating: infinite.
 
 At rest means slower than 1e-6 of the fastest block; in translation means that the centre is more than 1e6 wall lengths
@@ -37,8 +37,9 @@ from orchestrator.units import Unit
 
 NOISE = 1e-9
 """relative displacements below this part of the largest displacement are noise of the linear program"""
-SAME_DIRECTION = 1e-3
-"""angle between two translations that counts as none, rad"""
+SAME_VELOCITY = 1e-3
+"""difference of two translations, part of the faster, that counts as none: courses that slide over each other at
+different speeds have one centre at infinity, but are no body"""
 
 
 TOLERANCES = ("normal", "tangential", "rotation", "centre_distance")
@@ -50,8 +51,7 @@ class MacroblockSettings:
     """Tolerances of criteria (3) and (4); `inf` means no condition. Velocities are the mechanism's in `scale`."""
 
     choose: Literal["tolerances", "automatic"] = "automatic"
-    """automatic: fewest bodies found that keep micro-LA's headline and lowest state; a case file that names a tolerance
-    means tolerances"""
+    """automatic: fewest bodies found that keep micro-LA's headline; a case that names a tolerance means tolerances"""
     margin: Annotated[float, Gt(0), Le(1)] = 0.01
     """of the automatic choice: how far the multipliers of the rigid macroblocks may be from micro-LA's, part of them"""
     scale: Scale = "unit_displacement"
@@ -138,10 +138,10 @@ def _within_criterion_4(assemblage: Assemblage, velocities: FloatArray, largest:
 
 
 def _alike(first: FloatArray, second: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return where two translations (k, 2) have one direction, to `SAME_DIRECTION`."""
-    size = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
-    cross = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-    return (np.sum(first * second, axis=1) > 0) & (np.abs(cross) <= SAME_DIRECTION * size)
+    """Return where two translations (k, 2) have one velocity, to `SAME_VELOCITY`."""
+    faster = np.maximum(np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1))
+    same: npt.NDArray[np.bool_] = np.linalg.norm(first - second, axis=1) <= SAME_VELOCITY * faster
+    return same
 
 
 def _refuse_noise(settings: MacroblockSettings, mechanism: Mechanism) -> None:

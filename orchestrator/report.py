@@ -46,9 +46,10 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     return the pictures."""
     results.write_forces(figures.parent, assemblage, analysis.headline)
     results.write_text(figures.parent / "mechanism.dxf", plots.mechanism_dxf(assemblage, analysis.headline))
-    figure = plots.mechanism(
-        assemblage, analysis.headline, analysis.load_direction, case.load.inclination, f"λ × {case.load.name}"
-    )
+    loose = {stone for failure in analysis.local_failures for stone in failure.stones}
+    live = f"λ × {case.load.name}"
+    inclination = case.load.inclination
+    figure = plots.mechanism(assemblage, analysis.headline, analysis.load_direction, inclination, live, loose=loose)
     return plots.save(figure, figures, "mechanism")
 
 

@@ -39,11 +39,12 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
     )
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    path, left = analysis.path, analysis.associative_left
     names = {
-        "associative": analysis.associative,
-        "sequence": analysis.sequence,
-        "dilation shift": analysis.dilation_shift,
-        "complementarity": analysis.complementarity,
+        "associative, a bound": analysis.associative,
+        **({"bound without loose stones": left} if left else {}),
+        "met by loading" if path is None or path.converged else "last rest (no state)": path,
+        "the paper's value": analysis.sequence,
         "lowest found": analysis.lowest,
     }
     for name, state in names.items():

@@ -24,7 +24,7 @@ from orchestrator.results import write_text
 
 SEEDS = (1, 2, 3, 4, 5)
 HEADS = (
-    "seed", "stones", "associative", "sequence", "dilation shift", "non-associative range", "bodies chosen",
+    "seed", "stones", "associative", "sequence", "met by loading", "non-associative range", "bodies chosen",
     "FE peak, every stone", "of the bodies", "ratio",
 )  # fmt: skip
 
@@ -37,7 +37,7 @@ def row(seed: int, push: bool) -> list[str]:
     partition = chosen(assemblage, analysis, MARGINS[0])
     settled = [
         f"{state.load_multiplier:.4f}" if state is not None and state.converged else "not settled"
-        for state in (analysis.sequence, analysis.dilation_shift)
+        for state in (analysis.sequence, analysis.path)
     ]
     least, largest = analysis.non_associative_range or (analysis.headline.load_multiplier,) * 2
     stones = sum(not block.fixed for block in assemblage.wall.blocks)

@@ -45,7 +45,7 @@ PUBLISHED = {
 RANDOM_WALLS = 50
 MEAN_STONE = 0.19 * 0.11
 """m2, of the default pattern"""
-STATES = ("sequence", "dilation_shift", "complementarity", "lowest")
+STATES = ("sequence", "path", "lowest")
 
 
 def random_wall(seed: int) -> Wall:
@@ -87,15 +87,14 @@ def row(name: str, wall: Wall, direction: int) -> dict[str, object]:
         behind = analyse(find_joints(mirrored(wall), JointSettings()), load_direction=-direction)
     except (CaseError, ConvergenceError) as error:
         return {**start, "remark": str(error).split(":", 1)[1][:60].strip()}
-    if found.non_associative_range is None and found.dilation_shift is not None:
-        found = replace(found, remarks=(falls_alone(assemblage, direction, found.dilation_shift),))
+    if found.non_associative_range is None:
+        found = replace(found, remarks=(falls_alone(assemblage, direction, found.associative),))
     complaints = [text for state in STATES for text in invalid(assemblage, direction, state, getattr(found, state))]
     return {
         **start,
         "associative": shown(found.associative),
         "sequence": shown(found.sequence),
-        "shift": shown(found.dilation_shift),
-        "complementarity": shown(found.complementarity),
+        "met by loading": shown(found.path),
         "lowest found": shown(found.lowest),
         "published": PUBLISHED.get(name, ""),
         "headline": found.headline.flow_rule.replace("_", " "),
@@ -137,7 +136,7 @@ def falls_alone(assemblage: Assemblage, direction: int, state: LimitState) -> st
 
 def states_of(found: LimitAnalysis) -> list[LimitState]:
     """Return the states that have programs of their own."""
-    states = (found.associative, found.sequence, found.dilation_shift, found.complementarity)
+    states = (found.associative, found.sequence, found.path)
     return [state for state in states if state is not None]
 
 

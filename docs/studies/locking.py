@@ -34,9 +34,8 @@ FINE, COARSE = 2.5e-7, 1e-6
 
 
 def multipliers(assemblage: Assemblage, partition: Partition) -> list[str]:
-    """Return number of bodies and the three multipliers of them as rigid ones."""
-    rules = ("associative", "sequence", "dilation_shift")
-    found = [merged_multiplier(assemblage, partition.body_of_block, 1, rule) for rule in rules]  # type: ignore[arg-type]
+    """Return number of bodies and both multipliers of them as rigid ones."""
+    found = [merged_multiplier(assemblage, partition.body_of_block, 1, rule) for rule in ("associative", "sequence")]
     return [str(partition.count), *("not settled" if value is None else f"{value:.4f}" for value in found)]
 
 
@@ -85,9 +84,7 @@ def main() -> None:
         for name, partition in ((f"tol_n {FINE:g}", fine), (f"tol_n {COARSE:g}", coarse), split[0])
     ]
     page = (FOLDER / "locking_head.md").read_text()
-    page = page.replace(
-        "{{rigid}}", markdown(["taken apart", "bodies", "associative", "sequence", "dilation shift"], rows)
-    )
+    page = page.replace("{{rigid}}", markdown(["taken apart", "bodies", "associative", "sequence"], rows))
     write_text(FOLDER / "locking.md", page.replace("{{pushed}}", markdown(["bodies of", "bodies", "FE peak"], pushes)))
 
 

@@ -75,8 +75,12 @@ def wall_of(number: int) -> tuple[str, Wall]:
 
 def pushed(run: int) -> dict[str, Any]:
     """Return the row of one pushover: pair of walls run // 2, along +x or -x."""
-    began, direction = process_time(), 1 - 2 * (run % 2)
-    family, wall = wall_of(run // 2)
+    return {"run": run} | pushed_wall(*wall_of(run // 2), 1 - 2 * (run % 2))
+
+
+def pushed_wall(family: str, wall: Wall, direction: int, limit: float = LIMIT) -> dict[str, Any]:
+    """Return the row of a wall pushed along +x (1) or -x (-1), left after `limit` s of CPU time."""
+    began = process_time()
     assemblage = find_joints(wall, JointSettings())
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(), None)
@@ -89,8 +93,8 @@ def pushed(run: int) -> dict[str, Any]:
         with LinearSystem(model, MPI.COMM_SELF) as system:
             for increment in Pushover(model, system, NewtonSettings(), stepping, expected).increments():
                 kept.append(increment)
-                if process_time() - began > LIMIT:
-                    ended = f"left after {LIMIT:g} s"
+                if process_time() - began > limit:
+                    ended = f"left after {limit:g} s"
                     break
                 ended = end_of_curve(increment, stepping) or ended
     except CollapseError as error:
@@ -100,7 +104,6 @@ def pushed(run: int) -> dict[str, Any]:
     effort = effort_of(kept, model.body_names, model.body_mass)
     lateral = [increment for increment in kept if increment.phase != "gravity"]
     return {
-        "run": run,
         "family": family,
         "direction": "+x" if direction > 0 else "-x",
         "stones": model.bodies,

@@ -4,7 +4,7 @@
     python docs/studies/table1.py [STUDY FOLDER OF BENCHMARK 1] [OF BENCHMARK 2]
 
 Reads table.csv and the runs' macroblocks.json of each folder (default: results/table1, results/benchmark2), computes
-the multiplier of the macroblocks as rigid bodies by the sequence and by the dilation shift, and copies the figures to
+the multiplier of the macroblocks as rigid bodies by the sequence, and copies the figures to
 docs/figures. The table of macroblocks that choose themselves comes from tolerances.csv beside this file. The words
 around the tables are written by hand: read them again when a number changes.
 """
@@ -28,7 +28,7 @@ FOLDER = Path(__file__).parent
 PROJECT = FOLDER.parents[1]
 COLUMNS = (
     "tol_n", "tol_D, mm", "bodies", "of micro", "joints", "peak multiplier", "of micro",
-    "as rigid bodies: sequence / shift", "stiffness, kN/mm", "of micro", "time, s", "of micro",
+    "as rigid bodies: sequence", "stiffness, kN/mm", "of micro", "time, s", "of micro",
 )  # fmt: skip
 STUDIES = {"table1": "benchmark1", "benchmark2": "benchmark2"}
 """folder of the study and name of its tables and figures -> case file in templates"""
@@ -127,7 +127,7 @@ def _row(record: dict[str, str], rigid: str) -> list[str]:
 
 
 def rigid_multipliers(folder: Path, name: str) -> Callable[[str], str]:
-    """Return what gives "sequence / shift" for a run of the study of templates/NAME.toml, each run once."""
+    """Return what gives "sequence" for a run of the study of templates/NAME.toml, each run once."""
     case = read_case(PROJECT / "templates" / f"{name}.toml")
     assemblage = find_joints(read_wall(case), case.joints)
 
@@ -140,9 +140,8 @@ def rigid_multipliers(folder: Path, name: str) -> Callable[[str], str]:
 
 def _multipliers(assemblage: Assemblage, file: Path, direction: int) -> Iterator[str]:
     bodies = np.array([entry["body"] for entry in json.loads(file.read_text())["body_of_block"]])
-    for rule in ("sequence", "dilation_shift"):
-        found = merged_multiplier(assemblage, bodies, direction, rule)  # type: ignore[arg-type]
-        yield "not settled" if found is None else f"{found:.4f}"
+    found = merged_multiplier(assemblage, bodies, direction, "sequence")
+    yield "not settled" if found is None else f"{found:.4f}"
 
 
 def copy_figures(folder: Path, name: str, page: str) -> None:

@@ -4,11 +4,11 @@
 
 writes tolerances.csv and tolerances.md (tolerances_head.md with the tables put in) beside this file: walls of Ferris
 and Tin-Loi, benchmarks 1 and 2, five random walls. The multiplier of the macroblocks as rigid bodies is that of the
-full sequence of limit analysis; its excess over micro-LA's is what merging costs rigid bodies; "shift" is the state of
-the same bodies that the dilation shift finds. Every partition is then pushed (20 mm of the top, defaults of the case
-file, large displacements), a run is left after LIMIT s. Times are CPU seconds of one rank: of choosing, without the
-limit analysis of every stone before it, and of the finite elements. A run is kept in results/tolerances as soon as it
-is done and not run again: delete that folder when the mechanics change.
+full sequence of limit analysis; its excess over micro-LA's is what merging costs rigid bodies. Every partition is then
+pushed (20 mm of the top, defaults of the case file, large displacements), a run is left after LIMIT s.
+Times are CPU seconds of one rank: of choosing, without the limit analysis of every stone before it, and of the finite
+elements. A run is kept in results/tolerances as soon as it is done and not run again: delete that folder when the
+mechanics change.
 """
 
 from __future__ import annotations
@@ -67,11 +67,11 @@ LIMIT = 240.0
 """CPU seconds of a pushover; micro-FE of benchmark 2 takes 50"""
 COLUMNS = (
     "wall", "stones", "joints_of_wall", "macroblocks", "bodies", "joints", "contacts",
-    "micro_LA", "micro_LA_range", "rigid_sequence", "rigid_shift", "peak", "peak_mm", "peak_over_micro",
+    "micro_LA", "micro_LA_range", "rigid_sequence", "peak", "peak_mm", "peak_over_micro",
     "contacts_over_micro", "choosing_s", "FE_s", "time_over_micro", "micro_LA_s", "end",
 )  # fmt: skip
 HEADS = (
-    "wall", "macroblocks", "bodies", "joints", "contacts", "as rigid bodies: sequence / shift", "FE peak",
+    "wall", "macroblocks", "bodies", "joints", "contacts", "as rigid bodies: sequence", "FE peak",
     "of micro-FE", "choosing, s", "FE, s", "time of micro-FE",
 )  # fmt: skip
 HEADS_WORST = (
@@ -141,9 +141,7 @@ def rows_of(name: str, wall: Wall) -> Iterator[dict[str, Any]]:
     for macroblocks, partition, choosing in partitions(assemblage, analysis):
         found = pushed(assemblage, partition)
         reference = reference or found
-        rigid, shift = (
-            merged_multiplier(assemblage, partition.body_of_block, 1, rule) for rule in ("sequence", "dilation_shift")
-        )
+        rigid = merged_multiplier(assemblage, partition.body_of_block, 1, "sequence")
         yield {
             "wall": name,
             "stones": sum(not block.fixed for block in wall.blocks),
@@ -155,7 +153,6 @@ def rows_of(name: str, wall: Wall) -> Iterator[dict[str, Any]]:
             "micro_LA": micro.load_multiplier,
             "micro_LA_range": f"{least:.4f}-{largest:.4f}",
             "rigid_sequence": "" if rigid is None else rigid,
-            "rigid_shift": "" if shift is None else shift,
             "peak": found["peak_N"] / analysis.weight,
             "peak_mm": found["peak_mm"],
             "peak_over_micro": found["peak_N"] / reference["peak_N"],
@@ -194,8 +191,7 @@ def worst(rows: list[dict[str, Any]]) -> list[list[str]]:
 
 def line(row: dict[str, Any]) -> list[str]:
     """Return a row of the table of all walls."""
-    found = (row["rigid_sequence"], row["rigid_shift"])
-    rigid = " / ".join("not settled" if multiplier == "" else f"{multiplier:.4f}" for multiplier in found)
+    rigid = "not settled" if row["rigid_sequence"] == "" else f"{row['rigid_sequence']:.4f}"
     return [
         row["wall"],
         row["macroblocks"],

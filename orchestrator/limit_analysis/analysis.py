@@ -1,52 +1,47 @@
 """Micro limit analysis of an assemblage: all answers for one load direction, each with its checks.
 
-Does it stand (gravity check)? - associative optimum of Eq. (1) - the paper's sequence, Eq. (2) - the dilation shift -
-the complementarity program - a search for lower states from all of these.
+Does it stand (gravity check)? - associative optimum of Eq. (1), a bound - the state that loading from gravity meets,
+the headline - the paper's sequence, Eq. (2) - the lowest and highest other states found.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from math import inf
 from time import perf_counter
 
 from orchestrator.errors import ConvergenceError
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.dilation_shift import run_dilation_shift
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.gravity import associative_optimum, refuse_what_falls
 from orchestrator.limit_analysis.linear_program import LimitSolution
+from orchestrator.limit_analysis.loading import SPREAD, Loaded, loaded
 from orchestrator.limit_analysis.loads import Loads
-from orchestrator.limit_analysis.lower_states import (
-    CLOSE_FACE_WEIGHT,
-    FACE_WEIGHT,
-    ClosedState,
-    TwoPrograms,
-    closing,
-    descent,
-)
+from orchestrator.limit_analysis.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.scattered_starts import scattered_starts, scattered_states
-from orchestrator.limit_analysis.search import Search, closed_state, has_complementarity_program, lowest_valid
+from orchestrator.limit_analysis.search import closed_state, closing_state, is_reached, states_around, touched
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
+from orchestrator.limit_analysis.validation import LIMITS
 from orchestrator.limit_analysis.yield_conditions import coulomb
 
 logger = logging.getLogger(__name__)
 
-FACE_BALANCE = 1e-5
-"""Power that may be out of balance at the upper end of the range that goes with the shift's mechanism: the end moves
-by up to 2e-6 with the mechanism's rounding (wall 3: 1e-6 out of balance at 0.40265)."""
 SHORT = 6
-"""Programs at most of a sequence or shift that begins at a state of the complementarity program."""
-NEARLY = 1e-2
-"""Largest power out of balance of forces and mechanism that are shown, as not converged, where there is no state."""
-LEFT_OUT = "sequence and dilation shift left out for so many blocks"
-NOTHING_BALANCES = "no non-associative solution found: complementarity program: no forces and mechanism that balance"
+"""Programs at most of a sequence that begins at the state that loading meets."""
+RELEASE, SOFT_END = 0.01, 0.02
+"""Part of the multiplier by which a state may lie below the last rest without a remark; and up to which below the last
+rest displacements may be large: they are, next to any limit state."""
+
+CLOSED_BY = {
+    "smoothed": "smoothed conditions",
+    "descent": "two programs from the mechanism at its last rest",
+    "sequence": "the paper's sequence",
+}
+"""How a state was closed that the path itself did not come to."""
 
 
 def analyse(
@@ -73,95 +68,128 @@ def analyse(
     logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
     bound = optimum.load_multiplier
-    logger.info("associative multiplier %.4f; looking for states without dilation", bound)
-    search = Search(problem, settings)
-    if len(equilibrium.free_blocks) > settings.search_blocks:
-        search.run(optimum)
-        sequence, shift, remarks = of_large_wall(problem, optimum, search, settings)
-        candidates = search.passed
-    else:
-        sequence, shift, remarks, candidates = of_small_wall(problem, optimum, search, settings)
-    found = search.first
-    lowest_state = lowest_valid(problem, candidates)
-    complementarity = found and closed_state(problem, *found)
-    if lowest_state is None and not any(state.converged for state in (sequence, shift) if state is not None):
-        complementarity, remark = nearest_state(problem, candidates)
-        remarks += remark
+    logger.info("associative multiplier %.4f; loading from gravity", bound)
+    met = None
+    if not problem.friction.crushes.any():
+        met = loaded(problem, view.loads, optimum, settings.local_share, settings.path_blocks)
+    path = None if met is None else met.state
+    sequence, remarks = papers_value(problem, optimum, path, settings)
+    other = others(problem, optimum, met, sequence, settings)
+    if met is not None and other.passed is not None and met.state is not None:
+        high = max((met.state.load_multiplier, *(met.spread or ())))
+        met = replace(met, state=other.passed, spread=(other.passed.load_multiplier, high))
+    if met is not None and other.closes is not None:
+        met = replace(met, state=other.closes)
     answer = LimitAnalysis(
         load_direction=1,
         weight=problem.equilibrium.total_weight,
         horizontal_load=problem.equilibrium.base_shear,
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
-        associative=problem.state("associative", problem.friction.slope, optimum, optimum, (record_of(optimum, 0.0),)),
+        associative=bound_of(problem, optimum),
         sequence=sequence,
-        dilation_shift=shift,
-        remarks=remarks,
+        path=met.state if met else None,
+        remarks=(*remarks_of(problem, met), *remarks),
         seconds=perf_counter() - started,
-        complementarity=complementarity,
-        lowest=lowest_state,
+        lowest=other.lowest,
+        highest=other.highest,
+        local_failures=met.local_failures if met else (),
+        last_rest=met.path.last_rest if met and not unloaded(met) else None,
+        soft_from=met.path.soft_from if met else None,
+        interval=met.spread if met else None,
+        associative_left=bound_left(problem, met),
     )
     return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
 
 
-def of_small_wall(
-    problem: Problem, optimum: LimitSolution, search: Search, settings: LimitAnalysisSettings
-) -> tuple[LimitState | None, LimitState | None, tuple[str, ...], list[ClosedState]]:
-    """Return sequence, dilation shift, remarks, and the states of the search and of descents from these two.
-
-    Another thread runs sequence and shift while this one searches; then both go down from starts around what was found.
-    """
-    other_programs = TwoPrograms(problem.equilibrium, problem.friction)
-
-    def with_lower(
-        found: tuple[LimitState | None, tuple[str, ...]],
-    ) -> tuple[LimitState | None, tuple[str, ...], list[ClosedState]]:
-        state, remarks = found
-        return state, remarks, [] if state is None else list(descent(other_programs, state.mechanism.slip))
-
-    with ThreadPoolExecutor(max_workers=1) as other:
-        first = other.submit(lambda: with_lower(sequence_state(problem, other_programs, optimum, settings)))
-        second = other.submit(lambda: with_lower(dilation_shift_state(problem, other_programs, settings)))
-        search.run(optimum)
-        scattered: list[ClosedState] = []
-        known = first.result()[0] or second.result()[0]
-        if known is not None:
-            starts = scattered_starts(problem.assemblage, 1, known.mechanism.slip, settings.search_slips)
-            scattered = scattered_states(other, (search.programs, other_programs), starts)
-    (sequence, remarks, below_sequence), (shift, more, below_shift) = first.result(), second.result()
-    return sequence, shift, remarks + more, search.passed + below_sequence + below_shift + scattered
+def bound_of(problem: Problem, optimum: LimitSolution) -> LimitState:
+    """Return the associative optimum as a state."""
+    return problem.state("associative", problem.friction.slope, optimum, optimum, (record_of(optimum, 0.0),))
 
 
-def of_large_wall(
-    problem: Problem, optimum: LimitSolution, search: Search, settings: LimitAnalysisSettings
-) -> tuple[LimitState | None, LimitState | None, tuple[str, ...]]:
-    """Return sequence and dilation shift from the state that the search has found, and remarks; none of very large."""
-    begin = search.first[0] if search.first is not None else None
-    very_large = len(problem.equilibrium.free_blocks) > settings.sequence_blocks
-    if very_large and (begin is not None or has_complementarity_program(problem.friction)):
-        left_out = f"{LEFT_OUT}, more than {settings.sequence_blocks}"
-        return None, None, (left_out,) if begin is not None else (left_out, NOTHING_BALANCES)
-    start = optimum if begin is None else begin.forces
-    settings = settings if begin is None else _shortened(settings)
-    other_programs = TwoPrograms(problem.equilibrium, problem.friction)
-    (sequence, remarks), (shift, more) = side_by_side(
-        lambda: sequence_state(problem, search.programs, start, settings),
-        lambda: dilation_shift_state(problem, other_programs, settings, begin),
-    )
-    return sequence, shift, remarks + more
+def bound_left(problem: Problem, met: Loaded | None) -> LimitState | None:
+    """Return the associative state of what local failures left of a wall, None where there were none."""
+    if met is None or not met.local_failures:
+        return None
+    return met.of_whole(bound_of(met.part, met.optimum), problem.assemblage)
 
 
-def _shortened(settings: LimitAnalysisSettings) -> LimitAnalysisSettings:
-    """Return the settings for sequence and shift that begin at a state: there they stay, or soon leave."""
-    return replace(
-        settings,
-        seed_cohesions=settings.seed_cohesions[-1:],
-        maximum_iterations=max(settings.minimum_iterations, min(settings.maximum_iterations, SHORT)),
-        maximum_shift_iterations=min(settings.maximum_shift_iterations, SHORT),
-    )
+def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
+    """Return in words what loading met that a multiplier does not say."""
+    if problem.friction.crushes.any():
+        return ("joints that crush have no path of loading: the headline is the paper's sequence",)
+    if met is None:
+        return ("loading: no state of rest under the dead load was found",)
+    said = list[str]()
+    for failure in met.local_failures:
+        low, high = failure.multipliers
+        at = f"{high:.4f}" if high - low <= RELEASE * high else f"{low:.4f} to {high:.4f}"
+        stones = ", ".join(map(str, failure.stones))
+        said.append(f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose")
+    rest, state = met.path.last_rest, met.state
+    if state is not None and state.flow_rule in CLOSED_BY:
+        how = CLOSED_BY[state.flow_rule]
+        said.append(f"the path was not followed to its end: state closed by {how}; {loaded_to(met)}")
+    elif state is None or not state.converged:
+        creeps = "" if met.path.not_at_rest == inf else f" and not at {met.path.not_at_rest:.4f}"
+        headline = "" if state is None else ": the headline is that rest"
+        said.append(f"loading: at rest up to {rest:.4f}{creeps}, but no limit state was closed there{headline}")
+        if met.path.given_up:
+            above = met.path.not_at_rest
+            upper = "the bound" if above == inf else f"{above:.4f}"
+            said.append(f"given up for the number of blocks: between that rest and {upper} nothing is known")
+    if met.spread or state is None or state.flow_rule in CLOSED_BY:
+        pass
+    elif state.load_multiplier < (1.0 - RELEASE) * rest:
+        said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
+    elif state.load_multiplier > (1.0 + RELEASE) * rest:
+        said.append(f"at rest up to {rest:.4f}; it moves far before it bears the {state.load_multiplier:.4f} found")
+    if state is not None and state.converged and closes_joints(state):
+        said.append("joints that had opened close in this state: it lasts until they have, and may bear more then")
+    if met.path.soft_from is not None and met.path.soft_from < (1.0 - SOFT_END) * rest:
+        said.append(f"soft from {met.path.soft_from:.4f}: beyond it displacements are large and geometry decides")
+    if met.spread:
+        low, high = met.spread
+        said.append(f"which state is met depends on the joints' stiffness, or on how it moves: {low:.4f} to {high:.4f}")
+    return tuple(said)
+
+
+def unloaded(met: Loaded) -> bool:
+    """Whether a wall with a state was not loaded at all."""
+    return met.state is not None and not met.path.forces
+
+
+def loaded_to(met: Loaded) -> str:
+    """Return in words how far a wall was loaded towards a state found otherwise."""
+    if unloaded(met):
+        return "the wall was not loaded, for the number of blocks"
+    lost = met.path.not_at_rest
+    return f"at rest up to {met.path.last_rest:.4f}" + ("" if lost == inf else f", no rest found at {lost:.4f}")
+
+
+def closes_joints(state: LimitState) -> bool:
+    """Whether joints that stand open in a state close in its mechanism."""
+    opening, least = state.mechanism.opening, LIMITS["interpenetration"] * state.mechanism.largest_displacement
+    return state.open_ends is not None and bool((state.open_ends & (opening < -least)).any())
+
+
+def papers_value(
+    problem: Problem, optimum: LimitSolution, path: LimitState | None, settings: LimitAnalysisSettings
+) -> tuple[LimitState | None, tuple[str, ...]]:
+    """Return the state of the paper's sequence, or None and a remark; large walls begin at the state that was met."""
+    blocks = len(problem.equilibrium.free_blocks)
+    if blocks > settings.sequence_blocks:
+        return None, (f"the paper's sequence left out for so many blocks, more than {settings.sequence_blocks}",)
+    start = optimum
+    if blocks > settings.search_blocks and path is not None:
+        start = replace(optimum, joint_forces=path.joint_forces)
+        iterations = max(settings.minimum_iterations, min(settings.maximum_iterations, SHORT))
+        last_seed = settings.seed_cohesions[-1:]
+        settings = replace(settings, seed_cohesions=last_seed, maximum_iterations=iterations)
+    return sequence_state(problem, start, settings)
 
 
 def sequence_state(
-    problem: Problem, programs: TwoPrograms, start: LimitSolution, settings: LimitAnalysisSettings
+    problem: Problem, start: LimitSolution, settings: LimitAnalysisSettings
 ) -> tuple[LimitState | None, tuple[str, ...]]:
     """Return the state the paper's sequence settles on, or None and a remark.
 
@@ -172,7 +200,7 @@ def sequence_state(
     """
     try:
         iterates, confirmation = run_sequence(problem.equilibrium, problem.friction, start, settings)
-        mechanism = programs.mechanism(confirmation.normal)
+        mechanism = TwoPrograms(problem.equilibrium, problem.friction).mechanism(confirmation.normal)
     except ConvergenceError as error:
         return None, (f"the paper's sequence found no state: {error}",)
     records = [record_of(iterate.solution, iterate.seed) for iterate in iterates]
@@ -184,59 +212,50 @@ def sequence_state(
     return state, ()
 
 
-def dilation_shift_state(
-    problem: Problem, programs: TwoPrograms, settings: LimitAnalysisSettings, begin: ClosedState | None = None
-) -> tuple[LimitState | None, tuple[str, ...]]:
-    """Return the lowest state that goes with the slips of the dilation shift.
+@dataclass(frozen=True, eq=False, slots=True)
+class Others:
+    """Other states found: the lowest and the highest that loading could reach; one that it passes on its way; and where
+    it closed none, one that closes its last rest."""
 
-    The shift stops at an error of 1e-5, which its own last mechanism keeps as interpenetration (5e-6 found) and
-    friction that gives power (2e-8). A shift that has settled is therefore closed as every other state of the search
-    is: two programs return forces, and a mechanism without dilation, whose power balances to 1e-8 (found: 6e-11 and
-    2e-10).
-    A shift that has not settled is still returned: its forces balance and respect friction, only the flow rule is
-    violated, by what `dilation` says; `converged` is then False and a remark tells.
+    lowest: LimitState | None
+    highest: float | None
+    passed: LimitState | None
+    closes: LimitState | None
+
+
+def others(
+    problem: Problem,
+    optimum: LimitSolution,
+    met: Loaded | None,
+    sequence: LimitState | None,
+    settings: LimitAnalysisSettings,
+) -> Others:
+    """Return what descents find from the slips of what is known, of the associative optimum where nothing is.
+
+    States of a wall that has lost stones are those of what is left. Large walls are not searched.
     """
-    slip = None if begin is None else begin.mechanism.rates[:, 2]
-    try:
-        run = run_dilation_shift(problem.equilibrium, problem.friction, settings, slip)
-    except ConvergenceError as error:
-        return None, (f"no solution by the dilation shift: {error}",)
-    last = run.iterates[-1]
-    records = tuple(record_of(iterate.solution, iterate.relaxation) for iterate in run.iterates)
-    records += (record_of(run.final, last.relaxation),)
-    state = problem.state("dilation_shift", problem.no_dilatancy, run.final, run.final, records, run.settled)
-    remark = f"dilation shift not settled after {len(run.iterates)} linear programs: "
-    remark += f"the dilation left takes {last.error:.1e} of the live load's power"
-    if not run.settled:
-        return state, (remark,)
-    closed = closing(programs, run.final.rates[:, 2], FACE_WEIGHT if begin is None else CLOSE_FACE_WEIGHT)
-    if closed is None:
-        return replace(state, converged=False), ("dilation shift settled on no limit state: power does not balance",)
-    records += tuple(record_of(solved, last.relaxation) for solved in (closed.forces, closed.mechanism))
-    found = (closed.forces.load_multiplier, highest_multiplier(problem, programs, closed))
-    state = problem.state("dilation_shift", problem.no_dilatancy, closed.forces, closed.mechanism, records, True, found)
-    if not (wrong := problem.complaints(state)):
-        return state, ()
-    return replace(state, converged=False), (f"dilation shift settled on no limit state: {', '.join(wrong)}",)
-
-
-def highest_multiplier(problem: Problem, programs: TwoPrograms, closed: ClosedState) -> float:
-    """Return the other end of the face of forces that balance the mechanism of a state, to FACE_BALANCE."""
-    ends = [closed.forces.load_multiplier]
-    for forces in programs.highest_forces(closed.mechanism.rates[:, 2]):
-        end = problem.state("dilation_shift", problem.no_dilatancy, forces, closed.mechanism, ())
-        if end.power_residual <= FACE_BALANCE:
-            ends.append(end.load_multiplier)
-            break
-    return max(ends)
-
-
-def nearest_state(problem: Problem, states: Sequence[ClosedState]) -> tuple[LimitState | None, tuple[str, ...]]:
-    """Return what is out of balance by least, not converged, if that is not more than NEARLY, and a remark."""
-    nearest = min(states, key=lambda state: state.imbalance, default=None)
-    if nearest is None or nearest.imbalance > NEARLY:
-        return None, ()
-    state = replace(closed_state(problem, nearest), converged=False)
-    text = f"complementarity program: the nearest forces and mechanism are out of balance by {nearest.imbalance:.1e}"
-    wrong = ", ".join(problem.complaints(state))
-    return state, (f"{text} ({wrong})" if wrong else text,)
+    path = None if met is None else met.path.state
+    if met is not None and path is not None:
+        part, forces = met.part, path.joint_forces
+        slips = [path.mechanism.slip] + ([met.slip(sequence, problem.assemblage)] if sequence is not None else [])
+    else:
+        part, forces, slips = problem, None, [sequence.mechanism.slip if sequence is not None else optimum.rates[:, 2]]
+    ends = list[ClosedState]()
+    known = path is not None or sequence is not None
+    if not known or len(problem.equilibrium.free_blocks) <= settings.search_blocks:
+        ends = states_around(part, slips, settings.search_slips if known else 0)
+    states = [closed_state(part, end) for end in ends] + ([sequence] if sequence and part is problem else [])
+    states = [state for state in states if is_reached(part, state, forces) and not part.complaints(state)]
+    passed = closes = None
+    if met is not None and path is not None and path.converged:
+        passed = touched(part, states, met.path, (1.0 - SPREAD) * path.load_multiplier)
+        states.append(path)
+    elif met is not None and path is not None:
+        closes = closing_state(part, states, path, SPREAD)
+    lowest = min(states, key=lambda state: state.load_multiplier, default=None)
+    highest = max((state.load_multiplier for state in states), default=None)
+    if met is not None and path is not None:
+        lowest = lowest and met.of_whole(lowest, problem.assemblage)
+        passed = passed and met.of_whole(replace(passed, flow_rule="path"), problem.assemblage)
+        closes = closes and met.of_whole(closes, problem.assemblage)
+    return Others(lowest, highest, passed, closes)

@@ -19,21 +19,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from time import perf_counter
 
 import numpy as np
-import scipy.sparse as sp
 
-from orchestrator.limit_analysis.equilibrium import Equilibrium
-from orchestrator.limit_analysis.wall_stiffness import Factors, WallStiffness, joint_products
-from orchestrator.limit_analysis.yield_conditions import YieldConditions
+from orchestrator.limit_analysis.scaled_problem import ScaledProblem
+from orchestrator.limit_analysis.wall_stiffness import Factors, joint_products
 from orchestrator.masonry.wall import FloatArray
 
-GAP = 1e-6
-"""Sum of all products at the end, relative to the live load's power: what `power_residual` of the result will be. Below
-1e-8 the joints' stiffnesses differ by 1e14 and round-off moves the multiplier in the fifth digit."""
-ERROR = 1e-5
-"""Largest error at the end of equilibrium (mean block weights) and of the rates (of the largest)."""
 MAXIMUM_ITERATIONS = 300
 STALL, STANDSTILL = 10, 1e-4
 """Iterations in which the gap changes by less than this part of it before a run gives up. A running bond wall of 2,950
@@ -63,20 +55,6 @@ Errors = tuple[FloatArray, FloatArray, float]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ScaledProblem:
-    """The scaled problem: forces over the mean block weight, moments over a block length, lambda times the number of
-    blocks; stiffness: what the matrices of all linear systems have in common."""
-
-    B: sp.csr_matrix
-    B_T: sp.csr_matrix
-    dead: FloatArray
-    live: FloatArray
-    friction: FloatArray
-    cohesion: FloatArray
-    stiffness: WallStiffness
-
-
-@dataclass(frozen=True, eq=False, slots=True)
 class Iterate:
     """lambda, u (3m,), q (k, 3), y (k, 4) the left sides of the complementarity conditions and z (k, 4) the right."""
 
@@ -97,59 +75,10 @@ class Iterate:
         )
 
 
-def solve_complementarity(
-    equilibrium: Equilibrium, coulomb: YieldConditions, start_normal: FloatArray | float = 1.0
-) -> ComplementarySolution:
-    """Look for a non-associative state, beginning with forces start_normal (k,) (mean block weights) at joints' ends.
-
-    Never raises: a run that stalls returns where it stopped, with `converged` False.
-    """
-    started = perf_counter()
-    problem = scaled_problem(equilibrium, coulomb)
-    iterate = first_iterate(problem, start_normal)
-    iterations, converged = 0, False
-    gaps: list[float] = []
-    while iterations < MAXIMUM_ITERATIONS and not stalled(gaps):
-        errors = errors_of(problem, iterate)
-        gaps.append(gap_of(iterate))
-        if gaps[-1] <= GAP and _size(problem, iterate, errors) <= ERROR:
-            converged = True
-            break
-        try:
-            iterate = next_iterate(problem, iterate, errors)
-        except RuntimeError:  # the matrix is singular to rounding
-            break
-        iterations += 1
-    return ComplementarySolution(
-        load_multiplier=iterate.multiplier * equilibrium.mean_weight / equilibrium.live_total,
-        normal=equilibrium.mean_weight * iterate.forces[:, :2].sum(axis=1),
-        slip=(iterate.rates[:, 2] - iterate.rates[:, 3]) / equilibrium.live_total,
-        gap=gap_of(iterate),
-        iterations=iterations,
-        seconds=perf_counter() - started,
-        converged=converged,
-    )
-
-
 def stalled(gaps: Sequence[float]) -> bool:
     """Whether the gap has not moved for STALL iterations: steps have become too short to lead anywhere."""
     recent = gaps[-STALL:]
     return len(recent) == STALL and max(recent) <= (1.0 + STANDSTILL) * min(recent)
-
-
-def scaled_problem(equilibrium: Equilibrium, coulomb: YieldConditions) -> ScaledProblem:
-    """Scale the problem of a wall whose joints have friction and cohesion."""
-    scale, w = equilibrium.row_scale, equilibrium.mean_weight
-    B = (sp.diags(scale) @ equilibrium.matrix).tocsr()
-    return ScaledProblem(
-        B=B,
-        B_T=B.T.tocsr(),
-        dead=scale * equilibrium.dead_load / w,
-        live=scale * equilibrium.live_load / equilibrium.live_total,
-        friction=coulomb.slope,
-        cohesion=coulomb.cohesion / w,
-        stiffness=WallStiffness(B),
-    )
 
 
 def first_iterate(problem: ScaledProblem, start_normal: FloatArray | float) -> Iterate:
@@ -183,12 +112,6 @@ def errors_of(problem: ScaledProblem, iterate: Iterate) -> Errors:
 def gap_of(iterate: Iterate) -> float:
     """Sum of products over the live load's power."""
     return float(np.sum(iterate.strength * iterate.rates) / max(abs(iterate.multiplier), 1e-3))
-
-
-def _size(problem: ScaledProblem, iterate: Iterate, errors: Errors) -> float:
-    unbalanced, incompatible, power = errors
-    largest = np.abs(problem.B_T @ iterate.velocities).max()
-    return float(max(np.abs(unbalanced).max(), np.abs(incompatible).max() / max(largest, 1e-300), abs(power)))
 
 
 def next_iterate(problem: ScaledProblem, iterate: Iterate, errors: Errors) -> Iterate:

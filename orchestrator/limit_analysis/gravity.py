@@ -59,7 +59,7 @@ def associative_optimum(problem: Problem) -> LimitSolution:
     try:
         return solve_limit_lp(problem.equilibrium, problem.friction)
     except UnboundedError as error:
-        text = "no live load in this direction brings it down: blocks are wedged between supports"
+        text = "no live load in this direction brings it down while sliding dilates: blocks are wedged between supports"
         raise CaseError("wall", text, "check which blocks are fixed, or reverse the load") from error
     except InfeasibleError as error:
         text = "cannot stand under its own weight: it lacks less than a millionth of a block's weight"

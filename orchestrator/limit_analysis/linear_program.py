@@ -27,8 +27,8 @@ FINAL_TOLERANCE = 1e-12
 """On gap and feasibility, where forces or mechanism are kept: the noise of the mechanism falls with it, for one or two
 interior-point iterations more than 1e-9 (wall 6: 21 for 19)."""
 ITERATE_TOLERANCE = 1e-9
-"""For programs that only lead to the next one. At 1e-12 the dilation shift of a wall of 208 blocks with courses of
-uneven height needs 60 to 200 iterations a program, because its shifts make many joints nearly indifferent."""
+"""For programs that only lead to the next one. At 1e-12 they take many more iterations where joints are
+nearly indifferent."""
 REFINED = 1e-10
 """Solutions of the linear systems are refined for tighter tolerances only: otherwise the same number of iterations in
 40 % less time (wall 6). Large walls, which are solved to LARGE_TOLERANCE at best, need it wherever forces or mechanism
@@ -78,11 +78,19 @@ class LimitProgram:
     """Eq. (1) of one wall and one slope of the friction lines, set up once and solved for many c and d."""
 
     def __init__(
-        self, equilibrium: Equilibrium, conditions: YieldConditions, tolerance: float = FINAL_TOLERANCE
+        self,
+        equilibrium: Equilibrium,
+        conditions: YieldConditions,
+        tolerance: float = FINAL_TOLERANCE,
+        flexibility: FloatArray | None = None,
     ) -> None:
-        """Set up for yield conditions whose cohesion may change, to be solved to `tolerance`."""
+        """Set up for yield conditions whose cohesion may change, to be solved to `tolerance`.
+
+        flexibility (k, 3): of the joints, any unit; for programs `around` forces.
+        """
         self._equilibrium, self._live_total = equilibrium, equilibrium.live_total
         tolerance, refined = _attainable(tolerance, len(equilibrium.free_blocks))
+        refined = refined or flexibility is not None
         self._row_scale = scale = equilibrium.row_scale
         B = sp.diags(scale) @ equilibrium.matrix
         f_L = sp.csc_matrix((scale * equilibrium.live_load / self._live_total)[:, None])
@@ -93,17 +101,31 @@ class LimitProgram:
         self._right_side[: len(scale)] = scale * equilibrium.dead_load / equilibrium.mean_weight
         self._right_side[len(scale) :] = yield_offset(conditions) / equilibrium.mean_weight
         cones = [clarabel.ZeroConeT(B.shape[0]), clarabel.NonnegativeConeT(C_T.shape[0])]
-        self._solver = _solver(self._objective, A, self._right_side, cones, tolerance, refined)
+        self._squares = None if flexibility is None else sp.diags(np.append(flexibility, 0.0)).tocsc()
+        self._solver = _solver(self._objective, A, self._right_side, cones, tolerance, refined, self._squares)
 
-    def solve(self, cohesion: FloatArray, shift: FloatArray | None = None, live_weight: float = 1.0) -> LimitSolution:
+    def solve(
+        self,
+        cohesion: FloatArray,
+        shift: FloatArray | None = None,
+        live_weight: float = 1.0,
+        around: tuple[FloatArray, float] | None = None,
+    ) -> LimitSolution:
         """Maximise live_weight lambda - sum d N for cohesions c (k,) in N and a shift d (k,) in m/s (none: 0).
 
-        Raises InfeasibleError, UnboundedError, or ConvergenceError when the solver stops short of ACCEPTED tolerance.
+        around: forces q_0 (k, 3) in N and a weight w: minimises w (q - q_0) F (q - q_0) / 2 too, forces over the mean
+        block weight. Raises InfeasibleError, UnboundedError, or ConvergenceError when the solver stops short of
+        ACCEPTED tolerance.
         """
         equilibrium = self._equilibrium
         rows, w, live_total = len(self._row_scale), equilibrium.mean_weight, self._live_total
         self._right_side[rows:][cohesion_rows(len(cohesion))] = np.tile(cohesion / w, 2)
-        self._objective[:-1].reshape(-1, 3)[:, :2] = 0.0 if shift is None else live_total * shift[:, None]
+        self._objective[:] = 0.0
+        if around is not None and self._squares is not None:
+            squares = around[1] * self._squares
+            self._objective[:-1] = -squares.diagonal()[:-1] * around[0].ravel() / w
+            self._solver.update(P=squares)
+        self._objective[:-1].reshape(-1, 3)[:, :2] += 0.0 if shift is None else live_total * shift[:, None]
         self._objective[-1] = -live_weight
         self._solver.update(q=self._objective, b=self._right_side)
         solution = _solved(self._solver, "limit analysis")
@@ -170,9 +192,18 @@ def solve_gravity_lp(equilibrium: Equilibrium, conditions: YieldConditions) -> t
 
 
 def _solver(
-    objective: FloatArray, A: sp.csc_matrix, b: FloatArray, cones: list[object], tolerance: float, refined: bool = False
+    objective: FloatArray,
+    A: sp.csc_matrix,
+    b: FloatArray,
+    cones: list[object],
+    tolerance: float,
+    refined: bool = False,
+    squares: sp.csc_matrix | None = None,
 ) -> clarabel.DefaultSolver:
-    """Set up min objective . x, A x + slack = b, slack in cones; `refined`: solutions of the linear systems."""
+    """Set up min x P x / 2 + objective . x, A x + slack = b, slack in cones; P = squares.
+
+    `refined`: solutions of the linear systems.
+    """
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.presolve_enable = False
@@ -182,7 +213,8 @@ def _solver(
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     accepted = ACCEPTED * tolerance
     settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = accepted
-    return clarabel.DefaultSolver(sp.csc_matrix((A.shape[1],) * 2), objective, A, b, cones, settings)
+    P = sp.csc_matrix((A.shape[1],) * 2) if squares is None else squares
+    return clarabel.DefaultSolver(P, objective, A, b, cones, settings)
 
 
 def _solved(solver: clarabel.DefaultSolver, stage: str) -> clarabel.DefaultSolution:

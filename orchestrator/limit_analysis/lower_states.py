@@ -14,15 +14,13 @@ Source: De Saxcé's bipotential is the sum that these two programs minimise in t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from orchestrator.errors import ConvergenceError
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.complementarity import ComplementarySolution, solve_complementarity
 from orchestrator.limit_analysis.equilibrium import Equilibrium
 from orchestrator.limit_analysis.linear_program import LimitProgram, LimitSolution
 from orchestrator.limit_analysis.moving_part import MovingPart
@@ -52,8 +50,6 @@ PROGRESS = 1e-6
 """Relative fall of lambda below which a descent has ended."""
 TURNS = 12
 """Turns of a descent at most."""
-AMPLITUDE = 1.5
-"""Starts differ by factors exp(+-AMPLITUDE) of the first normal forces, along or up the wall."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,11 +97,6 @@ class TwoPrograms:
     def lowest_forces(self, slip: FloatArray, face_weight: float = FACE_WEIGHT) -> LimitSolution:
         """Forces in Coulomb's cone with the lowest multiplier that go with slips (k,) in m/s."""
         return self._forces.solve(self._coulomb.cohesion, self._coulomb.slope * np.abs(slip), 1.0 - face_weight)
-
-    def highest_forces(self, slip: FloatArray) -> Iterator[LimitSolution]:
-        """Yield forces with the highest multiplier that go with slips (k,) in m/s, for ever smaller face weights."""
-        for face_weight in (FACE_WEIGHT, 0.1 * FACE_WEIGHT, 0.01 * FACE_WEIGHT):
-            yield self.lowest_forces(slip, -face_weight)
 
     def mechanism(self, normal: FloatArray) -> LimitSolution:
         """Mechanism without dilation for given normal forces (k,) in N."""
@@ -158,50 +149,3 @@ def descent(
         if face_weight < 0.5 * LEAST_FACE_WEIGHT:
             return
         last, slip = reached, state.mechanism.rates[:, 2]
-
-
-def lowest(states: Iterable[ClosedState]) -> ClosedState | None:
-    """Return the state with the lowest multiplier among those that balance to TIGHT, else to BALANCE, or None."""
-    balanced = [state for state in states if state.balances]
-    tight = [state for state in balanced if state.imbalance <= TIGHT]
-    return min(tight or balanced, key=lambda state: state.forces.load_multiplier, default=None)
-
-
-def first_tight(states: Iterable[ClosedState]) -> ClosedState | None:
-    """Return the first state that balances to TIGHT, else the one that balances best, or None above BALANCE."""
-    balanced = [state for state in states if state.balances]
-    return min(balanced, key=lambda state: max(state.imbalance, TIGHT), default=None)
-
-
-def closing(programs: TwoPrograms, slip: FloatArray, face_weight: float = FACE_WEIGHT) -> ClosedState | None:
-    """Return the first state of a descent from slips (k,) in m/s that balances to TIGHT, else as `first_tight`."""
-    reached: list[ClosedState] = []
-    for state in descent(programs, slip, face_weight=face_weight):
-        reached.append(state)
-        if state.imbalance <= TIGHT:
-            break
-    return first_tight(reached)
-
-
-def starts(assemblage: Assemblage, load_direction: int, count: int) -> Iterator[FloatArray]:
-    """Yield normal forces (k,) to start from: equal ones, then waves along the load and up the wall.
-
-    Seen from behind, a mirrored wall has the same starts.
-    """
-    places = assemblage.midpoint * [load_direction, 1.0]
-    along, up = ((places - places.min(axis=0)) / np.maximum(np.ptp(places, axis=0), 1e-12)).T
-    yield np.ones_like(along)
-    waves = [sign * np.cos(np.pi * n * place) for n in (1, 2, 3, 4) for place in (along, up) for sign in (1, -1)]
-    for wave in waves[: count - 1]:
-        yield np.exp(AMPLITUDE * wave)
-
-
-def complementary_start(
-    programs: TwoPrograms, equilibrium: Equilibrium, coulomb: YieldConditions, start: FloatArray
-) -> tuple[ComplementarySolution, FloatArray]:
-    """Run the complementarity program from normal forces (k,); return its end and the slips (k,) to descend from."""
-    found = solve_complementarity(equilibrium, coulomb, start)
-    try:
-        return found, programs.mechanism(found.normal).rates[:, 2]
-    except ConvergenceError:
-        return found, found.slip

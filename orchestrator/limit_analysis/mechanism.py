@@ -11,7 +11,7 @@ by alpha mu |slip| (0.65 % of the slip at alpha = 0.01 and mu = 0.65) instead of
 
 Noise, measured: joints that carry load inside their friction lines (0.001 block weights from every limit) should not
 move; on the walls in tests/data they open or slip by less than 1e-10 of the largest displacement (associative and
-sequence) and less than 1e-5 (dilation shift: stopped at a tolerance of 1e-5). See test_power_balance.
+sequence). See test_power_balance.
 """
 
 from __future__ import annotations

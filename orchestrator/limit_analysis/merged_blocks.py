@@ -8,18 +8,17 @@ moved as one already. How much it grows is what merging costs, for a few millise
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import scipy.sparse as sp
 
 from orchestrator.errors import ConvergenceError
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.dilation_shift import run_dilation_shift
 from orchestrator.limit_analysis.equilibrium import Equilibrium, assemble_equilibrium, block_centroids
 from orchestrator.limit_analysis.linear_program import LimitSolution, solve_limit_lp
 from orchestrator.limit_analysis.loads import Loads
-from orchestrator.limit_analysis.lower_states import TwoPrograms, closing
 from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
-from orchestrator.limit_analysis.state import FlowRule
 from orchestrator.limit_analysis.yield_conditions import YieldConditions, coulomb
 from orchestrator.masonry.wall import IntArray, read_only
 
@@ -33,7 +32,7 @@ def merged_multiplier(
     assemblage: Assemblage,
     body_of_block: IntArray,
     load_direction: int,
-    flow_rule: FlowRule,
+    flow_rule: Literal["associative", "sequence"],
     settings: LimitAnalysisSettings | None = None,
     loads: Loads | None = None,
 ) -> float | None:
@@ -47,13 +46,9 @@ def merged_multiplier(
         optimum = solve_limit_lp(equilibrium, friction)
         if flow_rule == "associative":
             return optimum.load_multiplier
-        if flow_rule == "sequence":
-            return run_sequence(equilibrium, friction, optimum, settings)[1].load_multiplier
-        run = run_dilation_shift(equilibrium, friction, settings)
+        return run_sequence(equilibrium, friction, optimum, settings)[1].load_multiplier
     except ConvergenceError:
         return None
-    closed = closing(TwoPrograms(equilibrium, friction), run.final.rates[:, 2]) if run.settled else None
-    return closed.forces.load_multiplier if closed is not None else None
 
 
 def merged_problem(

@@ -41,7 +41,6 @@ class Problem:
         mechanism_of: LimitSolution,
         records: tuple[LinearProgramRecord, ...],
         converged: bool = True,
-        multiplier_range: tuple[float, float] | None = None,
     ) -> LimitState:
         """Put a state together and check it; sliding joints of its mechanism open by dilatancy (k,) times |slip|."""
         equilibrium, friction = self.equilibrium, self.friction
@@ -58,7 +57,6 @@ class Problem:
             yield_residual=friction.excess(forces) / equilibrium.mean_weight,
             power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),
             dilation=dilation(equilibrium, friction, forces, mechanism),
-            multiplier_range=multiplier_range or (load_multiplier, load_multiplier),
         )
 
 

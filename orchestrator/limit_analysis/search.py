@@ -1,135 +1,86 @@
-"""The search for states of the complementarity problem: where to begin, how far to descend, which states count."""
+"""Other states beside the one that loading meets: the lowest and the highest that descents from known slips find.
+
+They say what is possible, never what the wall carries. A state that rests on self-stress which loading does not bring
+about is no such possibility: forces of the path at its multiplier then do more work in its mechanism than the live load
+gives it (`reach`). Such states, and those at no load at all, tell of loose stones.
+"""
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
-from orchestrator.limit_analysis.complementarity import ComplementarySolution
-from orchestrator.limit_analysis.elastic_joints import push_elastic_joints
-from orchestrator.limit_analysis.linear_program import LimitSolution
-from orchestrator.limit_analysis.lower_states import (
-    CLOSE_FACE_WEIGHT,
-    FACE_WEIGHT,
-    TURNS,
-    ClosedState,
-    TwoPrograms,
-    complementary_start,
-    descent,
-    first_tight,
-    lowest,
-    starts,
-)
-from orchestrator.limit_analysis.moving_part import moving_part
+import numpy as np
+
+from orchestrator.limit_analysis.lower_states import ClosedState, TwoPrograms, descent
+from orchestrator.limit_analysis.path import LoadPath
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.sequence import LimitAnalysisSettings
-from orchestrator.limit_analysis.smoothed_complementarity import smoothed_start
-from orchestrator.limit_analysis.state import LimitState, LinearProgramRecord
-from orchestrator.limit_analysis.yield_conditions import YieldConditions
+from orchestrator.limit_analysis.scattered_starts import scattered_starts, scattered_states
+from orchestrator.limit_analysis.state import LimitState
 from orchestrator.masonry.wall import FloatArray
 
-logger = logging.getLogger(__name__)
-
-PUSHED_BLOCKS = 500
-"""Smaller walls are always pushed with elastic joints as well: 3.5 s of CPU at 418 blocks. Larger ones begin with the
-smoothed conditions, which took 2.5 s at 997 blocks where the pushover took 12 s."""
-CLOSES, SMOOTHED_TURNS = 1e-2, 3
-"""Largest gap of the smoothed conditions from which the two programs are tried if there are other ways to begin, and
-their turns: a fiftieth of the time that those take, and from a gap of 6e-4 they end 3e-7 out of balance where the other
-ways lead nowhere (1,449 irregular blocks)."""
+REACHED, TOUCHED = 1.0, 1e-2
+"""Largest `reach` of a state that loading could lead to (8 to 66 for single wedged stones); of one that it meets."""
 
 
-def has_complementarity_program(friction: YieldConditions) -> bool:
-    """Whether joints have nothing but friction and cohesion, which is all that the complementarity program knows."""
-    return not (friction.tension.any() or friction.crushes.any())
+def states_around(problem: Problem, slips: Sequence[FloatArray], scattered: int) -> list[ClosedState]:
+    """Return what descents from slips (k,) in m/s pass, and from `scattered` starts around the first."""
+    programs = TwoPrograms(problem.equilibrium, problem.friction)
+    passed = list[ClosedState]()
+    for slip in slips:
+        passed += list(descent(programs, slip, passed=passed))
+    if slips and scattered:
+        with ThreadPoolExecutor(max_workers=1) as other:
+            starts = scattered_starts(problem.assemblage, 1, slips[0], scattered)
+            other_programs = TwoPrograms(problem.equilibrium, problem.friction)
+            passed += scattered_states(other, (programs, other_programs), starts)
+    return [state for state in passed if state.balances]
 
 
-class Search:
-    """The states that a search passed, and the first that counts with the start that led to it.
+def is_reached(problem: Problem, state: LimitState, forces: FloatArray | None) -> bool:
+    """Whether loading could lead to a state; forces (k, 3) in N: those of the path, None where there is none."""
+    return state.load_multiplier > 0 and (forces is None or reach(problem, state, forces) <= REACHED)
 
-    The first is where the first start leads that leads to a state, before any lower one. `programs` are what it
-    descends with: one thread at a time may use them.
+
+def reach(problem: Problem, state: LimitState, forces: FloatArray) -> float:
+    """Work of forces (k, 3) in N in the mechanism of a state, over the live load's at its multiplier.
+
+    That of joints that open while loaded, or slide before they must: 0 if these forces are those of a limit state with
+    this mechanism.
     """
-
-    def __init__(self, problem: Problem, settings: LimitAnalysisSettings) -> None:
-        """Nothing has been found yet."""
-        self.passed: list[ClosedState] = []
-        self.first: tuple[ClosedState, ComplementarySolution] | None = None
-        self._problem, self._settings = problem, settings
-        self.programs = TwoPrograms(problem.equilibrium, problem.friction)
-        self._one_is_enough = len(problem.equilibrium.free_blocks) > settings.search_blocks
-
-    def run(self, optimum: LimitSolution) -> None:
-        """Begin wherever it may lead to a state at a cost that the wall's size allows; optimum: that of Eq. (1)."""
-        problem, settings = self._problem, self._settings
-        equilibrium, friction, assemblage = problem.equilibrium, problem.friction, problem.assemblage
-        if not has_complementarity_program(friction):
-            return
-        blocks, height = len(equilibrium.free_blocks), assemblage.midpoint[:, 1]
-        depth = equilibrium.block_length + height.max() - height
-        very_large = self._one_is_enough and blocks > settings.sequence_blocks
-        if self._one_is_enough and blocks > min(PUSHED_BLOCKS, settings.sequence_blocks):
-            part = moving_part(assemblage, equilibrium, friction, optimum.velocities)
-            found, slip = smoothed_start(part, depth)
-            if found.gap <= CLOSES or very_large:
-                self.descend(TwoPrograms(equilibrium, friction, part), found, slip, SMOOTHED_TURNS, CLOSE_FACE_WEIGHT)
-        if very_large:
-            return
-        for start in starts(assemblage, 1, settings.search_starts):
-            if self.first is not None and self._one_is_enough:
-                break
-            self.descend(self.programs, *complementary_start(self.programs, equilibrium, friction, start))
-        if blocks <= PUSHED_BLOCKS or self.first is None:
-            found = push_elastic_joints(equilibrium, friction, depth)
-            self.descend(self.programs, found, found.slip)
-
-    def descend(
-        self,
-        programs: TwoPrograms,
-        found: ComplementarySolution,
-        slip: FloatArray,
-        turns: int = TURNS,
-        face_weight: float = FACE_WEIGHT,
-    ) -> None:
-        """Take the states of a descent from slips (k,) in m/s; `found` is where these come from."""
-        reached = []
-        for state in descent(programs, slip, turns, self.passed, face_weight):
-            reached.append(state)
-            logger.info(
-                "search: state at %.4f, %d passed", state.forces.load_multiplier, len(self.passed) + len(reached)
-            )
-            if self._one_is_enough and valid(self._problem, [state]):
-                break
-        self.passed += reached
-        if self.first is None and (first := first_tight(valid(self._problem, reached))) is not None:
-            self.first = first, found
+    moves, friction = state.mechanism, problem.friction
+    spare = np.maximum(friction.slope * forces[:, :2].sum(axis=1) + friction.cohesion - np.abs(forces[:, 2]), 0.0)
+    done = np.sum(np.maximum(forces[:, :2], 0.0) * np.abs(moves.opening)) + np.sum(spare * np.abs(moves.slip))
+    u = moves.velocities[problem.equilibrium.free_blocks].ravel()
+    return float(done / max(abs(state.load_multiplier * float(problem.equilibrium.live_load @ u)), 1e-300))
 
 
-def valid(problem: Problem, states: Iterable[ClosedState]) -> list[ClosedState]:
-    """Return the states that balance and pass the check without the solver.
+def touched(problem: Problem, states: Sequence[LimitState], path: LoadPath, below: float) -> LimitState | None:
+    """Return the lowest of the states below a multiplier whose mechanism the path was about to take, or None.
 
-    Power may balance to 1e-8 while an end that carries little opens: it does little work.
+    Its forces at the last rest before that state reach it, but for the load that is missing. That the wall then found
+    rest beyond is a matter of how it moved; pushed by displacements it would have stayed.
     """
-    return [state for state in states if state.balances and not problem.complaints(closed_state(problem, state))]
+    met = list[LimitState]()
+    for state in states:
+        before = int(np.searchsorted(path.multipliers, state.load_multiplier)) - 1
+        if state.load_multiplier < below and before > 0:
+            missing = 1.0 - float(path.multipliers[before]) / state.load_multiplier
+            if reach(problem, state, path.forces[before]) - missing <= TOUCHED:
+                met.append(state)
+    return min(met, key=lambda state: state.load_multiplier, default=None)
 
 
-def lowest_valid(problem: Problem, states: Sequence[ClosedState]) -> LimitState | None:
-    """Return the lowest of the states that balance and pass the check without the solver, or None."""
-    left = list(states)
-    while (end := lowest(left)) is not None:
-        state = closed_state(problem, end)
-        if not problem.complaints(state):
-            return state
-        left.remove(end)
-    return None
+def closing_state(problem: Problem, states: Sequence[LimitState], last: LimitState, near: float) -> LimitState | None:
+    """Return the state whose mechanism is nearest to the one about to begin at the last rest of a path, or None.
+
+    last: forces of that rest. Only states whose multiplier is its own to a part `near`.
+    """
+    found = [each for each in states if abs(each.load_multiplier - last.load_multiplier) <= near * last.load_multiplier]
+    return min(found, key=lambda state: reach(problem, state, last.joint_forces), default=None)
 
 
-def closed_state(problem: Problem, closed: ClosedState, found: ComplementarySolution | None = None) -> LimitState:
-    """Return a state of the search; its records are the complementarity program and the two programs that closed it."""
-    records = (
-        ()
-        if found is None
-        else (LinearProgramRecord(found.load_multiplier, 0.0, found.iterations, found.seconds, "complementarity"),)
-    )
+def closed_state(problem: Problem, closed: ClosedState) -> LimitState:
+    """Return a state of the search; its records are the two programs that closed it."""
     solved = (record_of(closed.forces, 0.0), record_of(closed.mechanism, 0.0))
-    return problem.state("complementarity", problem.no_dilatancy, closed.forces, closed.mechanism, (*records, *solved))
+    return problem.state("descent", problem.no_dilatancy, closed.forces, closed.mechanism, solved)

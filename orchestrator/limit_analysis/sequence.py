@@ -40,7 +40,7 @@ LP_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class LimitAnalysisSettings:
-    """The paper's sequence (alpha, beta, seeds, stopping) and the dilation shift."""
+    """The paper's sequence (alpha, beta, seeds, stopping), the search for other states, and what is local."""
 
     slope_fraction: Annotated[float, Gt(0), Lt(1)] = 0.01
     """alpha of Eq. (2): the friction lines fall by this part of the coefficient of friction"""
@@ -56,22 +56,18 @@ class LimitAnalysisSettings:
     """linear programs with the last seed at least"""
     maximum_iterations: Annotated[int, Ge(2)] = 60
     """linear programs a seed at most"""
-    shift_relaxation: Annotated[float, Gt(0), Le(1)] = 0.5
-    """omega of the dilation shift, near its end at least"""
-    shift_tolerance: Annotated[float, Gt(0)] = 1e-5
-    """largest power of the dilation that is left, relative to the live load's power, in a shift that has settled"""
-    maximum_shift_iterations: Annotated[int, Ge(1)] = 60
-    """linear programs of the dilation shift at most"""
-    search_starts: Annotated[int, Ge(1)] = 2
-    """starts of the complementarity program in the search for lower states (100 analyses of random walls: one needs the
-    second for its lowest state; with three, none was lower)"""
-    search_slips: Annotated[int, Ge(0)] = 10
-    """starts around the slips of the state found, in the search for lower states"""
-    search_blocks: Annotated[int, Ge(1)] = 300
-    """larger walls are searched from one start only, and their sequence and shift begin at the state found there"""
-    sequence_blocks: Annotated[int, Ge(1)] = 2000
-    """larger walls have the state of the complementarity program alone, from one start, or none: their sequence and
-    shift take longer than that and do not settle"""
+    search_slips: Annotated[int, Ge(0)] = 5
+    """starts around the slips of the state met, in the search for the lowest and the highest state"""
+    search_blocks: Annotated[int, Ge(0)] = 300
+    """larger walls are not searched, and the paper's sequence begins at the state that loading meets"""
+    sequence_blocks: Annotated[int, Ge(0)] = 500
+    """larger walls have no value of the paper's sequence: begun at a state it takes longer than that state did and does
+    not settle (997 blocks)"""
+    path_blocks: Annotated[int, Ge(0)] = 500
+    """larger walls are not loaded to their end: their state is one of smoothed conditions, where there is one"""
+    local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
+    """a mechanism that moves less than this part of the weight is a local failure: its stones are taken away, and the
+    wall goes on to its own state; 0 stops at the first mechanism, however small"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -26,18 +26,17 @@ from orchestrator.limit_analysis.complementarity import (
     MAXIMUM_ITERATIONS,
     ComplementarySolution,
     Iterate,
-    ScaledProblem,
     errors_of,
     first_iterate,
     gap_of,
     linearised,
     next_iterate,
-    scaled_problem,
     stalled,
     strength_of,
 )
 from orchestrator.limit_analysis.equilibrium import Equilibrium
 from orchestrator.limit_analysis.moving_part import MovingPart
+from orchestrator.limit_analysis.scaled_problem import ScaledProblem, scaled_problem
 from orchestrator.limit_analysis.wall_stiffness import kept_memory
 from orchestrator.limit_analysis.yield_conditions import YieldConditions
 from orchestrator.masonry.wall import FloatArray

@@ -18,6 +18,7 @@ The choice is one of order, not of mechanics: which of several states is the ans
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +39,9 @@ ON_CORNER = 1e-9
 """m; ends of joints nearer to a corner than this are that corner."""
 
 
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class StandardView:
     """A wall with its joints and loads as analysed, the load along +x, and the way back.
@@ -55,17 +59,20 @@ class StandardView:
 
     def carried_back(self, found: LimitAnalysis, equilibrium: Equilibrium) -> LimitAnalysis:
         """Return the answer for the view as the answer for the original, whose equilibrium is checked anew."""
+        standing = None if found.local_failures else equilibrium  # else stones that lie on the ground are not in it
+        failures = [replace(failure, state=self._state(failure.state, None)) for failure in found.local_failures]
         return replace(
             found,
             load_direction=self.mirror,
             associative=self._state(found.associative, equilibrium),
             sequence=found.sequence and self._state(found.sequence, equilibrium),
-            dilation_shift=found.dilation_shift and self._state(found.dilation_shift, equilibrium),
-            complementarity=found.complementarity and self._state(found.complementarity, equilibrium),
-            lowest=found.lowest and self._state(found.lowest, equilibrium),
+            path=found.path and self._state(found.path, standing),
+            lowest=found.lowest and self._state(found.lowest, standing),
+            associative_left=found.associative_left and self._state(found.associative_left, None),
+            local_failures=tuple(failures),
         )
 
-    def _state(self, state: LimitState, equilibrium: Equilibrium) -> LimitState:
+    def _state(self, state: LimitState, equilibrium: Equilibrium | None) -> LimitState:
         mechanism = state.mechanism
         velocities, opening = np.empty_like(mechanism.velocities), np.empty_like(mechanism.opening)
         slip, forces = np.empty_like(mechanism.slip), np.empty_like(state.joint_forces)
@@ -75,8 +82,21 @@ class StandardView:
         ends = _ends(state.joint_forces[:, :2], self.interchanged)
         forces[self.joint] = np.column_stack([ends, self.mirror * state.joint_forces[:, 2]])
         moved = replace(mechanism, velocities=read_only(velocities), opening=read_only(opening), slip=read_only(slip))
-        residual = equilibrium.residual(forces, state.load_multiplier)
-        return replace(state, joint_forces=read_only(forces), mechanism=moved, equilibrium_residual=residual)
+        stand_open = state.open_ends
+        if stand_open is not None:
+            seen, stand_open = _ends(stand_open, self.interchanged), np.empty_like(stand_open)
+            stand_open[self.joint] = seen
+            stand_open = read_only(stand_open, np.bool_)
+        residual = (
+            state.equilibrium_residual if equilibrium is None else equilibrium.residual(forces, state.load_multiplier)
+        )
+        return replace(
+            state,
+            joint_forces=read_only(forces),
+            mechanism=moved,
+            equilibrium_residual=residual,
+            open_ends=stand_open,
+        )
 
 
 def standard_view(assemblage: Assemblage, load_direction: int, loads: Loads | None = None) -> StandardView:
@@ -138,6 +158,6 @@ def _on_corners(points: FloatArray, wall: Wall) -> FloatArray:
     return moved
 
 
-def _ends(values: FloatArray, interchanged: npt.NDArray[np.bool_]) -> FloatArray:
+def _ends(values: npt.NDArray[Scalar], interchanged: npt.NDArray[np.bool_]) -> npt.NDArray[Scalar]:
     """Return values (k, 2) at start and end, interchanged where that is said."""
     return np.where(interchanged[:, None], values[:, ::-1], values)

@@ -6,11 +6,13 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from orchestrator.masonry.wall import FloatArray, read_only
 
+BoolArray = npt.NDArray[np.bool_]
 Scale = Literal["unit_power", "unit_displacement"]
-FlowRule = Literal["associative", "sequence", "dilation_shift", "complementarity"]
+FlowRule = Literal["associative", "sequence", "path", "last_rest", "smoothed", "descent"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,7 +54,7 @@ class LinearProgramRecord:
 
     load_multiplier: float
     parameter: float
-    """seed cohesion in the sequence (mean block weights; 0 in the program that confirms it), relaxation in the shift"""
+    """seed cohesion in the sequence (mean block weights; 0 in the program that confirms it), else 0"""
     iterations: int
     seconds: float
     status: str
@@ -66,6 +68,8 @@ class LimitState:
     Residuals are relative: equilibrium to the total weight, yield to the mean block weight, power to the live
     load's power (0 = exact balance); dilation is the largest |opening| at an end of a joint that carries load there,
     relative to the largest displacement (0 for a non-associative state, mu |slip| for an associative one).
+    open_ends (k, 2): ends of joints that stand open when this state is met and may close in it, None where all joints
+    are as drawn.
     """
 
     flow_rule: FlowRule
@@ -78,19 +82,42 @@ class LimitState:
     yield_residual: float
     power_residual: float
     dilation: float
-    multiplier_range: tuple[float, float]
-    """lowest and highest multiplier of the states that share this mechanism, where that was looked for (dilation shift:
-    the mechanism does not fix the multiplier); else the multiplier twice"""
+    open_ends: BoolArray | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LocalFailure:
+    """Stones (their ids) that come loose while the wall stands, and their share of the weight.
+
+    state: the wall as they move, less what came loose before. multipliers: that of this state and the last at which
+    they rest, in order; the state's is lower where stones were wedged: it is a property of that wedge, and depends on
+    the stiffness of its joints.
+    """
+
+    stones: tuple[int, ...]
+    share: float
+    multipliers: tuple[float, float]
+    state: LimitState
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LimitAnalysis:
-    """All answers for one load direction: associative always; the non-associative ones or why there is none.
+    """All answers for one load direction: associative always; the others or why there is none.
 
     `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N; `horizontal_load` the
     horizontal resultant of the live load at a multiplier of 1, in N (by default the weight): base shear = multiplier x
     this. tilting_table: whether tan(angle) of a table that tilts the wall is just another way to state the multiplier.
-    `lowest` is the lowest state that a local search from all others found: what is possible, never the headline.
+
+    associative: an upper bound to every state of the wall as drawn (a theorem). path: the state that loading from
+    gravity meets, after the stones of `local_failures` have come loose: they are at rest and without forces in it; not
+    converged where no limit state passed the check, then it is the last rest. associative_left: the associative state
+    of the wall without these stones, None where there are none. sequence: the paper's value, of the wall as drawn.
+    lowest, highest: multipliers of states found that loading could reach, without these stones too.
+    interval: where the state met depends by more than 1 % on the stiffness of joints, or loading passes a limit state
+    and finds rest beyond it: lowest and highest multiplier; the headline is the lower state then. The lowest may be a
+    rest beyond which a path with joints of that stiffness found neither rest nor state.
+    last_rest: the last load at which the wall was found at rest; soft_from: that from which on it moves so far that
+    geometry decides, or None.
     """
 
     load_direction: int
@@ -99,11 +126,16 @@ class LimitAnalysis:
     tilting_table: bool
     associative: LimitState
     sequence: LimitState | None
-    dilation_shift: LimitState | None
+    path: LimitState | None
     remarks: tuple[str, ...]
     seconds: float
-    complementarity: LimitState | None = None
     lowest: LimitState | None = None
+    highest: float | None = None
+    local_failures: tuple[LocalFailure, ...] = ()
+    last_rest: float | None = None
+    soft_from: float | None = None
+    interval: tuple[float, float] | None = None
+    associative_left: LimitState | None = None
 
     def tilt_angle(self, state: LimitState) -> float | None:
         """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""
@@ -111,44 +143,51 @@ class LimitAnalysis:
 
     @property
     def headline(self) -> LimitState:
-        """The state that is reported and that the macroblocks come from.
+        """The state that is reported and that the macroblocks come from: the one that loading meets.
 
-        Sequence, else shift, else complementarity program, else associative.
-
-        A state that has not converged is never the headline.
+        It is the last rest, not converged, where no limit state was closed there: what was found to stand. Without a
+        path: the paper's, else the lowest, else the associative one.
         """
-        return next(iter(self._settled), self.associative)
+        return self.path or next(iter(self._settled), self.associative)
+
+    @property
+    def bound(self) -> LimitState:
+        """The associative state of the wall that the headline belongs to."""
+        return self.associative_left or self.associative
 
     @property
     def _settled(self) -> tuple[LimitState, ...]:
-        """The non-associative states that have converged, without the lowest."""
-        found = (self.sequence, self.dilation_shift, self.complementarity)
+        """The non-associative states that have converged."""
+        found = (self.path, self.sequence, self.lowest)
         return tuple(s for s in found if s is not None and s.converged)
 
     @property
     def non_associative_range(self) -> tuple[float, float] | None:
-        """Smallest and largest multiplier of the converged non-associative states, or None where there is none."""
-        found = [s.multiplier_range for s in (*self._settled, *([self.lowest] if self.lowest else []))]
-        return (float(np.min(found)), float(np.max(found))) if found else None
+        """Smallest and largest multiplier of headline and states that loading could reach, None if there is only a
+        bound."""
+        if self.headline is self.associative:
+            return None
+        found = [self.headline.load_multiplier, *(self.interval or ())]
+        found += [self.lowest.load_multiplier] if self.lowest else []
+        found += [self.highest] if self.highest is not None else []
+        return min(found), max(found)
 
 
 def of_first_joints(analysis: LimitAnalysis, joints: int) -> LimitAnalysis:
     """Return the analysis with the forces and rates of so many joints, the first ones: ties come after them."""
 
-    def cut(state: LimitState | None) -> LimitState | None:
-        if state is None:
-            return None
+    def cut(state: LimitState) -> LimitState:
         motion = state.mechanism
         motion = replace(motion, opening=motion.opening[:joints], slip=motion.slip[:joints])
-        return replace(state, joint_forces=state.joint_forces[:joints], mechanism=motion)
+        ends = None if state.open_ends is None else state.open_ends[:joints]
+        return replace(state, joint_forces=state.joint_forces[:joints], mechanism=motion, open_ends=ends)
 
-    associative = cut(analysis.associative)
-    assert associative is not None, "there always is one"
     return replace(
         analysis,
-        associative=associative,
-        sequence=cut(analysis.sequence),
-        dilation_shift=cut(analysis.dilation_shift),
-        complementarity=cut(analysis.complementarity),
-        lowest=cut(analysis.lowest),
+        associative=cut(analysis.associative),
+        sequence=analysis.sequence and cut(analysis.sequence),
+        path=analysis.path and cut(analysis.path),
+        lowest=analysis.lowest and cut(analysis.lowest),
+        associative_left=analysis.associative_left and cut(analysis.associative_left),
+        local_failures=tuple(replace(one, state=cut(one.state)) for one in analysis.local_failures),
     )

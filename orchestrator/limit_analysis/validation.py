@@ -37,7 +37,8 @@ class Validation:
 
     equilibrium: largest unbalanced force (moments over a block length) over the total weight. yield_excess: tension,
     crushing or shear beyond the strength, in mean block weights. dilation: largest opening or closing at a joint's end
-    that carries load, over the largest displacement. interpenetration: largest closing anywhere, over the same.
+    that carries load, over the largest displacement. interpenetration: largest closing of ends that do not stand open,
+    over the same.
     Relative to the live load's power: flow = sum of N |opening| and of (strength - |shear|) |slip|, what is done by
     joints that open while loaded or slide before they must; backward: power that friction gives instead of takes;
     power: live + dead power less dissipation.
@@ -74,6 +75,8 @@ def validate(
     unbalanced = block_forces(assemblage, forces)[equilibrium.free_blocks].ravel() + loads
     spare = np.maximum(limit - np.abs(shear), 0.0)
     hard = ~strength.crushes  # a joint that crushes turns about a point inside: only its power can be checked
+    stand_open = np.zeros(opening.shape, dtype=bool) if state.open_ends is None else state.open_ends
+    drawn = hard[:, None] & ~stand_open
     pressed = np.maximum(normal + 0.5 * strength.tension[:, None], 0.0)
     done = np.sum((pressed * np.abs(opening))[hard]) + np.sum(spare * np.abs(slip))
     closed = (pressed > CLOSED * equilibrium.mean_weight) & hard[:, None]
@@ -84,7 +87,7 @@ def validate(
         flow=float(done / live),
         dilation=float(np.abs(opening[closed]).max(initial=0.0) / largest),
         backward=float((shear * slip).max(initial=0.0) / live),
-        interpenetration=float((-opening[hard]).max(initial=0.0) / largest),
+        interpenetration=float((-opening[drawn]).max(initial=0.0) / largest),
         power=float(abs(loads @ u - dissipated) / live),
     )
 

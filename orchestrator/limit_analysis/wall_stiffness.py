@@ -97,7 +97,9 @@ class WallStiffness:
         self._map = sp.csr_matrix((products[there], (number[: len(there)], there // MOST**2)), shape=shape)
         self._diagonal = number[len(there) :]
         column, row = np.divmod(found, size)
-        self._pattern = row.astype(np.int32), np.searchsorted(column, np.arange(size + 1)).astype(np.int32)
+        pattern = row.astype(np.int32), np.searchsorted(column, np.arange(size + 1)).astype(np.int32)
+        self._matrix = sp.csc_matrix((np.ones(len(found)), *pattern), shape=(size, size))
+        self._matrix.sum_duplicates()  # there are none; from now on nobody asks again
 
     def factorised(self, joints: FloatArray, drag: float = 0.0) -> Factors:
         """Return the factors of B J B^T + drag I for joints (k, 5) as ENTRIES.
@@ -106,9 +108,8 @@ class WallStiffness:
         """
         values = self._map @ joints.ravel()
         values[self._diagonal] += drag
-        size = len(self._order)
-        matrix = sp.csc_matrix((values, *self._pattern), shape=(size, size))
-        return Factors(self._order, splu(matrix, permc_spec="NATURAL", **PIVOT, **PANEL))
+        self._matrix.data = values
+        return Factors(self._order, splu(self._matrix, permc_spec="NATURAL", **PIVOT, **PANEL))
 
 
 def _order(B: sp.spmatrix) -> IntArray:

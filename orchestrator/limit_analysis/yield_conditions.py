@@ -1,4 +1,4 @@
-"""What a joint can carry: the inequality rows of Eq. (1), Eq. (2), and the dilation shift.
+"""What a joint can carry: the inequality rows of Eq. (1) and Eq. (2).
 
     n_start >= -T/2,  n_end >= -T/2,  |s| <= slope N + cohesion,     N = n_start + n_end     i.e.  C^T q + c >= 0
     n_start + T/2,  n_end + T/2  >=  (N + T)^2 / (2 (N_c + T))       where crushing is limited
@@ -14,9 +14,8 @@ chord leads to N_c. If W + T is less than the first chord spans, that one ends a
 
 Coulomb's law has slope mu. The flow rule of the linear program is normal to this cone: a sliding joint opens by
 slope x |slip| (dilation). Eq. (2) therefore tilts the line to a slope of -alpha mu about the normal force the joint is
-expected to carry, which nearly removes the dilation; the dilation shift leaves Coulomb's cone and takes the dilation
-out of the objective instead. Sources: Gilbert, Casapulla, Ahmed 2006; Szabó, Funari, Lourenço 2023, Eq. (2); Acary,
-Cadoux, Lemaréchal, Malick 2011 (formulation.md, section 1).
+expected to carry, which nearly removes the dilation. Sources: Gilbert, Casapulla, Ahmed 2006; Szabó, Funari,
+Lourenço 2023, Eq. (2) (formulation.md, section 1).
 """
 
 from __future__ import annotations

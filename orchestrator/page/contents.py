@@ -118,18 +118,26 @@ def _settings(record: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, s
             yield f"{prefix}{key}", ", ".join(map(str, value)) or "none" if isinstance(value, list) else str(value)
 
 
+HEADLINES = {
+    "smoothed": "non-associative, of smoothed conditions",
+    "descent": "non-associative, beside the last rest",
+    "sequence": "non-associative, beside the last rest",
+}
+"""Names of headlines that loading itself did not come to."""
+
+
 def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
     names = {
         "associative": "associative (upper bound)",
-        "sequence": "non-associative, sequence of LPs",
-        "dilation_shift": "non-associative, dilation shift",
-        "complementarity": "non-associative, complementarity",
+        "associative_left": "associative, without loose stones",
+        "path": HEADLINES.get(run.analysis.headline.flow_rule, "non-associative, met by loading"),
+        "sequence": "non-associative, the paper's value",
         "lowest": "lowest state found",
     }
     for key, name in names.items():
         if (state := getattr(run.analysis, key)) is not None:
             yield {
-                "name": name if state.converged else f"{name}, not converged",
+                "name": name if state.converged else "last rest: no limit state was closed",
                 "multiplier": state.load_multiplier,
                 "base_shear": state.load_multiplier * run.analysis.horizontal_load,
                 "programs": len(state.records),

@@ -223,8 +223,9 @@ def _times(factor: float) -> Callable[[npt.ArrayLike], npt.ArrayLike]:
 def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     """Draw the multipliers of micro limit analysis as base shear in kN."""
     kilonewtons = analysis.horizontal_load / 1e3
-    associative, headline = analysis.associative, analysis.headline
-    said = f"micro-LA, associative: λ = {associative.load_multiplier:.4f}"
+    associative, headline = analysis.bound, analysis.headline
+    which = "" if analysis.associative_left is None else " (without loose stones)"
+    said = f"micro-LA, associative{which}: λ = {associative.load_multiplier:.4f}"
     axes.axhline(associative.load_multiplier * kilonewtons, color=INK, linestyle=":", linewidth=1.2, label=said)
     found = analysis.non_associative_range
     if found is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -98,11 +98,12 @@ def mechanism(
     load_inclination: float = 0.0,
     load_name: str = "λ × weight",
     answer: str = "",
+    loose: Collection[int] = (),
 ) -> Figure:
     """Draw the collapse mechanism: blocks displaced by their velocities times one factor, hinges and sliding joints.
 
     The live load is an arrow at load_inclination (rad) above load_direction (+1 or -1 along x), with its name. `answer`
-    (none: the load multiplier) goes into the title. A hinge
+    (none: the load multiplier) goes into the title. Stones `loose` (ids) have come loose before. A hinge
     is a joint that opens at one end only (marked at the other end), a sliding joint one that slips while it carries
     load; a joint that has come apart is left to be seen as a gap. Thrust: see thrust.py. Displacements are linear in
     the velocities, as in the analysis: large rotations enlarge the blocks.
@@ -123,8 +124,12 @@ def mechanism(
     )
     figure, axes = wall_figure(np.vstack([*before, *displaced, arrow]), title, wall.name)
     draw_polygons(axes, before, "none", FAINT, 0.5).set_label("undeformed")
+    if loose:
+        gone = [block.polygon for block in wall.blocks if block.id in loose]
+        draw_polygons(axes, gone, VERMILLION + "80").set_label("comes loose before: local failure")
     free = [not block.fixed for block in wall.blocks]
-    draw_polygons(axes, [p for p, f in zip(displaced, free, strict=True) if f], STONE + "c0").set_label("displaced")
+    there = [p for p, b in zip(displaced, wall.blocks, strict=True) if not b.fixed and b.id not in loose]
+    draw_polygons(axes, there, STONE + "c0").set_label("displaced")
     draw_supports(axes, [p for p, f in zip(displaced, free, strict=True) if not f])
     _draw_thrust(axes, assemblage, state, velocities)
     _mark_joints(axes, assemblage, state, velocities)

@@ -6,12 +6,12 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, Mechanism
+from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, LocalFailure, Mechanism
 from orchestrator.macroblocks import MacroblockSettings, Partition
 from orchestrator.masonry.wall import Wall, read_only
 from orchestrator.results.files import read_json
 
-STATES = ("associative", "sequence", "dilation_shift", "complementarity", "lowest")
+STATES = ("associative", "associative_left", "sequence", "path", "lowest")
 
 
 def read_limit_analysis(folder: Path) -> LimitAnalysis:
@@ -24,6 +24,14 @@ def read_limit_analysis(folder: Path) -> LimitAnalysis:
         tilting_table=record["tilting_table"],
         remarks=tuple(record["remarks"]),
         seconds=record["seconds"],
+        highest=record["highest"],
+        last_rest=record["last_rest"],
+        soft_from=record["soft_from"],
+        interval=record["interval"] and tuple(record["interval"]),
+        local_failures=tuple(
+            LocalFailure(tuple(f["stones"]), f["share"], tuple(f["multipliers"]), _state(f["state"]))
+            for f in record["local_failures"]
+        ),
         **{name: record[name] and _state(record[name]) for name in STATES},
     )
 
@@ -61,5 +69,4 @@ def _state(record: dict[str, Any]) -> LimitState:
         yield_residual=record["yield_residual"],
         power_residual=record["power_residual"],
         dilation=record["dilation"],
-        multiplier_range=tuple(record["multiplier_range"]),
     )

@@ -188,10 +188,22 @@ def _limit_analysis(analysis: LimitAnalysis) -> dict[str, Any]:
     found = analysis.non_associative_range
     return {
         "associative": analysis.associative.load_multiplier,
+        "associative_left": analysis.associative_left and analysis.associative_left.load_multiplier,
         "non_associative": headline.load_multiplier if found else None,
         "non_associative_range": list(found) if found else None,
+        "path": analysis.path and analysis.path.load_multiplier,
+        "last_rest": analysis.last_rest,
+        "soft_from": analysis.soft_from,
+        "interval": analysis.interval and list(analysis.interval),
+        "papers_value": analysis.sequence and analysis.sequence.load_multiplier,
+        "lowest": analysis.lowest and analysis.lowest.load_multiplier,
+        "highest": analysis.highest,
+        "local_failures": [
+            {"stones": list(failure.stones), "share": failure.share, "multipliers": list(failure.multipliers)}
+            for failure in analysis.local_failures
+        ],
         "iterations": len(headline.records),
-        "converged": found is not None,
+        "converged": found is not None and headline.converged,
         "equilibrium_residual": headline.equilibrium_residual,
         "base_shear": headline.load_multiplier * analysis.horizontal_load,
         "seconds": analysis.seconds,

@@ -105,7 +105,7 @@ def blocks_record(wall: Wall) -> dict[str, Any]:
 
 def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]:
     """Return all limit states; velocities are in the order of `blocks`, joint values in that of joints.csv."""
-    names = ("associative", "sequence", "dilation_shift", "complementarity", "lowest")
+    names = ("associative", "associative_left", "sequence", "path", "lowest")
     states = {name: getattr(analysis, name) for name in names}
     return {
         "load_direction": analysis.load_direction,
@@ -114,6 +114,19 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
         "tilting_table": analysis.tilting_table,
         "headline": analysis.headline.flow_rule,
         "non_associative_range": analysis.non_associative_range,
+        "highest": analysis.highest,
+        "last_rest": analysis.last_rest,
+        "soft_from": analysis.soft_from,
+        "interval": analysis.interval,
+        "local_failures": [
+            {
+                "stones": failure.stones,
+                "share": failure.share,
+                "multipliers": failure.multipliers,
+                "state": _state_record(failure.state, analysis.horizontal_load),
+            }
+            for failure in analysis.local_failures
+        ],
         "remarks": analysis.remarks,
         "seconds": analysis.seconds,
         "blocks": _ids(wall),
@@ -147,7 +160,6 @@ def _state_record(state: LimitState, horizontal_load: float) -> dict[str, Any]:
     return {
         "flow_rule": state.flow_rule,
         "load_multiplier": state.load_multiplier,
-        "multiplier_range": state.multiplier_range,
         "base_shear_N": state.load_multiplier * horizontal_load,
         "converged": state.converged,
         "equilibrium_residual": state.equilibrium_residual,

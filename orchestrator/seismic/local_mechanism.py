@@ -1,7 +1,8 @@
 """The mechanism of micro limit analysis, verified by the kinematic approach (kinematic.py has its formulas).
 
-It rests on the lowest non-associative state found, under a horizontal load proportional to mass; another load is
-analysed anew for that one, because alpha_0 is a part of g only there. EN 1998-3 has no such approach: with a spectrum
+It rests on the lowest non-associative state found, that of stones which come loose before the wall fails included,
+under a horizontal load proportional to mass; another load is analysed anew for that one, because alpha_0 is a part of g
+only there. EN 1998-3 has no such approach: with a spectrum
 of EN 1998-1 its DL, SD and NC are taken as SLD, SLV and SLC of Circolare 7/2019, and the rows say so.
 """
 
@@ -70,10 +71,14 @@ class InMechanism:
 
 
 def safest_state(analysis: LimitAnalysis) -> LimitState | None:
-    """Return the lowest non-associative state that has converged, None where there is none."""
-    found = (analysis.lowest, analysis.sequence, analysis.dilation_shift, analysis.complementarity)
-    converged = [state for state in found if state is not None and state.converged]
-    return min(converged, key=lambda state: state.load_multiplier, default=None)
+    """Return the lowest non-associative state, None where there is none.
+
+    Stones that come loose before the wall fails are such a state: what they fall on is not asked. So is a last rest
+    that no limit state closed, lest a higher state found elsewhere stands for a wall of which that is not known.
+    """
+    others = [state for state in (analysis.lowest, analysis.sequence) if state is not None and state.converged]
+    found = [failure.state for failure in analysis.local_failures] + [*filter(None, [analysis.path]), *others]
+    return min(found, key=lambda state: state.load_multiplier, default=None)
 
 
 def loads_in_mechanism(
@@ -92,9 +97,19 @@ def loads_in_mechanism(
     state = safest_state(analysis)
     if state is None:
         return UPPER_BOUND
+    remarks += said_of(state, analysis)
     masses, dead = moving_loads(assemblage, by_mass, state.mechanism)
     found = kinematics(state.load_multiplier, masses, dead, load.sign)
     return InMechanism(state.flow_rule.replace("_", " "), found, remarks)
+
+
+def said_of(state: LimitState, analysis: LimitAnalysis) -> tuple[str, ...]:
+    """Return what must be said beside a mechanism that is not simply that of the wall's limit state."""
+    local = next((failure for failure in analysis.local_failures if failure.state is state), None)
+    if local is not None:
+        stones = ", ".join(map(str, local.stones))
+        return (f"a local failure: stones {stones} ({local.share:.2g} of the weight) move, not the wall",)
+    return () if state.converged else ("alpha_0 is the last load at which the wall rests: no limit state was closed",)
 
 
 def moving_loads(assemblage: Assemblage, load: LoadSettings, mechanism: Mechanism) -> tuple[Moving, Moving]:

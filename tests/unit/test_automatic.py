@@ -118,14 +118,13 @@ SEED_7 = ((2.6, 1.8), {"openings": DOOR_AND_WINDOW, "widths": (0.2, 0.4), "heigh
 def test_the_state_that_the_elastic_wall_meets_stays_possible(pattern, peak):
     """Peaks of micro-FE, docs/studies/robustness.md; the sequence settles on 0.3779 and 0.4139.
 
-    The lowest state found is not above the peak, and the bodies have it, as well as the sequence's.
+    The headline is the peak to 1.5 %, and the bodies have it.
     """
     assemblage, analysis = random_wall(*pattern[0], **pattern[1])
-    assert analysis.lowest.load_multiplier <= peak <= analysis.headline.load_multiplier
+    assert analysis.headline.load_multiplier == pytest.approx(peak, rel=0.015)
     partition = chosen(assemblage, analysis, 0.01)
     assert 1 < partition.count < 10
-    for state in (analysis.headline, analysis.lowest):
-        assert kept_multiplier(assemblage, analysis, state, partition, 0.01) is not None
+    assert kept_multiplier(assemblage, analysis, analysis.headline, partition, 0.01) is not None
 
 
 def test_bodies_that_can_only_slide_do_not_keep_a_state_that_turns(wall_1):

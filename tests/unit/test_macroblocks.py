@@ -96,6 +96,18 @@ def test_alike_translations_merge_and_different_ones_do_not(three):
     assert groups(three, merged(three, opposite, MacroblockSettings(normal=inf))) == [{1}, {2, 3}]
 
 
+@pytest.mark.parametrize("largest", [0.0, 0.45, 1e6])
+def test_courses_that_slide_at_different_speeds_are_no_body(three, largest):
+    sliding = mechanism(three, {1: (0.2, 0.0), 2: (0.6, 0.0), 3: (1.0, 0.0)})
+    criteria = MacroblockSettings(normal=inf, centre_distance=largest)
+    assert groups(three, merged(three, sliding, criteria)) == [{1}, {2}, {3}]
+
+
+def test_translations_are_alike_to_a_thousandth_of_their_speed(three):
+    nearly = mechanism(three, {1: (1.0, 0.0), 2: (1.0005, 0.0), 3: (1.003, 0.0)})
+    assert groups(three, merged(three, nearly, MacroblockSettings(normal=inf))) == [{1, 2}, {3}]
+
+
 def test_translating_against_rotating_is_infinitely_far(three):
     motion = mechanism(three, {1: (1.0, 0.0), 2: (1.0, 0.0), 3: ([0.4, 0.6], -1.0)})
     assert groups(three, merged(three, motion, MacroblockSettings(normal=inf, centre_distance=1e9))) == [{1, 2}, {3}]

@@ -63,7 +63,7 @@ def state():
     opening = np.array([[0, 0], [0, 0], [0, 0], [0.5, 1.0], [0, 0.5]])
     forces = np.array([[1, 1, 0], [1, 1, 0], [1, 1, 1], [0, 0, 0], [5, 0, 0]], dtype=float)
     mechanism = Mechanism(velocities, opening, np.array([0, 0, 0.3, 0.4, 0.0]), float(np.hypot(1.0, 0.5)))
-    return LimitState("sequence", 0.2963, forces, mechanism, (), True, 0.0, 0.0, 0.0, 0.0, (0.2963, 0.2963))
+    return LimitState("sequence", 0.2963, forces, mechanism, (), True, 0.0, 0.0, 0.0, 0.0)
 
 
 def polygons(figure, collection):
@@ -479,7 +479,8 @@ def curves_figure(state):
         tilting_table=True,
         associative=replace(state, flow_rule="associative", load_multiplier=0.3478),
         sequence=state,
-        dilation_shift=replace(state, load_multiplier=0.3011, multiplier_range=(0.3011, 0.3015)),
+        path=None,
+        highest=0.3015,
         remarks=(),
         seconds=0.1,
     )

@@ -18,7 +18,7 @@ from orchestrator.bodies import Bodies, Body
 from orchestrator.capacity import Capacity
 from orchestrator.errors import CaseError
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, Mechanism
+from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, LocalFailure, Mechanism
 from orchestrator.macroblocks import MacroblockSettings, Partition
 from orchestrator.masonry.readers import read_blocks
 from orchestrator.masonry.wall import Block, Wall
@@ -60,7 +60,6 @@ def limit_state(rule, multiplier, programs):
         yield_residual=2e-12,
         power_residual=3e-12,
         dilation=0.0,
-        multiplier_range=(multiplier, multiplier),
     )
 
 
@@ -73,7 +72,9 @@ def analysis():
         tilting_table=True,
         associative=limit_state("associative", 0.35, 1),
         sequence=limit_state("sequence", 0.29, 7),
-        dilation_shift=limit_state("dilation_shift", 0.31, 4),
+        path=limit_state("path", 0.29, 7),
+        highest=0.31,
+        local_failures=(LocalFailure((13,), 0.02, (0.1, 0.2), limit_state("path", 0.2, 7)),),
         remarks=("hand made",),
         seconds=0.5,
     )
@@ -217,9 +218,9 @@ def test_joints_file_names_blocks_by_id(tmp_path, assemblage):
 
 
 def test_limit_analysis_file_holds_every_state(tmp_path, assemblage, analysis):
-    results.write_limit_analysis(tmp_path, assemblage.wall, replace(analysis, dilation_shift=None))
+    results.write_limit_analysis(tmp_path, assemblage.wall, replace(analysis, path=None))
     record = json.loads((tmp_path / "limit_analysis.json").read_text())
-    assert record["dilation_shift"] is None
+    assert record["path"] is None
     assert record["headline"] == "sequence"
     assert record["sequence"]["load_multiplier"] == 0.29
     assert record["sequence"]["base_shear_N"] == pytest.approx(906.25)
@@ -337,8 +338,9 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         "wall": dict.fromkeys(["blocks", "joints", "weight"]),
         "limit_analysis": dict.fromkeys([
             "associative", "non_associative", "non_associative_range", "iterations", "converged",
-            "equilibrium_residual", "base_shear", "seconds",
-        ]),
+            "equilibrium_residual", "base_shear", "seconds", "path", "last_rest", "soft_from", "interval",
+            "papers_value", "lowest", "highest", "associative_left",
+        ]) | {"local_failures": [dict.fromkeys(["stones", "share", "multipliers"])]},
         "macroblocks": dict.fromkeys(["count", "joints", "tol_n", "tol_d", "trivial"]),
         "pushover": [{
             **dict.fromkeys([
@@ -368,7 +370,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
 
 
 def test_summary_says_null_where_nothing_was_found(assemblage, analysis):
-    record = results.summary("c", assemblage, replace(analysis, sequence=None, dilation_shift=None), None, [])
+    record = results.summary("c", assemblage, replace(analysis, sequence=None, path=None, highest=None), None, [])
     assert record["limit_analysis"]["non_associative"] is None
     assert record["limit_analysis"]["non_associative_range"] is None
     assert record["limit_analysis"]["base_shear"] == pytest.approx(0.35 * 3125)

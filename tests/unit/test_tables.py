@@ -23,7 +23,7 @@ def test_multiplier_that_has_not_converged_stands_in_brackets():
     found = analyse(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]))
     assert "(0.5" not in printed(found)
     assert printed(found).count("0.50000") > 1
-    astray = replace(found, dilation_shift=replace(found.dilation_shift, converged=False))
+    astray = replace(found, sequence=replace(found.sequence, converged=False))
     assert printed(astray).count("(0.50000)") == 1
 
 

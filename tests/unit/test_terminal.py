@@ -28,7 +28,7 @@ def slender():
 
 
 def without_any_state(analysis):
-    return replace(analysis, sequence=None, dilation_shift=None, complementarity=None, lowest=None)
+    return replace(analysis, sequence=None, path=None, lowest=None)
 
 
 def at(analysis, *, lowest=None, bound=None):
@@ -60,6 +60,14 @@ def test_the_bound_alone_counts_as_no_more_than_that(slender):
     said = answer_of_limit(without_any_state(slender))
     assert said.startswith("λ = 0.50000 counts (associative)")
     assert "an upper bound only" in said
+
+
+def test_a_last_rest_is_called_no_collapse_state(slender):
+    rest = replace(slender.path, flow_rule="last_rest", converged=False)
+    said = answer_of_limit(replace(slender, path=rest))
+    assert said.startswith("λ = 0.50000 counts (last rest)")
+    assert "at rest there, and no collapse state was closed" in said
+    assert "a collapse state with" not in said
 
 
 def test_nothing_printed_denies_the_state_that_counts(monkeypatch, capsys, tmp_path):

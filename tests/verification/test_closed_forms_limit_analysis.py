@@ -22,10 +22,10 @@ from tests.verification.limit_analysis_cases import assemblage_of, box, case, mi
 
 
 def multipliers(assemblage, load_direction=1):
-    """Associative, sequence and dilation-shift multiplier."""
+    """Associative and sequence multiplier, and that which loading meets."""
     found = analyse(assemblage, load_direction=load_direction)
     assert found.remarks == ()
-    return [state.load_multiplier for state in (found.associative, found.sequence, found.dilation_shift)]
+    return [state.load_multiplier for state in (found.associative, found.sequence, found.headline)]
 
 
 def floor(width=6.0):

@@ -40,7 +40,7 @@ def test_sequence_value_of_file(name):
 def test_non_associative_values_do_not_exceed_the_associative(name):
     """The associative optimum bounds every statically admissible state (lower-bound theorem)."""
     found = answers(name)
-    highest = max(found.sequence.load_multiplier, found.dilation_shift.multiplier_range[1])
+    highest = max(found.sequence.load_multiplier, found.path.load_multiplier, found.highest)
     assert highest <= found.associative.load_multiplier + 1e-9
 
 
@@ -61,16 +61,8 @@ def test_keystone_wall_has_no_solution_by_the_sequence_and_says_so():
     assert found.sequence is None
     (remark,) = [remark for remark in found.remarks if "the paper's sequence found no state" in remark]
     assert "no joint forces satisfy equilibrium and friction" in remark
-    assert found.headline is found.associative, "a shift that has not settled is never the headline"
+    assert found.headline is found.associative
     assert found.non_associative_range is None
-
-
-def test_keystone_wall_has_admissible_forces_by_the_dilation_shift():
-    """Its forces balance within friction; its flow rule is not met, and it says so (the hanging block drifts)."""
-    state = answers("keystone_wall_13x9").dilation_shift
-    assert 0.42 < state.load_multiplier < answers("keystone_wall_13x9").associative.load_multiplier
-    assert not state.converged
-    assert state.power_residual > 1e-2
 
 
 def test_seeds_hardly_matter_on_wall_4():
@@ -85,4 +77,4 @@ def test_a_sequence_cut_short_is_no_answer():
     settings = LimitAnalysisSettings(minimum_iterations=2, maximum_iterations=2, seed_cohesions=(1e-1,))
     found = analyse(case("ferris_tinloi_wall3"), settings)
     assert found.sequence is None
-    assert "not settled after 2 linear programs" in found.remarks[0]
+    assert "not settled after 2 linear programs" in found.remarks[-1]

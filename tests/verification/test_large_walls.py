@@ -8,14 +8,13 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 
 from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import LimitAnalysisSettings, analyse, analysis, linear_program
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse, direct_loading, linear_program
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
+from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import coulomb, yield_matrix, yield_offset
 from orchestrator.masonry.patterns import running_bond
-from tests.verification.limit_analysis_cases import case
-
-NEAREST = "complementarity program: the nearest forces and mechanism are out of balance by "
+from tests.verification.limit_analysis_cases import assemblage_of, box, case
 
 
 @pytest.fixture(scope="module")
@@ -58,29 +57,41 @@ def test_a_very_large_wall_without_a_state_says_so_and_runs_no_sequence():
     """keystone_wall has none: its keystone hangs by friction alone."""
     found = analyse(case("keystone_wall_13x9"), LimitAnalysisSettings(search_blocks=1, sequence_blocks=1))
     assert found.sequence is None
-    assert found.dilation_shift is None
-    assert found.complementarity is None
+    assert found.path is None
     assert found.headline is found.associative
     assert found.remarks == (
-        "sequence and dilation shift left out for so many blocks, more than 1",
-        "no non-associative solution found: complementarity program: no forces and mechanism that balance",
+        "loading: no state of rest under the dead load was found",
+        "the paper's sequence left out for so many blocks, more than 1",
     )
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [LimitAnalysisSettings(search_blocks=1, sequence_blocks=1), LimitAnalysisSettings(maximum_shift_iterations=3)],
-    ids=["very large", "shift that has not settled"],
-)
-def test_nearest_forces_and_mechanism_are_shown_where_there_is_no_state(settings, monkeypatch):
-    """Not converged, hence never the headline, and the remark says by how much power is out of balance."""
-    monkeypatch.setattr(analysis, "NEARLY", 1.0)
-    found = analyse(case("keystone_wall_13x9"), settings)
-    nearest = found.complementarity
-    assert not nearest.converged
-    assert found.headline is found.associative
-    assert found.non_associative_range is None
-    assert nearest.equilibrium_residual < 1e-8
-    said = float(found.remarks[-1].removeprefix(NEAREST).split()[0])
-    assert said > 1e-2
-    assert said == pytest.approx(nearest.power_residual, rel=0.1)
+def test_a_wall_that_is_not_followed_to_its_end_has_a_valid_state_and_says_how_far_it_was_loaded():
+    """Running bond, 290 blocks: below Eq. (1), above the rest it was loaded to; power, flow and friction balance."""
+    wall = find_joints(running_bond(14, 20), JointSettings())
+    found = analyse(wall, LimitAnalysisSettings(search_blocks=1, sequence_blocks=1, path_blocks=1))
+    state = found.headline
+    assert (state.flow_rule, state.converged) == ("smoothed", True)
+    assert state is found.path
+    terms = assemble_equilibrium(wall, 1)
+    assert validate(wall, terms, coulomb(wall, terms.dead_total), state).complaints == ()
+    assert 0.8 * state.load_multiplier < found.last_rest < state.load_multiplier < found.associative.load_multiplier
+    (said,) = [remark for remark in found.remarks if "path" in remark]
+    assert said.startswith("the path was not followed to its end: state closed by smoothed conditions; at rest up to ")
+    assert f"{found.last_rest:.4f}" in said
+
+
+@pytest.mark.parametrize(("width", "height", "expected"), [(0.5, 1.0, 0.5), (1.0, 0.5, 0.65)])
+def test_one_block_rests_up_to_its_state_on_this_road_too(width, height, expected):
+    """min(mu, b/h); loading is asked for a rest 1 % below, and finds it."""
+    block = assemblage_of([box(-3, -1, 6, 1), box(0, 0, width, height)])
+    found = analyse(block, LimitAnalysisSettings(path_blocks=0))
+    assert found.headline.flow_rule == "smoothed"
+    assert found.headline.load_multiplier == pytest.approx(expected, rel=1e-6)
+    assert found.last_rest == pytest.approx(0.99 * expected, rel=1e-6)
+
+
+def test_a_wall_too_large_to_be_loaded_at_all_says_so(monkeypatch):
+    monkeypatch.setattr(direct_loading, "BUDGET", 0)
+    found = analyse(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]), LimitAnalysisSettings(path_blocks=0))
+    assert found.last_rest is None
+    assert any("the wall was not loaded, for the number of blocks" in remark for remark in found.remarks)

@@ -21,13 +21,13 @@ NAMES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("rule", ["associative", "sequence", "dilation_shift", "complementarity", "lowest"])
+@pytest.mark.parametrize("rule", ["associative", "sequence", "path", "lowest"])
 @pytest.mark.parametrize("name", [*NAMES, "keystone_wall_13x9"])
 def test_forces_balance_within_friction(name, rule):
     state = getattr(answers(name), rule)
     if state is None:
         assert name == "keystone_wall_13x9"
-        assert rule in ("sequence", "complementarity", "lowest")
+        assert rule in ("sequence", "path", "lowest")
         return
     found = audit(case(name), state)
     assert found.unbalanced < 1e-10
@@ -49,7 +49,7 @@ def test_associative_mechanism_takes_no_power(name):
     assert answers(name).associative.power_residual < 1e-8
 
 
-@pytest.mark.parametrize("rule", ["sequence", "dilation_shift", "complementarity", "lowest"])
+@pytest.mark.parametrize("rule", ["sequence", "path", "lowest"])
 @pytest.mark.parametrize("name", NAMES)
 def test_non_associative_mechanism_without_dilation(name, rule):
     state = getattr(answers(name), rule)

@@ -9,12 +9,13 @@ import pytest
 
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import smoothed_complementarity
-from orchestrator.limit_analysis.complementarity import Iterate, scaled_problem, solve_complementarity
+from orchestrator.limit_analysis.complementarity import Iterate
 from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import LimitProgram, solve_limit_lp
 from orchestrator.limit_analysis.lower_states import CLOSE_FACE_WEIGHT, TwoPrograms, descent
 from orchestrator.limit_analysis.moving_part import moving_part
 from orchestrator.limit_analysis.problem import Problem
+from orchestrator.limit_analysis.scaled_problem import scaled_problem
 from orchestrator.limit_analysis.search import closed_state
 from orchestrator.limit_analysis.smoothed_complementarity import (
     LAST_GAP,
@@ -86,7 +87,7 @@ def test_blocks_that_rest_are_supports(bond):
 def state(bond):
     """A state of that wall that the two programs find without any part."""
     _, whole, friction, _, _ = bond
-    found = solve_complementarity(whole, friction)
+    found = solve_smoothed(whole, friction, 1.0)
     return next(each for each in descent(TwoPrograms(whole, friction), found.slip) if each.balances)
 
 
@@ -149,6 +150,6 @@ def test_state_of_a_large_wall(blocks, courses):
     found, slip = smoothed_start(part, depth)
     assert found.gap <= LAST_GAP
     closed = next(descent(TwoPrograms(equilibrium, friction, part), slip, face_weight=CLOSE_FACE_WEIGHT))
-    state = closed_state(Problem(wall, equilibrium, friction), closed, found)
+    state = closed_state(Problem(wall, equilibrium, friction), closed)
     assert validate(wall, equilibrium, friction, state).complaints == ()
     assert 0.44 < state.load_multiplier < optimum.load_multiplier - 1e-3

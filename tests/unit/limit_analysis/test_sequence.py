@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from orchestrator.errors import ConvergenceError
-from orchestrator.limit_analysis.dilation_shift import LARGEST, NEAR, aitken_relaxation, shift_iterates
 from orchestrator.limit_analysis.linear_program import InfeasibleError, LimitSolution
 from orchestrator.limit_analysis.sequence import (
     HALVINGS,
@@ -95,46 +94,6 @@ def test_seed_reaches_the_program():
     program = ProgramWithLeastCohesion(0.0)
     feasible_iterate(program, OneNewton(), LAW, iterate(0.2), np.array([2.0]), 0.25, SETTINGS)
     assert program.asked == pytest.approx([1.01 * 0.5 * 2.0 + 0.25])
-
-
-def test_shift_iterates_close_in_on_the_dilation():
-    """A program whose slip is always 2 m/s has the fixed point d = mu 2 = 1; omega = 0.5 halves the error."""
-
-    class SteadySlip:
-        def solve(self, cohesion, shift):
-            return solution(0.5, normal=3.0, slip=-2.0)
-
-    run, _ = taken_until(lambda taken: False, shift_iterates(SteadySlip(), LAW, SETTINGS), 1, 5)
-    assert [float(each.shift[0]) for each in run] == pytest.approx([0.0, 0.5, 0.75, 0.875, 0.9375])
-    assert [each.error for each in run] == pytest.approx(
-        [6.0, 3.0, 1.5, 0.75, 0.375]
-    )  # N times what is missing, over 0.5
-
-
-def test_aitkens_rule_ends_a_linear_iteration_in_one_step():
-    """x <- x + omega r, r = a (1 - x): one step of any omega, and the next is 1/a, which leads to x = 1."""
-    a, omega = 0.7, 0.3
-    before = np.array([a])
-    after = a * (1.0 - omega * before)
-    assert aitken_relaxation(omega, before, after) == pytest.approx(1.0 / a)
-    assert aitken_relaxation(omega, before, before) == 0.0, "nothing to learn from"
-
-
-def test_shift_goes_faster_near_its_end_only():
-    """A map that keeps 0.6 of the error at omega = 0.5 (x <- x + 0.8 (1 - x) at 1): Aitken's 1.25 is cut to LARGEST."""
-
-    class Slope:
-        def solve(self, cohesion, shift):
-            return solution(1.0, slip=(0.8 + 0.2 * float(shift[0])) / 0.5)
-
-    run, _ = taken_until(lambda taken: taken[-1].error < 1e-8, shift_iterates(Slope(), LAW, SETTINGS), 1, 60)
-    errors = np.array([each.error for each in run])
-    kept = errors[1:] / errors[:-1]
-    far = errors[:-1] >= NEAR
-    assert far.sum() > 5
-    assert kept[far] == pytest.approx(0.6)
-    assert (~far).sum() > 5
-    assert kept[~far] == pytest.approx(1.0 - 0.8 * LARGEST, rel=1e-3)
 
 
 def test_every_setting_has_a_bound_and_an_explanation():

@@ -48,7 +48,6 @@ def sliding():
         yield_residual=0.0,
         power_residual=0.0,
         dilation=0.0,
-        multiplier_range=(FRICTION, FRICTION),
     )
     return assemblage, equilibrium, coulomb(assemblage), state
 

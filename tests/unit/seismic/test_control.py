@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from orchestrator.cli import main
 from orchestrator.errors import CaseError
 from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import DeadLoad, LoadSettings, analyse, loads_on
+from orchestrator.limit_analysis import DeadLoad, LimitAnalysisSettings, LoadSettings, analyse, loads_on
 from orchestrator.seismic.control import candidates, control_point, named_point, uncovered
+from orchestrator.seismic.local_mechanism import loads_in_mechanism, safest_state
 from orchestrator.seismic.settings import SeismicSettings
 from tests.unit.seismic.test_kinematic import box, wall_of
 
@@ -20,7 +23,7 @@ def two_towers():
 
 def chosen(assemblage, load=None, **settings):
     load = load or LoadSettings()
-    mechanism = analyse(assemblage, None, load.sign, loads_on(assemblage.wall, load)).lowest.mechanism
+    mechanism = safest_state(analyse(assemblage, None, load.sign, loads_on(assemblage.wall, load))).mechanism
     return control_point(SeismicSettings(1.0, **settings), assemblage, load, mechanism, load.sign)
 
 
@@ -29,6 +32,25 @@ def test_the_slender_tower_is_watched_not_the_higher_one(direction):
     point = chosen(two_towers(), LoadSettings(direction=direction))
     assert point.name == "roof at y = 0.6 m, 1 block"
     assert point.blocks == (1,)
+
+
+def test_stones_that_come_loose_first_are_verified_not_the_wall_without_them():
+    """The slender tower is 2.9 % of the weight, a local failure at 0.1 / 0.6; the squat one tips at 1 / 2."""
+    assemblage = two_towers()
+    analysis = analyse(assemblage)
+    assert analysis.headline.load_multiplier == pytest.approx(0.5, rel=1e-6)
+    found = loads_in_mechanism(assemblage, LoadSettings(), LimitAnalysisSettings(), analysis)
+    assert found.kinematics.multiplier == pytest.approx(1 / 6, rel=1e-6)
+    assert found.kinematics.bodies == 1
+    assert "stones 1 (0.029 of the weight) move, not the wall" in found.remarks[0]
+
+
+def test_a_last_rest_is_not_passed_over_for_a_higher_state():
+    analysis = analyse(two_towers(), LimitAnalysisSettings(local_share=0.0))
+    rest = replace(analysis.path, load_multiplier=0.1, converged=False)
+    known = replace(analysis, path=rest, lowest=replace(analysis.path, load_multiplier=0.4), sequence=None)
+    assert safest_state(known) is rest
+    assert safest_state(replace(known, lowest=replace(analysis.path, load_multiplier=0.05))).load_multiplier == 0.05
 
 
 def test_roofs_are_tops_that_nothing_covers_and_floors_are_what_carries_loads():
