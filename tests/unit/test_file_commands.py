@@ -208,8 +208,8 @@ def test_bash_completes_commands(tmp_path, capsys):
     script = tmp_path / "completion.sh"
     script.write_text(capsys.readouterr().out)
     ask = (
-        f"source {script}; COMP_WORDS=(orchestrator se); COMP_CWORD=1; "
-        "$(complete -p orchestrator | sed 's/.*-F \\([^ ]*\\) .*/\\1/') orchestrator se orchestrator; "
+        f"source {script}; COMP_WORDS=(orchestrator seg); COMP_CWORD=1; "
+        "$(complete -p orchestrator | sed 's/.*-F \\([^ ]*\\) .*/\\1/') orchestrator seg orchestrator; "
         "echo ${COMPREPLY[@]}"
     )
     done = subprocess.run(["bash", "-c", ask], capture_output=True, text=True, timeout=20, check=True)

@@ -128,11 +128,12 @@ def test_a_report_names_the_load_that_its_case_has(runs, tmp_path):
     changed = changed.replace('inclination = "0.0 rad"', 'inclination = "10 deg"')
     assert changed.count("mass_height") > case.count("mass_height")
     before, after = "proportional to mass", "proportional to mass × height above the base, 10° above the horizontal"
-    assert (folder / "report.html").read_text().count(before) == 2
+    named = (folder / "report.html").read_text().count(before)
+    assert named >= 2
     (folder / "case.toml").write_text(changed)
     assert main(["report", str(folder)]) == 0
     page = (folder / "report.html").read_text()
-    assert page.count(after) == page.count(before) == 2
+    assert page.count(after) == page.count(before) == named
 
 
 def test_resume_leaves_finished_load_cases_alone_and_finishes_the_others(walls, tmp_path, monkeypatch):

@@ -363,7 +363,8 @@ def increment(model):
     displacement[meshes.body_of_node == 1] = [0.01, 0.005, 0.0]
     none, gap, status = np.zeros(6), np.full(6, 0.005), np.array([1, 2, 0, 0, 0, 0])
     return Increment(
-        7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), none, none, gap, none,
+        7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), *3 * [none],
+        *2 * [np.zeros(0)], gap, none,
         status, 100.0, 400.0, 0.0123, 0.01, 1.0, *6 * [0.0], 100.0, 0.0, False, np.ones(2, bool), np.zeros(2, bool),
         0.0, 3, (0.1,),
     )  # fmt: skip
