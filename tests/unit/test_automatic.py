@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -15,13 +13,7 @@ from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.merged_blocks import merged_multiplier
 from orchestrator.macroblocks import partition_of
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from orchestrator.masonry.readers import read_blocks
-
-DATA = Path(__file__).parents[1] / "data"
-
-
-def of_file(name):
-    return find_joints(read_blocks(DATA / f"{name}.json"), JointSettings())
+from tests.support.walls import DATA, of_file
 
 
 @pytest.fixture(scope="module")

@@ -20,8 +20,8 @@ from hypothesis import strategies as st
 from orchestrator import case as cases
 from orchestrator.cli import main
 from orchestrator.masonry import dxf, pixels, readers, rows
-from tests.unit.test_bad_input import WALL
-from tests.unit.test_intake_walls import ROWS
+from tests.support.intake import ROWS
+from tests.support.two_blocks import WALL
 
 CASES = int(os.environ.get("HYPOTHESIS_CASES", "200"))
 TESTS = 8

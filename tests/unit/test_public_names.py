@@ -10,7 +10,7 @@ import pytest
 
 import orchestrator
 from orchestrator import MeshSettings, SteppingSettings, make_bodies, one_body_per_block, pushover_curve
-from tests.verification.pushover_chain import assemblage_of, stack
+from tests.support.pushover_chain import assemblage_of, stack
 
 HEAVY = ("numpy", "dolfinx", "gmsh", "petsc4py", "mpi4py", "pydantic", "h5py", "matplotlib")
 

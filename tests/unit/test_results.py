@@ -17,33 +17,17 @@ from orchestrator import results
 from orchestrator.bodies import Bodies, Body
 from orchestrator.capacity import Capacity
 from orchestrator.errors import CaseError
-from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, Mechanism
 from orchestrator.macroblocks import MacroblockSettings, Partition
 from orchestrator.masonry.readers import read_blocks
-from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Attempt, Increment, PushoverCurve
-
-
-def rectangle(left, bottom, right, top):
-    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
+from tests.support.walls import between, four_blocks
 
 
 @pytest.fixture
 def assemblage():
-    """Support 10, blocks 11 and 12 side by side on it, block 13 on both: 5 joints."""
-    boxes = [(0, -0.2, 2, 0), (0, 0, 1, 0.5), (1, 0, 2, 0.5), (0.5, 0.5, 1.5, 1)]
-    blocks = tuple(Block(10 + n, rectangle(*box), n == 0, 25e3) for n, box in enumerate(boxes))
-    return Assemblage(
-        wall=Wall('Wall "ä" <&>', blocks, 0.1, 0.65),
-        block_i=np.array([0, 0, 1, 1, 2]),
-        block_j=np.array([1, 2, 2, 3, 3]),
-        start=np.array([[1, 0], [2, 0], [1, 0], [1, 0.5], [1.5, 0.5]]),
-        end=np.array([[0, 0], [1, 0], [1, 0.5], [0.5, 0.5], [1, 0.5]]),
-        friction=np.full(5, 0.65),
-        cohesion=np.zeros(5),
-    )
+    return four_blocks('Wall "ä" <&>')
 
 
 def limit_state(rule, multiplier, programs):
@@ -228,8 +212,8 @@ def test_limit_analysis_file_holds_every_state(tmp_path, assemblage, analysis):
 
 
 def test_macroblocks_file_holds_partition_and_polygons(tmp_path, assemblage, partition):
-    hole = rectangle(0.2, 0.1, 0.4, 0.2)[::-1]
-    outlines = [rectangle(0, 0, 2, 0.5), rectangle(0.5, 0.5, 1.5, 1), rectangle(0, -0.2, 2, 0)]
+    hole = between(0.2, 0.1, 0.4, 0.2)[::-1]
+    outlines = [between(0, 0, 2, 0.5), between(0.5, 0.5, 1.5, 1), between(0, -0.2, 2, 0)]
     blocks = [[1, 2], [3], [0]]
     made = [
         Body(n, f"block {n}", outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array(blocks[n]))

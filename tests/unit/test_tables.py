@@ -8,7 +8,7 @@ from rich.console import Console
 
 from orchestrator.limit_analysis import DeadLoad, LoadSettings, analyse, loads_on
 from orchestrator.tables import limit_table
-from tests.verification.limit_analysis_cases import assemblage_of, box
+from tests.support.limit_analysis_cases import assemblage_of, box
 
 
 def printed(analysis):
