@@ -12,7 +12,7 @@ import math
 import sys
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -179,7 +179,7 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
         return _settle(options, case, output, console)
     if options.json:
         found = {name: driver.limit(one) for name, one in load_cases.each(case).items()}
-        records = {name: results.summary("", *one, None, [])["limit_analysis"] for name, one in found.items()}
+        records = {name: asdict(results.limit_summary(one[1])) for name, one in found.items()}
         print(json.dumps(records.get("", records), indent=1))
         return 0
     results.try_folder(output)
@@ -243,10 +243,11 @@ def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Conso
         return _run_load_cases(options, case, output, comm, console)
     with Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
+    assert outcome.summary is not None, "a run without any curve raises"
     console.print(tables.run_table(outcome.summary))
-    for remark in results.remarks(outcome.summary["pushover"]):
+    for remark in results.remarks(outcome.summary.pushover):
         console.print(remark, soft_wrap=True, markup=False)
-    for reason in results.reasons(outcome.summary["pushover"]):
+    for reason in results.reasons(outcome.summary.pushover):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)
     console.print(answer.answer_of_run(outcome.summary), soft_wrap=True, markup=False)
     _print_verification(outcome.summary, console)
@@ -267,18 +268,19 @@ def _run_load_cases(
         return 0
     console.print(tables.load_cases_table(case.name, outcome.rows))
     for one in outcome.done:
-        _print_verification(one.summary, console, one.summary.get("case", ""))
+        if one.summary is not None:
+            _print_verification(one.summary, console, one.summary.case)
     written = f"reports of all load cases: {output / 'report.html'}; table: {output / 'load_cases.csv'}"
     console.print(written, soft_wrap=True)
     _complain(comm, outcome.complaints)
     return _exit_code(outcome.complaints)
 
 
-def _print_verification(summary: dict[str, Any], console: Console, load_case: str = "") -> None:
+def _print_verification(summary: results.Summary, console: Console, load_case: str = "") -> None:
     """Print table, control point and notes of the seismic verification, where there is one."""
-    if "seismic" not in summary:
+    record = summary.seismic
+    if record is None:
         return
-    record = summary["seismic"]
     console.print(tables.seismic_table(record, load_case))
     console.print(f"{verdict(record)}. Control point of N2: {record['control_point']}", soft_wrap=True)
     for number, text in enumerate(notes(record), 1):

@@ -8,23 +8,22 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
-import resource
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from orchestrator import results
 from orchestrator.bodies import Bodies
-from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, ModelName
-from orchestrator.errors import CollapseError, ConvergenceError, ResultError, naming
+from orchestrator.errors import CollapseError, ConvergenceError, naming
 from orchestrator.estimate import Estimate, estimate, free_memory, time_in_words, warning_of
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
 from orchestrator.parallel import on_root, this_rank
 from orchestrator.progress import IncrementDone, Report, StageDone
-from orchestrator.pushover.state import Increment, PushoverCurve
+from orchestrator.pushed import Pushed, follow, judged, peak_memory, progress_of, stepping_of
+from orchestrator.pushover.state import Increment
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -34,16 +33,6 @@ if TYPE_CHECKING:
     from orchestrator.pushover.settings import SteppingSettings
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Pushed:
-    """One finished pushover. `complaints`: why the curve ended early, and why it is not valid; none of a good one."""
-
-    curve: PushoverCurve
-    capacity: Capacity
-    summary: dict[str, Any]
-    complaints: tuple[ConvergenceError | ResultError, ...]
 
 
 def push_model(
@@ -113,39 +102,32 @@ def _follow(
     report: Report,
 ) -> Pushed:
     """Follow the curve of one model on `comm` (None: this rank alone), storing every increment."""
-    from orchestrator.pushover.linear_system import LinearSystem
     from orchestrator.pushover.model import build_model
-    from orchestrator.pushover.stepping import Pushover
 
-    working = comm or this_rank()
+    working, stepping = comm or this_rank(), stepping_of(model, case.stepping)
     store = results.StateStore(folder, _fingerprint(case, bodies, meshes))
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()
     large = case.stepping.large_displacement
     contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working, large, loads)
     assembled = perf_counter()
-    complaint: ConvergenceError | CollapseError | None = None
-    with LinearSystem(contact_model, working) as system:
-        pushover = Pushover(contact_model, system, case.newton, _stepping(model, case), expected)
-        try:
-            for increment in pushover.increments(last):
-                on_root(comm, store.append, increment)
-                report(_progress(model, increment, case, contact_model.weight, perf_counter() - assembled))
-        except (ConvergenceError, CollapseError) as error:
-            complaint = error
-        seconds = {"assembly": assembled - began, "factorise": system.seconds}
-    seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - system.seconds}
+
+    def keep(increment: Increment) -> None:
+        on_root(comm, store.append, increment)
+        report(_told(progress_of(model, increment, stepping, contact_model.weight, perf_counter() - assembled)))
+
+    complaint, factorise = follow(contact_model, working, case.newton, stepping, expected, last, keep)
+    seconds = {"assembly": assembled - began, "factorise": factorise}
+    seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - factorise}
     seconds["total"] = meshes.seconds + perf_counter() - began
-    return on_root(comm, _folded, model, case, bodies, contact_model, store, complaint, expected, working.size, seconds)
+    return on_root(
+        comm, _folded, model, bodies, contact_model, store, stepping, expected, complaint, working.size, seconds
+    )
 
 
-def _stepping(model: ModelName, case: Case) -> SteppingSettings:
-    """Return how a path is followed: macroblocks are those of one mechanism, and know no other once it has fallen."""
-    return case.stepping if model == "micro" else replace(case.stepping, local_share=0.0)
-
-
-def _progress(model: str, increment: Increment, case: Case, weight: float, seconds: float) -> IncrementDone:
-    reached = increment.control_displacement / case.stepping.final_displacement
+def _told(done: IncrementDone) -> IncrementDone:
+    """Write an increment into run.log; return it."""
+    model, increment = done.model, done.increment
     logger.info(
         "%s %d %s: multiplier %.5f, control displacement %.4g mm, %d iterations",
         model, increment.number, increment.phase, increment.load_multiplier,
@@ -153,7 +135,7 @@ def _progress(model: str, increment: Increment, case: Case, weight: float, secon
     )  # fmt: skip
     for attempt in increment.attempts:
         logger.info("%s %d: %s (tried %.3g): %s", model, increment.number, attempt.cause, attempt.tried, attempt.action)
-    return IncrementDone(model, increment, weight, seconds, min(max(reached, 0.0), 1.0))
+    return done
 
 
 def last_state(case: Case, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, Increment | None]:
@@ -193,82 +175,19 @@ def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:
 
 def _folded(
     model: ModelName,
-    case: Case,
     bodies: Bodies,
     contact_model: ContactModel,
     store: results.StateStore,
-    complaint: ConvergenceError | CollapseError | None,
+    stepping: SteppingSettings,
     expected: float,
+    complaint: ConvergenceError | CollapseError | None,
     ranks: int,
     seconds: dict[str, float],
 ) -> Pushed:
-    """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
+    """Fold and check the stored increments; write curve, pictures and ParaView files."""
     from orchestrator import report as reporting
-    from orchestrator.pushover.overlap import largest_overlap
-    from orchestrator.pushover.stepping import end_of_curve
 
-    last = store.last()
-    if isinstance(complaint, ConvergenceError):
-        complaint = _located(model, complaint, last)
-    if last is None or last.phase == "gravity":
-        raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
-    stopped = str(complaint or end_of_curve(last, case.stepping))
-    curve = PushoverCurve.from_increments(store.increments(), stopped)
-    effort = results.effort_of(store.increments(), contact_model.body_names, contact_model.body_mass)
-    capacity = find_capacity(curve)
-    failures = [complaint] if isinstance(complaint, ConvergenceError) else []
-    large = case.stepping.large_displacement
-    overlap = largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen) if large else (0.0, 0.0)
-    highest = None if large else expected * contact_model.horizontal_load
-    invalid = _check(model, curve, overlap[1], effort.energy_error, highest, failures)
-    reporting.write_pushover(store, model, bodies, contact_model, curve, invalid is None)
-    complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
-    return Pushed(
-        curve=curve,
-        capacity=capacity,
-        summary=results.pushover_summary(
-            model,
-            contact_model.meshes,
-            len(contact_model.contacts),
-            effort,
-            capacity,
-            stopped,
-            overlap=overlap,
-            large_displacement=large,
-            ranks=ranks,
-            seconds=seconds,
-            peak_memory=1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
-            complaint=str(complaints[0]) if complaints else None,
-            not_valid_because=None if invalid is None else invalid.detail,
-        ),
-        complaints=complaints,
-    )
-
-
-def _located(model: str, error: ConvergenceError, last: Increment | None) -> ConvergenceError:
-    """Return the error with the model and the last good increment in its text."""
-    place = "before any increment"
-    if last is not None:
-        moved = f"{1e3 * last.control_displacement:.4g} mm, multiplier {last.load_multiplier:.4f}"
-        place = f"after increment {last.number} ({last.phase}, {moved})"
-    return ConvergenceError(f"{model} FE", f"stopped {place}: {error}", error.iterations)
-
-
-def _check(
-    model: str,
-    curve: PushoverCurve,
-    overlap: float,
-    energy_error: float,
-    highest: float | None,
-    failures: list[ConvergenceError],
-) -> ResultError | None:
-    """Return why a curve is not valid: what `check` finds, or that it broke off."""
-    from orchestrator.pushover.checks import check as check_curve
-
-    try:
-        check_curve(curve, overlap, energy_error, highest)
-        if failures:
-            raise ResultError("end of the curve", f"it broke off: {failures[0].where}")
-    except ResultError as error:
-        return ResultError(f"{model} FE", f"{error.check}: {error.detail}")
-    return None
+    kept = (store.increments, store.last())
+    done = judged(model, bodies, contact_model, *kept, stepping, expected, complaint, ranks=ranks, seconds=seconds)
+    reporting.write_pushover(store, model, bodies, contact_model, done.curve, done.summary.valid)
+    return replace(done, summary=replace(done.summary, peak_memory=peak_memory()))

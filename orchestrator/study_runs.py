@@ -140,8 +140,10 @@ def compute(run: Run) -> str:
     try:
         outcome = driver.push(run.case, run.segmented, temporary, False, None, lambda event: None)
         complaints = [str(complaint) for complaint in outcome.complaints]
-        (pushover,) = outcome.summary["pushover"]
-        text = f"peak {pushover['peak_multiplier']:.4f}, {pushover['seconds']['total']:.1f} s"
+        assert outcome.summary is not None
+        (pushed,) = outcome.summary.pushover
+        peak, seconds = results.printed("multiplier", pushed.peak_multiplier), pushed.seconds["total"]
+        text = f"peak {peak}, {results.printed('seconds', seconds)} s"
     except ConvergenceError as error:  # before the first lateral increment: there is no curve
         complaints, text = [str(error)], str(error)
     results.write_json(temporary / "complaints.json", complaints)
@@ -153,16 +155,15 @@ def _complaints(run: Run) -> list[str]:
     return list(results.read_json(run.folder / "complaints.json"))
 
 
-def _pushover(run: Run) -> dict[str, Any] | None:
-    """Return the summary's entry of a finished run, None where it has no curve."""
-    path = run.folder / "summary.json"
-    return results.read_json(path)["pushover"][0] if path.exists() else None
+def _pushover(run: Run) -> results.PushoverSummary | None:
+    """Return the summary of a finished run's pushover, None where it has no curve."""
+    return results.read_summary(run.folder).pushover[0] if (run.folder / "summary.json").exists() else None
 
 
 def _not_valid(run: Run) -> str:
     """Return why the curve of a finished run is not valid, "" where it is or there is none."""
     found = _pushover(run)
-    return (found and found["not_valid_because"]) or ""
+    return (found and found.not_valid_because) or ""
 
 
 def _table(cells: Sequence[Cell], micro: Partition, runs: dict[bytes, Run]) -> Iterable[dict[str, Any]]:
@@ -177,7 +178,7 @@ def _tolerance(value: float) -> float | str:
     return "none" if value == inf else value
 
 
-def _row(run: Run, micro: dict[str, Any] | None) -> dict[str, Any]:
+def _row(run: Run, micro: results.PushoverSummary | None) -> dict[str, Any]:
     """Return the columns of one run after the tolerances; empty where there is no curve."""
     counted = {"bodies": run.segmented.partition.count, "joints": len(run.segmented.bodies.joint)}
     found = _pushover(run)
@@ -186,21 +187,21 @@ def _row(run: Run, micro: dict[str, Any] | None) -> dict[str, Any]:
     if found is None:
         return row
     figures = {
-        "peak_multiplier": found["peak_multiplier"],
-        "peak_base_shear_N": found["peak_base_shear"],
-        "displacement_at_peak_m": found["displacement_at_peak"],
-        "initial_stiffness_N_per_m": found["initial_stiffness"],
-        "seconds": found["seconds"]["total"],
-        "stopped_because": found["stopped_because"],
-        "valid": found["valid"],
+        "peak_multiplier": found.peak_multiplier,
+        "peak_base_shear_N": found.peak_base_shear,
+        "displacement_at_peak_m": found.displacement_at_peak,
+        "initial_stiffness_N_per_m": found.initial_stiffness,
+        "seconds": found.seconds["total"],
+        "stopped_because": found.stopped_because,
+        "valid": found.valid,
     }
     if micro is None:
         return row | figures
     ratios = {
-        "bodies_over_micro": found["bodies"] / micro["bodies"],
-        "peak_over_micro": found["peak_base_shear"] / micro["peak_base_shear"],
-        "stiffness_over_micro": found["initial_stiffness"] / micro["initial_stiffness"],
-        "seconds_over_micro": found["seconds"]["total"] / micro["seconds"]["total"],
+        "bodies_over_micro": found.bodies / micro.bodies,
+        "peak_over_micro": found.peak_base_shear / micro.peak_base_shear,
+        "stiffness_over_micro": found.initial_stiffness / micro.initial_stiffness,
+        "seconds_over_micro": found.seconds["total"] / micro.seconds["total"],
     }
     return row | figures | ratios
 
@@ -235,7 +236,7 @@ def _words(cell: Cell) -> str:
 
 def _curve(run: Run) -> Any:
     found = _pushover(run)
-    return found and results.read_curve(run.folder / run.model, found["stopped_because"])
+    return found and results.read_curve(run.folder / run.model, found.stopped_because)
 
 
 def _panel(run: Run, segmented: Segmented) -> plots.Panel:

@@ -11,6 +11,7 @@ from orchestrator.page.contents import contents, picture
 from orchestrator.page.environment import environment_of
 from orchestrator.page.stored import read_run
 from orchestrator.results.files import plain, write_text
+from orchestrator.results.printed import FORMS, Figure, printed
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -43,13 +44,18 @@ def render(values: dict[str, Any]) -> str:
 
 def _environment() -> Environment:
     environment = environment_of("orchestrator.page")
-    environment.filters |= {"shown": shown, "fixed": fixed, "small": small}
+    environment.filters |= {"shown": shown, "fixed": fixed, "small": small, "printed": _printed}
+    environment.globals["factor_of"] = lambda kind: FORMS[kind][1]
     return environment
 
 
 def plain_collapse(values: dict[str, Any]) -> dict[str, Any]:
     """Return the values with the collapse as plain lists and numbers."""
     return values | {"collapse": plain(values["collapse"])}
+
+
+def _printed(value: float | None, kind: Figure) -> str:
+    return printed(kind, value)
 
 
 def shown(value: float | None, digits: int = 4, factor: float = 1.0) -> str:

@@ -144,7 +144,7 @@ def test_resume_leaves_finished_load_cases_alone_and_finishes_the_others(walls, 
         load_cases.run(case, tmp_path, False, None, quiet)
     outcome = load_cases.run(case, tmp_path, True, None, quiet)
     assert started == ["+x", "-x", "-x"]
-    assert [done.summary["limit_analysis"]["associative"] for done in outcome.done] == pytest.approx(
+    assert [done.summary.limit_analysis.associative for done in outcome.done] == pytest.approx(
         [TO_THE_RIGHT, TO_THE_LEFT], rel=1e-6
     )
 
