@@ -18,6 +18,7 @@ from orchestrator.bodies import Bodies
 from orchestrator.case import Case, ModelName
 from orchestrator.errors import CollapseError, ConvergenceError, naming
 from orchestrator.estimate import Estimate, estimate, free_memory, time_in_words, warning_of
+from orchestrator.identity import identity
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
 from orchestrator.parallel import on_root, this_rank
@@ -62,7 +63,7 @@ def push_model(
     report(StageDone(f"{model} FE, before it starts", 0.0, said))
     meshes = on_root(comm, _meshed, bodies, case, folder)
     loads = nodal_loads(wall, bodies, meshes, case.load)
-    arguments = (model, case, bodies, meshes, loads, folder, resume, expected)
+    arguments = (model, case, wall, bodies, meshes, loads, folder, resume, expected)
     unknowns = 3 * len(meshes.nodes) + len(find_contacts(bodies, meshes))
     if unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
@@ -92,6 +93,7 @@ def mesh_cache() -> Path:
 def _follow(
     model: ModelName,
     case: Case,
+    wall: Wall,
     bodies: Bodies,
     meshes: BodyMeshes,
     loads: NodalLoads,
@@ -105,7 +107,7 @@ def _follow(
     from orchestrator.pushover.model import build_model
 
     working, stepping = comm or this_rank(), stepping_of(model, case.stepping)
-    store = results.StateStore(folder, _fingerprint(case, bodies, meshes))
+    store = results.StateStore(folder, _fingerprint(case, wall, bodies, meshes))
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()
     large = case.stepping.large_displacement
@@ -138,10 +140,10 @@ def _told(done: IncrementDone) -> IncrementDone:
     return done
 
 
-def last_state(case: Case, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, Increment | None]:
+def last_state(case: Case, wall: Wall, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, Increment | None]:
     """Return the meshes and the last increment that `push_model` has left in a model's folder."""
     meshes = mesh_bodies(bodies, case.mesh, mesh_cache())
-    return meshes, results.StateStore(folder, _fingerprint(case, bodies, meshes)).last()
+    return meshes, results.StateStore(folder, _fingerprint(case, wall, bodies, meshes)).last()
 
 
 def start_finite_elements() -> None:
@@ -160,16 +162,12 @@ def _opened(store: results.StateStore, resume: bool) -> Increment | None:
     return last
 
 
-def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:
-    """Return a hash of everything that an increment depends on, except how far the curve is followed."""
-    stepping = replace(case.stepping, final_displacement=1.0, final_drop=1.0, largest_increments=1)
-    settings = (case.elastic, case.contact, case.newton, stepping, case.load, bodies.thickness)
-    total = hashlib.sha256(repr(settings).encode())
-    for array in (meshes.nodes, meshes.tetrahedra, meshes.unit_weight, bodies.start, bodies.end, bodies.friction):
+def _fingerprint(case: Case, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> str:
+    """Return a hash of everything that an increment depends on: identity of the run, bodies, and their meshes."""
+    total = hashlib.sha256(identity(case, wall).encode())
+    for array in (meshes.nodes, meshes.tetrahedra, bodies.start, bodies.end):
         total.update(array.tobytes())
     total.update(repr([body.parts for body in bodies.bodies]).encode())
-    for strength in (bodies.cohesion, bodies.tensile_strength):
-        total.update(strength.tobytes())
     return total.hexdigest()
 
 

@@ -12,7 +12,6 @@ import os
 import shutil
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from math import inf
 from pathlib import Path
 from time import perf_counter
@@ -23,10 +22,12 @@ from orchestrator.bodies import make_bodies
 from orchestrator.case import Case, RunSettings
 from orchestrator.driver import Segmented
 from orchestrator.errors import CaseError, ConvergenceError
-from orchestrator.macroblocks import MacroblockSettings, Partition, one_body_per_block
+from orchestrator.identity import identity
+from orchestrator.macroblocks import Partition, one_body_per_block
+from orchestrator.masonry.wall import Wall
 from orchestrator.parallel import workers
 from orchestrator.progress import Report, StageDone
-from orchestrator.study import Cell, StudySettings, distinct, grid, key
+from orchestrator.study import Cell, distinct, grid, key
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -36,8 +37,6 @@ COLUMNS = (
     "initial_stiffness_N_per_m", "seconds", "bodies_over_micro", "peak_over_micro", "stiffness_over_micro",
     "seconds_over_micro", "run", "stopped_because", "valid", "complaints",
 )  # fmt: skip
-PRESENTATION = ("cli.py", "report.py", "study_runs.py", "plots")
-"""sources that no number depends on"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -111,26 +110,16 @@ def _run_of(partition: Partition, case: Case, segmented: Segmented, output: Path
     )
     name = "micro" if every_stone else f"{partition.count}_bodies"
     bodies = make_bodies(segmented.assemblage, partition)
-    folder = output / "runs" / f"{name}-{_digest(case, partition)}"
+    folder = output / "runs" / f"{name}-{_digest(case, segmented.assemblage.wall, partition)}"
     return Run(settings, replace(segmented, partition=partition, bodies=bodies), folder)
 
 
-def _digest(case: Case, partition: Partition) -> str:
-    """Return a hash of everything that the pushover of a partition depends on."""
-    settings = replace(
-        case, file=Path(), name="", macroblocks=MacroblockSettings(), run=RunSettings(), study=StudySettings()
-    )
-    total = hashlib.sha256(repr((settings, results.hash_file(case.block_file), _sources())).encode())
+def _digest(case: Case, wall: Wall, partition: Partition) -> str:
+    """Return a hash of everything that the finished run of a partition depends on."""
+    settings = (case.stepping, case.limit_analysis, case.seismic, case.reinforcement)
+    total = hashlib.sha256(repr((identity(case, wall), settings)).encode())
     total.update(key(partition))
     return total.hexdigest()[:12]
-
-
-@cache
-def _sources() -> str:
-    """Return a hash of the sources that results depend on."""
-    package = Path(__file__).parent
-    paths = [path for path in package.rglob("*.py") if path.relative_to(package).parts[0] not in PRESENTATION]
-    return hashlib.sha256("".join(results.hash_file(path) for path in sorted(paths)).encode()).hexdigest()
 
 
 def compute(run: Run) -> str:
@@ -240,6 +229,8 @@ def _curve(run: Run) -> Any:
 
 
 def _panel(run: Run, segmented: Segmented) -> plots.Panel:
-    meshes, last = pushover_run.last_state(run.case, run.segmented.bodies, run.folder / run.model)
+    meshes, last = pushover_run.last_state(
+        run.case, run.segmented.assemblage.wall, run.segmented.bodies, run.folder / run.model
+    )
     panel = plots.deformed_panel(segmented.assemblage, run.segmented.partition, run.segmented.bodies, meshes, last)
     return replace(panel, valid=not _not_valid(run))
