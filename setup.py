@@ -27,7 +27,7 @@ class BuildPackage(build_py):
                 copy2(file, target)
         if (ROOT / ".git").exists():
             described = run(
-                ["git", "-C", str(ROOT), "describe", "--always", "--abbrev=12", "--dirty=+changes"],
+                ["git", "-C", str(ROOT), "describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=+changes"],
                 stdout=PIPE, text=True, check=False,
             )  # fmt: skip
             (package / "commit.txt").write_text(described.stdout.strip() + "\n", encoding="ascii")

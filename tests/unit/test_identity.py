@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import tarfile
 from dataclasses import replace
 
 import numpy as np
@@ -75,8 +74,7 @@ def test_a_clone_and_an_archive_without_git_know_their_commit(tmp_path):
     assert program()["sources"] == sources()[:12]
     with (tmp_path / "archive.tar").open("wb") as file:
         subprocess.run(["git", "archive", "HEAD", "orchestrator"], cwd=PROJECT, stdout=file, check=True)
-    with tarfile.open(tmp_path / "archive.tar") as archive:
-        archive.extractall(tmp_path, filter="data")
+    subprocess.run(["tar", "-xf", "archive.tar"], cwd=tmp_path, check=True)
     assert not (tmp_path / ".git").exists()
     said = subprocess.run([sys.executable, "-c", ASK], cwd=tmp_path, env={}, capture_output=True, text=True, check=True)
     assert said.stdout.strip() == head
