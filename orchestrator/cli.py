@@ -102,7 +102,10 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "--print-completion", choices=("bash", "zsh"), action=_Completion, help="print what completes commands (README)"
+        "--print-completion",
+        choices=("bash", "zsh"),
+        action=_Completion,
+        help="print what completes commands (docs/runs.md)",
     )
     parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
     parser.set_defaults(
