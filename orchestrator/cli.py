@@ -101,12 +101,8 @@ def _parser() -> argparse.ArgumentParser:
         epilog=file_commands.epilog("run templates/benchmark1.toml --output results/benchmark1"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        "--print-completion",
-        choices=("bash", "zsh"),
-        action=_Completion,
-        help="print what completes commands (docs/runs.md)",
-    )
+    about = "print what completes commands (docs/runs.md)"
+    parser.add_argument("--print-completion", choices=("bash", "zsh"), action=_Completion, help=about)
     parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
     parser.set_defaults(
         action=_benchmark1, command=None, case=DEFAULT_CASE, output=None, resume=False, force=True, model=None, set=[]
