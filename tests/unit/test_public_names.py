@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -43,6 +45,21 @@ def imported_by(statement):
 def test_every_public_name_is_there_and_has_a_docstring(name):
     assert getattr(orchestrator, name).__doc__
     assert name in dir(orchestrator)
+
+
+def test_type_checkers_see_every_public_name_where_it_is():
+    """A stub beside the lazy imports: without it a user's type checker takes every name for Any."""
+    found = set()
+    for node in ast.parse(Path(orchestrator.__file__).with_suffix(".pyi").read_text()).body:
+        if isinstance(node, ast.ImportFrom):
+            found |= {(node.module, one.name, one.asname) for one in node.names}
+    renamed = orchestrator.RENAMED
+    expected = {
+        (f"orchestrator.{module}", renamed.get(name, name), name)
+        for module, names in orchestrator.PUBLIC.items()
+        for name in names
+    }
+    assert found == expected
 
 
 def test_an_unknown_name_is_an_attribute_error():
