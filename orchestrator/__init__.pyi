@@ -7,6 +7,7 @@ from orchestrator.bodies import make_bodies as make_bodies
 from orchestrator.capacity import Capacity as Capacity
 from orchestrator.capacity import find_capacity as find_capacity
 from orchestrator.case import Case as Case
+from orchestrator.case import read as read_case
 from orchestrator.case import read_wall as read_wall
 from orchestrator.errors import CaseError as CaseError
 from orchestrator.errors import CollapseError as CollapseError
@@ -46,6 +47,11 @@ from orchestrator.meshing import mesh_bodies as mesh_bodies
 from orchestrator.page.stored import StoredModel as StoredModel
 from orchestrator.page.stored import StoredRun as StoredRun
 from orchestrator.page.stored import read_run as read_run
+from orchestrator.plots.pushover import curves as plot_curves
+from orchestrator.plots.pushover import deformed as plot_deformed
+from orchestrator.plots.walls import blocks as plot_blocks
+from orchestrator.plots.walls import macroblocks as plot_macroblocks
+from orchestrator.plots.walls import mechanism as plot_mechanism
 from orchestrator.pushed import Pushed as Pushed
 from orchestrator.pushed import push as push
 from orchestrator.pushover.curve import pushover_increments as pushover_increments
@@ -59,6 +65,74 @@ from orchestrator.pushover.state import PushoverCurve as PushoverCurve
 from orchestrator.results.summary import PushoverSummary as PushoverSummary
 from orchestrator.results.summary import Summary as Summary
 from orchestrator.results.summary import read_summary as read_summary
+
+__all__ = [
+    "Assemblage",
+    "Block",
+    "Bodies",
+    "Body",
+    "BodyMeshes",
+    "Capacity",
+    "Case",
+    "CaseError",
+    "CollapseError",
+    "ContactSettings",
+    "ContactStatus",
+    "ConvergenceError",
+    "DeadLoad",
+    "ElasticSettings",
+    "Increment",
+    "JointClass",
+    "JointSettings",
+    "LimitAnalysis",
+    "LimitAnalysisSettings",
+    "LimitState",
+    "LiveLoad",
+    "LoadCase",
+    "LoadSettings",
+    "Loads",
+    "MacroblockSettings",
+    "Mechanism",
+    "MeshSettings",
+    "NewtonSettings",
+    "Partition",
+    "Pushed",
+    "PushoverCurve",
+    "PushoverSummary",
+    "ResultError",
+    "SteppingSettings",
+    "StoredModel",
+    "StoredRun",
+    "Summary",
+    "Wall",
+    "analyse",
+    "centres_of_rotation",
+    "check_assemblage",
+    "check_wall",
+    "find_capacity",
+    "find_joints",
+    "loads_on",
+    "macroblocks_of",
+    "make_bodies",
+    "merged",
+    "mesh_bodies",
+    "one_body",
+    "one_body_per_block",
+    "partition_of",
+    "plot_blocks",
+    "plot_curves",
+    "plot_deformed",
+    "plot_macroblocks",
+    "plot_mechanism",
+    "push",
+    "pushover_increments",
+    "read_blocks",
+    "read_case",
+    "read_run",
+    "read_summary",
+    "read_wall",
+    "settle",
+]
 
 PUBLIC: dict[str, tuple[str, ...]]
 RENAMED: dict[str, str]

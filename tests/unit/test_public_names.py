@@ -52,7 +52,7 @@ def test_type_checkers_see_every_public_name_where_it_is():
     found = set()
     for node in ast.parse(Path(orchestrator.__file__).with_suffix(".pyi").read_text()).body:
         if isinstance(node, ast.ImportFrom):
-            found |= {(node.module, one.name, one.asname) for one in node.names}
+            found |= {(node.module, one.name, one.asname or one.name) for one in node.names}
     renamed = orchestrator.RENAMED
     expected = {
         (f"orchestrator.{module}", renamed.get(name, name), name)
