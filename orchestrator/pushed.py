@@ -24,7 +24,7 @@ from orchestrator.errors import CaseError, CollapseError, ConvergenceError, Resu
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import LimitAnalysis, LoadSettings, loads_on
 from orchestrator.macroblocks import Partition
-from orchestrator.meshing import MeshSettings, mesh_bodies
+from orchestrator.meshing import BodyMeshes, MeshSettings, mesh_bodies
 from orchestrator.parallel import this_rank
 from orchestrator.progress import IncrementDone, Report
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
@@ -70,35 +70,48 @@ def push(
     CaseError for loads other than those of the analysis, ConvergenceError where there is no curve; a curve that breaks
     off or is not valid is returned with its `complaints`.
     """
-    from orchestrator.pushover.model import build_model
-    from orchestrator.pushover.nodal_loads import nodal_loads
-
-    load, stepping, comm = load or LoadSettings(), stepping or SteppingSettings(), this_rank()
+    load = load or LoadSettings()
     _refuse_other_loads(assemblage, analysis, load)
-    bodies = make_bodies(assemblage, partition)
     model: ModelName = "micro" if _is_every_block(partition) else "macro"
-    stepping = stepping_of(model, stepping)
+    stepping = stepping_of(model, stepping or SteppingSettings())
+    began, expected = perf_counter(), analysis.associative.load_multiplier
+    bodies = make_bodies(assemblage, partition)
     meshes = mesh_bodies(bodies, mesh or MeshSettings(), None)
-    loads, began = nodal_loads(assemblage.wall, bodies, meshes, load), perf_counter()
-    contact_model = build_model(
-        bodies, meshes, elastic or ElasticSettings(), contact or ContactSettings(), load.sign, comm,
-        stepping.large_displacement, loads,
-    )  # fmt: skip
-    expected, assembled = analysis.associative.load_multiplier, perf_counter()
+    contact_model = _model_of(assemblage, bodies, meshes, load, elastic, contact, stepping.large_displacement)
+    assembled = perf_counter()
     increments: list[Increment] = []
 
     def keep(increment: Increment) -> None:
         increments.append(increment)
         if report:
-            seconds = perf_counter() - assembled
-            report(progress_of(model, increment, stepping, contact_model.weight, seconds))
+            report(progress_of(model, increment, stepping, contact_model.weight, perf_counter() - assembled))
 
-    complaint, factorise = follow(contact_model, comm, newton or NewtonSettings(), stepping, expected, None, keep)
+    complaint, factorise = follow(
+        contact_model, this_rank(), newton or NewtonSettings(), stepping, expected, None, keep
+    )
     ended = perf_counter()
-    seconds = {"mesh": meshes.seconds, "assembly": assembled - began, "factorise": factorise}
-    seconds |= {"contact": ended - assembled - factorise, "total": meshes.seconds + ended - began}
+    seconds = {"mesh": meshes.seconds, "assembly": assembled - began - meshes.seconds, "factorise": factorise}
+    seconds |= {"contact": ended - assembled - factorise, "total": ended - began}
     kept = (lambda: increments, increments[-1] if increments else None)
     return judged(model, bodies, contact_model, *kept, stepping, expected, complaint, ranks=1, seconds=seconds)
+
+
+def _model_of(
+    assemblage: Assemblage,
+    bodies: Bodies,
+    meshes: BodyMeshes,
+    load: LoadSettings,
+    elastic: ElasticSettings | None,
+    contact: ContactSettings | None,
+    large: bool,
+) -> ContactModel:
+    """Return the contact model of meshed bodies under a load, on this rank alone."""
+    from orchestrator.pushover.model import build_model
+    from orchestrator.pushover.nodal_loads import nodal_loads
+
+    settings = (elastic or ElasticSettings(), contact or ContactSettings())
+    loads = nodal_loads(assemblage.wall, bodies, meshes, load)
+    return build_model(bodies, meshes, *settings, load.sign, this_rank(), large, loads)
 
 
 def follow(

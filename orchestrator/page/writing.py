@@ -45,7 +45,7 @@ def render(values: dict[str, Any]) -> str:
 def _environment() -> Environment:
     environment = environment_of("orchestrator.page")
     environment.filters |= {"shown": shown, "fixed": fixed, "small": small, "printed": _printed}
-    environment.globals["factor_of"] = lambda kind: FORMS[kind][1]
+    environment.globals["factor_of"] = lambda kind: FORMS[kind][0]
     return environment
 
 
