@@ -135,12 +135,19 @@ def compute(run: LoadCaseRun, comm: MPI.Comm | None, report: Report) -> Outcome:
 
 
 def _finished(run: LoadCaseRun) -> Outcome | None:
-    """Return the outcome of a load case that was run with the same settings and inputs, without complaints."""
-    summary, written = run.folder / "summary.json", run.folder / "case.toml"
-    if not summary.is_file() or written.read_text(encoding="utf-8") != as_run(run.case):
+    """Return the outcome of a load case that was run with the same settings, inputs and sources, without complaints."""
+    written = run.folder / "case.toml"
+    if not (run.folder / "summary.json").is_file():
+        return None
+    if _without_commit(written.read_text(encoding="utf-8")) != _without_commit(as_run(run.case)):
         return None
     found = results.read_summary(run.folder)
     return None if any(pushed.complaint for pushed in found.pushover) else Outcome(found, ())
+
+
+def _without_commit(text: str) -> list[str]:
+    """Return the lines of a case.toml but the one that names a commit: other commits may have the same sources."""
+    return [line for line in text.splitlines() if not line.startswith("# commit ")]
 
 
 def _seconds(outcome: Outcome) -> float:
