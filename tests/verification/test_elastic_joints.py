@@ -14,7 +14,7 @@ from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.lower_states import TwoPrograms, closing
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import coulomb
-from tests.verification.limit_analysis_cases import ROOT, assemblage_of, box, case
+from tests.support.limit_analysis_cases import ROOT, assemblage_of, box, case
 
 sys.path.insert(0, str(ROOT / "docs" / "studies"))
 from limit_analysis import random_wall

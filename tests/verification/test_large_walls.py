@@ -13,7 +13,7 @@ from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.yield_conditions import coulomb, yield_matrix, yield_offset
 from orchestrator.masonry.patterns import running_bond
-from tests.verification.limit_analysis_cases import case
+from tests.support.limit_analysis_cases import case
 
 NEAREST = "complementarity program: the nearest forces and mechanism are out of balance by "
 
