@@ -10,7 +10,7 @@ TRIXIE = $(shell grep trixie /etc/os-release)
 PACKAGES = $(filter-out $(if $(TRIXIE),calculix-ccx),$(shell cat apt-packages.txt))
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: setup benchmark1 benchmark2 outofplane table1 test lint verify bench reference docs clean
+.PHONY: setup benchmark1 benchmark2 outofplane table1 test quick lint verify bench reference docs clean
 
 setup: .venv/.ready
 
@@ -42,11 +42,16 @@ table1: setup
 benchmark2: setup
 	$(STUDYRUN) $(PYTHON) -m orchestrator study templates/benchmark2.toml --output results/benchmark2
 
-# Files of tests are shared between WORKERS processes.
+# Files of tests are shared between WORKERS processes, those that take longest first (tests/conftest.py).
 WORKERS = 2
+PYTEST = $(PYTHON) -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 test: lint
-	$(PYTHON) -m pytest -n $(WORKERS) --dist loadfile tests/unit tests/verification tests/regression
+	$(PYTEST) tests
+
+# The tests that take less than a second each: a minute.
+quick: setup
+	$(PYTEST) -m fast tests
 
 lint: setup
 	.venv/bin/ruff check . && .venv/bin/ruff format --check .

@@ -2,12 +2,12 @@
 
 From Python every stage is a function of the values before it:
 
-    from orchestrator import analyse, find_joints, make_bodies, merged, pushover_curve, read_blocks
+    from orchestrator import analyse, find_joints, macroblocks_of, push, read_blocks
 
     assemblage = find_joints(read_blocks(Path("wall.json")), JointSettings())
     analysis = analyse(assemblage)
-    partition = merged(assemblage, analysis.headline.mechanism, MacroblockSettings())
-    curve = pushover_curve(make_bodies(assemblage, partition))
+    partition = macroblocks_of(assemblage, analysis)
+    pushed = push(assemblage, analysis, partition)
 
 Complete examples are in docs/examples. A name is imported when it is first used: before the pushover neither finite
 elements nor a mesh generator are needed.
@@ -31,11 +31,21 @@ PUBLIC = {
     "masonry.readers": ("read_blocks",),
     "masonry.wall": ("Block", "Wall", "check_wall"),
     "meshing": ("BodyMeshes", "MeshSettings", "mesh_bodies"),
-    "pushover.curve": ("pushover_curve", "pushover_increments"),
+    "page.stored": ("StoredModel", "StoredRun", "read_run"),
+    "plots.pushover": ("plot_curves", "plot_deformed"),
+    "plots.walls": ("plot_blocks", "plot_macroblocks", "plot_mechanism"),
+    "pushed": ("Pushed", "push"),
+    "pushover.curve": ("pushover_increments",),
     "pushover.settings": ("ContactSettings", "ElasticSettings", "NewtonSettings", "SteppingSettings"),
+    "results.summary": ("PushoverSummary", "Summary", "read_summary"),
     "pushover.state": ("ContactStatus", "Increment", "PushoverCurve"),
 }  # fmt: skip
-"""module -> its public names (`read_case` is `case.read`)"""
+"""module -> its public names"""
+RENAMED = {
+    "read_case": "read", "plot_blocks": "blocks", "plot_macroblocks": "macroblocks", "plot_mechanism": "mechanism",
+    "plot_curves": "curves", "plot_deformed": "deformed",
+}  # fmt: skip
+"""public name -> its name in its module, where that is another"""
 
 MODULE_OF = {name: module for module, names in PUBLIC.items() for name in names}
 
@@ -46,7 +56,7 @@ def __getattr__(name: str) -> Any:
     if name not in MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module = import_module(f"{__name__}.{MODULE_OF[name]}")
-    value = globals()[name] = getattr(module, {"read_case": "read"}.get(name, name))
+    value = globals()[name] = getattr(module, RENAMED.get(name, name))
     return value
 
 

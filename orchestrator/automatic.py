@@ -32,7 +32,7 @@ from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.loading import joints_left, part_of
 from orchestrator.limit_analysis.lower_states import BALANCE, TwoPrograms, descent
 from orchestrator.limit_analysis.merged_blocks import merged_problem
-from orchestrator.macroblocks import MacroblockSettings, Partition, merged, partition_of
+from orchestrator.macroblocks import TOLERANCES, MacroblockSettings, Partition, merged, partition_of
 from orchestrator.masonry.wall import FloatArray, IntArray
 
 logger = logging.getLogger(__name__)
@@ -167,13 +167,16 @@ def _neighbours(assemblage: Assemblage) -> dict[int, set[int]]:
 def macroblocks_of(
     assemblage: Assemblage,
     analysis: LimitAnalysis,
-    criteria: MacroblockSettings,
+    criteria: MacroblockSettings | None = None,
     loads: Loads | None = None,
 ) -> Partition:
-    """Return the partition that [macroblocks] asks for: `chosen`, or `merged` (which may raise CaseError)."""
-    if criteria.choose == "automatic":
-        return chosen(assemblage, analysis, criteria.margin, loads)
-    return merged(assemblage, analysis.headline.mechanism, criteria)
+    """Return macroblocks by the criteria's tolerances (`merged`, which may raise CaseError) where they say so or one is
+    not the default; else, without criteria too, those that are `chosen` under the loads of the analysis."""
+    criteria = criteria or MacroblockSettings()
+    given = any(getattr(criteria, name) != getattr(MacroblockSettings(), name) for name in TOLERANCES)
+    if criteria.choose == "tolerances" or given:
+        return merged(assemblage, analysis.headline.mechanism, criteria)
+    return chosen(assemblage, analysis, criteria.margin, loads)
 
 
 def states_to_keep(analysis: LimitAnalysis) -> list[LimitState]:

@@ -13,7 +13,7 @@ import math
 import sys
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,8 +35,10 @@ from orchestrator.verdict import verdict as verdict_on
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-ROOT = Path(__file__).resolve().parent.parent
-DEFAULT_CASE = ROOT / "templates" / "benchmark1.toml"
+PACKAGE = Path(__file__).resolve().parent
+SHIPPED = PACKAGE / "shipped" if (PACKAGE / "shipped").exists() else PACKAGE.parent
+"""folder of templates/ and meshes/: within a wheel (setup.py), or a clone"""
+DEFAULT_CASE = SHIPPED / "templates" / "benchmark1.toml"
 MODELS: dict[str, tuple[cases.ModelName, ...]] = {"macro": ("macro",), "micro": ("micro",), "both": ("macro", "micro")}
 
 
@@ -103,9 +105,8 @@ def _parser() -> argparse.ArgumentParser:
         epilog=file_commands.epilog("run templates/benchmark1.toml --output results/benchmark1"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        "--print-completion", choices=("bash", "zsh"), action=_Completion, help="print what completes commands (README)"
-    )
+    about = "print what completes commands (docs/runs.md)"
+    parser.add_argument("--print-completion", choices=("bash", "zsh"), action=_Completion, help=about)
     parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
     parser.set_defaults(
         action=_benchmark1, command=None, case=DEFAULT_CASE, output=None, resume=False, force=True, model=None, set=[]
@@ -176,7 +177,7 @@ def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
         return _settle(options, case, output, console)
     if options.json:
         found = {name: driver.limit(one) for name, one in load_cases.each(case).items()}
-        records = {name: results.summary("", *one, None, [])["limit_analysis"] for name, one in found.items()}
+        records = {name: asdict(results.limit_summary(one[1])) for name, one in found.items()}
         print(json.dumps(records.get("", records), indent=1))
         return 0
     results.try_folder(output)
@@ -223,8 +224,6 @@ def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
 
 def _benchmark1(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
     """Run the shipped benchmark 1, and say so first: nobody asked for it by name."""
-    if not DEFAULT_CASE.exists():
-        raise CaseError("", "benchmark 1 is not part of the wheel", "give a command; --help lists them", "orchestrator")
     console.print(
         "No command given: this runs the shipped benchmark 1 into results/benchmark1. --help lists all commands."
     )
@@ -244,14 +243,15 @@ def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Conso
         return _run_load_cases(options, case, output, comm, console)
     with Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
+    assert outcome.summary is not None, "a run without any curve raises"
     console.print(tables.run_table(outcome.summary))
-    for remark in results.remarks(outcome.summary["pushover"]):
+    for remark in results.remarks(outcome.summary.pushover):
         console.print(remark, soft_wrap=True, markup=False)
-    for reason in results.reasons(outcome.summary["pushover"]):
+    for reason in results.reasons(outcome.summary.pushover):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)
     console.print(answer.answer_of_run(outcome.summary), soft_wrap=True, markup=False)
     _print_verification(outcome.summary, console)
-    if "seismic" in outcome.summary:
+    if outcome.summary.seismic is not None:
         console.print(sentence(page.verdict_of(case, outcome.summary)), soft_wrap=True, markup=False)
     written = (
         f"report: {output / 'report.html'}; pictures: {output / 'figures'}; all figures: {output / 'summary.json'}"
@@ -270,7 +270,8 @@ def _run_load_cases(
         return 0
     console.print(tables.load_cases_table(case.name, outcome.rows))
     for one in outcome.done:
-        _print_verification(one.summary, console, one.summary.get("case", ""))
+        if one.summary is not None:
+            _print_verification(one.summary, console, one.summary.case)
     console.print(tables.verdict_table(outcome.verdict))
     console.print(sentence(outcome.verdict), soft_wrap=True, markup=False)
     said = (("reports of all load cases", "report.html"), ("table", "load_cases.csv"), ("verdict", "verdict.csv"))
@@ -279,11 +280,11 @@ def _run_load_cases(
     return _exit_code(outcome.complaints)
 
 
-def _print_verification(summary: dict[str, Any], console: Console, load_case: str = "") -> None:
+def _print_verification(summary: results.Summary, console: Console, load_case: str = "") -> None:
     """Print table, control point and notes of the seismic verification, where there is one."""
-    if "seismic" not in summary:
+    record = summary.seismic
+    if record is None:
         return
-    record = summary["seismic"]
     console.print(tables.seismic_table(record, load_case))
     console.print(f"{verdict(record)}. Control point of N2: {record['control_point']}", soft_wrap=True)
     for number, text in enumerate(notes(record), 1):

@@ -13,7 +13,7 @@ import logging
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from orchestrator import results
 from orchestrator.automatic import macroblocks_of
@@ -32,14 +32,15 @@ from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, load
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
 from orchestrator.limit_analysis.state import of_first_joints
 from orchestrator.limit_analysis.ties import with_ties
-from orchestrator.macroblocks import Partition, one_body_per_block
+from orchestrator.macroblocks import MacroblockSettings, Partition, one_body_per_block
 from orchestrator.masonry.drawing import implausible, refuse_implausible_size
 from orchestrator.masonry.healing import open_gaps
 from orchestrator.masonry.wall import check_wall
 from orchestrator.parallel import is_root, on_root, on_root_while
 from orchestrator.progress import Report, StageDone
+from orchestrator.pushed import Pushed
 from orchestrator.pushover.mortar import refuse_bonded_mortar
-from orchestrator.pushover_run import Pushed, push_model
+from orchestrator.pushover_run import push_model
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -59,9 +60,9 @@ class Segmented:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Outcome:
-    """What a run leaves: the summary as written, and the complaints of its pushovers."""
+    """What a run leaves: the summary as written (None: there is no curve), and the complaints of its pushovers."""
 
-    summary: dict[str, Any]
+    summary: results.Summary | None
     complaints: tuple[ConvergenceError | ResultError, ...]
 
 
@@ -173,7 +174,10 @@ def segment(case: Case) -> Segmented:
         return Segmented(untied, analysis, every_stone, make_bodies(untied, every_stone))
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
-        partition = macroblocks_of(assemblage, analysis, case.macroblocks, loads)
+        criteria = case.macroblocks
+        if criteria.choose == "automatic":  # a case file that says so and has tolerances has them for `study`
+            criteria = MacroblockSettings(margin=criteria.margin)
+        partition = macroblocks_of(assemblage, analysis, criteria, loads)
     return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
 
 

@@ -90,22 +90,25 @@ def estimate(bodies: Bodies, settings: MeshSettings, element_order: int = 1) -> 
     return Estimate(round(unknowns), BASE + PER_UNKNOWN * unknowns * max(1.0, (unknowns / LARGE) ** (1 / 3)))
 
 
-def free_memory() -> float:
-    """Return the bytes that this process may still take, of the machine or of its control group; inf if unknown."""
-    return min(_of_machine(), _of_group())
+def free_memory(machine: Path = MEMORY, group: Path = CONTROL_GROUP) -> float:
+    """Return the bytes that this process may still take, of the machine or of its control group; inf if unknown.
+
+    machine: file in the form of /proc/meminfo; group: folder in the form of a control group.
+    """
+    return min(_of_machine(machine), _of_group(group))
 
 
-def _of_machine() -> float:
+def _of_machine(file: Path) -> float:
     try:
-        lines = MEMORY.read_text().splitlines()
+        lines = file.read_text().splitlines()
     except OSError:  # not Linux
         return math.inf
     return next((1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable:")), math.inf)
 
 
-def _of_group() -> float:
+def _of_group(folder: Path) -> float:
     try:
-        limit, used = ((CONTROL_GROUP / name).read_text().strip() for name in (LIMIT, USED))
+        limit, used = ((folder / name).read_text().strip() for name in (LIMIT, USED))
     except OSError:
         return math.inf
     return math.inf if limit == "max" else float(limit) - float(used)

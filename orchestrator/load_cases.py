@@ -134,20 +134,27 @@ def compute(run: LoadCaseRun, comm: MPI.Comm | None, report: Report) -> Outcome:
     try:
         return driver.run(run.case, run.folder, run.resume, comm, report)
     except ConvergenceError as error:  # before the first lateral increment
-        return Outcome({}, (error,))
+        return Outcome(None, (error,))
 
 
 def _finished(run: LoadCaseRun) -> Outcome | None:
-    """Return the outcome of a load case that was run with the same settings and inputs, without complaints."""
-    summary, written = run.folder / "summary.json", run.folder / "case.toml"
-    if not summary.is_file() or written.read_text(encoding="utf-8") != as_run(run.case):
+    """Return the outcome of a load case that was run with the same settings, inputs and sources, without complaints."""
+    written = run.folder / "case.toml"
+    if not (run.folder / "summary.json").is_file():
         return None
-    record = results.read_json(summary)
-    return None if any(pushover["complaint"] for pushover in record["pushover"]) else Outcome(record, ())
+    if _without_commit(written.read_text(encoding="utf-8")) != _without_commit(as_run(run.case)):
+        return None
+    found = results.read_summary(run.folder)
+    return None if any(pushed.complaint for pushed in found.pushover) else Outcome(found, ())
+
+
+def _without_commit(text: str) -> list[str]:
+    """Return the lines of a case.toml but the one that names a commit: other commits may have the same sources."""
+    return [line for line in text.splitlines() if not line.startswith("# commit ")]
 
 
 def _seconds(outcome: Outcome) -> float:
-    return float(sum(pushover["seconds"]["total"] for pushover in outcome.summary.get("pushover", [])))
+    return sum(pushed.seconds["total"] for pushed in outcome.summary.pushover) if outcome.summary else 0.0
 
 
 def _named(report: Report, name: str) -> Report:
@@ -216,8 +223,7 @@ def _presented(folder: Path) -> tuple[tuple[dict[str, Any], ...], Verdict]:
 
 
 def _answered(entry: dict[str, Any], folder: Path) -> Answered:
-    path = folder / "summary.json"
-    summary = results.read_json(path) if path.is_file() else None
+    summary = results.read_summary(folder) if (folder / "summary.json").is_file() else None
     return Answered(entry["name"], entry["direction"], entry["distribution"], summary, "; ".join(entry["complaints"]))
 
 
@@ -225,24 +231,25 @@ def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
     """Yield the table's rows of one load case: one for each of its curves, or one that says why there is none."""
     about = {"load_case": entry["name"], "direction": entry["direction"], "distribution": entry["distribution"]}
     row = dict.fromkeys(COLUMNS, "") | about
-    path = folder / "summary.json"
-    if not path.is_file():
+    if not (folder / "summary.json").is_file():
         yield row | {"complaint": "; ".join(entry["complaints"])}
         return
-    summary = results.read_json(path)
-    limit = summary["limit_analysis"]
-    found = {name: "" if limit[name] is None else limit[name] for name in ("associative", "non_associative")}
-    for pushover in summary["pushover"]:
+    summary = results.read_summary(folder)
+    limit = summary.limit_analysis
+    lowest = "" if limit.non_associative is None else limit.non_associative
+    for pushed in summary.pushover:
         figures = {
-            "model": pushover["model"],
-            "bodies": pushover["bodies"],
-            "limit_base_shear_N": limit["base_shear"],
-            "peak_multiplier": pushover["peak_multiplier"],
-            "peak_base_shear_N": pushover["peak_base_shear"],
-            "displacement_at_peak_m": pushover["displacement_at_peak"],
-            "initial_stiffness_N_per_m": pushover["initial_stiffness"],
-            "valid": pushover["valid"],
-            "stopped_because": pushover["stopped_because"],
-            "complaint": pushover["complaint"] or "",
+            "model": pushed.model,
+            "bodies": pushed.bodies,
+            "associative": limit.associative,
+            "non_associative": lowest,
+            "limit_base_shear_N": limit.base_shear,
+            "peak_multiplier": pushed.peak_multiplier,
+            "peak_base_shear_N": pushed.peak_base_shear,
+            "displacement_at_peak_m": pushed.displacement_at_peak,
+            "initial_stiffness_N_per_m": pushed.initial_stiffness,
+            "valid": pushed.valid,
+            "stopped_because": pushed.stopped_because,
+            "complaint": pushed.complaint or "",
         }
-        yield row | found | figures
+        yield row | figures

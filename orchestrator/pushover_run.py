@@ -8,25 +8,23 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
-import resource
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from orchestrator import results
-from orchestrator.bodies import STRENGTHS, Bodies
-from orchestrator.capacity import Capacity, find_capacity
+from orchestrator.bodies import Bodies
 from orchestrator.case import Case, ModelName
-from orchestrator.errors import CollapseError, ConvergenceError, ResultError, naming
+from orchestrator.errors import CollapseError, ConvergenceError, naming
 from orchestrator.estimate import Estimate, estimate, free_memory, time_in_words, warning_of
+from orchestrator.identity import identity
 from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import BodyMeshes, mesh_bodies, write_mesh
 from orchestrator.parallel import on_root, this_rank
 from orchestrator.progress import IncrementDone, Report, StageDone
-from orchestrator.pushover.state import Increment, PushoverCurve
+from orchestrator.pushed import Pushed, follow, judged, peak_memory, progress_of, stepping_of
+from orchestrator.pushover.state import Increment
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -37,16 +35,6 @@ if TYPE_CHECKING:
     from orchestrator.pushover.tie_bars import TieBars
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Pushed:
-    """One finished pushover. `complaints`: why the curve ended early, and why it is not valid; none of a good one."""
-
-    curve: PushoverCurve
-    capacity: Capacity
-    summary: dict[str, Any]
-    complaints: tuple[ConvergenceError | ResultError, ...]
 
 
 def push_model(
@@ -78,7 +66,7 @@ def push_model(
     meshes = on_root(comm, _meshed, bodies, case, folder)
     loads = nodal_loads(wall, bodies, meshes, case.load)
     ties = find_ties(wall, bodies, meshes, case.reinforcement.ties)
-    arguments = (model, case, bodies, meshes, loads, ties, folder, resume, expected)
+    arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, expected)
     unknowns = 3 * len(meshes.nodes) + len(find_contacts(bodies, meshes))
     if unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
@@ -108,6 +96,7 @@ def mesh_cache() -> Path:
 def _follow(
     model: ModelName,
     case: Case,
+    wall: Wall,
     bodies: Bodies,
     meshes: BodyMeshes,
     loads: NodalLoads,
@@ -119,39 +108,32 @@ def _follow(
     report: Report,
 ) -> Pushed:
     """Follow the curve of one model on `comm` (None: this rank alone), storing every increment."""
-    from orchestrator.pushover.linear_system import LinearSystem
     from orchestrator.pushover.model import build_model
-    from orchestrator.pushover.stepping import Pushover
 
-    working = comm or this_rank()
-    store = results.StateStore(folder, _fingerprint(case, bodies, meshes))
+    working, stepping = comm or this_rank(), stepping_of(model, case.stepping)
+    store = results.StateStore(folder, _fingerprint(case, wall, bodies, meshes))
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()
     large = case.stepping.large_displacement
     contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working, large, loads, ties)
     assembled = perf_counter()
-    complaint: ConvergenceError | CollapseError | None = None
-    with LinearSystem(contact_model, working) as system:
-        pushover = Pushover(contact_model, system, case.newton, _stepping(model, case), expected)
-        try:
-            for increment in pushover.increments(last):
-                on_root(comm, store.append, increment)
-                report(_progress(model, increment, case, contact_model.weight, perf_counter() - assembled))
-        except (ConvergenceError, CollapseError) as error:
-            complaint = error
-        seconds = {"assembly": assembled - began, "factorise": system.seconds}
-    seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - system.seconds}
+
+    def keep(increment: Increment) -> None:
+        on_root(comm, store.append, increment)
+        report(_told(progress_of(model, increment, stepping, contact_model.weight, perf_counter() - assembled)))
+
+    complaint, factorise = follow(contact_model, working, case.newton, stepping, expected, last, keep)
+    seconds = {"assembly": assembled - began, "factorise": factorise}
+    seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - factorise}
     seconds["total"] = meshes.seconds + perf_counter() - began
-    return on_root(comm, _folded, model, case, bodies, contact_model, store, complaint, expected, working.size, seconds)
+    return on_root(
+        comm, _folded, model, bodies, contact_model, store, stepping, expected, complaint, working.size, seconds
+    )
 
 
-def _stepping(model: ModelName, case: Case) -> SteppingSettings:
-    """Return how a path is followed: macroblocks are those of one mechanism, and know no other once it has fallen."""
-    return case.stepping if model == "micro" else replace(case.stepping, local_share=0.0)
-
-
-def _progress(model: str, increment: Increment, case: Case, weight: float, seconds: float) -> IncrementDone:
-    reached = increment.control_displacement / case.stepping.final_displacement
+def _told(done: IncrementDone) -> IncrementDone:
+    """Write an increment into run.log; return it."""
+    model, increment = done.model, done.increment
     logger.info(
         "%s %d %s: multiplier %.5f, control displacement %.4g mm, %d iterations",
         model, increment.number, increment.phase, increment.load_multiplier,
@@ -159,13 +141,13 @@ def _progress(model: str, increment: Increment, case: Case, weight: float, secon
     )  # fmt: skip
     for attempt in increment.attempts:
         logger.info("%s %d: %s (tried %.3g): %s", model, increment.number, attempt.cause, attempt.tried, attempt.action)
-    return IncrementDone(model, increment, weight, seconds, min(max(reached, 0.0), 1.0))
+    return done
 
 
-def last_state(case: Case, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, Increment | None]:
+def last_state(case: Case, wall: Wall, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, Increment | None]:
     """Return the meshes and the last increment that `push_model` has left in a model's folder."""
     meshes = mesh_bodies(bodies, case.mesh, mesh_cache())
-    return meshes, results.StateStore(folder, _fingerprint(case, bodies, meshes)).last()
+    return meshes, results.StateStore(folder, _fingerprint(case, wall, bodies, meshes)).last()
 
 
 def start_finite_elements() -> None:
@@ -184,109 +166,31 @@ def _opened(store: results.StateStore, resume: bool) -> Increment | None:
     return last
 
 
-def _fingerprint(case: Case, bodies: Bodies, meshes: BodyMeshes) -> str:
-    """Return a hash of everything that an increment depends on, except how far the curve is followed."""
-    stepping = replace(case.stepping, final_displacement=1.0, final_drop=1.0, largest_increments=1)
-    settings: tuple[Any, ...] = (case.elastic, case.contact, case.newton, stepping, case.load, bodies.thickness)
-    settings += (case.reinforcement,) if case.reinforcement.ties else ()
-    total = hashlib.sha256(repr(settings).encode())
-    for array in (meshes.nodes, meshes.tetrahedra, meshes.unit_weight, bodies.start, bodies.end, bodies.friction):
+def _fingerprint(case: Case, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> str:
+    """Return a hash of everything that an increment depends on: identity of the run, bodies, and their meshes."""
+    total = hashlib.sha256(identity(case, wall).encode())
+    for array in (meshes.nodes, meshes.tetrahedra, bodies.start, bodies.end):
         total.update(array.tobytes())
     total.update(repr([body.parts for body in bodies.bodies]).encode())
-    for name in STRENGTHS:
-        total.update(getattr(bodies, name).tobytes())
     return total.hexdigest()
 
 
 def _folded(
     model: ModelName,
-    case: Case,
     bodies: Bodies,
     contact_model: ContactModel,
     store: results.StateStore,
-    complaint: ConvergenceError | CollapseError | None,
+    stepping: SteppingSettings,
     expected: float,
+    complaint: ConvergenceError | CollapseError | None,
     ranks: int,
     seconds: dict[str, float],
 ) -> Pushed:
-    """Fold the stored increments into curve, capacity, pictures and ParaView files; check the result."""
+    """Fold and check the stored increments; write curve, pictures and ParaView files."""
     from orchestrator import report as reporting
-    from orchestrator.pushover.mortar import coarse_toes, largest_closing
-    from orchestrator.pushover.overlap import largest_overlap
-    from orchestrator.pushover.stepping import end_of_curve
 
-    last = store.last()
-    if isinstance(complaint, ConvergenceError):
-        complaint = _located(model, complaint, last)
-    if last is None or last.phase == "gravity":
-        raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
-    stopped = str(complaint or end_of_curve(last, case.stepping))
-    curve = PushoverCurve.from_increments(store.increments(), stopped)
-    effort = results.effort_of(store.increments(), contact_model.body_names, contact_model.body_mass)
-    capacity = find_capacity(curve)
-    failures = [complaint] if isinstance(complaint, ConvergenceError) else []
-    large = case.stepping.large_displacement
-    closed = largest_closing(contact_model.mortar, last)
-    overlap = (0.0, 0.0)
-    if large:
-        overlap = largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen, closed)
-    highest = None if large else expected * contact_model.horizontal_load
-    invalid = _check(model, curve, overlap[1], effort.energy_error, highest, failures)
-    reporting.write_pushover(store, model, bodies, contact_model, curve, invalid is None)
-    results.write_ties(store.folder, store.increments(), len(case.reinforcement.ties))
-    complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
-    return Pushed(
-        curve=curve,
-        capacity=capacity,
-        summary=results.pushover_summary(
-            model,
-            contact_model.meshes,
-            len(contact_model.contacts),
-            effort,
-            capacity,
-            stopped,
-            overlap=overlap,
-            toe_error=coarse_toes(bodies, contact_model.contacts, store.read(_peak(curve))),
-            large_displacement=large,
-            ranks=ranks,
-            seconds=seconds,
-            peak_memory=1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
-            complaint=str(complaints[0]) if complaints else None,
-            not_valid_because=None if invalid is None else invalid.detail,
-        ),
-        complaints=complaints,
-    )
-
-
-def _peak(curve: PushoverCurve) -> int:
-    """Return the number of the increment that carries most, of the static ones."""
-    return int(curve.static.step[np.argmax(curve.static.base_shear_N)])
-
-
-def _located(model: str, error: ConvergenceError, last: Increment | None) -> ConvergenceError:
-    """Return the error with the model and the last good increment in its text."""
-    place = "before any increment"
-    if last is not None:
-        moved = f"{1e3 * last.control_displacement:.4g} mm, multiplier {last.load_multiplier:.4f}"
-        place = f"after increment {last.number} ({last.phase}, {moved})"
-    return ConvergenceError(f"{model} FE", f"stopped {place}: {error}", error.iterations)
-
-
-def _check(
-    model: str,
-    curve: PushoverCurve,
-    overlap: float,
-    energy_error: float,
-    highest: float | None,
-    failures: list[ConvergenceError],
-) -> ResultError | None:
-    """Return why a curve is not valid: what `check` finds, or that it broke off."""
-    from orchestrator.pushover.checks import check as check_curve
-
-    try:
-        check_curve(curve, overlap, energy_error, highest)
-        if failures:
-            raise ResultError("end of the curve", f"it broke off: {failures[0].where}")
-    except ResultError as error:
-        return ResultError(f"{model} FE", f"{error.check}: {error.detail}")
-    return None
+    kept = (store.increments, store.last())
+    done = judged(model, bodies, contact_model, *kept, stepping, expected, complaint, ranks=ranks, seconds=seconds)
+    reporting.write_pushover(store, model, bodies, contact_model, done.curve, done.summary.valid)
+    results.write_ties(store.folder, store.increments(), len(contact_model.ties or ()))
+    return replace(done, summary=replace(done.summary, peak_memory=peak_memory()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -104,7 +105,8 @@ def draw_moments(
     for moment, number in moments.items():
         increment, title = store.read(int(number)), f"{name} FE at its {moment}"
         contacts = (places.point, places.slave_body, places.master_body)
-        figure = plots.deformed(bodies, meshes, increment, *contacts, title)
+        under_gravity = float(curve.control_displacement_m[0])
+        figure = plots.deformed(bodies, meshes, increment, *contacts, title, under_gravity=under_gravity)
         if not valid:
             plots.stamp_not_valid(figure)
         plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}")
@@ -117,12 +119,14 @@ def write_summary(
     analysis: LimitAnalysis,
     partition: Partition,
     curves: Mapping[str, tuple[PushoverCurve, Capacity]],
-    pushovers: list[dict[str, Any]],
-) -> dict[str, Any]:
+    pushovers: Sequence[results.PushoverSummary],
+) -> results.Summary:
     """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
     draw_curves(output / "figures", case.name, analysis, partition, curves, results.reasons(pushovers))
     summary = results.summary(case.name, assemblage, analysis, partition, pushovers)
-    summary |= write_verification(output, case, assemblage, analysis, partition, curves, pushovers)
+    summary = replace(
+        summary, seismic=write_verification(output, case, assemblage, analysis, partition, curves, pushovers)
+    )
     results.write_summary(output, summary)
     page.write_verdict(output, page.verdict_of(case, summary))
     page.write(output)
@@ -136,11 +140,11 @@ def write_verification(
     analysis: LimitAnalysis,
     partition: Partition,
     curves: Mapping[str, tuple[PushoverCurve, Capacity]],
-    pushovers: Sequence[dict[str, Any]],
-) -> dict[str, Any]:
+    pushovers: Sequence[results.PushoverSummary],
+) -> dict[str, Any] | None:
     """Verify a run from what it has stored, draw it, and write the curves of the control point; return its part of the
-    summary, {} where no verification is asked for. Raises CaseError."""
-    entries = {entry["model"]: entry for entry in pushovers}
+    summary, None where no verification is asked for. Raises CaseError."""
+    entries: dict[str, results.PushoverSummary] = {pushed.model: pushed for pushed in pushovers}
     models = []
     for name, (curve, capacity) in curves.items():
         store, meshes, contacts = results.read_geometry(output / name)
@@ -151,19 +155,19 @@ def write_verification(
     with naming(case.file):
         found = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, models)
     if found is None:
-        return {}
+        return None
     record, observed = found
     drawn = {name: (seen.displacement, curves[name][0].base_shear_N) for name, seen in observed.items()}
     for name, columns in drawn.items():
         results.write_csv(output / name / "control_point.csv", CONTROL_COLUMNS, list(zip(*columns, strict=True)))
     plots.save(plots.verification(record, drawn), output / "figures", "verification")
-    return {"seismic": record}
+    return record
 
 
-def _refused(entry: dict[str, Any], capacity: Capacity, stopped: str) -> str:
+def _refused(pushed: results.PushoverSummary, capacity: Capacity, stopped: str) -> str:
     """Return why a curve may not be verified, or ""."""
-    if not entry["valid"]:
-        return f"the curve is not valid: {entry['not_valid_because']}"
+    if not pushed.valid:
+        return f"the curve is not valid: {pushed.not_valid_because}"
     if not capacity.peak_reached:
         carried = f"the wall carries at least {capacity.peak_base_shear / 1e3:.4g} kN"
         return f"the curve ends before its peak ({carried}; {stopped}): follow it further"
@@ -205,14 +209,13 @@ def rebuild(run: Path) -> Path:
     plots.save(plots.macroblocks(stored.assemblage, stored.partition), figures, "macroblocks")
     for model in stored.models:
         draw_moments(
-            model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve, model.summary["valid"]
+            model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve, model.summary.valid
         )
     capacities = {model.name: (model.curve, find_capacity(model.curve)) for model in stored.models}
     reasons = results.reasons([model.summary for model in stored.models])
     draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons)
-    rest = {key: value for key, value in stored.summary.items() if key != "seismic"}
-    found = (stored.case, stored.assemblage, stored.analysis, stored.partition, capacities, rest["pushover"])
-    summary = rest | write_verification(run, *found)
+    found = (stored.case, stored.assemblage, stored.analysis, stored.partition, capacities, stored.summary.pushover)
+    summary = replace(stored.summary, seismic=write_verification(run, *found))
     results.write_summary(run, summary)
     page.write_verdict(run, page.verdict_of(stored.case, summary))
     return page.write(run)

@@ -23,6 +23,7 @@ from orchestrator.errors import CaseError, ConvergenceError, naming
 from orchestrator.joints import Assemblage, JointClass
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.parallel import workers
+from orchestrator.program import sources
 from orchestrator.progress import Report, StageDone
 from orchestrator.project import ProjectSettings
 from orchestrator.seismic import limit_states, verify
@@ -37,7 +38,6 @@ from orchestrator.sensitivity import (
     one_at_a_time,
     ranges,
 )
-from orchestrator.study_runs import sources
 from orchestrator.verdict import Answered, verdict
 
 if TYPE_CHECKING:
@@ -164,19 +164,20 @@ def _governing(answers: Sequence[Answered], remarks: Sequence[str]) -> dict[str,
     return {"capacity": capacity, "load_case": row["load_case"], "check": row["check"], "remark": remark}
 
 
-def _limit(case: Case) -> dict[str, Any]:
+def _limit(case: Case) -> results.Summary:
     """Return the summary of limit analysis, with the kinematic checks where a ground acceleration is asked for."""
     assemblage, analysis = driver.limit(case)
-    return results.summary(case.name, assemblage, analysis, None, []) | _kinematic(case, assemblage, analysis)
+    summary = results.summary(case.name, assemblage, analysis, None, [])
+    return replace(summary, seismic=_kinematic(case, assemblage, analysis))
 
 
-def _kinematic(case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> dict[str, Any]:
+def _kinematic(case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> dict[str, Any] | None:
     with naming(case.file):
         found = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, [])
-    return {} if found is None else {"seismic": found[0]}
+    return None if found is None else found[0]
 
 
-def _pushed(case: Case, folder: Path) -> dict[str, Any]:
+def _pushed(case: Case, folder: Path) -> results.Summary | None:
     """Return the summary of a pushover, of which nothing else is kept."""
     model = case.sensitivity.analysis
     assert model != "limit"

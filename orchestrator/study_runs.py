@@ -12,7 +12,6 @@ import os
 import shutil
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from math import inf
 from pathlib import Path
 from time import perf_counter
@@ -23,12 +22,12 @@ from orchestrator.bodies import make_bodies
 from orchestrator.case import Case, RunSettings
 from orchestrator.driver import Segmented
 from orchestrator.errors import CaseError, ConvergenceError
-from orchestrator.macroblocks import MacroblockSettings, Partition, one_body_per_block
+from orchestrator.identity import identity
+from orchestrator.macroblocks import Partition, one_body_per_block
+from orchestrator.masonry.wall import Wall
 from orchestrator.parallel import workers
 from orchestrator.progress import Report, StageDone
-from orchestrator.project import ProjectSettings
-from orchestrator.sensitivity import SensitivitySettings
-from orchestrator.study import Cell, StudySettings, distinct, grid, key
+from orchestrator.study import Cell, distinct, grid, key
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -38,8 +37,6 @@ COLUMNS = (
     "initial_stiffness_N_per_m", "seconds", "bodies_over_micro", "peak_over_micro", "stiffness_over_micro",
     "seconds_over_micro", "run", "stopped_because", "valid", "complaints",
 )  # fmt: skip
-PRESENTATION = ("cli.py", "report.py", "study_runs.py", "tables.py", "page", "plots")
-"""sources that no number depends on"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -113,33 +110,16 @@ def _run_of(partition: Partition, case: Case, segmented: Segmented, output: Path
     )
     name = "micro" if every_stone else f"{partition.count}_bodies"
     bodies = make_bodies(segmented.assemblage, partition)
-    folder = output / "runs" / f"{name}-{_digest(case, partition)}"
+    folder = output / "runs" / f"{name}-{_digest(case, segmented.assemblage.wall, partition)}"
     return Run(settings, replace(segmented, partition=partition, bodies=bodies), folder)
 
 
-def _digest(case: Case, partition: Partition) -> str:
-    """Return a hash of everything that the pushover of a partition depends on."""
-    settings = replace(
-        case,
-        file=Path(),
-        name="",
-        macroblocks=MacroblockSettings(),
-        run=RunSettings(),
-        study=StudySettings(),
-        sensitivity=SensitivitySettings(),
-        project=ProjectSettings(),
-    )
-    total = hashlib.sha256(repr((settings, results.hash_file(case.block_file), sources())).encode())
+def _digest(case: Case, wall: Wall, partition: Partition) -> str:
+    """Return a hash of everything that the finished run of a partition depends on."""
+    settings = (case.stepping, case.limit_analysis, case.seismic)
+    total = hashlib.sha256(repr((identity(case, wall), settings)).encode())
     total.update(key(partition))
     return total.hexdigest()[:12]
-
-
-@cache
-def sources() -> str:
-    """Return a hash of the sources that results depend on."""
-    package = Path(__file__).parent
-    paths = [path for path in package.rglob("*.py") if path.relative_to(package).parts[0] not in PRESENTATION]
-    return hashlib.sha256("".join(results.hash_file(path) for path in sorted(paths)).encode()).hexdigest()
 
 
 def compute(run: Run) -> str:
@@ -149,8 +129,10 @@ def compute(run: Run) -> str:
     try:
         outcome = driver.push(run.case, run.segmented, temporary, False, None, lambda event: None)
         complaints = [str(complaint) for complaint in outcome.complaints]
-        (pushover,) = outcome.summary["pushover"]
-        text = f"peak {pushover['peak_multiplier']:.4f}, {pushover['seconds']['total']:.1f} s"
+        assert outcome.summary is not None
+        (pushed,) = outcome.summary.pushover
+        peak, seconds = results.printed("multiplier", pushed.peak_multiplier), pushed.seconds["total"]
+        text = f"peak {peak}, {results.printed('seconds', seconds)} s"
     except ConvergenceError as error:  # before the first lateral increment: there is no curve
         complaints, text = [str(error)], str(error)
     results.write_json(temporary / "complaints.json", complaints)
@@ -162,16 +144,15 @@ def _complaints(run: Run) -> list[str]:
     return list(results.read_json(run.folder / "complaints.json"))
 
 
-def _pushover(run: Run) -> dict[str, Any] | None:
-    """Return the summary's entry of a finished run, None where it has no curve."""
-    path = run.folder / "summary.json"
-    return results.read_json(path)["pushover"][0] if path.exists() else None
+def _pushover(run: Run) -> results.PushoverSummary | None:
+    """Return the summary of a finished run's pushover, None where it has no curve."""
+    return results.read_summary(run.folder).pushover[0] if (run.folder / "summary.json").exists() else None
 
 
 def _not_valid(run: Run) -> str:
     """Return why the curve of a finished run is not valid, "" where it is or there is none."""
     found = _pushover(run)
-    return (found and found["not_valid_because"]) or ""
+    return (found and found.not_valid_because) or ""
 
 
 def _table(cells: Sequence[Cell], micro: Partition, runs: dict[bytes, Run]) -> Iterable[dict[str, Any]]:
@@ -186,7 +167,7 @@ def _tolerance(value: float) -> float | str:
     return "none" if value == inf else value
 
 
-def _row(run: Run, micro: dict[str, Any] | None) -> dict[str, Any]:
+def _row(run: Run, micro: results.PushoverSummary | None) -> dict[str, Any]:
     """Return the columns of one run after the tolerances; empty where there is no curve."""
     counted = {"bodies": run.segmented.partition.count, "joints": len(run.segmented.bodies.joint)}
     found = _pushover(run)
@@ -195,21 +176,21 @@ def _row(run: Run, micro: dict[str, Any] | None) -> dict[str, Any]:
     if found is None:
         return row
     figures = {
-        "peak_multiplier": found["peak_multiplier"],
-        "peak_base_shear_N": found["peak_base_shear"],
-        "displacement_at_peak_m": found["displacement_at_peak"],
-        "initial_stiffness_N_per_m": found["initial_stiffness"],
-        "seconds": found["seconds"]["total"],
-        "stopped_because": found["stopped_because"],
-        "valid": found["valid"],
+        "peak_multiplier": found.peak_multiplier,
+        "peak_base_shear_N": found.peak_base_shear,
+        "displacement_at_peak_m": found.displacement_at_peak,
+        "initial_stiffness_N_per_m": found.initial_stiffness,
+        "seconds": found.seconds["total"],
+        "stopped_because": found.stopped_because,
+        "valid": found.valid,
     }
     if micro is None:
         return row | figures
     ratios = {
-        "bodies_over_micro": found["bodies"] / micro["bodies"],
-        "peak_over_micro": found["peak_base_shear"] / micro["peak_base_shear"],
-        "stiffness_over_micro": found["initial_stiffness"] / micro["initial_stiffness"],
-        "seconds_over_micro": found["seconds"]["total"] / micro["seconds"]["total"],
+        "bodies_over_micro": found.bodies / micro.bodies,
+        "peak_over_micro": found.peak_base_shear / micro.peak_base_shear,
+        "stiffness_over_micro": found.initial_stiffness / micro.initial_stiffness,
+        "seconds_over_micro": found.seconds["total"] / micro.seconds["total"],
     }
     return row | figures | ratios
 
@@ -244,10 +225,12 @@ def _words(cell: Cell) -> str:
 
 def _curve(run: Run) -> Any:
     found = _pushover(run)
-    return found and results.read_curve(run.folder / run.model, found["stopped_because"])
+    return found and results.read_curve(run.folder / run.model, found.stopped_because)
 
 
 def _panel(run: Run, segmented: Segmented) -> plots.Panel:
-    meshes, last = pushover_run.last_state(run.case, run.segmented.bodies, run.folder / run.model)
+    meshes, last = pushover_run.last_state(
+        run.case, run.segmented.assemblage.wall, run.segmented.bodies, run.folder / run.model
+    )
     panel = plots.deformed_panel(segmented.assemblage, run.segmented.partition, run.segmented.bodies, meshes, last)
     return replace(panel, valid=not _not_valid(run))

@@ -13,9 +13,18 @@ from rich.table import Table
 from orchestrator.bodies import Bodies
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
+from orchestrator.results import PushoverSummary, Summary, printed
+from orchestrator.results.printed import Figure
 from orchestrator.seismic.record import in_its_unit, notes, numbers, ratio
 from orchestrator.sensitivity import value_of_range
 from orchestrator.verdict import Verdict
+
+STUDIED: dict[str, Figure] = {
+    "peak_multiplier": "multiplier", "peak_over_micro": "ratio",
+    "initial_stiffness_N_per_m": "stiffness", "stiffness_over_micro": "ratio",
+    "seconds": "seconds", "seconds_over_micro": "ratio",
+}  # fmt: skip
+"""figures of a row of a study's table"""
 
 
 def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
@@ -56,19 +65,21 @@ def weight_words(weight: float, base_shear: float) -> str:
     """Return the weight of the blocks (N) in words, with the base shear at a load multiplier of 1 where it is another:
     floors whose mass the live load acts on, an inclined live load, given forces."""
     if abs(base_shear - weight) <= 1e-6 * weight:
-        return f"weight {weight / 1e3:.3f} kN"
-    return f"weight of the blocks {weight / 1e3:.3f} kN, base shear at λ = 1 {base_shear / 1e3:.3f} kN"
+        return f"weight {printed('weight', weight)} kN"
+    blocks, unit = printed("weight", weight), printed("weight", base_shear)
+    return f"weight of the blocks {blocks} kN, base shear at λ = 1 {unit} kN"
 
 
 def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
     seconds = sum(record.seconds for record in state.records)
     residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
-    shear = state.load_multiplier * analysis.horizontal_load / 1e3
+    shear = printed("force", state.load_multiplier * analysis.horizontal_load)
     angle = analysis.tilt_angle(state)
     tilt = "" if angle is None else f"{math.degrees(angle):.3f}"
-    multiplier = f"{state.load_multiplier:.5f}" if state.converged else f"({state.load_multiplier:.5f})"
-    found = [multiplier, f"{shear:.4f}", tilt, str(len(state.records)), f"{seconds:.2f}"]
-    return found + [f"{residual:.0e}" for residual in residuals]
+    multiplier = printed("limit multiplier", state.load_multiplier)
+    marked = multiplier if state.converged else f"({multiplier})"
+    effort = [str(len(state.records)), f"{seconds:.2f}", *(f"{residual:.0e}" for residual in residuals)]
+    return [marked, shear, tilt, *effort]
 
 
 def bodies_table(partition: Partition, bodies: Bodies) -> Table:
@@ -93,42 +104,35 @@ def study_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
         table.add_column(column, justify="right", no_wrap=True)
     for row in rows:
         distance = row["tol_D_m"]
-        figures = (
-            ("peak_multiplier", ".4f", 1.0), ("peak_over_micro", ".3f", 1.0),
-            ("initial_stiffness_N_per_m", ".2f", 1e-6), ("stiffness_over_micro", ".2f", 1.0),
-            ("seconds", ".1f", 1.0), ("seconds_over_micro", ".2f", 1.0),
-        )  # fmt: skip
         table.add_row(
             str(row["tol_n"]),
             distance if isinstance(distance, str) else f"{1e3 * distance:g}",
             str(row["bodies"]) + ", NOT VALID" * (row["valid"] is False),
             str(row["joints"]),
-            *(format(row[key] * factor, form) if row[key] != "" else "" for key, form, factor in figures),
+            *(printed(figure, row[key]) if row[key] != "" else "" for key, figure in STUDIED.items()),
         )
     return table
 
 
-def run_table(summary: dict[str, Any]) -> Table:
+def run_table(summary: Summary) -> Table:
     """Return the short table at the end of a run."""
-    limit = summary["limit_analysis"]
-    horizontal_load = limit["base_shear"] / (limit["non_associative"] or limit["associative"])
-    title = [f"{summary['case']}: {weight_words(summary['wall']['weight'], horizontal_load)}"]
-    kinematics = dict.fromkeys(pushover["displacements"] for pushover in summary["pushover"])
+    limit = summary.limit_analysis
+    horizontal_load = limit.base_shear / limit.multiplier
+    title = [f"{summary.case}: {weight_words(summary.wall.weight, horizontal_load)}"]
+    kinematics = dict.fromkeys(pushed.displacements for pushed in summary.pushover)
     table = Table(box=SIMPLE_HEAD, padding=0, title=", ".join([*title, *(f"{k} displacements" for k in kinematics)]))
     columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    rows = {"associative": limit["associative"], "non-assoc.": limit["non_associative"]}
+    rows = {"associative": limit.associative, "non-assoc.": limit.non_associative}
     for rule, multiplier in rows.items():
-        found = (
-            [f"{multiplier:.4f}", f"{multiplier * horizontal_load / 1e3:.4f}"]
-            if multiplier is not None
-            else ["none found", ""]
-        )
-        seconds = f"{limit['seconds']:.1f}" if rule == "associative" else ""
-        table.add_row(f"micro-LA {rule}", str(summary["wall"]["blocks"]), *found, "", "", seconds)
-    for pushover in summary["pushover"]:
-        table.add_row(*_pushover_row(pushover))
+        found = ["none found", ""]
+        if multiplier is not None:
+            found = [printed("multiplier", multiplier), printed("force", multiplier * horizontal_load)]
+        seconds = printed("seconds", limit.seconds) if rule == "associative" else ""
+        table.add_row(f"micro-LA {rule}", str(summary.wall.blocks), *found, "", "", seconds)
+    for pushed in summary.pushover:
+        table.add_row(*_pushover_row(pushed))
     return table
 
 
@@ -160,9 +164,9 @@ def verdict_table(found: Verdict) -> Table:
         demand = capacity = ratio_said = ""
         if row["safety_ratio"] != "":
             demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
-            ratio_said = f"{row['safety_ratio']:.3f}"
+            ratio_said = printed("ratio", row["safety_ratio"])
         elif row["capacity"] != "":
-            capacity = f"{1e-3 * row['capacity']:.4g} kN"
+            capacity = f"{printed('force', row['capacity'])} kN"
         governs = "governs" if row["governs"] else ""
         texts = (escape(row["load_case"]), row["limit_state"], row["check"], demand, capacity, ratio_said)
         table.add_row(*texts, row["verified"], governs)
@@ -182,15 +186,15 @@ def sensitivity_table(name: str, quantity: str, base: float | None, bars: Sequen
     return table
 
 
-def _pushover_row(pushover: dict[str, Any]) -> list[str]:
+def _pushover_row(pushed: PushoverSummary) -> list[str]:
     return [
-        {"macro": "macroblock FE", "micro": "micro-FE"}[pushover["model"]] + ", NOT VALID" * (not pushover["valid"]),
-        str(pushover["bodies"]),
-        f"{pushover['peak_multiplier']:.4f}",
-        f"{pushover['peak_base_shear'] / 1e3:.4f}",
-        f"{1e3 * pushover['displacement_at_peak']:.2f}",
-        f"{pushover['initial_stiffness'] / 1e6:.3f}",
-        f"{pushover['seconds']['total']:.1f}",
+        {"macro": "macroblock FE", "micro": "micro-FE"}[pushed.model] + ", NOT VALID" * (not pushed.valid),
+        str(pushed.bodies),
+        printed("multiplier", pushed.peak_multiplier),
+        printed("force", pushed.peak_base_shear),
+        printed("displacement", pushed.displacement_at_peak),
+        printed("stiffness", pushed.initial_stiffness),
+        printed("seconds", pushed.seconds["total"]),
     ]
 
 
@@ -201,14 +205,14 @@ def load_cases_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
     table.add_column("", no_wrap=True)
     for column in ("micro-LA\nassoc.", "\nnon-as.", "FE peak\nλ", "shear\nkN", "at\nmm", "stiffness\nkN/mm"):
         table.add_column(column, justify="right", no_wrap=True)
-    figures = (
-        ("associative", ".4f", 1.0), ("non_associative", ".4f", 1.0), ("peak_multiplier", ".4f", 1.0),
-        ("peak_base_shear_N", ".4f", 1e-3), ("displacement_at_peak_m", ".2f", 1e3),
-        ("initial_stiffness_N_per_m", ".3f", 1e-6),
-    )  # fmt: skip
+    figures: dict[str, Figure] = {
+        "associative": "multiplier", "non_associative": "multiplier", "peak_multiplier": "multiplier",
+        "peak_base_shear_N": "force", "displacement_at_peak_m": "displacement",
+        "initial_stiffness_N_per_m": "stiffness",
+    }  # fmt: skip
     for row in rows:
         model = f"{row['model']} FE" if row["model"] else "no curve"
         marked = model + ", NOT VALID" * (row["valid"] is False)
-        cells = [format(row[key] * factor, form) if row[key] != "" else "" for key, form, factor in figures]
+        cells = [printed(figure, row[key]) if row[key] != "" else "" for key, figure in figures.items()]
         table.add_row(escape(row["load_case"]), marked, *cells)
     return table

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from orchestrator.masonry.wall import GRAVITY
+from orchestrator.results.printed import printed
+from orchestrator.results.summary import LimitSummary, PushoverSummary, Summary
 
 COLUMNS = (
     "load_case", "direction", "distribution", "limit_state", "check", "ag_m_per_s2", "demand", "capacity", "unit",
@@ -25,12 +27,12 @@ State = Literal["verified", "not verified", "open", "strength", "nothing"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Answered:
-    """What one load case has answered: its name, live load, and entry of summary.json (None where there is none)."""
+    """What one load case has answered: its name, live load, and summary (None where there is none)."""
 
     name: str
     direction: str
     distribution: str
-    summary: Mapping[str, Any] | None
+    summary: Summary | None
     complaint: str = ""
 
 
@@ -92,9 +94,8 @@ def _rows(answer: Answered) -> list[dict[str, Any]]:
     if answer.summary is None:
         return [row | {"limit_state": STRENGTH, "verified": "not made", "remarks": answer.complaint}]
     found = [row | _strength(answer.summary)]
-    for check in answer.summary.get("seismic", {"checks": ()})["checks"]:
-        found.append(row | _check(check))
-    return found
+    checks = answer.summary.seismic["checks"] if answer.summary.seismic else ()
+    return found + [row | _check(check) for check in checks]
 
 
 def _check(check: Mapping[str, Any]) -> dict[str, Any]:
@@ -106,23 +107,30 @@ def _check(check: Mapping[str, Any]) -> dict[str, Any]:
     return row | {key: check[key] for key in keys} | {"verified": passed, "remarks": "; ".join(check["remarks"])}
 
 
-def _strength(summary: Mapping[str, Any]) -> dict[str, Any]:
+def _strength(summary: Summary) -> dict[str, Any]:
     """Return the base shear of one load case that counts, and what it is from."""
     row = {"limit_state": STRENGTH, "unit": "N"}
-    valid = {entry["model"]: entry for entry in summary["pushover"] if entry["valid"]}
-    if entry := valid.get("micro") or valid.get("macro"):
-        check = "FE of every stone" if entry["model"] == "micro" else "FE of macroblocks"
-        found = {"check": check, "capacity": entry["peak_base_shear"], "multiplier": entry["peak_multiplier"]}
-        bound = "" if entry.get("peak_reached", True) else "the curve ends before its peak: a lower bound"
-        return row | found | {"remarks": bound}
-    limit = summary["limit_analysis"]
-    sure = limit["non_associative"] is not None
-    multiplier = limit["non_associative"] if sure else limit["associative"]
-    said = [] if sure else ["an upper bound only"]
-    if summary["pushover"]:
-        said.append("no curve is valid")
-    found = {"check": "limit analysis", "capacity": limit["base_shear"], "multiplier": multiplier}
-    return row | found | {"remarks": "; ".join(said), "verified": "not made" if said else ""}
+    valid = {pushed.model: pushed for pushed in summary.pushover if pushed.valid}
+    if pushed := valid.get("micro") or valid.get("macro"):
+        return row | _of_curve(pushed)
+    return row | _of_limit_analysis(summary.limit_analysis, ["no curve is valid"] if summary.pushover else [])
+
+
+def _of_curve(pushed: PushoverSummary) -> dict[str, Any]:
+    check = "FE of every stone" if pushed.model == "micro" else "FE of macroblocks"
+    bound = "" if pushed.peak_reached else "the curve ends before its peak: a lower bound"
+    return {
+        "check": check,
+        "capacity": pushed.peak_base_shear,
+        "multiplier": pushed.peak_multiplier,
+        "remarks": bound,
+    }
+
+
+def _of_limit_analysis(limit: LimitSummary, doubts: list[str]) -> dict[str, Any]:
+    said = [*([] if limit.converged else ["an upper bound only"]), *doubts]
+    found = {"check": "limit analysis", "capacity": limit.base_shear, "multiplier": limit.multiplier}
+    return found | {"remarks": "; ".join(said), "verified": "not made" if said else ""}
 
 
 def sentence(found: Verdict, say: Callable[[str], str] = str) -> str:
@@ -149,7 +157,7 @@ def _body(found: Verdict, say: Callable[[str], str]) -> str:
         return say("NOTHING CAN BE SAID")
     if found.state == "strength":
         said = say("{load_case} governs with the least base shear, {shear} kN (load multiplier {multiplier}, {check})")
-        values = {"shear": f"{1e-3 * row['capacity']:.4g}", "multiplier": f"{row['multiplier']:.4g}"}
+        values = {"shear": printed("force", row["capacity"]), "multiplier": printed("multiplier", row["multiplier"])}
         remarks = f" ({row['remarks']})" if row["remarks"] else ""
         return said.format(load_case=row["load_case"], check=say(row["check"]), **values) + remarks
     words = {"verified": "VERIFIED", "not verified": "NOT VERIFIED", "open": "NOT YET VERIFIED"}[found.state]
@@ -158,7 +166,7 @@ def _body(found: Verdict, say: Callable[[str], str]) -> str:
         "acceleration of {passes} g, {asked} g is asked for"
     ).format(
         load_case=row["load_case"], state=row["limit_state"], check=say(row["check"]),
-        ratio=f"{row['safety_ratio']:.3f}",
+        ratio=printed("ratio", row["safety_ratio"]),
         passes=f"{row['capacity_ag_m_per_s2'] / GRAVITY:.3f}", asked=f"{row['ag_m_per_s2'] / GRAVITY:.3f}",
     )  # fmt: skip
     return f"{say(words)} ({', '.join(found.limit_states)}); {said}"

@@ -16,12 +16,9 @@ from orchestrator import (
     analyse,
     check_assemblage,
     check_wall,
-    find_capacity,
     find_joints,
-    make_bodies,
     merged,
-    mesh_bodies,
-    pushover_curve,
+    push,
     read_blocks,
 )
 
@@ -40,13 +37,13 @@ def main() -> tuple[LimitAnalysis, Capacity]:
     print(f"without dilation {analysis.headline.load_multiplier:.4f}")
 
     partition = merged(assemblage, analysis.headline.mechanism, MacroblockSettings(normal=1e-3, centre_distance=0.45))
-    bodies = make_bodies(assemblage, partition)
-    meshes = mesh_bodies(bodies, MeshSettings(size=0.2), cache=None)
-    print(f"{partition.count} macroblocks, {len(meshes.tetrahedra)} tetrahedra")
+    settings = {"mesh": MeshSettings(size=0.2), "stepping": SteppingSettings(final_displacement=0.005)}
+    pushed = push(assemblage, analysis, partition, **settings)
+    print(f"{partition.count} macroblocks, {pushed.summary.tetrahedra} tetrahedra")
 
-    curve = pushover_curve(bodies, meshes, stepping=SteppingSettings(final_displacement=0.005))
-    capacity = find_capacity(curve)
-    print(f"peak {capacity.peak_multiplier:.4f} = {capacity.peak_base_shear / 1e3:.3f} kN; {curve.stopped_because}")
+    capacity = pushed.capacity
+    peak = f"peak {capacity.peak_multiplier:.4f} = {capacity.peak_base_shear / 1e3:.3f} kN"
+    print(f"{peak}; {pushed.curve.stopped_because}")
     return analysis, capacity
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.verification.killing import PROJECT, curve, difference, killed_after, moment, run
+from tests.support.killing import PROJECT, curve, difference, killed_after, moment, run
 
 FOLDER = Path(__file__).parent
 MODEL = "macro"

@@ -63,7 +63,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "case_project": run.case.project,
         "language": run.case.project.language,
         "seismic": seismic_contents(run, in_words(run.case.load)),
-        "title": wall.name or run.summary["case"],
+        "title": wall.name or run.summary.case,
         "settings": list(_settings(settings)),
         "wall": {
             "width": float(np.ptp(points[:, 0])),
@@ -82,7 +82,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "tolerances": run.partition.tolerances,
         "pictures": {path.stem: picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
         "models": [_model(run, model) for model in models],
-        "complaints": [(LABELS[m.name], m.summary["complaint"]) for m in models if m.summary.get("complaint")],
+        "complaints": [(LABELS[m.name], m.summary.complaint) for m in models if m.summary.complaint],
         "remarks": remarks,
         "failed_checks": sum(not check["passed"] for model in models for check in _checks(model.summary)),
         "versions": dict(_provenance(run.folder)),
@@ -94,7 +94,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
                 for m in models
             ],
             "curves": [_points(model) for model in models],
-            "limit": {"associative": run.summary["limit_analysis"]["associative"] * run.analysis.horizontal_load},
+            "limit": {"associative": run.summary.limit_analysis.associative * run.analysis.horizontal_load},
         },
     }
 
@@ -197,7 +197,7 @@ def _damage(run: StoredRun, model: StoredModel, damage: Damage) -> dict[str, Any
     }
 
 
-def _checks(summary: dict[str, Any]) -> list[dict[str, Any]]:
+def _checks(summary: results.PushoverSummary) -> list[dict[str, Any]]:
     """Return what `pushover.checks` asks of a curve, with the figures of the summary."""
     asked = (
         (
@@ -214,11 +214,12 @@ def _checks(summary: dict[str, Any]) -> list[dict[str, Any]]:
             "name": name,
             "meaning": meaning,
             "key": key,
-            "value": summary[key],
+            "value": value,
             "bound": bound,
-            "passed": summary[key] is not None and summary[key] <= bound,
+            "passed": value is not None and value <= bound,
         }
         for name, key, bound, meaning in asked
+        for value in [getattr(summary, key)]
     ]
 
 

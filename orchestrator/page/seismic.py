@@ -19,7 +19,7 @@ SPECTRA = {
 
 def seismic_contents(run: StoredRun, live_load: str) -> dict[str, Any] | None:
     """Return what the template of the verification needs, None for a run without one."""
-    record = run.summary.get("seismic")
+    record = run.summary.seismic
     if record is None:
         return None
     rows = [row for row in record["checks"] if "refused" not in row]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from orchestrator import case as cases
 from orchestrator import results
@@ -23,7 +22,7 @@ class StoredModel:
     """One pushover: its name ("macro" or "micro"), entry of the summary, and what its folder holds."""
 
     name: str
-    summary: dict[str, Any]
+    summary: results.PushoverSummary
     bodies: Bodies
     meshes: BodyMeshes
     contacts: results.ContactPlaces
@@ -36,7 +35,7 @@ class StoredRun:
     """A finished run."""
 
     folder: Path
-    summary: dict[str, Any]
+    summary: results.Summary
     case: Case
     assemblage: Assemblage
     analysis: LimitAnalysis
@@ -51,19 +50,19 @@ def read_run(folder: Path) -> StoredRun:
     case = cases.read(folder / "case.toml")
     try:
         assemblage = find_joints(cases.read_wall(case), case.joints)
-        summary = results.read_json(folder / "summary.json")
+        summary = results.read_summary(folder)
         analysis = results.read_limit_analysis(folder)
         partition = results.read_macroblocks(folder, assemblage.wall)
-        models = tuple(_model(folder, entry, assemblage, partition) for entry in summary["pushover"])
+        models = tuple(_model(folder, pushed, assemblage, partition) for pushed in summary.pushover)
     except (OSError, KeyError, ValueError, TypeError) as error:
         problem = f"a file is missing or damaged ({type(error).__name__}: {error})"
         raise CaseError("", problem, "finish the run again, with --resume", str(folder)) from error
     return StoredRun(folder, summary, case, assemblage, analysis, partition, models)
 
 
-def _model(folder: Path, entry: dict[str, Any], assemblage: Assemblage, partition: Partition) -> StoredModel:
-    name = entry["model"]
+def _model(folder: Path, pushed: results.PushoverSummary, assemblage: Assemblage, partition: Partition) -> StoredModel:
+    name = pushed.model
     bodies = make_bodies(assemblage, partition if name == "macro" else one_body_per_block(assemblage))
     store, meshes, contacts = results.read_geometry(folder / name)
-    curve = results.read_curve(folder / name, entry["stopped_because"])
-    return StoredModel(name, entry, bodies, meshes, contacts, store, curve)
+    curve = results.read_curve(folder / name, pushed.stopped_because)
+    return StoredModel(name, pushed, bodies, meshes, contacts, store, curve)

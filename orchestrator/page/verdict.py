@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ from orchestrator import results
 from orchestrator.case import Case
 from orchestrator.page.phrases import in_language, phrases
 from orchestrator.project import Language
+from orchestrator.results.printed import printed
 from orchestrator.seismic.record import in_its_unit
 from orchestrator.verdict import COLUMNS, STRENGTH, Answered, Verdict, sentence, verdict
 
@@ -27,11 +27,11 @@ def verdict_contents(found: Verdict, language: Language) -> dict[str, Any]:
     }
 
 
-def verdict_of(case: Case, summary: Mapping[str, Any]) -> Verdict:
-    """Return the verdict on a run of one load case from its entry of summary.json."""
+def verdict_of(case: Case, summary: results.Summary) -> Verdict:
+    """Return the verdict on a run of one load case from its summary."""
     load = case.load
     name = f"{load.direction} {load.distribution.replace('_', ' x ')}"
-    return verdict(summary["case"], [Answered(name, load.direction, load.distribution, summary)])
+    return verdict(summary.case, [Answered(name, load.direction, load.distribution, summary)])
 
 
 def write_verdict(folder: Path, found: Verdict) -> Path:
@@ -45,13 +45,13 @@ def _row(row: dict[str, Any], language: Language) -> dict[str, Any]:
     strength = row["limit_state"] == STRENGTH
     shown = {"demand": "", "capacity": "", "ground": "", "ratio": ""}
     if strength and row["capacity"] != "":
-        shown["capacity"] = f"{1e-3 * row['capacity']:.4g} kN (λ = {row['multiplier']:.4g})"
+        shown["capacity"] = f"{printed('force', row['capacity'])} kN (λ = {printed('multiplier', row['multiplier'])})"
     elif row["safety_ratio"] != "":
         shown = {
             "demand": in_its_unit(row["demand"], row["unit"]),
             "capacity": in_its_unit(row["capacity"], row["unit"]),
             "ground": f"{row['capacity_ag_m_per_s2']:.3g} / {row['ag_m_per_s2']:.3g}",
-            "ratio": f"{row['safety_ratio']:.3f}",
+            "ratio": printed("ratio", row["safety_ratio"]),
         }
     keys = ("load_case", "limit_state", "check", "verified", "governs", "remarks")
     return {key: row[key] for key in keys} | {key: in_language(text, language) for key, text in shown.items()}

@@ -14,6 +14,7 @@ from orchestrator.page.stored import read_run
 from orchestrator.page.verdict import verdict_contents
 from orchestrator.project import Language
 from orchestrator.results.files import plain, write_text
+from orchestrator.results.printed import FORMS, Figure, printed
 from orchestrator.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -46,9 +47,9 @@ def render(values: dict[str, Any]) -> str:
 
 def _environment(language: Language) -> Environment:
     environment = environment_of("orchestrator.page")
-    for filtering in (shown, fixed, small):
-        environment.filters[filtering.__name__] = _localised(filtering, language)
-    environment.globals["t"] = phrases(language)
+    for name, filtering in (("shown", shown), ("fixed", fixed), ("small", small), ("printed", _printed)):
+        environment.filters[name] = _localised(filtering, language)
+    environment.globals |= {"t": phrases(language), "factor_of": _factor_of}
     return environment
 
 
@@ -59,6 +60,14 @@ def _localised(filtering: Callable[..., str], language: Language) -> Callable[..
 def plain_collapse(values: dict[str, Any]) -> dict[str, Any]:
     """Return the values with the collapse as plain lists and numbers."""
     return values | {"collapse": plain(values["collapse"])}
+
+
+def _factor_of(kind: Figure) -> float:
+    return FORMS[kind][0]
+
+
+def _printed(value: float | None, kind: Figure) -> str:
+    return printed(kind, value)
 
 
 def shown(value: float | None, digits: int = 4, factor: float = 1.0) -> str:

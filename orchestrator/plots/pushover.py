@@ -43,6 +43,7 @@ from orchestrator.plots.joint_pieces import (
     shown_status,
 )
 from orchestrator.pushover.state import ContactStatus, Increment, PushoverCurve
+from orchestrator.results.printed import printed
 
 DRAWN_DISPLACEMENT = 0.06
 """largest displacement of a drawn deformed wall, part of the wall's height, where no factor is given"""
@@ -66,6 +67,7 @@ def deformed(
     body_master: IntArray,
     name: str,
     amplification: float | None = None,
+    under_gravity: float = 0.0,
 ) -> Figure:
     """Draw the outline of every body at z = 0, displaced times `amplification`, and its contacts coloured by status.
 
@@ -73,7 +75,7 @@ def deformed(
 
     contact_points (c, 2) or (c, 3) in m, undeformed; body_slave, body_master (c,): body numbers; all in the order of
     Increment.status. Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
-    ten, never below 1).
+    ten, never below 1). under_gravity: control displacement (m) that the one in the title is counted from.
     """
     plane = increment.displacement[: len(meshes.nodes), :2]
     supports = [body.exterior for body in bodies.bodies[bodies.moving :]]
@@ -81,8 +83,9 @@ def deformed(
     factor = amplification or readable_factor(DRAWN_DISPLACEMENT * height, float(np.abs(plane).max()))
     moved = meshes.nodes[:, :2] + factor * plane
     title = (
-        f"Load multiplier {increment.load_multiplier:.4f}, control displacement "
-        f"{1e3 * increment.control_displacement:.3g} mm\ndisplacements drawn × {factor:g}"
+        f"Load multiplier {printed('multiplier', increment.load_multiplier)}, control displacement "
+        f"{printed('displacement', increment.control_displacement - under_gravity)} mm\n"
+        f"displacements drawn × {factor:g}"
     )
     figure, axes = wall_figure(np.vstack([moved, *supports]), title, name)
     for number in range(bodies.moving):
@@ -110,7 +113,9 @@ def curves(
     for (label, (curve, capacity)), (colour, style) in zip(models.items(), MODELS * len(models), strict=False):
         draw_curve(axes, curve, colour, style, label)
         peak = (1e3 * capacity.displacement_at_peak, capacity.peak_base_shear / 1e3)
-        said = f"peak {peak[1]:.4g} kN (λ = {capacity.peak_multiplier:.4f}) at {peak[0]:.3g} mm"
+        said = f"peak {printed('force', capacity.peak_base_shear)} kN (λ = "
+        said += f"{printed('multiplier', capacity.peak_multiplier)}) at "
+        said += f"{printed('displacement', capacity.displacement_at_peak)} mm"
         axes.plot(*peak, "o", color=colour, markeredgecolor="white", markersize=8, label=said, zorder=4)
     draw_limit_analysis(axes, analysis)
     _frame_curves(axes)
@@ -168,7 +173,9 @@ def idealised(models: Mapping[str, tuple[PushoverCurve, Bilinear]], name: str) -
         draw_curve(axes, curve, colour, style, label, 1.0)
         corners = 1e3 * np.array([0.0, bilinear.yield_displacement, bilinear.ultimate_displacement])
         force = bilinear.yield_force / 1e3
-        said = f"bilinear: {force:.4g} kN, yields at {corners[1]:.3g} mm, ends at {corners[2]:.3g} mm"
+        ends = (bilinear.yield_displacement, bilinear.ultimate_displacement)
+        first, last = (printed("displacement", end) for end in ends)
+        said = f"bilinear: {printed('force', bilinear.yield_force)} kN, yields at {first} mm, ends at {last} mm"
         axes.plot(corners, [0.0, force, force], style, color=colour, linewidth=2.2, marker="s", ms=5, label=said)
     _frame_curves(axes)
     write_title(axes, "Bilinear idealisation", name)
@@ -225,13 +232,15 @@ def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     kilonewtons = analysis.horizontal_load / 1e3
     associative, headline = analysis.bound, analysis.headline
     which = "" if analysis.associative_left is None else " (without loose stones)"
-    said = f"micro-LA, associative{which}: λ = {associative.load_multiplier:.4f}"
+    said = f"micro-LA, associative{which}: λ = {printed('multiplier', associative.load_multiplier)}"
     axes.axhline(associative.load_multiplier * kilonewtons, color=INK, linestyle=":", linewidth=1.2, label=said)
     found = analysis.non_associative_range
     if found is None:
         return
-    said = f"micro-LA, non-associative ({headline.flow_rule.replace('_', ' ')}): λ = {headline.load_multiplier:.4f}"
+    rule, multiplier = headline.flow_rule.replace("_", " "), printed("multiplier", headline.load_multiplier)
+    said = f"micro-LA, non-associative ({rule}): λ = {multiplier}"
     axes.axhline(headline.load_multiplier * kilonewtons, color=INK, linestyle="--", linewidth=1.2, label=said)
     if found[1] > found[0]:
-        said = f"micro-LA, non-associative range: λ = {found[0]:.4f} to {found[1]:.4f}"
+        low, high = (printed("multiplier", end) for end in found)
+        said = f"micro-LA, non-associative range: λ = {low} to {high}"
         axes.axhspan(found[0] * kilonewtons, found[1] * kilonewtons, color=ORANGE, alpha=0.35, linewidth=0, label=said)

@@ -1,27 +1,22 @@
-"""The pushover of bodies as one call, for use from Python: no communicator, no files.
+"""The pushover of bodies increment by increment, for use from Python: no communicator, no files, no checks.
 
-    bodies = make_bodies(assemblage, partition)
-    curve = pushover_curve(bodies)                    every setting has the default of the case file
-    for increment in pushover_increments(bodies):     the same, increment by increment
+    for increment in pushover_increments(make_bodies(assemblage, partition)): ...
 
-Every process works for itself. pushover_run.py does the same for the command line, where all ranks may share one model,
-and stores, resumes and checks.
+Every process works for itself. `push` (pushed.py) takes all loads and checks the curve.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from orchestrator.bodies import Bodies
-from orchestrator.errors import CollapseError
 from orchestrator.meshing import BodyMeshes, MeshSettings, mesh_bodies
 from orchestrator.parallel import this_rank
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
-from orchestrator.pushover.state import Increment, PushoverCurve
-from orchestrator.pushover.stepping import Pushover, end_of_curve
+from orchestrator.pushover.state import Increment
+from orchestrator.pushover.stepping import Pushover
 
 
 def pushover_increments(
@@ -48,35 +43,3 @@ def pushover_increments(
     with LinearSystem(model, alone) as system:
         expected = expected_multiplier or 0.3 * model.weight / model.horizontal_load
         yield from Pushover(model, system, newton or NewtonSettings(), stepping, expected).increments()
-
-
-def pushover_curve(
-    bodies: Bodies,
-    mesh: MeshSettings | BodyMeshes | None = None,
-    elastic: ElasticSettings | None = None,
-    contact: ContactSettings | None = None,
-    newton: NewtonSettings | None = None,
-    stepping: SteppingSettings | None = None,
-    direction: int = 1,
-    expected_multiplier: float | None = None,
-) -> PushoverCurve:
-    """Return the pushover curve of the bodies up to stepping.final_displacement, or to the fall of a body.
-
-    Arguments as in `pushover_increments`. Raises ConvergenceError when the solver gives up before the curve ends:
-    `pushover_increments` has yielded what came until then.
-    """
-    stepping = stepping or SteppingSettings()
-    ends: list[str | None] = []
-
-    def until_it_ends() -> Iterator[Increment]:
-        try:
-            for increment in pushover_increments(
-                bodies, mesh, elastic, contact, newton, stepping, direction, expected_multiplier
-            ):
-                ends.append(end_of_curve(increment, stepping))
-                yield increment
-        except CollapseError as error:
-            ends.append(str(error))
-
-    curve = PushoverCurve.from_increments(until_it_ends(), "")
-    return replace(curve, stopped_because=str(ends[-1]))

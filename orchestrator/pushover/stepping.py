@@ -41,8 +41,8 @@ FALLING = 0.05
 """a part that moves by this share of the wall's height under its own weight falls"""
 SHRINK = 0.25
 CUTS = {"gravity": 1, "load": 0, "displacement": 2}
-"""times that an increment is made smaller before the wall is left to move (once under displacement control: motion where
-the curve has a kink that a sixteenth of the increment follows, up to three times the iterations)"""
+"""times that an increment is made smaller before the wall is left to move (only once under displacement control: motion
+where the curve has a kink that a sixteenth of the increment follows, and up to three times the iterations)"""
 ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
 OUT = 0.5

@@ -14,9 +14,23 @@ from orchestrator.results.forces import write_forces
 from orchestrator.results.geometry import ContactPlaces, read_geometry, write_geometry
 from orchestrator.results.outputs import refuse_overwriting_file, refuse_overwriting_run, try_folder
 from orchestrator.results.paraview import stress_and_pressure, write_paraview
+from orchestrator.results.printed import printed
 from orchestrator.results.reading import read_limit_analysis, read_macroblocks
 from orchestrator.results.states import StateStore, load_increments
-from orchestrator.results.summary import Effort, Event, effort_of, pushover_summary, reasons, remarks, summary
+from orchestrator.results.summary import (
+    Effort,
+    Event,
+    PushoverSummary,
+    Summary,
+    effort_of,
+    limit_summary,
+    pushover_summary,
+    read_summary,
+    reasons,
+    remarks,
+    summary,
+    write_summary,
+)
 from orchestrator.results.values import (
     read_curve,
     write_blocks,
@@ -25,7 +39,6 @@ from orchestrator.results.values import (
     write_joints,
     write_limit_analysis,
     write_macroblocks,
-    write_summary,
     write_ties,
 )
 from orchestrator.whole import TEMPORARY, locked, replacing, sweep, write_bytes
@@ -35,12 +48,16 @@ __all__ = [
     "ContactPlaces",
     "Effort",
     "Event",
+    "PushoverSummary",
     "StateStore",
+    "Summary",
     "effort_of",
     "hash_file",
+    "limit_summary",
     "load_increments",
     "locked",
     "logging_to",
+    "printed",
     "provenance",
     "pushover_summary",
     "read_curve",
@@ -48,6 +65,7 @@ __all__ = [
     "read_json",
     "read_limit_analysis",
     "read_macroblocks",
+    "read_summary",
     "reasons",
     "refuse_overwriting_file",
     "refuse_overwriting_run",

@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from orchestrator.program import program
 from orchestrator.whole import write_bytes
 
 DISTRIBUTIONS = {
-    "orchestrator": "orchestrator",
     "numpy": "numpy",
     "scipy": "scipy",
     "shapely": "shapely",
@@ -88,10 +88,12 @@ def hash_file(path: Path) -> str:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of every library that takes part; what is not installed is left out."""
+    """Return version, commit and sources of the program, the versions of Python and of every library that takes part;
+    what is not installed is left out."""
     import h5py  # see hdf5.py
 
-    found = {"python": platform.python_version(), "h5py": h5py.__version__, "hdf5": h5py.version.hdf5_version}
+    found = program() | {"python": platform.python_version()}
+    found |= {"h5py": h5py.__version__, "hdf5": h5py.version.hdf5_version}
     for name, distribution in DISTRIBUTIONS.items():
         try:
             found[name] = version(distribution)

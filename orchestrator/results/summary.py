@@ -1,21 +1,24 @@
-"""summary.json: the figures that scripts outside this repository read; the keys stay. All SI."""
+"""summary.json as values: the figures that scripts outside this repository read; the keys stay. All SI."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from orchestrator.capacity import Capacity
 from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.state import LimitAnalysis
+from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Increment
+from orchestrator.results.files import write_json
+from orchestrator.results.printed import printed
 
 COARSE = 0.01
 """part of a joint by which the resultant of its toe may lie off before that is told"""
@@ -81,6 +84,130 @@ def effort_of(increments: Iterable[Increment], names: Sequence[str], mass: Float
     return Effort(steps, moving, iterations, dict(rescues), error, tuple(events))
 
 
+@dataclass(frozen=True, slots=True)
+class PushoverSummary:
+    """One pushover: size of its model, effort (`Effort`), capacity (`Capacity`), cost, and whether it is valid."""
+
+    model: Literal["macro", "micro"]
+    bodies: int
+    nodes: int
+    tetrahedra: int
+    contacts: int
+    displacements: Literal["large", "small"]
+    ranks: int
+    steps: int
+    moving_steps: int
+    newton_iterations: int
+    rescues: dict[str, int]
+    energy_error: float | None
+    """None where it is not a number"""
+    events: tuple[Event, ...]
+    max_penetration: float
+    """largest overlap of displaced outlines, m"""
+    max_penetration_over_size: float
+    """and over the smaller body's size"""
+    peak_base_shear: float
+    peak_multiplier: float
+    displacement_at_peak: float
+    final_displacement: float
+    initial_stiffness: float
+    equilibrium_residual: float | None
+    """None where it is not a number"""
+    peak_reached: bool
+    seconds: dict[str, float]
+    """exactly the keys of TIMINGS"""
+    peak_memory: int
+    """bytes"""
+    stopped_because: str
+    complaint: str | None
+    """why the curve ended early or is not valid; None for a good one"""
+    valid: bool
+    not_valid_because: str | None
+    """the checks of the result that failed (pushover.checks), in words"""
+    toe_error: float = 0.0
+    """how far the resultant of a toe that crushes may lie off at the peak, over its joint"""
+
+
+@dataclass(frozen=True, slots=True)
+class WallSummary:
+    """Blocks without supports, joints, and weight of the blocks (N)."""
+
+    blocks: int
+    joints: int
+    weight: float
+
+
+@dataclass(frozen=True, slots=True)
+class LooseStones:
+    """Stones (ids) that come loose before the wall fails, their share of the weight, and the lowest and highest
+    multiplier at which they do."""
+
+    stones: tuple[int, ...]
+    share: float
+    multipliers: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class LimitSummary:
+    """Multipliers of micro limit analysis (`LimitAnalysis` says what they are), None where there is none.
+
+    non_associative: the headline, where there is more than a bound; papers_value: of the paper's sequence.
+    """
+
+    associative: float
+    associative_left: float | None
+    non_associative: float | None
+    non_associative_range: tuple[float, float] | None
+    path: float | None
+    last_rest: float | None
+    soft_from: float | None
+    interval: tuple[float, float] | None
+    papers_value: float | None
+    lowest: float | None
+    highest: float | None
+    local_failures: tuple[LooseStones, ...]
+    iterations: int
+    converged: bool
+    equilibrium_residual: float
+    base_shear: float
+    """of the headline, N"""
+    seconds: float
+
+    @property
+    def multiplier(self) -> float:
+        """The multiplier that counts."""
+        return self.associative if self.non_associative is None else self.non_associative
+
+
+@dataclass(frozen=True, slots=True)
+class MacroblockSummary:
+    """The partition; a tolerance is None where it is infinite or there is none."""
+
+    count: int
+    joints: int
+    tol_n: float | None
+    tol_d: float | None
+    trivial: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """A run. macroblocks: None where it stopped before them; pushover may be empty; seismic: the verification."""
+
+    case: str
+    wall: WallSummary
+    limit_analysis: LimitSummary
+    macroblocks: MacroblockSummary | None
+    pushover: tuple[PushoverSummary, ...]
+    seismic: dict[str, Any] | None = None
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What summary.json holds; `seismic` only where something was verified."""
+        found = asdict(self)
+        return found if self.seismic is not None else {key: found[key] for key in found if key != "seismic"}
+
+
 def pushover_summary(
     model: Literal["macro", "micro"],
     meshes: BodyMeshes,
@@ -97,65 +224,59 @@ def pushover_summary(
     peak_memory: int,
     complaint: str | None,
     not_valid_because: str | None,
-) -> dict[str, Any]:
-    """Return one entry of `pushover`. seconds: exactly the keys of TIMINGS; peak_memory in bytes; overlap: of displaced
-    outlines in m, and over the smaller body's size. toe_error: how far toes that crush may lie off, over their joint.
-
-    complaint: why the curve ended early or is not valid; None for a good one. not_valid_because: the checks of the
-    result that failed (pushover.checks), in words; None: it is valid.
-    """
+) -> PushoverSummary:
+    """Return the summary of one pushover. overlap: of displaced outlines in m, and over the smaller body's size."""
     assert set(seconds) == set(TIMINGS), f"timings {sorted(seconds)}, not {sorted(TIMINGS)}"
-    return {
-        "model": model,
-        "bodies": len(meshes.unit_weight),
-        "nodes": len(meshes.nodes),
-        "tetrahedra": len(meshes.tetrahedra),
-        "contacts": contacts,
-        "displacements": "large" if large_displacement else "small",
-        "ranks": ranks,
-        **asdict(effort),
-        "max_penetration": overlap[0],
-        "max_penetration_over_size": overlap[1],
-        "toe_error": toe_error,
-        **asdict(capacity),
-        "seconds": {name: float(seconds[name]) for name in TIMINGS},
-        "peak_memory": int(peak_memory),
-        "stopped_because": stopped_because,
-        "complaint": complaint,
-        "valid": not_valid_because is None,
-        "not_valid_because": not_valid_because,
-    }
+    return PushoverSummary(
+        model=model,
+        bodies=len(meshes.unit_weight),
+        nodes=len(meshes.nodes),
+        tetrahedra=len(meshes.tetrahedra),
+        contacts=contacts,
+        displacements="large" if large_displacement else "small",
+        ranks=ranks,
+        **{one.name: getattr(value, one.name) for value in (effort, capacity) for one in fields(value)},
+        max_penetration=overlap[0],
+        max_penetration_over_size=overlap[1],
+        seconds={name: float(seconds[name]) for name in TIMINGS},
+        peak_memory=int(peak_memory),
+        stopped_because=stopped_because,
+        complaint=complaint,
+        valid=not_valid_because is None,
+        not_valid_because=not_valid_because,
+        toe_error=toe_error,
+    )
 
 
-def reasons(pushovers: Sequence[dict[str, Any]]) -> list[str]:
-    """Return why entries of `pushover` are not valid."""
-    return [f"{entry['model']} FE: {entry['not_valid_because']}" for entry in pushovers if not entry["valid"]]
+def reasons(pushovers: Sequence[PushoverSummary]) -> list[str]:
+    """Return why pushovers are not valid."""
+    return [f"{pushed.model} FE: {pushed.not_valid_because}" for pushed in pushovers if not pushed.valid]
 
 
-def remarks(pushovers: Sequence[dict[str, Any]]) -> list[str]:
-    """Return what entries of `pushover` have to say beside their figures: local failures, a peak that was not reached.
+def remarks(pushovers: Sequence[PushoverSummary]) -> list[str]:
+    """Return what pushovers have to say beside their figures: local failures, a peak that was not reached.
 
     Many events are told in short: the first ones, and how many there were.
     """
     said = []
-    for entry in pushovers:
-        for event in entry["events"][:TOLD]:
-            bodies, share = ", ".join(event["bodies"]), 100 * event["mass_share"]
+    for pushed in pushovers:
+        for event in pushed.events[:TOLD]:
+            bodies, share = ", ".join(event.bodies), 100 * event.mass_share
             said.append(
-                f"{entry['model']} FE: {bodies} ({share:.2g} % of the mass) fell at a load multiplier of "
-                f"{event['load_multiplier']:.4f}; the wall went on"
+                f"{pushed.model} FE: {bodies} ({share:.2g} % of the mass) fell at a load multiplier of "
+                f"{printed('multiplier', event.load_multiplier)}; the wall went on"
             )
-        if (more := len(entry["events"]) - TOLD) > 0:
-            said.append(f"{entry['model']} FE: {more} more local failures, in summary.json")
-        if entry.get("toe_error", 0.0) > COARSE:
+        if (more := len(pushed.events) - TOLD) > 0:
+            said.append(f"{pushed.model} FE: {more} more local failures, in summary.json")
+        if pushed.toe_error > COARSE:
             said.append(
-                f"{entry['model']} FE: at the peak the resultant of a toe may lie off by "
-                f"{100 * entry['toe_error']:.2g} % of its joint, "
+                f"{pushed.model} FE: at the peak the resultant of a toe may lie off by "
+                f"{100 * pushed.toe_error:.2g} % of its joint, "
                 "as elements are longer than what crushes; lower mesh.size"
             )
-        if not entry["peak_reached"]:
-            multiplier = entry["peak_multiplier"]
-            said.append(f"{entry['model']} FE: the peak was not reached; the wall carries at least {multiplier:.4f}")
+        if not pushed.peak_reached:
+            multiplier = printed("multiplier", pushed.peak_multiplier)
+            said.append(f"{pushed.model} FE: the peak was not reached; the wall carries at least {multiplier}")
     return said
 
 
@@ -164,58 +285,64 @@ def summary(
     assemblage: Assemblage,
     analysis: LimitAnalysis,
     partition: Partition | None,
-    pushovers: Sequence[dict[str, Any]],
-) -> dict[str, Any]:
-    """Return the whole record. `macroblocks` is null where the run stopped before them, `pushover` may be empty.
-
-    Non-associative values are null where no such solution was found; infinite tolerances are null.
-    """
-    return {
-        "case": case,
-        "wall": {
-            "blocks": sum(not block.fixed for block in assemblage.wall.blocks),
-            "joints": len(assemblage.block_i),
-            "weight": analysis.weight,
-        },
-        "limit_analysis": _limit_analysis(analysis),
-        "macroblocks": partition and _macroblocks(partition, len(assemblage.block_i)),
-        "pushover": list(pushovers),
-    }
+    pushovers: Sequence[PushoverSummary],
+) -> Summary:
+    """Return the summary of a run that is not verified (yet)."""
+    blocks = sum(not block.fixed for block in assemblage.wall.blocks)
+    wall = WallSummary(blocks, len(assemblage.block_i), analysis.weight)
+    merged = None if partition is None else _macroblocks(partition, len(assemblage.block_i))
+    return Summary(case, wall, limit_summary(analysis), merged, tuple(pushovers))
 
 
-def _limit_analysis(analysis: LimitAnalysis) -> dict[str, Any]:
+def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
+    """Return the summary of a limit analysis."""
     headline = analysis.headline
     found = analysis.non_associative_range
-    return {
-        "associative": analysis.associative.load_multiplier,
-        "associative_left": analysis.associative_left and analysis.associative_left.load_multiplier,
-        "non_associative": headline.load_multiplier if found else None,
-        "non_associative_range": list(found) if found else None,
-        "path": analysis.path and analysis.path.load_multiplier,
-        "last_rest": analysis.last_rest,
-        "soft_from": analysis.soft_from,
-        "interval": analysis.interval and list(analysis.interval),
-        "papers_value": analysis.sequence and analysis.sequence.load_multiplier,
-        "lowest": analysis.lowest and analysis.lowest.load_multiplier,
-        "highest": analysis.highest,
-        "local_failures": [
-            {"stones": list(failure.stones), "share": failure.share, "multipliers": list(failure.multipliers)}
-            for failure in analysis.local_failures
-        ],
-        "iterations": len(headline.records),
-        "converged": found is not None and headline.converged,
-        "equilibrium_residual": headline.equilibrium_residual,
-        "base_shear": headline.load_multiplier * analysis.horizontal_load,
-        "seconds": analysis.seconds,
-    }
+    return LimitSummary(
+        associative=analysis.associative.load_multiplier,
+        associative_left=_multiplier(analysis.associative_left),
+        non_associative=headline.load_multiplier if found else None,
+        non_associative_range=found,
+        path=_multiplier(analysis.path),
+        last_rest=analysis.last_rest,
+        soft_from=analysis.soft_from,
+        interval=analysis.interval,
+        papers_value=_multiplier(analysis.sequence),
+        lowest=_multiplier(analysis.lowest),
+        highest=analysis.highest,
+        local_failures=tuple(
+            LooseStones(failure.stones, failure.share, failure.multipliers) for failure in analysis.local_failures
+        ),
+        iterations=len(headline.records),
+        converged=found is not None and headline.converged,
+        equilibrium_residual=headline.equilibrium_residual,
+        base_shear=headline.load_multiplier * analysis.horizontal_load,
+        seconds=analysis.seconds,
+    )
 
 
-def _macroblocks(partition: Partition, joints: int) -> dict[str, Any]:
+def _multiplier(state: LimitState | None) -> float | None:
+    return None if state is None else state.load_multiplier
+
+
+def _macroblocks(partition: Partition, joints: int) -> MacroblockSummary:
     tolerances = partition.tolerances
-    return {
-        "count": partition.count,
-        "joints": joints - len(partition.vanished_joints),
-        "tol_n": tolerances and tolerances.normal,
-        "tol_d": tolerances and tolerances.centre_distance,
-        "trivial": partition.count == 1,
-    }
+    return MacroblockSummary(
+        count=partition.count,
+        joints=joints - len(partition.vanished_joints),
+        tol_n=None if tolerances is None else tolerances.normal,
+        tol_d=None if tolerances is None else tolerances.centre_distance,
+        trivial=partition.count == 1,
+    )
+
+
+def write_summary(folder: Path, found: Summary) -> None:
+    """Write summary.json."""
+    write_json(folder / "summary.json", found.record)
+
+
+def read_summary(folder: Path) -> Summary:
+    """Return what `write_summary` wrote. Raises OSError, and ValueError for a file that holds something else."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(Summary).validate_json((folder / "summary.json").read_bytes())

@@ -82,11 +82,6 @@ def read_curve(folder: Path, stopped_because: str) -> PushoverCurve:
     return PushoverCurve(**arrays, stopped_because=stopped_because)
 
 
-def write_summary(folder: Path, record: dict[str, Any]) -> None:
-    """Write summary.json (see `summary.summary`)."""
-    write_json(folder / "summary.json", record)
-
-
 def blocks_record(wall: Wall) -> dict[str, Any]:
     """Return the wall in the block file format, SI units; every block states its own unit weight."""
     return {

@@ -23,7 +23,7 @@ def folder(tmp_path_factory):
 def summary(folder):
     outcome = driver.run(case.read(PROJECT / "templates" / "benchmark1.toml"), folder, False, None, lambda event: None)
     assert outcome.complaints == ()
-    return outcome.summary
+    return outcome.summary.record
 
 
 def of_model(summary, model):

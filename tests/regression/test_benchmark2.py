@@ -21,7 +21,7 @@ def folder(tmp_path_factory):
 def summary(folder):
     outcome = driver.run(case.read(TEMPLATE), folder, False, None, lambda event: None)
     assert outcome.complaints == ()
-    return outcome.summary
+    return outcome.summary.record
 
 
 def test_few_bodies_keep_the_peak(summary):

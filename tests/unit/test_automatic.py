@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from orchestrator import case as cases
 from orchestrator import driver
-from orchestrator.automatic import Motion, chosen, hierarchy, kept_multiplier, locked, motion_of_blocks
+from orchestrator.automatic import (
+    Motion,
+    chosen,
+    hierarchy,
+    kept_multiplier,
+    locked,
+    macroblocks_of,
+    motion_of_blocks,
+)
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.merged_blocks import merged_multiplier
-from orchestrator.macroblocks import partition_of
+from orchestrator.macroblocks import MacroblockSettings, partition_of
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from orchestrator.masonry.readers import read_blocks
-
-DATA = Path(__file__).parents[1] / "data"
-
-
-def of_file(name):
-    return find_joints(read_blocks(DATA / f"{name}.json"), JointSettings())
+from tests.support.walls import DATA, of_file
 
 
 @pytest.fixture(scope="module")
@@ -159,3 +159,13 @@ def test_it_is_the_default_of_the_case_file():
     partition = driver.segment(case).partition
     assert partition.tolerances is None
     assert any("chosen automatically" in remark for remark in partition.remarks)
+
+
+def test_tolerances_that_are_given_are_honoured(wall_1):
+    """tol_n = 0 and tol_D = 0: no two blocks that move are joined, whatever could be chosen automatically."""
+    assemblage, analysis = wall_1
+    strict = MacroblockSettings(normal=0.0, centre_distance=0.0)
+    found = macroblocks_of(assemblage, analysis, strict)
+    assert found.tolerances == strict
+    assert found.count > macroblocks_of(assemblage, analysis).count > 1
+    assert macroblocks_of(assemblage, analysis, MacroblockSettings(choose="tolerances")).tolerances is not None

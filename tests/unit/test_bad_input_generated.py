@@ -19,9 +19,9 @@ from hypothesis import strategies as st
 
 from orchestrator import case as cases
 from orchestrator.cli import main
-from orchestrator.masonry import dxf, pixels, readers, rows
-from tests.unit.test_bad_input import WALL
-from tests.unit.test_intake_walls import ROWS
+from orchestrator.masonry import dxf, readers, rows
+from tests.support.intake import ROWS
+from tests.support.two_blocks import WALL
 
 CASES = int(os.environ.get("HYPOTHESIS_CASES", "200"))
 TESTS = 8
@@ -247,11 +247,10 @@ def test_files_that_are_too_large_are_refused_unread(tmp_path, capsys, name, mod
     assert accepted_or_refused(capsys, tmp_path / name, "import", *options) == 2
 
 
-def test_a_picture_that_is_too_large_is_refused_unread(tmp_path, capsys, monkeypatch):
+def test_a_picture_that_is_too_large_is_refused_unread(tmp_path, capsys):
     from PIL import Image
 
-    monkeypatch.setattr(pixels, "LARGEST_PICTURE", 99)
-    Image.new("L", (10, 10)).save(tmp_path / "wall.png")
+    Image.new("1", (5001, 5000)).save(tmp_path / "wall.png")  # 25 million pixels and 5000
     options = ["--thickness", "0.3", "--scale", "0.01", "--output", tmp_path / "out.json", "--force"]
     assert accepted_or_refused(capsys, tmp_path / "wall.png", "import", *options) == 2
 

@@ -12,12 +12,9 @@ from orchestrator.macroblocks import Partition, one_body, one_body_per_block
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.readers import read_blocks
 from orchestrator.masonry.wall import Block, Wall
+from tests.support.walls import between
 
 PROJECT = Path(__file__).parents[2]
-
-
-def rectangle(left, bottom, right, top):
-    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
 
 
 def assemblage_of(*blocks):
@@ -80,11 +77,11 @@ def test_interfaces_run_counter_clockwise_round_body_i(bond):
 
 def test_a_body_round_an_opening_has_a_hole_and_one_round_another_body_has_its_joints_on_it():
     frame = [
-        rectangle(-1, -1, 4, 0),
-        rectangle(0, 0, 3, 1),
-        rectangle(0, 1, 1, 2),
-        rectangle(2, 1, 3, 2),
-        rectangle(0, 2, 3, 3),
+        between(-1, -1, 4, 0),
+        between(0, 0, 3, 1),
+        between(0, 1, 1, 2),
+        between(2, 1, 3, 2),
+        between(0, 2, 3, 3),
     ]
     opening = assemblage_of(*frame)
     body = make_bodies(opening, one_body(opening)).bodies[0]
@@ -92,7 +89,7 @@ def test_a_body_round_an_opening_has_a_hole_and_one_round_another_body_has_its_j
     assert body.area == pytest.approx(8.0)
     assert shapely.LinearRing(body.exterior).is_ccw
     assert not shapely.LinearRing(body.holes[0]).is_ccw
-    filled = assemblage_of(*frame, rectangle(1, 1, 2, 2))
+    filled = assemblage_of(*frame, between(1, 1, 2, 2))
     bodies = make_bodies(filled, partition_of(filled, {1, 2, 3, 4}, {5}))
     assert len(bodies.bodies[0].holes) == 1
     pairs = [{int(i), int(j)} for i, j in zip(bodies.body_i, bodies.body_j, strict=True)]
@@ -119,8 +116,8 @@ def test_openings_of_wall_6_are_holes_of_the_trivial_body():
 def test_body_that_touches_itself_in_a_point_keeps_its_opening():
     """Three L-connected stones round a square gap that is closed by one corner only."""
     ring = assemblage_of(
-        rectangle(-1, -1, 3, 0), rectangle(0, 0, 2, 1), rectangle(0, 1, 1, 2), rectangle(0, 2, 3, 3),
-        rectangle(2, 1, 3, 2),
+        between(-1, -1, 3, 0), between(0, 0, 2, 1), between(0, 1, 1, 2), between(0, 2, 3, 3),
+        between(2, 1, 3, 2),
     )  # fmt: skip
     body = make_bodies(ring, one_body(ring)).bodies[0]
     assert body.area == pytest.approx(2 + 1 + 3 + 1)
@@ -138,8 +135,8 @@ def test_rounded_drawings_keep_their_area():
 
 
 def test_unit_weight_is_weight_over_volume():
-    light, heavy = Block(1, rectangle(0, 0, 1, 1), False, 10e3), Block(2, rectangle(1, 0, 4, 1), False, 20e3)
-    wall = Wall("two", (Block(0, rectangle(-1, -1, 5, 0), True, 1.0), light, heavy), 0.1, 0.6)
+    light, heavy = Block(1, between(0, 0, 1, 1), False, 10e3), Block(2, between(1, 0, 4, 1), False, 20e3)
+    wall = Wall("two", (Block(0, between(-1, -1, 5, 0), True, 1.0), light, heavy), 0.1, 0.6)
     assemblage = find_joints(wall, JointSettings())
     assert make_bodies(assemblage, one_body(assemblage)).bodies[0].unit_weight == pytest.approx(17.5e3)
 

@@ -7,6 +7,7 @@ import pytest
 
 from orchestrator import cli, driver
 from orchestrator.errors import ConvergenceError, ResultError
+from orchestrator.results.summary import LimitSummary, Summary, WallSummary
 
 TOWER = str(Path(__file__).parents[1] / "data" / "tower_5_blocks.json")
 
@@ -75,12 +76,8 @@ def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
     ("complaint", "code"), [(ResultError("energy", "lost"), 3), (ConvergenceError("macro FE", "stopped"), 1)]
 )
 def test_exit_code_of_a_run_with_a_complaint(monkeypatch, tmp_path, capsys, complaint, code):
-    record = {
-        "case": "x",
-        "wall": {"blocks": 1, "joints": 1, "weight": 1.0},
-        "limit_analysis": {"associative": 0.1, "non_associative": None, "base_shear": 0.1, "seconds": 0.1},
-        "pushover": [],
-    }
+    limit = LimitSummary(0.1, None, None, 1, False, 0.0, 0.1, 0.1)
+    record = Summary("x", WallSummary(1, 1, 1.0), limit, None, ())
     monkeypatch.setattr(driver, "run", lambda *arguments: driver.Outcome(record, (complaint,)))
     assert cli.main(["run", TOWER, "--output", str(tmp_path / "run"), "-q"]) == code
     assert capsys.readouterr().err == f"{complaint}\n"

@@ -14,7 +14,7 @@ import pytest
 
 from orchestrator import case as cases
 from orchestrator.cli import _parser, main
-from tests.unit.test_intake_walls import WALL_1, as_polylines, painted, written
+from tests.support.intake import WALL_1, as_polylines, painted, written
 
 PROJECT = Path(__file__).parents[2]
 CALL = "    .venv/bin/python -m orchestrator "

@@ -12,6 +12,7 @@ from orchestrator.masonry import drawing
 from orchestrator.masonry.healing import heal
 from orchestrator.masonry.patterns import ArchedOpening, ArchedWall, IrregularCourses, Rubble, arched_wall, rubble
 from tests.support.drawings import CENTIMETRES, INCHES, METRES, MILLIMETRES, polylines
+from tests.support.walls import between
 
 MATERIAL = {"thickness": "0.3 m"}
 WALLS = {
@@ -37,13 +38,9 @@ def drawn(path, lines=(), outlines=()):
     return path
 
 
-def box(left, bottom, right, top):
-    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], float)
-
-
 def frame(*corners):
     """The edges of a box as lines."""
-    outline = box(*corners)
+    outline = between(*corners)
     return list(zip(outline, np.roll(outline, -1, axis=0), strict=True))
 
 
@@ -78,7 +75,7 @@ def test_a_line_that_no_tolerance_closes_is_told_apart(tmp_path):
 
 
 def test_a_drawing_none_of_whose_lines_close_is_refused_with_the_tolerance_to_try(tmp_path):
-    outline = box(0, 0, 400, 300)
+    outline = between(0, 0, 400, 300)
     lines = [(a + 0.01 * (b - a), b) for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True)]
     path = drawn(tmp_path / "open.dxf", lines)
     with pytest.raises(CaseError, match=r'none \(blocks: 4 lines .* --tolerance "5 mm" closes 1 outline more'):
@@ -91,7 +88,7 @@ def test_an_open_polyline_is_closed_by_the_distance_of_its_ends(tmp_path):
     document.header["$INSUNITS"] = MILLIMETRES
     corners = [(0, 0), (400, 0), (400, 300), (0, 300), (0, 6)]
     document.modelspace().add_lwpolyline(corners, dxfattribs={"layer": "blocks"})
-    document.modelspace().add_lwpolyline(box(400, 0, 800, 300), close=True, dxfattribs={"layer": "blocks"})
+    document.modelspace().add_lwpolyline(between(400, 0, 800, 300), close=True, dxfattribs={"layer": "blocks"})
     document.saveas(tmp_path / "open.dxf")
     _, remarks = read(tmp_path / "open.dxf")
     assert any('2 open ends at (0, 0), (0, 0.006) m; --tolerance "8 mm" closes 1 outline' in said for said in remarks)
@@ -101,12 +98,12 @@ def test_an_outline_of_lines_around_another_one_is_said(tmp_path):
     lines = frame(0, 0, 800, 600) + frame(200, 200, 400, 400)
     said = r"block 2: touches no other .*; while reading: .*1 outline of lines encloses others and is left out"
     with pytest.raises(CaseError, match=said):
-        read(drawn(tmp_path / "ring.dxf", lines, [box(0, -300, 800, 0)]))
+        read(drawn(tmp_path / "ring.dxf", lines, [between(0, -300, 800, 0)]))
 
 
 @pytest.mark.parametrize(("shift", "apart"), [(0.0, ""), (0.6, ", up to 0.6 mm apart")])
 def test_a_stone_drawn_twice_within_the_tolerance_is_one(tmp_path, shift, apart):
-    stones = [box(0, 0, 400, 300), box(400, 0, 800, 300), box(0, 300, 800, 500)]
+    stones = [between(0, 0, 400, 300), between(400, 0, 800, 300), between(0, 300, 800, 500)]
     found, remarks = read(drawn(tmp_path / "twice.dxf", outlines=[*stones, stones[1] + [shift, 0.0]]))
     assert found == 3
     x = 0.6 + 1e-3 * shift
@@ -139,7 +136,7 @@ def test_lines_drawn_twice_leave_no_slivers(tmp_path, shift):
 
 
 def test_thin_stones_side_by_side_are_no_copies(tmp_path):
-    slates = [box(0, 8 * k, 600, 8 * k + 8) for k in range(4)]
+    slates = [between(0, 8 * k, 600, 8 * k + 8) for k in range(4)]
     found, remarks = read(drawn(tmp_path / "slates.dxf", outlines=slates), tolerance="10 mm")
     assert found == 4
     assert not [remark for remark in remarks if "twice" in remark]
@@ -159,7 +156,7 @@ def test_a_stone_that_closing_gaps_would_fold_is_named_with_its_place(tmp_path, 
         r"closed; correct the corners there, or try another --tolerance"
     )
     with pytest.raises(CaseError, match=said):
-        read(drawn(tmp_path / "wall.dxf", outlines=[box(0, 0, 400, 300), box(400, 0, 800, 300)]))
+        read(drawn(tmp_path / "wall.dxf", outlines=[between(0, 0, 400, 300), between(400, 0, 800, 300)]))
 
 
 @pytest.mark.parametrize("errors", [{}, {"error": 4e-4}, {"gap": 3e-3}])

@@ -87,16 +87,15 @@ def test_a_mesh_of_a_millimetre_is_refused_at_once_with_exit_code_2(tmp_path, ca
     assert not (tmp_path / "micro").exists(), "nothing was meshed"
 
 
-def test_free_memory_is_the_smaller_of_machine_and_control_group(tmp_path, monkeypatch):
+def test_free_memory_is_the_smaller_of_machine_and_control_group(tmp_path):
+    place = (tmp_path / "meminfo", tmp_path)
     (tmp_path / "meminfo").write_text("MemTotal: 9 kB\nMemAvailable: 2000 kB\n")
-    monkeypatch.setattr(estimate, "MEMORY", tmp_path / "meminfo")
-    monkeypatch.setattr(estimate, "CONTROL_GROUP", tmp_path)
-    assert estimate.free_memory() == 2000 * 1024
+    assert estimate.free_memory(*place) == 2000 * 1024
     (tmp_path / "memory.current").write_text("300\n")
     (tmp_path / "memory.max").write_text("1000\n")
-    assert estimate.free_memory() == 700
+    assert estimate.free_memory(*place) == 700
     (tmp_path / "memory.max").write_text("max\n")
-    assert estimate.free_memory() == 2000 * 1024
+    assert estimate.free_memory(*place) == 2000 * 1024
 
 
 def resident():

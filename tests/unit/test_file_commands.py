@@ -18,7 +18,7 @@ from orchestrator import cli, reference
 from orchestrator.joints import JointClass
 from orchestrator.limit_analysis import DeadLoad, LiveLoad
 from orchestrator.masonry.readers import read_blocks
-from tests.unit.test_intake_walls import WALL_1, as_polylines, assert_same_wall, associative, painted, written
+from tests.support.intake import WALL_1, as_polylines, assert_same_wall, associative, painted, written
 
 PROJECT = Path(__file__).parents[2]
 COMMANDS = ("run", "check", "limit", "segment", "import", "new", "schema", "export")

@@ -8,7 +8,7 @@ import os
 import pytest
 
 from orchestrator.cli import main
-from tests.unit.test_bad_input import WALL, changed
+from tests.support.two_blocks import WALL, changed
 
 MICRO = "[run]\nmodels = ['micro']\n"
 

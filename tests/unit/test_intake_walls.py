@@ -6,41 +6,27 @@ import json
 from itertools import pairwise
 from pathlib import Path
 
-import ezdxf
 import numpy as np
 import pytest
 import shapely
 from PIL import Image, ImageDraw
 
-from orchestrator.case import LoadSettings
 from orchestrator.errors import CaseError
 from orchestrator.intake import Intake, write_wall
 from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.masonry.closing import Layers
 from orchestrator.masonry.drawing import Drawing, HealingSettings, Material, wall_of
 from orchestrator.masonry.dxf import read_dxf
 from orchestrator.masonry.picture import PictureSettings, read_picture
 from orchestrator.masonry.readers import read_blocks
 from orchestrator.masonry.rows import parse_rows, read_rows
+from tests.support.intake import ROWS, WALL_1, as_polylines, assert_same_wall, associative, painted, written
+from tests.support.walls import rectangle
 
-WALL_1 = read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall1.json")
 PUBLISHED = 0.643
 """associative multiplier of wall 1, Ferris and Tin-Loi (2001), three digits"""
 MATERIAL = Material(thickness=0.1, unit_weight=25e3, friction=0.65)
 TOLERANCE = 1e-3
-ROWS = """
-unit = mm
-thickness = 100
-unit_weight = 25 kN/m3
-friction = 0.65
-support = 200
-""" + "\n".join(["175: 200 400 400 400 400 200", "175: 400 400 400 400 400"] * 3)
-
-
-def associative(wall):
-    assemblage = find_joints(wall, JointSettings())
-    return analyse(assemblage, LimitAnalysisSettings(), LoadSettings().sign).associative.load_multiplier
 
 
 def areas(wall):
@@ -60,40 +46,6 @@ def touching_pairs(wall, longer_than=0.0):
     assemblage = find_joints(wall, JointSettings())
     long = assemblage.length > longer_than
     return len(set(zip(assemblage.block_i[long].tolist(), assemblage.block_j[long].tolist(), strict=True)))
-
-
-def assert_same_wall(found, expected, within=1e-9):
-    """Every block has its twin: same outline, wherever its corners are listed, same part."""
-    assert len(found.blocks) == len(expected.blocks)
-    assert (found.thickness, found.friction) == (expected.thickness, expected.friction)
-    free = [shapely.Polygon(block.polygon) for block in expected.blocks]
-    for block in found.blocks:
-        outline = shapely.Polygon(block.polygon)
-        twin = min(range(len(free)), key=lambda k: free[k].centroid.distance(outline.centroid))
-        assert outline.hausdorff_distance(free[twin]) < within, block.id
-        assert expected.blocks[twin].fixed == block.fixed
-        assert expected.blocks[twin].unit_weight == block.unit_weight
-
-
-def written(path, draw, insunits=4):
-    document = ezdxf.new()
-    document.header["$INSUNITS"] = insunits
-    draw(document.modelspace(), document)
-    document.saveas(path)
-    return path
-
-
-def as_polylines(wall, noise=0.0, factor=1000.0):
-    """Return a function that draws each block as a closed polyline, in mm, corners displaced by up to `noise` m."""
-    random = np.random.default_rng(1)
-
-    def draw(space, _):
-        for block in wall.blocks:
-            corners = block.polygon + random.uniform(-noise, noise, block.polygon.shape)
-            layer = {"layer": "Supports" if block.fixed else "BLOCKS"}
-            space.add_lwpolyline(factor * corners, close=True, dxfattribs=layer)
-
-    return draw
 
 
 def as_shared_lines(wall):
@@ -128,15 +80,11 @@ LINTEL = (0.0, 0.4, 1.2, 0.1)
 JAMBS = [(0.0, 0.0, 0.3, 0.4), (0.9, 0.0, 0.3, 0.4)]
 
 
-def rectangle(x, y, width, height):
-    return 1000 * np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
-
-
 def test_layers_are_materials_where_blocks_are_on_several(tmp_path):
     def draw(space, _):
         for jamb in JAMBS:
-            space.add_lwpolyline(rectangle(*jamb), close=True, dxfattribs={"layer": "Stone"})
-        space.add_lwpolyline(rectangle(*LINTEL), close=True, dxfattribs={"layer": "Timber"})
+            space.add_lwpolyline(1000 * rectangle(*jamb), close=True, dxfattribs={"layer": "Stone"})
+        space.add_lwpolyline(1000 * rectangle(*LINTEL), close=True, dxfattribs={"layer": "Timber"})
 
     path = written(tmp_path / "door.dxf", draw)
     wall, _ = imported(path, layers=Layers(blocks="stone, timber"), ground=0.2)
@@ -356,22 +304,6 @@ def test_row_notation_that_cannot_be_read(old, new, complaint):
     assert old in ROWS
     with pytest.raises(CaseError, match=complaint):
         parse_rows(ROWS.replace(old, new, 1), "wall")
-
-
-def painted(path, wall, scale, mortar, background="white", stone="black"):
-    """Paint the free blocks, each smaller by half the mortar on every side, `scale` m a pixel."""
-    free = [block for block in wall.blocks if not block.fixed]
-    low, high = (f(np.vstack([b.polygon for b in free]), axis=0) for f in (np.min, np.max))
-    width, height = np.round((high - low) / scale).astype(int) + 40
-    image = Image.new("RGB", (int(width), int(height)), background)
-    for block in free:
-        inset = shapely.get_coordinates(shapely.Polygon(block.polygon).buffer(-mortar / 2, join_style="mitre"))
-        (left, bottom), (right, top) = (f(inset, axis=0) for f in (np.min, np.max))
-        corners = (left - low[0], high[1] - top, right - low[0], high[1] - bottom)
-        x0, y0, x1, y1 = (round(c / scale) + 20 for c in corners)
-        ImageDraw.Draw(image).rectangle([x0, y0, x1 - 1, y1 - 1], fill=stone)
-    image.save(path)
-    return path
 
 
 @pytest.mark.parametrize(("mortar", "colours"), [(0.0125, ("white", "black")), (0.01, ("black", "white"))])

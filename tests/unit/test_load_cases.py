@@ -9,8 +9,6 @@ from __future__ import annotations
 import csv
 import json
 import shutil
-import subprocess
-import sys
 
 import pytest
 
@@ -18,7 +16,7 @@ from orchestrator import case as cases
 from orchestrator import driver, load_cases
 from orchestrator.cli import main
 from orchestrator.errors import CaseError, ConvergenceError
-from tests.unit.test_parallel import ENVIRONMENT, PROJECT
+from tests.support.ranks import on_ranks, quiet
 
 TO_THE_RIGHT, TO_THE_LEFT = (0.6 - 0.7 / 3) / 0.4, (0.7 / 3) / 0.4
 CASE = """
@@ -36,10 +34,6 @@ final_displacement = "3 mm"
 [run]
 models = ["macro"]
 """
-
-
-def quiet(event):
-    pass
 
 
 def stone(mirror):
@@ -151,7 +145,7 @@ def test_resume_leaves_finished_load_cases_alone_and_finishes_the_others(walls, 
         load_cases.run(case, tmp_path, False, None, quiet)
     outcome = load_cases.run(case, tmp_path, True, None, quiet)
     assert started == ["+x", "-x", "-x"]
-    assert [done.summary["limit_analysis"]["associative"] for done in outcome.done] == pytest.approx(
+    assert [done.summary.limit_analysis.associative for done in outcome.done] == pytest.approx(
         [TO_THE_RIGHT, TO_THE_LEFT], rel=1e-6
     )
 
@@ -177,9 +171,8 @@ def test_a_load_case_without_a_curve_is_a_complaint_and_the_others_are_run(walls
 @pytest.mark.parametrize("shared", [0, 10**6])
 def test_ranks_change_no_number(runs, tmp_path, shared):
     """Load cases are spread over the ranks, or all ranks share each one's linear system."""
-    command = ["mpirun", "--oversubscribe", "-n", "3", sys.executable, "-m", "orchestrator", "run"]
-    command += [str(runs / "stone.toml"), "--output", str(tmp_path), "--set", f"newton.distribute_above={shared}"]
-    done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=200)
+    command = ("-m", "orchestrator", "run", runs / "stone.toml", "--output", tmp_path)
+    done = on_ranks(3, *command, "--set", f"newton.distribute_above={shared}")
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.count("load_cases.csv") == 1, "only one rank prints"
     for here, there in zip(table(tmp_path), table(runs / "stone"), strict=True):

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-from pathlib import Path
 from time import monotonic
 
 import pytest
 
 from orchestrator.parallel import is_root, on_root
+from tests.support.ranks import PROJECT, on_ranks
 
-PROJECT = Path(__file__).parents[2]
 TOWER = str(PROJECT / "tests" / "data" / "tower_5_blocks.json")
-ENVIRONMENT = os.environ | {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMP_NUM_THREADS": "1",
-}
+
+
 SCRIPT = """
 from mpi4py import MPI
 from orchestrator.errors import CaseError
@@ -38,11 +31,6 @@ if is_root(comm):
 """
 
 
-def two_ranks(*arguments):
-    command = ["mpirun", "--oversubscribe", "-n", "2", sys.executable, *arguments]
-    return subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
-
-
 def test_without_ranks_the_stage_is_simply_called():
     assert on_root(None, divmod, 7, 2) == (3, 1)
     assert is_root(None)
@@ -51,20 +39,20 @@ def test_without_ranks_the_stage_is_simply_called():
 
 
 def test_value_and_error_of_rank_0_reach_every_rank():
-    done = two_ranks("-c", SCRIPT)
+    done = on_ranks(2, "-c", SCRIPT)
     said = "file: key: problem; remedy"
     assert done.stdout.strip() == str([(7, said, True), (7, said, False)]), done.stderr
 
 
 def test_serial_commands_are_done_once():
-    done = two_ranks("-m", "orchestrator", "check", TOWER)
+    done = on_ranks(2, "-m", "orchestrator", "check", TOWER)
     assert done.returncode == 0
     assert done.stdout.count("5 blocks, 5 joints") == 1
 
 
 def test_what_rank_0_cannot_open_is_said_once(tmp_path):
     (tmp_path / "taken").write_text("a file where the run folder should be")
-    done = two_ranks("-m", "orchestrator", "run", TOWER, "--output", str(tmp_path / "taken"))
+    done = on_ranks(2, "-m", "orchestrator", "run", TOWER, "--output", str(tmp_path / "taken"))
     assert done.returncode == 1
     assert done.stderr.count("taken: File exists") == 1
 
@@ -102,7 +90,7 @@ def test_what_one_rank_does_alone_ends_all_within_seconds_with_one_message(kind,
     what, said, code = FAILURES[kind]
     command = ["run", TOWER, "--output", str(tmp_path), "--model", "micro", "--set", "newton.distribute_above=0"]
     began = monotonic()
-    done = two_ranks("-c", ALONE.format(what=what), *command)
+    done = on_ranks(2, "-c", ALONE.format(what=what), *command)
     assert monotonic() - began < 45, "of which 5 s waiting for the other rank; else it would never end"
     assert (done.returncode, done.stderr.count(said)) == (code, 1), done.stderr
     assert not (tmp_path / "summary.json").exists()

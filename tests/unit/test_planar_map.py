@@ -20,6 +20,7 @@ from orchestrator.masonry.patterns import (
 )
 from orchestrator.masonry.planar_map import OUTSIDE, OverlapError, planar_map
 from tests.support.drawings import with_errors
+from tests.support.walls import rectangle
 
 ARCHED = ArchedWall(
     IrregularCourses(3.2, 2.8, thickness=0.4, widths=(0.3, 0.5), heights=(0.2, 0.28), overlap=0.06),
@@ -35,10 +36,6 @@ WALLS = {
 def courses(seed):
     names = ("length", "height", "thickness", "widths", "heights", "overlap")
     return {name: getattr(ARCHED.courses, name) for name in names} | {"seed": seed}
-
-
-def rectangle(x, y, width, height):
-    return np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]], float)
 
 
 def joints(made):

@@ -33,26 +33,12 @@ from orchestrator.plots.pushover import outline, readable_factor
 from orchestrator.plots.thrust import carrying, thrust
 from orchestrator.plots.walls import centroid, colours_of_bodies, hinge_ends, load_arrow, rigid_displacement
 from orchestrator.pushover.state import Increment, PushoverCurve
-
-
-def rectangle(left, bottom, right, top):
-    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
+from tests.support.walls import between, four_blocks
 
 
 @pytest.fixture
 def assemblage():
-    """Support 10, blocks 11 and 12 side by side on it, block 13 on both: 5 joints."""
-    boxes = [(0, -0.2, 2, 0), (0, 0, 1, 0.5), (1, 0, 2, 0.5), (0.5, 0.5, 1.5, 1)]
-    blocks = tuple(Block(10 + n, rectangle(*box), n == 0, 25e3) for n, box in enumerate(boxes))
-    return Assemblage(
-        wall=Wall("hand made", blocks, 0.1, 0.65),
-        block_i=np.array([0, 0, 1, 1, 2]),
-        block_j=np.array([1, 2, 2, 3, 3]),
-        start=np.array([[1, 0], [2, 0], [1, 0], [1, 0.5], [1.5, 0.5]]),
-        end=np.array([[0, 0], [1, 0], [1, 0.5], [0.5, 0.5], [1, 0.5]]),
-        friction=np.full(5, 0.65),
-        cohesion=np.zeros(5),
-    )
+    return four_blocks()
 
 
 @pytest.fixture
@@ -200,9 +186,9 @@ def test_mechanism_moves_blocks_by_their_velocities_scaled_to_8_percent_of_the_h
     moved = polygons(figure, 1)
     np.testing.assert_allclose(moved[0], assemblage.wall.blocks[1].polygon)
     # velocities at the corners by hand: lower left, lower right, upper right, upper left
-    expected = rectangle(0.5, 0.5, 1.5, 1) + factor * np.array([[0, 1], [0, 0], [0.5, 0], [0.5, 1]])
+    expected = between(0.5, 0.5, 1.5, 1) + factor * np.array([[0, 1], [0, 0], [0.5, 0], [0.5, 1]])
     np.testing.assert_allclose(moved[2], expected, atol=1e-12)
-    assert max(np.linalg.norm(moved[2] - rectangle(0.5, 0.5, 1.5, 1), axis=1)) == pytest.approx(0.096)
+    assert max(np.linalg.norm(moved[2] - between(0.5, 0.5, 1.5, 1), axis=1)) == pytest.approx(0.096)
     assert figure.axes[0].get_title().splitlines()[1:] == [
         "Mechanism of micro-LA (sequence): load multiplier 0.2963",
         "largest displacement drawn as 0.096 m (8% of the height)",
@@ -245,7 +231,7 @@ def test_load_arrow_turns_with_the_load_and_keeps_clear_of_the_wall(direction):
 
 def test_thrust_crosses_joints_at_their_resultants_and_ends_in_the_support_along_them():
     """Block 2 x 1 rocking about its toe under 0.6 of its weight W: all through the toe, at slope 1 : 0.6."""
-    blocks = (Block(0, rectangle(-1, -1, 3, 0), True, 1e3), Block(1, rectangle(0, 0, 2, 1), False, 1e3))
+    blocks = (Block(0, between(-1, -1, 3, 0), True, 1e3), Block(1, between(0, 0, 2, 1), False, 1e3))
     joint = {"start": np.array([[2.0, 0.0]]), "end": np.array([[0.0, 0.0]])}
     block_i, block_j, mu = np.array([0]), np.array([1]), np.array([0.65])
     stack = Assemblage(Wall("w", blocks, 1.0, 0.65), block_i, block_j, **joint, friction=mu, cohesion=np.zeros(1))
@@ -258,7 +244,7 @@ def test_thrust_crosses_joints_at_their_resultants_and_ends_in_the_support_along
 
 
 def test_thrust_of_a_block_with_two_joints_is_a_straight_line_between_them():
-    blocks = tuple(Block(n, rectangle(0, n, 2, n + 1), n == 0, 1e3) for n in range(3))
+    blocks = tuple(Block(n, between(0, n, 2, n + 1), n == 0, 1e3) for n in range(3))
     start, end = np.array([[2.0, 1.0], [2.0, 2.0]]), np.array([[0.0, 1.0], [0.0, 2.0]])
     pairs = {"block_i": np.array([0, 1]), "block_j": np.array([1, 2]), "start": start, "end": end}
     stack = Assemblage(Wall("w", blocks, 1.0, 0.65), **pairs, friction=np.full(2, 0.65), cohesion=np.zeros(2))
@@ -270,7 +256,7 @@ def test_thrust_of_a_block_with_two_joints_is_a_straight_line_between_them():
 
 
 def test_rigid_displacement_is_about_the_centroid():
-    block = Block(1, rectangle(1, 1, 3, 2), False, 1.0)
+    block = Block(1, between(1, 1, 3, 2), False, 1.0)
     found = rigid_displacement(block, np.array([0.1, 0.2, 0.5]), np.array([[2, 1.5], [3, 2]]))
     np.testing.assert_allclose(found, [[0.1, 0.2], [0.1 - 0.25, 0.2 + 0.5]])
 
@@ -324,9 +310,9 @@ def test_one_body_without_neighbours_has_a_colour():
 @pytest.fixture
 def model():
     """Support under body 0 (a frame with a hole), body 1 on top of it; meshes of the extruded outlines only."""
-    hole = rectangle(0.5, 0.5, 1.5, 1.0)[::-1]
-    frame = np.vstack([rectangle(0, 0, 2, 1.5)[:3], [[1, 1.5]], [[0, 1.5]]])  # imprinted: end of the joint above
-    outlines = [frame, rectangle(0, 1.5, 1, 2), rectangle(-0.5, -0.2, 2.5, 0)]
+    hole = between(0.5, 0.5, 1.5, 1.0)[::-1]
+    frame = np.vstack([between(0, 0, 2, 1.5)[:3], [[1, 1.5]], [[0, 1.5]]])  # imprinted: end of the joint above
+    outlines = [frame, between(0, 1.5, 1, 2), between(-0.5, -0.2, 2.5, 0)]
     made = [
         Body(n, f"block {n}", outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array([n])) for n in range(3)
     ]
@@ -383,7 +369,7 @@ def test_deformed_draws_each_body_displaced_with_its_holes(model, increment):
     assert len(frame.vertices) == 6 + 5
     assert pixel(figure, 0.25, 0.75) == pixel(figure, 0.6, 1.8) == STONE
     assert pixel(figure, 1.0, 0.75) == "#ffffff"  # the hole
-    expected = rectangle(0.1, 1.55, 1.1, 2.05)
+    expected = between(0.1, 1.55, 1.1, 2.05)
     assert {tuple(np.round(p, 9)) for p in top.vertices} == {tuple(p) for p in expected}
     np.testing.assert_array_equal(polygons(figure, 0), [model[0].bodies[2].exterior])
     assert figure.axes[0].get_title().splitlines() == [

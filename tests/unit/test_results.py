@@ -17,33 +17,17 @@ from orchestrator import results
 from orchestrator.bodies import Bodies, Body
 from orchestrator.capacity import Capacity
 from orchestrator.errors import CaseError
-from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, LocalFailure, Mechanism
 from orchestrator.macroblocks import MacroblockSettings, Partition
 from orchestrator.masonry.readers import read_blocks
-from orchestrator.masonry.wall import Block, Wall
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Attempt, Increment, PushoverCurve
-
-
-def rectangle(left, bottom, right, top):
-    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
+from tests.support.walls import between, four_blocks
 
 
 @pytest.fixture
 def assemblage():
-    """Support 10, blocks 11 and 12 side by side on it, block 13 on both: 5 joints."""
-    boxes = [(0, -0.2, 2, 0), (0, 0, 1, 0.5), (1, 0, 2, 0.5), (0.5, 0.5, 1.5, 1)]
-    blocks = tuple(Block(10 + n, rectangle(*box), n == 0, 25e3) for n, box in enumerate(boxes))
-    return Assemblage(
-        wall=Wall('Wall "ä" <&>', blocks, 0.1, 0.65),
-        block_i=np.array([0, 0, 1, 1, 2]),
-        block_j=np.array([1, 2, 2, 3, 3]),
-        start=np.array([[1, 0], [2, 0], [1, 0], [1, 0.5], [1.5, 0.5]]),
-        end=np.array([[0, 0], [1, 0], [1, 0.5], [0.5, 0.5], [1, 0.5]]),
-        friction=np.full(5, 0.65),
-        cohesion=np.zeros(5),
-    )
+    return four_blocks('Wall "ä" <&>')
 
 
 def limit_state(rule, multiplier, programs):
@@ -231,8 +215,8 @@ def test_limit_analysis_file_holds_every_state(tmp_path, assemblage, analysis):
 
 
 def test_macroblocks_file_holds_partition_and_polygons(tmp_path, assemblage, partition):
-    hole = rectangle(0.2, 0.1, 0.4, 0.2)[::-1]
-    outlines = [rectangle(0, 0, 2, 0.5), rectangle(0.5, 0.5, 1.5, 1), rectangle(0, -0.2, 2, 0)]
+    hole = between(0.2, 0.1, 0.4, 0.2)[::-1]
+    outlines = [between(0, 0, 2, 0.5), between(0.5, 0.5, 1.5, 1), between(0, -0.2, 2, 0)]
     blocks = [[1, 2], [3], [0]]
     made = [
         Body(n, f"block {n}", outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array(blocks[n]))
@@ -332,7 +316,8 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         complaint=None,
         not_valid_because=None,
     )
-    record = results.summary("case", assemblage, analysis, partition, [entry])
+    found = results.summary("case", assemblage, analysis, partition, [entry])
+    record = found.record
     assert keys(json.loads(json.dumps(record))) == {
         "case": None,
         "wall": dict.fromkeys(["blocks", "joints", "weight"]),
@@ -360,26 +345,28 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
     assert record["wall"] == {"blocks": 3, "joints": 5, "weight": 3125.0}
     assert record["macroblocks"] == {"count": 2, "joints": 4, "tol_n": 1e-3, "tol_d": 0.45, "trivial": False}
     assert record["limit_analysis"]["non_associative"] == 0.29
-    assert record["limit_analysis"]["non_associative_range"] == [0.29, 0.31]
+    assert record["limit_analysis"]["non_associative_range"] == (0.29, 0.31)
     assert record["limit_analysis"]["iterations"] == 7
     assert record["limit_analysis"]["base_shear"] == pytest.approx(906.25)
-    assert (entry["bodies"], entry["nodes"], entry["tetrahedra"], entry["contacts"]) == (2, 16, 10, 6)
-    assert (entry["steps"], entry["newton_iterations"], entry["peak_base_shear"]) == (5, 20, 900.0)
-    results.write_summary(tmp_path, record)
+    assert (entry.bodies, entry.nodes, entry.tetrahedra, entry.contacts) == (2, 16, 10, 6)
+    assert (entry.steps, entry.newton_iterations, entry.peak_base_shear) == (5, 20, 900.0)
+    results.write_summary(tmp_path, found)
     assert json.loads((tmp_path / "summary.json").read_text()) == json.loads(json.dumps(record))
+    assert results.read_summary(tmp_path) == found
 
 
 def test_summary_says_null_where_nothing_was_found(assemblage, analysis):
-    record = results.summary("c", assemblage, replace(analysis, sequence=None, path=None, highest=None), None, [])
-    assert record["limit_analysis"]["non_associative"] is None
-    assert record["limit_analysis"]["non_associative_range"] is None
-    assert record["limit_analysis"]["base_shear"] == pytest.approx(0.35 * 3125)
-    assert record["macroblocks"] is None
+    found = results.summary("c", assemblage, replace(analysis, sequence=None, path=None, highest=None), None, [])
+    assert found.limit_analysis.non_associative is None
+    assert found.limit_analysis.non_associative_range is None
+    assert found.limit_analysis.multiplier == found.limit_analysis.associative
+    assert found.limit_analysis.base_shear == pytest.approx(0.35 * 3125)
+    assert found.macroblocks is None
 
 
 def test_one_body_is_called_trivial(assemblage, analysis):
     one = Partition(np.array([1, 0, 0, 0]), 1, np.array([2, 3, 4]), np.array([], int), None)
-    record = results.summary("c", assemblage, analysis, one, [])["macroblocks"]
+    record = results.summary("c", assemblage, analysis, one, []).record["macroblocks"]
     assert record == {"count": 1, "joints": 2, "tol_n": None, "tol_d": None, "trivial": True}
 
 

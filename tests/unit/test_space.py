@@ -23,7 +23,7 @@ from orchestrator.space.overlap import common_volume
 from orchestrator.space.polyhedra import Polyhedron, box, centroid_of, prism, rotation, second_moment_of, volume_of
 from orchestrator.space.reading import wall_from
 from orchestrator.space.wall import SpaceBlock, check_wall
-from tests.verification.space_walls import GROUND, block_on_ground, wall_of
+from tests.support.space_walls import GROUND, block_on_ground, wall_of
 
 DATA = Path(__file__).parents[1] / "data" / "space"
 CUBE = box((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))

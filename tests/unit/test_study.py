@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +13,7 @@ from orchestrator import case as cases
 from orchestrator import driver, study_runs
 from orchestrator.errors import CaseError, ConvergenceError
 from orchestrator.study import StudySettings, distinct, grid
-from tests.unit.test_parallel import ENVIRONMENT, PROJECT
+from tests.support.ranks import PROJECT, on_ranks, quiet
 
 WALL = PROJECT / "tests" / "data" / "ferris_tinloi_wall1.json"
 FRICTION = 0.65
@@ -24,10 +22,6 @@ SETTINGS = [
     "study.normal=[2.5e-6, 'none']",
     "study.centre_distance=['450 mm', 'none']",
 ]
-
-
-def quiet(event):
-    pass
 
 
 @pytest.fixture(scope="module")
@@ -178,22 +172,9 @@ def test_a_run_without_a_curve_is_a_complaint_and_an_empty_cell(case, tmp_path, 
 
 
 def test_ranks_share_the_runs_and_change_no_number(folder, outcome, tmp_path):
-    command = [
-        "mpirun",
-        "--mca",
-        "mpi_yield_when_idle",
-        "0",
-        "--oversubscribe",
-        "-n",
-        "3",
-        sys.executable,
-        "-m",
-        "orchestrator",
-        "study",
-        str(WALL),
-    ]
-    command += ["--output", str(tmp_path), *(part for text in SETTINGS for part in ("--set", text))]
-    done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=200)
+    command = ["-m", "orchestrator", "study", WALL, "--output", tmp_path]
+    command += [part for text in SETTINGS for part in ("--set", text)]
+    done = on_ranks(3, *command, options=("--mca", "mpi_yield_when_idle", "0"))
     assert done.returncode == 0, done.stdout + done.stderr
     assert table(tmp_path) == table(folder)
     assert done.stdout.count("micro-LA and grid") == 1, "only one rank prints"

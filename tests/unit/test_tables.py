@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from rich.console import Console
 
+from orchestrator.answer import answer_of_run
 from orchestrator.limit_analysis import DeadLoad, LoadSettings, analyse, loads_on
-from orchestrator.tables import limit_table
-from tests.verification.limit_analysis_cases import assemblage_of, box
+from orchestrator.page.writing import _environment
+from orchestrator.results.printed import printed as printed_figure
+from orchestrator.results.summary import LimitSummary, Summary, WallSummary
+from orchestrator.tables import limit_table, run_table
+from tests.support.limit_analysis_cases import assemblage_of, box
+from tests.support.pushed import PUSHED
 
 
 def printed(analysis):
@@ -34,3 +40,29 @@ def test_what_lambda_multiplies_is_named_where_it_is_not_the_weight():
     floor = LoadSettings(dead=(DeadLoad((1,), force=6e3, inertia=True),))
     said = " ".join(printed(analyse(assemblage, loads=loads_on(assemblage.wall, floor))).split())
     assert "weight of the blocks 10.000 kN, base shear at λ = 1 16.000 kN, " in said
+
+
+def test_a_figure_of_a_run_has_one_form_in_table_sentence_and_report():
+    limit = LimitSummary(0.3478, 0.2963, (0.2963, 0.3011), 4, True, 1e-12, 0.2963 * 22225.0, 1.5)
+    summary = Summary("wall", WallSummary(4, 8, 22225.0), limit, None, (PUSHED,))
+    console = Console(width=120)
+    with console.capture() as capture:
+        console.print(run_table(summary))
+    row = next(line for line in capture.get().splitlines() if "micro-FE" in line)
+    assert row.split() == ["micro-FE", "4", "0.2968", "6.596", "5.876", "39.08", "5.68"]
+    assert "6.596 kN counts (λ = 0.2968" in answer_of_run(summary)
+    filters = _environment("en").filters
+    assert filters["printed"](PUSHED.peak_base_shear, "force") == "6.596"
+    assert filters["printed"](PUSHED.displacement_at_peak, "displacement") == "5.876"
+
+
+@pytest.mark.parametrize(
+    ("figure", "value", "text"),
+    [
+        ("memory", 273_682_432, "274"),  # an int takes its factor too
+        ("force", 133_370.2, "133.4"), ("force", 25_123_456.0, "25123"), ("force", 1234e3, "1234"),
+        ("displacement", 2.5e-9, "2.500e-06"), ("multiplier", 0.29634, "0.2963"), ("multiplier", None, "–"),
+    ],
+)  # fmt: skip
+def test_figures_in_their_units(figure, value, text):
+    assert printed_figure(figure, value) == text

@@ -16,7 +16,7 @@ from orchestrator.errors import CaseError
 from orchestrator.limit_analysis import analyse
 from orchestrator.progress import StageDone
 from orchestrator.reporter import Reporter
-from tests.verification.limit_analysis_cases import assemblage_of, box
+from tests.support.limit_analysis_cases import assemblage_of, box
 
 TOWER = str(Path(__file__).parents[1] / "data" / "tower_5_blocks.json")
 

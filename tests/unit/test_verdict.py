@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 
 import pytest
 
 from orchestrator import case as cases
 from orchestrator.cli import main
+from orchestrator.results.summary import LimitSummary, Summary, WallSummary
 from orchestrator.verdict import COLUMNS, Answered, sentence, verdict
+from tests.support.pushed import PUSHED
 from tests.unit.test_load_cases import CASE, stone
 
 
@@ -21,14 +24,10 @@ def check(ratio, state="SD", approach="N2, micro-FE"):
 
 
 def summary(*checks, peak=10e3, valid=True, models=("macro", "micro")):
-    found = {
-        "limit_analysis": {"associative": 0.3, "non_associative": 0.25, "base_shear": 8e3},
-        "pushover": [
-            {"model": model, "valid": valid, "peak_base_shear": peak, "peak_multiplier": 0.2, "peak_reached": True}
-            for model in models
-        ],
-    }
-    return found | ({"seismic": {"checks": list(checks)}} if checks else {})
+    limit = LimitSummary(0.3, 0.25, (0.25, 0.26), 4, True, 1e-12, 8e3, 1.0)
+    curves = tuple(replace(PUSHED, model=model, valid=valid, peak_base_shear=peak) for model in models)
+    seismic = {"checks": list(checks)} if checks else None
+    return Summary("wall", WallSummary(4, 8, 40e3), limit, None, curves, seismic)
 
 
 def of(**summaries):
@@ -72,7 +71,7 @@ def test_a_check_that_could_not_be_made_leaves_the_verdict_open(missing):
 def test_without_ground_acceleration_the_least_base_shear_governs_and_nothing_is_verified():
     found = of(a=summary(peak=12e3), b=summary(peak=9e3))
     assert (found.state, found.governing["load_case"], found.governing["capacity"]) == ("strength", "b", 9e3)
-    assert "9 kN" in sentence(found)
+    assert "9.000 kN" in sentence(found)
     assert sentence(found).endswith("nothing is verified.")
 
 

@@ -14,7 +14,7 @@ from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import analyse, settle
 from orchestrator.macroblocks import MacroblockSettings
 from orchestrator.masonry.patterns import Arch, arch_on_piers
-from tests.verification.pushover_chain import model_of, run
+from tests.support.pushover_chain import model_of, run
 
 WEIGHT = 20e3
 FRICTION = 3.0

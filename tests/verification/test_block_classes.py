@@ -20,7 +20,7 @@ from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.constants import constants_of
 from orchestrator.pushover.nodal_loads import nodal_loads
 from orchestrator.pushover.settings import ElasticSettings
-from tests.verification.pushover_chain import assemblage_of, model_of, rectangle, run, stack
+from tests.support.pushover_chain import assemblage_of, model_of, rectangle, run, stack
 
 B, H, T = 0.4, 0.5, 0.1
 HEAVY = BlockClass("heavy", unit_weight=75e3)

@@ -18,7 +18,7 @@ from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_gravity_lp
 from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.wall import read_only
-from tests.verification.limit_analysis_cases import assemblage_of, box, case, mirrored, transformed
+from tests.support.limit_analysis_cases import assemblage_of, box, case, mirrored, transformed
 
 
 def multipliers(assemblage, load_direction=1):

@@ -12,7 +12,7 @@ from orchestrator.limit_analysis.elastic_contact import elastic_wall
 from orchestrator.limit_analysis.gravity import problem_of
 from orchestrator.limit_analysis.path import load_path
 from orchestrator.masonry.wall import read_only
-from tests.verification.limit_analysis_cases import answers, assemblage_of, box, case
+from tests.support.limit_analysis_cases import answers, assemblage_of, box, case
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)
 

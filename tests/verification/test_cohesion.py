@@ -12,7 +12,7 @@ import pytest
 from orchestrator.joints import JointClass
 from orchestrator.limit_analysis import analyse
 from orchestrator.masonry.readers import read_blocks
-from tests.verification.pushover_chain import assemblage_of, model_of, moved_to, run, stack
+from tests.support.pushover_chain import assemblage_of, model_of, moved_to, run, stack
 
 SOFTENING = 1e-4
 TENSILE, COHESION, FRICTION = 1e4, 2e4, 0.5

@@ -12,7 +12,7 @@ from orchestrator.pushover.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.mortar import coarse_toes
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
-from tests.verification.pushover_chain import assemblage_of, bodies_of, model_of, run, stack
+from tests.support.pushover_chain import assemblage_of, bodies_of, model_of, run, stack
 
 WIDTH, HEIGHT, THICKNESS, UNIT_WEIGHT = 0.4, 1.0, 0.1, 25e3
 WEIGHT = UNIT_WEIGHT * WIDTH * HEIGHT * THICKNESS

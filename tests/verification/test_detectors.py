@@ -11,9 +11,9 @@ import pytest
 from orchestrator.errors import ConvergenceError
 from orchestrator.pushover import iterate
 from orchestrator.pushover.contact_law import friction_response
+from tests.support.pushover_chain import model_of, run, stack
 from tests.unit.pushover import test_linear_system
 from tests.verification import test_nafems_cgs4, test_stacked_blocks
-from tests.verification.pushover_chain import model_of, run, stack
 
 
 def wrong_friction(factor):

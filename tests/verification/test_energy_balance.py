@@ -20,7 +20,7 @@ from orchestrator.pushover.model import ContactModel, displaced
 from orchestrator.pushover.settings import ElasticSettings, SteppingSettings
 from orchestrator.pushover.state import Increment
 from orchestrator.pushover.stepping import RESTED, SETTLED, at_rest
-from tests.verification.pushover_chain import Run, model_of, run, stack
+from tests.support.pushover_chain import Run, model_of, run, stack
 
 WALLS = {
     "rocking": (read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall3.json"), 0.02),

@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 from shapely.geometry import Polygon
 
 from orchestrator.limit_analysis import analyse
-from tests.verification.limit_analysis_cases import answers, case, description, mirrored
+from tests.support.limit_analysis_cases import answers, case, description, mirrored, with_resultants
 
 WALLS = {
     "ferris_tinloi_wall1": (5.250e3, 0.64286, 0.63983, 2e-4),
@@ -71,36 +71,6 @@ def test_load_to_the_left_on_symmetric_walls(name):
 
 def _rounded(points):
     return {tuple(round(float(part), 6) for part in point[7:-1].split()) for point in points}
-
-
-def with_resultants(name):
-    """Eq. (1) again with resultants N, V, M of each joint (|M| <= N length/2), moments about the origin, kN and m.
-
-    Returns equality rows and right side, inequality rows (<= 0); unknowns N, V, M joint by joint, lambda last.
-    """
-    wall = case(name)
-    free = [number for number, block in enumerate(wall.wall.blocks) if not block.fixed]
-    shapes = [Polygon(block.polygon) for block in wall.wall.blocks]
-    joints = len(wall.block_i)
-    balance, right_side = np.zeros((3 * len(free), 3 * joints + 1)), np.zeros(3 * len(free))
-    for row, number in enumerate(free):
-        weight = shapes[number].area * wall.wall.thickness * wall.wall.blocks[number].unit_weight / 1e3
-        x, y = shapes[number].centroid.coords[0]
-        right_side[3 * row : 3 * row + 3] = 0.0, weight, weight * x
-        balance[3 * row : 3 * row + 3, -1] = weight, 0.0, -weight * y
-    for k in range(joints):
-        x, y = wall.midpoint[k]
-        for number, sign in ((wall.block_j[k], 1.0), (wall.block_i[k], -1.0)):
-            if number in free:
-                rows = slice(3 * free.index(number), 3 * free.index(number) + 3)
-                for column, (fx, fy) in enumerate((wall.normal[k], wall.tangent[k])):
-                    balance[rows, 3 * k + column] = sign * np.array([fx, fy, x * fy - y * fx])
-                balance[rows, 3 * k + 2] = 0.0, 0.0, sign
-    yields = np.zeros((4 * joints, 3 * joints + 1))
-    for k in range(joints):
-        mu, lever = wall.friction[k], wall.length[k] / 2
-        yields[4 * k : 4 * k + 4, 3 * k : 3 * k + 3] = [[-mu, 1, 0], [-mu, -1, 0], [-lever, 0, 1], [-lever, 0, -1]]
-    return balance, right_side, yields
 
 
 def least(objective, balance, right_side, rows, limits):

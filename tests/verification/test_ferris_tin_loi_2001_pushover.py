@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from orchestrator.masonry.readers import read_blocks
-from tests.verification.pushover_chain import model_of, run
+from tests.support.pushover_chain import model_of, run
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -10,7 +10,7 @@ import pytest
 
 from orchestrator.errors import CaseError
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
-from tests.verification.limit_analysis_cases import FOLDERS, answers, case, description
+from tests.support.limit_analysis_cases import FOLDERS, answers, case, description
 
 NAMES = sorted(path.stem for folder in FOLDERS for path in folder.glob("*.json") if "expected" in path.read_text())
 WITH_ASSOCIATIVE = [name for name in NAMES if description(name)["expected"].get("associative")]

@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from tests.verification.limit_analysis_cases import answers, case
-from tests.verification.test_ferris_tin_loi_2001 import with_resultants
+from tests.support.limit_analysis_cases import answers, case, with_resultants
 
 NAME = "keystone_wall_13x9"
 

@@ -15,7 +15,7 @@ from orchestrator.errors import CaseError
 from orchestrator.joints import JointClass, JointSettings, find_joints
 from orchestrator.limit_analysis import LoadSettings, analyse, loads_on
 from orchestrator.masonry.wall import read_only
-from tests.verification.limit_analysis_cases import answers, assemblage_of, box, case, mirrored
+from tests.support.limit_analysis_cases import answers, assemblage_of, box, case, mirrored
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)
 ROUGH = 5.0

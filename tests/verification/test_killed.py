@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.verification.killing import PROJECT, curve, difference, killed_at_file, run
+from tests.support.killing import PROJECT, curve, difference, killed_at_file, run
 
 MODEL = "micro"
 WALL = PROJECT / "tests" / "data" / "tower_5_blocks.json"

@@ -14,7 +14,7 @@ from orchestrator.limit_analysis.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import coulomb, yield_matrix, yield_offset
 from orchestrator.masonry.patterns import running_bond
-from tests.verification.limit_analysis_cases import assemblage_of, box, case
+from tests.support.limit_analysis_cases import assemblage_of, box, case
 
 
 @pytest.fixture(scope="module")

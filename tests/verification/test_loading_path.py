@@ -22,7 +22,7 @@ from orchestrator.limit_analysis.path import load_path
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from tests.verification.limit_analysis_cases import answers, assemblage_of, audit, box, case, transformed
+from tests.support.limit_analysis_cases import answers, assemblage_of, audit, box, case, transformed
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)
 PUBLISHED = {

@@ -10,7 +10,7 @@ import pytest
 
 from orchestrator.errors import CaseError
 from orchestrator.limit_analysis import DeadLoad, LiveLoad, LoadSettings, analyse, loads_on
-from tests.verification.limit_analysis_cases import assemblage_of, box, case, mirrored
+from tests.support.limit_analysis_cases import assemblage_of, box, case, mirrored
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)
 

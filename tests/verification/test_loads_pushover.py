@@ -15,7 +15,7 @@ from orchestrator.masonry.geometry import block_centroids, block_weights
 from orchestrator.masonry.readers import read_blocks
 from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.nodal_loads import nodal_loads
-from tests.verification.pushover_chain import assemblage_of, model_of, run, stack
+from tests.support.pushover_chain import assemblage_of, model_of, run, stack
 
 TOWER = (0.4, 0.6)
 W = 25e3 * 0.1 * 0.4 * 0.6

@@ -21,7 +21,7 @@ from orchestrator.pushover.state import Increment
 from orchestrator.pushover.stepping import Pushover
 from orchestrator.results import load_increments
 from orchestrator.results.states import StateStore
-from tests.verification.pushover_chain import Run, model_of, rectangle, run
+from tests.support.pushover_chain import Run, model_of, rectangle, run
 
 BOUND = SteppingSettings().out_of_balance
 PINS = {  # stone b, h and block B, H in m, mesh size in m

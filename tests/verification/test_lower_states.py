@@ -10,7 +10,7 @@ from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from tests.verification.limit_analysis_cases import answers, case, mirrored
+from tests.support.limit_analysis_cases import answers, case, mirrored
 
 NAMES = [
     "block_on_10deg_slope", "ferris_tinloi_wall1", "ferris_tinloi_wall3", "ferris_tinloi_wall4", "ferris_tinloi_wall6",

@@ -9,7 +9,7 @@ import pytest
 
 from orchestrator.joints import JointClass
 from orchestrator.pushover.settings import ElasticSettings
-from tests.verification.pushover_chain import model_of, run, stack
+from tests.support.pushover_chain import model_of, run, stack
 
 NORMAL, SHEAR = 2e9, 8e8
 MORTAR = JointClass(normal_stiffness=NORMAL, shear_stiffness=SHEAR)

@@ -24,7 +24,7 @@ from orchestrator.pushover.model import ContactModel, build_model
 from orchestrator.pushover.newton import solve_increment
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings
 from orchestrator.pushover.stepping import at_rest
-from tests.verification.pushover_chain import assemblage_of, stack
+from tests.support.pushover_chain import assemblage_of, stack
 
 PRESSURE = 1e6
 ELASTIC = ElasticSettings(elastic_modulus=1e10, poisson_ratio=0.0)

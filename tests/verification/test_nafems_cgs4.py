@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from orchestrator.masonry.wall import Block, Wall
-from tests.verification.pushover_chain import model_of, moved_to, run
+from tests.support.pushover_chain import model_of, moved_to, run
 
 SLOPE = 0.1
 

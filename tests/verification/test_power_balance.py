@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from orchestrator.masonry.wall import read_only
-from tests.verification.limit_analysis_cases import answers, audit, case
+from tests.support.limit_analysis_cases import answers, audit, case
 
 NAMES = [
     "arch27_t0107", "block_on_10deg_slope", "ferris_tinloi_wall1", "ferris_tinloi_wall3", "ferris_tinloi_wall4",

@@ -12,7 +12,7 @@ from orchestrator.pushover.constants import ElasticConstants
 from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
-from tests.verification.pushover_chain import assemblage_of, run, stack
+from tests.support.pushover_chain import assemblage_of, run, stack
 
 LENGTH, HEIGHT, THICKNESS = 0.8, 0.2, 0.1
 

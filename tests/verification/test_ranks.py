@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-PROJECT = Path(__file__).parents[2]
-WALL = PROJECT / "tests" / "data" / "ferris_tinloi_wall1.json"
-ENVIRONMENT = os.environ | {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMP_NUM_THREADS": "1",
-}
+from tests.support.ranks import on_ranks
+from tests.support.walls import DATA
+
+WALL = DATA / "ferris_tinloi_wall1.json"
 
 
 def start(ranks, folder, *arguments, wall=WALL):
     """Run a wall, by default wall 1, to 2 mm on so many ranks; return what it printed."""
-    command = ["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, "-m", "orchestrator", "run", str(wall)]
-    command += ["--output", str(folder), "--set", "stepping.final_displacement=2mm", *arguments]
-    done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=300)
+    command = ("-m", "orchestrator", "run", wall, "--output", folder)
+    done = on_ranks(ranks, *command, "--set", "stepping.final_displacement=2mm", *arguments)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 

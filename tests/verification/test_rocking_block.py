@@ -10,7 +10,7 @@ import pytest
 
 from orchestrator.seismic.n2 import equivalent_system
 from orchestrator.seismic.observed import nodal_mass
-from tests.verification.pushover_chain import Run, model_of, run, stack
+from tests.support.pushover_chain import Run, model_of, run, stack
 
 
 def rocked(width: float, height: float, direction: int = 1) -> Run:

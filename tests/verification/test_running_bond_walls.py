@@ -13,7 +13,7 @@ from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.overlap import largest_overlap
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.stepping import Pushover
-from tests.verification.pushover_chain import Run, assemblage_of, model_of, run
+from tests.support.pushover_chain import Run, assemblage_of, model_of, run
 
 
 def overlap(result: Run) -> float:

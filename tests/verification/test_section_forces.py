@@ -13,7 +13,7 @@ from orchestrator.masonry.geometry import block_centroids
 from orchestrator.masonry.readers import read_blocks
 from orchestrator.panels import piers, rows
 from orchestrator.section_forces import reactions, section_forces
-from tests.verification.limit_analysis_cases import assemblage_of, box
+from tests.support.limit_analysis_cases import assemblage_of, box
 
 MESHES = Path(__file__).parents[2] / "meshes"
 FLOOR = LoadSettings(direction="-x", dead=(DeadLoad(level=1.925, line_load=8e3, inertia=True),))

@@ -9,7 +9,7 @@ import pytest
 
 from orchestrator.errors import CaseError
 from orchestrator.limit_analysis import settle
-from tests.verification.limit_analysis_cases import assemblage_of, box, case
+from tests.support.limit_analysis_cases import assemblage_of, box, case
 
 
 def settled(assemblage, support, degrees):

@@ -14,7 +14,7 @@ from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.stepping import Pushover
-from tests.verification.pushover_chain import model_of, rectangle
+from tests.support.pushover_chain import model_of, rectangle
 
 FRICTION, AT_THE_EDGE = 0.4, 0.9
 

@@ -27,7 +27,7 @@ from orchestrator.limit_analysis.smoothed_complementarity import (
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.patterns import running_bond
-from tests.verification.limit_analysis_cases import assemblage_of, box
+from tests.support.limit_analysis_cases import assemblage_of, box
 
 
 @pytest.mark.parametrize(("width", "height", "expected"), [(0.5, 1.0, 0.5), (1.0, 0.5, 0.65)])

@@ -19,7 +19,7 @@ from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.polyhedra import box
 from orchestrator.space.springs import depth_stiffness, springs_of
 from orchestrator.space.ties import Tie, with_ties
-from tests.verification.space_walls import WITHOUT_DILATION, turned, v_groove, wall_of
+from tests.support.space_walls import WITHOUT_DILATION, turned, v_groove, wall_of
 
 
 def path_of(wall, direction="-y", ties=(), **settings):

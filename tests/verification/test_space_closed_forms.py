@@ -17,8 +17,8 @@ from orchestrator.space.generators.shapes import Plan, Stones, box_wall, l_wall,
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.polyhedra import box, rotation
 from orchestrator.space.ties import Tie, with_ties
-from tests.verification.limit_analysis_cases import answers
-from tests.verification.space_walls import (
+from tests.support.limit_analysis_cases import answers
+from tests.support.space_walls import (
     associative,
     block_on_ground,
     extruded,

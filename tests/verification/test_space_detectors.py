@@ -16,7 +16,7 @@ from orchestrator.space.contacts import Interfaces, find_joints
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.polyhedra import rotation
-from tests.verification.space_walls import block_on_ground, twist
+from tests.support.space_walls import block_on_ground, twist
 
 ROCKING = block_on_ground(0.4, 0.2, 1.0, 0.7)
 SLIDING = block_on_ground(1.0, 0.7, 0.1, 0.53)

@@ -14,7 +14,7 @@ from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.polyhedra import box
 from orchestrator.space.wall import check_wall
-from tests.verification.space_walls import GROUND, wall_of
+from tests.support.space_walls import GROUND, wall_of
 
 T, H, SPAN, SLAB = 0.3, 3.0, 4.0, 0.2
 

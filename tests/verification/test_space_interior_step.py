@@ -17,7 +17,7 @@ from orchestrator.space.polyhedra import box
 from orchestrator.space.springs import depth_stiffness, displaced, flow_error, springs_of
 from orchestrator.space.stiffness import ContactStiffness
 from orchestrator.space.ties import Tie, with_ties
-from tests.verification.space_walls import WITHOUT_DILATION, wall_of
+from tests.support.space_walls import WITHOUT_DILATION, wall_of
 
 
 def problem(wall, direction, ties=()):

@@ -18,7 +18,7 @@ from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.mechanism import mechanism_of
 from orchestrator.space.validation import validate
 from orchestrator.space.wall import check_wall
-from tests.verification.space_walls import block_on_ground, of_assemblage, turned, v_groove
+from tests.support.space_walls import block_on_ground, of_assemblage, turned, v_groove
 
 S = Stones()
 LEAF = Stones(1.0, 0.25, 0.13, 18e3, 0.58)

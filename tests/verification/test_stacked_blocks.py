@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from orchestrator.pushover.state import ContactStatus
-from tests.verification.pushover_chain import model_of, moved_to, run, stack
+from tests.support.pushover_chain import model_of, moved_to, run, stack
 
 
 @pytest.mark.parametrize("friction", [0.3, 0.5])

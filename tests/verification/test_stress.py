@@ -14,7 +14,7 @@ from orchestrator.pushover.model import build_model
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.stepping import Pushover
 from orchestrator.pushover.stress import element_stress, principal, slave_areas, von_mises
-from tests.verification.pushover_chain import assemblage_of, stack
+from tests.support.pushover_chain import assemblage_of, stack
 
 WEIGHT, HEIGHT, WIDTH, THICKNESS = 25e3, 2.0, 0.4, 0.1
 

@@ -12,7 +12,7 @@ from orchestrator.masonry.patterns import running_bond
 from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
-from tests.verification.pushover_chain import assemblage_of, run
+from tests.support.pushover_chain import assemblage_of, run
 
 MIRROR = np.array([-1.0, 1.0])
 

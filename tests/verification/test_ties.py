@@ -14,7 +14,7 @@ from orchestrator import cli
 from orchestrator.errors import CaseError
 from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.ties import Tie, with_ties
-from tests.verification.limit_analysis_cases import assemblage_of, box
+from tests.support.limit_analysis_cases import assemblage_of, box
 
 B, H, Z = 0.5, 2.0, 1.5
 W = 20e3 * B * H

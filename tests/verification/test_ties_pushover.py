@@ -16,7 +16,7 @@ from orchestrator.masonry.wall import Block, Wall
 from orchestrator.progress import IncrementDone
 from orchestrator.pushover.settings import ElasticSettings
 from orchestrator.pushover.state import Increment
-from tests.verification.pushover_chain import assemblage_of, model_of, rectangle, run, stack
+from tests.support.pushover_chain import assemblage_of, model_of, rectangle, run, stack
 from tests.verification.test_ranks import WALL, start
 
 WIDTH, HEIGHT, THICKNESS, UNIT_WEIGHT = 0.4, 1.0, 0.1, 25e3

@@ -14,7 +14,7 @@ import pytest
 from orchestrator.errors import CaseError
 from orchestrator.joints import JointClass, JointSettings, find_joints
 from orchestrator.limit_analysis import DeadLoad, LoadSettings, analyse, loads_on
-from tests.verification.limit_analysis_cases import answers, case, transformed
+from tests.support.limit_analysis_cases import answers, case, transformed
 
 
 def tilted(name, angle):

@@ -80,7 +80,7 @@
     damaged.forEach((path, k) => path.setAttribute("d", bands[k + 1]));
     const broken = [...frame.damage].filter((digit) => digit === "9").length, some = [...frame.damage].filter((digit) => digit !== "0").length;
     byId("state").textContent = `Increment ${frame.increment} (${frame.row === 0 ? "gravity" : frame.phase}): λ = ${frame.multiplier.toFixed(4)}, `
-      + `base shear ${(frame.shear / 1e3).toFixed(4)} kN at ${(1e3 * frame.moved).toPrecision(4)} mm; `
+      + `base shear ${(frame.shear / 1e3).toPrecision(4)} kN at ${(1e3 * frame.moved).toPrecision(4)} mm; `
       + `${count[0] + count[3]} open (${count[3]} by less than 0.01 mm), ${count[2]} slipping of ${shown.pieces.length} contact points`
       + `${some ? `, ${some} damaged (${broken} broken)` : ""}; displacements drawn × ${times}`;
     mark(frame);

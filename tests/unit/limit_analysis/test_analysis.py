@@ -15,12 +15,8 @@ from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.linear_program import solve_gravity_lp
 from orchestrator.limit_analysis.yield_conditions import coulomb
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.masonry.wall import Block, Wall, read_only
-
-
-def upright(number, x, y, width, height, fixed=False):
-    corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]]
-    return Block(number, read_only(corners), fixed, 20e3)
+from orchestrator.masonry.wall import Wall, read_only
+from tests.support.walls import upright
 
 
 def cantilever(overhang):

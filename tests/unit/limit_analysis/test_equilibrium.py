@@ -17,16 +17,13 @@ from orchestrator.masonry.geometry import (
     polygon_centroid,
 )
 from orchestrator.masonry.wall import Block, Wall, read_only
-
-
-def rectangle(number, x, y, width, height, fixed=False, unit_weight=1000.0):
-    corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]]
-    return Block(number, read_only(corners), fixed, unit_weight)
+from tests.support.walls import upright
 
 
 def stack():
     """Floor, block 1 (2 m x 1 m, 2 kN), block 2 (1 m x 1 m, 1 kN) on its right end. Joint 0: floor-1, joint 1: 1-2."""
-    blocks = (rectangle(7, -1, -1, 4, 1, fixed=True), rectangle(8, 0, 0, 2, 1), rectangle(9, 1, 1, 1, 1))
+    floor = upright(7, -1, -1, 4, 1, 1000.0, fixed=True)
+    blocks = (floor, upright(8, 0, 0, 2, 1, 1000.0), upright(9, 1, 1, 1, 1, 1000.0))
     return Assemblage(
         wall=Wall("stack", blocks, 1.0, 0.5),
         block_i=read_only([0, 1], np.int64),

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.merged_blocks import merged_associative, merged_multiplier
 from orchestrator.macroblocks import MacroblockSettings, merged, one_body, one_body_per_block
-from orchestrator.masonry.readers import read_blocks
-
-DATA = Path(__file__).parents[2] / "data"
-
-
-def of_file(name):
-    return find_joints(read_blocks(DATA / f"{name}.json"), JointSettings())
+from tests.support.walls import of_file
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import read_only
-from tests.verification.limit_analysis_cases import assemblage_of, audit, box, case, mirrored
+from tests.support.limit_analysis_cases import assemblage_of, audit, box, case, mirrored
 
 
 def irregular():

@@ -15,19 +15,15 @@ from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.state import LimitState, Mechanism
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.limit_analysis.yield_conditions import coulomb
-from orchestrator.masonry.wall import Block, Wall, read_only
+from orchestrator.masonry.wall import Wall, read_only
+from tests.support.walls import upright
 
 WEIGHT, HEIGHT, FRICTION = 20e3, 0.5, 0.4
 
 
-def upright(number, x, y, width, height, fixed=False):
-    corners = [[x, y], [x + width, y], [x + width, y + height], [x, y + height]]
-    return Block(number, read_only(corners), fixed, 40e3)
-
-
 @pytest.fixture
 def sliding():
-    wall = Wall("block", (upright(0, -1, -1, 3, 1, fixed=True), upright(1, 0, 0, 1, HEIGHT)), 1.0, FRICTION)
+    wall = Wall("block", (upright(0, -1, -1, 3, 1, fixed=True), upright(1, 0, 0, 1, HEIGHT, 40e3)), 1.0, FRICTION)
     assemblage = find_joints(wall, JointSettings())
     equilibrium = assemble_equilibrium(assemblage, 1)
     assert (assemblage.block_i[0], assemblage.block_j[0]) == (0, 1)

@@ -20,7 +20,7 @@ from orchestrator.limit_analysis.wall_stiffness import (
     kept_memory,
 )
 from orchestrator.masonry.patterns import running_bond
-from tests.verification.limit_analysis_cases import assemblage_of, box
+from tests.support.limit_analysis_cases import assemblage_of, box
 
 WALLS = {
     "bond": lambda: find_joints(running_bond(4, 5), JointSettings()),

@@ -13,7 +13,7 @@ from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.contact_search import find_contacts
 from orchestrator.pushover.faces import STRAIGHT, find_faces, sides_of_edges, sides_of_faces, touching_faces
 from orchestrator.pushover.model import displaced
-from tests.verification.pushover_chain import assemblage_of, model_of, rectangle
+from tests.support.pushover_chain import assemblage_of, model_of, rectangle
 
 
 def wall_of(*polygons) -> Wall:

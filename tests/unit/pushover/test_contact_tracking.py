@@ -5,7 +5,7 @@ import pytest
 
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.pushover.model import displaced
-from tests.verification.pushover_chain import model_of, stack
+from tests.support.pushover_chain import model_of, stack
 
 
 @pytest.mark.parametrize("tilt", [0.0, 2e-3])

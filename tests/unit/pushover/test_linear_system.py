@@ -1,10 +1,6 @@
 """The Newton matrix against finite differences of the residual it is meant to be the derivative of."""
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,14 +19,8 @@ from orchestrator.pushover.newton_matrix import (
     product,
     values,
 )
-from tests.verification.pushover_chain import model_of, stack
-
-PROJECT = Path(__file__).parents[3]
-ENVIRONMENT = os.environ | {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMP_NUM_THREADS": "1",
-}
+from tests.support.pushover_chain import model_of, stack
+from tests.support.ranks import on_ranks
 
 
 def residual(model, problem, x):
@@ -160,8 +150,7 @@ if everywhere:
 
 def test_two_bodies_on_three_ranks_have_the_solution_of_one():
     """Either body is larger than a rank's share; the right-hand side moves the blocks by metres: 1e-8 is rounding."""
-    command = ["mpirun", "--oversubscribe", "-n", "3", sys.executable, "-c", TWO_BODIES]
-    done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=200)
+    done = on_ranks(3, "-c", TWO_BODIES)
     assert done.returncode == 0, done.stderr
     bodies, difference, different, shares = done.stdout.split()
     assert int(bodies) == 2

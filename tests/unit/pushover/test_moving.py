@@ -15,7 +15,7 @@ from orchestrator.pushover.moving import (
     participation,
     without_hold,
 )
-from tests.verification.pushover_chain import model_of, stack
+from tests.support.pushover_chain import model_of, stack
 
 NOBODY = np.zeros(3, bool)
 

@@ -9,7 +9,7 @@ from orchestrator.bodies import make_bodies
 from orchestrator.macroblocks import one_body_per_block
 from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.overlap import largest_overlap
-from tests.verification.pushover_chain import assemblage_of, stack
+from tests.support.pushover_chain import assemblage_of, stack
 
 STANDING = np.zeros(2, bool)
 

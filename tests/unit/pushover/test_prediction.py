@@ -10,7 +10,7 @@ from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.pushover import stepping
 from orchestrator.pushover.model import displaced
 from orchestrator.pushover.prediction import carried_on
-from tests.verification.pushover_chain import model_of, run, stack
+from tests.support.pushover_chain import model_of, run, stack
 
 TOWER = stack((0.4, 0.3), (0.4, 0.3), friction=5.0)
 TOE = np.array([0.2, 0.0])

@@ -13,12 +13,15 @@ from orchestrator.limit_analysis import DeadLoad, LimitAnalysisSettings, LoadSet
 from orchestrator.seismic.control import candidates, control_point, named_point, uncovered
 from orchestrator.seismic.local_mechanism import loads_in_mechanism, safest_state
 from orchestrator.seismic.settings import SeismicSettings
-from tests.unit.seismic.test_kinematic import box, wall_of
+from tests.support.walls import upright
+from tests.unit.seismic.test_kinematic import wall_of
 
 
 def two_towers():
     """K4: a slender tower of 0.1 m x 0.6 m that topples first, and a squat one of 1 m x 2 m, in two courses, beside."""
-    return find_joints(wall_of(box(1, 0, 0, 0.1, 0.6), box(2, 2, 0, 1, 1), box(3, 2, 1, 1, 1)), JointSettings())
+    return find_joints(
+        wall_of(upright(1, 0, 0, 0.1, 0.6), upright(2, 2, 0, 1, 1), upright(3, 2, 1, 1, 1)), JointSettings()
+    )
 
 
 def chosen(assemblage, load=None, **settings):
@@ -66,7 +69,7 @@ def test_roofs_are_tops_that_nothing_covers_and_floors_are_what_carries_loads():
 
 def test_one_stone_that_stands_1_mm_above_the_rest_is_not_alone():
     """K4: tops within 2 mm are one roof."""
-    wall = wall_of(box(1, 0, 0, 1, 1), box(2, 1, 0, 1, 1.001))
+    wall = wall_of(upright(1, 0, 0, 1, 1), upright(2, 1, 0, 1, 1.001))
     (point,) = candidates(find_joints(wall, JointSettings()), LoadSettings())
     assert point.blocks == (1, 2)
 

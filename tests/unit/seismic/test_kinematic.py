@@ -9,7 +9,7 @@ import pytest
 
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import DeadLoad, LimitAnalysisSettings, LiveLoad, LoadSettings, analyse, loads_on
-from orchestrator.masonry.wall import Block, Wall
+from orchestrator.masonry.wall import Wall
 from orchestrator.seismic.kinematic import Kinematics, Moving, kinematics, participation
 from orchestrator.seismic.local_mechanism import (
     NOT_TURNING,
@@ -19,25 +19,21 @@ from orchestrator.seismic.local_mechanism import (
     loads_in_mechanism,
 )
 from orchestrator.seismic.settings import SeismicSettings, limit_states
-from tests.verification.limit_analysis_cases import case
+from tests.support.limit_analysis_cases import case
+from tests.support.walls import upright
 
 G, AG = 9.81, 0.15 * 9.81
 WIDTH, HEIGHT, THICKNESS = 0.5, 1.0, 1.0
 
 
-def box(number, x, y, width, height, unit_weight=20e3, fixed=False):
-    corners = np.array([(x, y), (x + width, y), (x + width, y + height), (x, y + height)])
-    return Block(number, corners, fixed, unit_weight)
-
-
 def wall_of(*blocks, friction=2.0):
-    return Wall("", (box(0, -5, -1, 12, 1, fixed=True), *blocks), THICKNESS, friction)
+    return Wall("", (upright(0, -5, -1, 12, 1, fixed=True), *blocks), THICKNESS, friction)
 
 
 def rocking(height=1.0, weight=10e3, stones=1):
     """A block 0.5 m wide of `weight` N, in courses that are as many stones."""
     each = height / stones
-    blocks = (box(k + 1, 0, k * each, WIDTH, each, weight / (WIDTH * height * THICKNESS)) for k in range(stones))
+    blocks = (upright(k + 1, 0, k * each, WIDTH, each, weight / (WIDTH * height * THICKNESS)) for k in range(stones))
     return find_joints(wall_of(*blocks), JointSettings())
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
 from mpi4py import MPI
 
 from orchestrator.bodies import Bodies, make_bodies
@@ -25,6 +24,7 @@ from orchestrator.pushover.state import Increment, PushoverCurve
 from orchestrator.pushover.stepping import Pushover, at_rest
 from orchestrator.pushover.tie_bars import find_ties
 from orchestrator.results import Effort, effort_of
+from tests.support.walls import rectangle
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,6 @@ class Run:
     @property
     def under_gravity(self) -> Increment:
         return [i for i in self.increments if i.phase == "gravity"][-1]
-
-
-def rectangle(x: float, y: float, width: float, height: float) -> np.ndarray:
-    return np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
 
 
 def stack(*sizes: tuple[float, float], friction: float) -> Wall:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-PROJECT = Path(__file__).parents[2]
-SETTINGS = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1"}
+from tests.support.ranks import ENVIRONMENT, PROJECT
+
 CURVE = ("load_multiplier", "base_shear_N", "control_displacement_m", "internal_energy_J", "dissipated_energy_J")
 MORTAL = """
 import os, signal, sys
@@ -34,7 +34,7 @@ def launcher(ranks: int) -> list[str]:
 
 def environment(cache: Path) -> dict[str, str]:
     """Return the environment of a run whose meshes are kept in `cache`, nowhere else."""
-    return os.environ | SETTINGS | {"XDG_CACHE_HOME": str(cache)}
+    return ENVIRONMENT | {"XDG_CACHE_HOME": str(cache)}
 
 
 def run(arguments: list[str], cache: Path, ranks: int = 1, seconds: float = 120.0) -> subprocess.CompletedProcess[str]:

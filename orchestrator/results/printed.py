@@ -1,0 +1,30 @@
+"""How a figure is printed: one form for terminal, report and pictures, so that no figure stands in two roundings."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+Figure = Literal[
+    "multiplier", "limit multiplier", "ratio", "force", "displacement", "stiffness", "weight", "seconds", "memory"
+]
+FORMS: dict[Figure, tuple[float, str]] = {
+    "multiplier": (1.0, ".4f"),
+    "limit multiplier": (1.0, ".5f"),
+    "ratio": (1.0, ".3f"),
+    "force": (1e-3, "#.4g"),
+    "displacement": (1e3, "#.4g"),
+    "stiffness": (1e-6, "#.4g"),
+    "weight": (1e-3, ".3f"),
+    "seconds": (1.0, "#.3g"),
+    "memory": (1e-6, ".0f"),
+}
+"""factor from SI to -, kN, mm, kN/mm, s or MB, and form of each kind of figure"""
+
+
+def printed(figure: Figure, value: float | None) -> str:
+    """Return a figure given in SI as it is printed, without its unit; a dash for none."""
+    if value is None:
+        return "–"
+    factor, form = FORMS[figure]
+    text = format(value * factor, form).removesuffix(".")
+    return format(value * factor, ".0f") if "e+" in text else text
