@@ -187,7 +187,8 @@ def _springs(meshes: BodyMeshes, moving: int) -> Iterator[str]:
     for direction in (1, 2, 3):
         yield f"*ELEMENT, TYPE=SPRING1, ELSET=GROUND{direction}"
         yield from (f"{number + k}, {node + 1}" for k, node in enumerate(nodes, 1))
-        yield from (f"*SPRING, ELSET=GROUND{direction}", f"{direction}", f"{stiffness:.6g}")
+        # CalculiX takes 5000 for no value, and 5000. for one
+        yield from (f"*SPRING, ELSET=GROUND{direction}", f"{direction}", f"{stiffness:#.6g}")
         number += len(nodes)
 
 
