@@ -55,7 +55,7 @@ def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
     assert capsys.readouterr() == ("", "")
     expected = {
         "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "summary.json", "run.log",
-        "report.html",
+        "report.html", "verdict.csv", "joint_forces.csv", "section_forces.csv", "reactions.csv", "mechanism.dxf",
         "figures", "macro",
     }  # fmt: skip
     assert {path.name for path in folder.iterdir()} == expected
