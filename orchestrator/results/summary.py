@@ -155,23 +155,23 @@ class LimitSummary:
     """
 
     associative: float
-    associative_left: float | None
     non_associative: float | None
     non_associative_range: tuple[float, float] | None
-    path: float | None
-    last_rest: float | None
-    soft_from: float | None
-    interval: tuple[float, float] | None
-    papers_value: float | None
-    lowest: float | None
-    highest: float | None
-    local_failures: tuple[LooseStones, ...]
     iterations: int
     converged: bool
     equilibrium_residual: float
     base_shear: float
     """of the headline, N"""
     seconds: float
+    associative_left: float | None = None
+    path: float | None = None
+    last_rest: float | None = None
+    soft_from: float | None = None
+    interval: tuple[float, float] | None = None
+    papers_value: float | None = None
+    lowest: float | None = None
+    highest: float | None = None
+    local_failures: tuple[LooseStones, ...] = ()
 
     @property
     def multiplier(self) -> float:

@@ -56,7 +56,7 @@ def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
     assert capsys.readouterr() == ("", "")
     expected = {
         "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "summary.json", "run.log",
-        "report.html", "verdict.csv", "mechanism.dxf", "section_forces.csv", "reactions.csv", "joint_forces.csv",
+        "report.html", "verdict.csv", "joint_forces.csv", "section_forces.csv", "reactions.csv", "mechanism.dxf",
         "figures", "macro",
     }  # fmt: skip
     assert {path.name for path in folder.iterdir()} == expected

@@ -16,7 +16,9 @@ from orchestrator.errors import CaseError
 from orchestrator.limit_analysis import analyse
 from orchestrator.progress import StageDone
 from orchestrator.reporter import Reporter
+from orchestrator.results.summary import LimitSummary, Summary, WallSummary
 from tests.support.limit_analysis_cases import assemblage_of, box
+from tests.support.pushed import PUSHED
 
 TOWER = str(Path(__file__).parents[1] / "data" / "tower_5_blocks.json")
 
@@ -43,7 +45,8 @@ def at(analysis, *, lowest=None, bound=None):
 def test_the_multiplier_that_counts_is_named_with_its_base_shear(slender):
     said = answer_of_limit(slender)
     assert said.startswith(f"λ = 0.50000 counts ({slender.headline.flow_rule.replace('_', ' ')}): base shear ")
-    assert f"{0.5 * slender.horizontal_load / 1e3:.4f} kN" in said
+    assert slender.horizontal_load == 10e3
+    assert "base shear 5.000 kN, " in said
     assert "it reaches the associative upper bound" in said
 
 
@@ -81,9 +84,13 @@ def test_nothing_printed_denies_the_state_that_counts(monkeypatch, capsys, tmp_p
 
 
 def entry(model, peak, *, valid=True, reached=True):
-    return {
-        "model": model, "valid": valid, "peak_reached": reached, "peak_base_shear": peak, "peak_multiplier": peak / 1e5,
-    }  # fmt: skip
+    changed = {"peak_reached": reached, "peak_base_shear": peak, "peak_multiplier": peak / 1e5}
+    return replace(PUSHED, model=model, valid=valid, **changed)
+
+
+def summary_of(*pushovers):
+    limit = LimitSummary(0.3, 0.25, (0.25, 0.26), 4, True, 1e-12, 8e3, 1.0)
+    return Summary("tower", WallSummary(4, 8, 40e3), limit, None, pushovers)
 
 
 @pytest.mark.parametrize(
@@ -91,17 +98,17 @@ def entry(model, peak, *, valid=True, reached=True):
     [
         (
             [entry("macro", 21e3), entry("micro", 20e3)],
-            ["20.0000 kN counts (λ = 0.2000", "macroblocks (21.0000 kN)"],
+            ["20.00 kN counts (λ = 0.2000", "macroblocks (21.00 kN)"],
             [],
         ),
-        ([entry("macro", 21e3)], ["21.0000 kN counts", "FE of macroblocks"], ["approximation"]),
-        ([entry("macro", 21e3), entry("micro", 20e3, valid=False)], ["21.0000 kN counts"], ["20.0000"]),
+        ([entry("macro", 21e3)], ["21.00 kN counts", "FE of macroblocks"], ["approximation"]),
+        ([entry("macro", 21e3), entry("micro", 20e3, valid=False)], ["21.00 kN counts"], ["20.00"]),
         ([entry("micro", 20e3, reached=False)], ["a lower bound"], []),
         ([entry("micro", 20e3, valid=False)], ["No peak counts"], ["20.0"]),
     ],
 )
 def test_the_peak_that_counts(pushover, words, absent):
-    said = answer_of_run({"pushover": pushover})
+    said = answer_of_run(summary_of(*pushover))
     assert all(word in said for word in words), said
     assert not any(word in said for word in absent), said
 
@@ -139,17 +146,11 @@ def test_limit_begins_with_what_it_is_given(capsys, tmp_path):
 @pytest.fixture
 def recorded(monkeypatch):
     """Stands in for the chain: the folders it was asked to run into."""
-    record = {
-        "case": "x",
-        "wall": {"blocks": 1, "joints": 1, "weight": 1.0},
-        "limit_analysis": {"associative": 0.1, "non_associative": None, "base_shear": 0.1, "seconds": 0.1},
-        "pushover": [],
-    }
     folders = []
 
     def run(case, output, *_):
         folders.append(output)
-        return driver.Outcome(record, ())
+        return driver.Outcome(summary_of(), ())
 
     monkeypatch.setattr(driver, "run", run)
     return folders
