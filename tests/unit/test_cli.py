@@ -61,7 +61,7 @@ def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
     }  # fmt: skip
     assert {path.name for path in folder.iterdir()} == expected
     log = (folder / "run.log").read_text()
-    assert all(word in log for word in ("command: ", "versions: python", f"sha256 of {TOWER}", "environment: "))
+    assert all(word in log for word in ("command: ", "versions: orchestrator ", f"sha256 of {TOWER}", "environment: "))
     inside = {
         "mesh.msh", "mesh.vtu", "curve.csv", "states.h5", "geometry.h5", "wall.xdmf", "wall.h5", "derived.h5",
         "contacts.xdmf",

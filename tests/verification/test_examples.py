@@ -31,12 +31,13 @@ def test_benchmark2():
 
 def test_from_a_drawing_to_a_verdict(tmp_path):
     """b/h = 0.5 under loads by mass, by virtual work (see the example): 11 kN rise by b while 11 kN go by
-    h. By mass x height the lintel has 16 x 6.9/11.9 kN, and a pier, which goes by h/2, 16 x 2.5/11.9 kN."""
+    h. By mass x height the lintel has 16 x 6.9/11.9 kN, and a pier, which goes by h/2, 16 x 2.5/11.9 kN: with the
+    lintel riding on both piers that is an upper bound, and sliding on one of them costs a little less."""
     found = runpy.run_path(str(EXAMPLES / "drawing_to_verdict.py"))["main"](tmp_path)
     assert found["code"] == 0
     for name in ("+x mass", "-x mass"):
         assert found["multipliers"][name] == pytest.approx(0.5, rel=1e-5)
     goes = (16 * 6.9 + 16 * 2.5) / 11.9
-    assert found["multipliers"]["+x mass x height"] == pytest.approx(0.5 * 11 / goes, rel=1e-5)
+    assert 0.99 < found["multipliers"]["+x mass x height"] / (0.5 * 11 / goes) < 1.0
     assert sum(",yes,yes," in row for row in found["verdict"]) == 1, "one check passes and governs"
     assert "Portal, 4 load cases in the plane of the wall" in found["report"].read_text(encoding="utf-8")
