@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
-import sys
 from math import exp, log, sqrt
 
 import numpy as np
@@ -21,7 +19,7 @@ from orchestrator import sensitivity_runs
 from orchestrator.cli import main
 from orchestrator.errors import CaseError
 from orchestrator.sensitivity import SensitivitySettings, fragility, latin_hypercube, lognormal, ranges
-from tests.unit.test_parallel import ENVIRONMENT, PROJECT
+from tests.support.ranks import on_ranks
 
 SAMPLES = 16
 RANGES = """
@@ -133,9 +131,7 @@ def test_what_is_there_is_not_run_again_and_another_range_is(squat, monkeypatch)
 
 def test_ranks_change_no_number(squat, tmp_path):
     path, alone, _ = squat
-    command = ["mpirun", "--oversubscribe", "-n", "3", sys.executable, "-m", "orchestrator", "sensitivity"]
-    command += [str(path), "--output", str(tmp_path / "out")]
-    done = subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=300)
+    done = on_ranks(3, "-m", "orchestrator", "sensitivity", path, "--output", tmp_path / "out")
     assert done.returncode == 0, done.stdout + done.stderr
     with (tmp_path / "out" / "sensitivity.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["point"].startswith("sample")]
