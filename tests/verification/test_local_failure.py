@@ -42,7 +42,7 @@ def pin(b: float, h: float, width: float, height: float) -> Wall:
     return Wall("pin", blocks, 0.3, 0.7)
 
 
-def chimney() -> Wall:
+def chimney(stones: int = 3) -> Wall:
     """A facade of 6 m x 3.2 m in running bond with a chimney of three stones, 0.4 m x 1.2 m: 1/3."""
     blocks, level = [Block(0, rectangle(-1, -0.3, 8, 0.3), True, 20e3)], 0.0
     for course in range(8):
@@ -51,7 +51,7 @@ def chimney() -> Wall:
         for left, right in pairwise(cuts):
             blocks.append(Block(len(blocks), rectangle(left, level, right - left, 0.4), False, 20e3))
         level += 0.4
-    blocks += [Block(len(blocks) + k, rectangle(4.0, level + 0.4 * k, 0.4, 0.4), False, 20e3) for k in range(3)]
+    blocks += [Block(len(blocks) + k, rectangle(4.0, level + 0.4 * k, 0.4, 0.4), False, 20e3) for k in range(stones)]
     return Wall("chimney", tuple(blocks), 0.4, 0.7)
 
 
@@ -91,7 +91,10 @@ def test_a_stone_overturns_at_b_over_h_whatever_its_share_of_the_mass(share):
 
 
 def test_the_chimney_falls_and_the_facade_goes_on_to_its_own_peak():
-    """It overturns as one; its stones come off one after the other in the same motion, the lowest may come to rest."""
+    """It overturns as one; its stones come off one after the other in the same motion, the lowest may come to rest.
+
+    What is left carries what the facade carries that never had a chimney.
+    """
     result = facade()
     events = result.effort.events
     assert events[0].bodies == ("block 103",)
@@ -103,8 +106,10 @@ def test_the_chimney_falls_and_the_facade_goes_on_to_its_own_peak():
     first = result.increments[events[0].increment - result.increments[0].number]
     assert first.moving
     assert first.fallen.sum() == 1
+    bare = run(model_of(chimney(0), mesh_size=0.4, large_displacement=True), 0.1)
     largest = result.curve.static.load_multiplier.max()
-    assert largest > 1.05 * events[0].load_multiplier
+    assert largest == pytest.approx(bare.curve.static.load_multiplier.max(), rel=1e-2)
+    assert largest > 1.02 * events[0].load_multiplier
     assert result.curve.static.fallen_bodies[result.curve.static.load_multiplier.argmax()] >= 2
 
 
