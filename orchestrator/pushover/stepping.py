@@ -337,4 +337,4 @@ def _rested(state: Increment) -> bool:
 
 def _growth(iterations: int) -> float:
     """Return by what factor the next increment is larger after one that took so many iterations."""
-    return min(max(EASY / max(iterations, 1), 1.0), 1.0 / SHRINK)
+    return min(max(EASY / max(iterations, 1), 1.0), 2.0)

@@ -159,7 +159,8 @@ def test_numbers_equal_the_summary(page, run):
             value = value[int(part) if part.isdigit() else part]
         text = cell.get_attribute("textContent")
         expected = value * float(cell.get_attribute("data-factor"))
-        assert float(text) == pytest.approx(expected, rel=6e-3 if key.endswith(("seconds", "total")) else 6e-4), key
+        rounded = 6e-3 if key.endswith(("seconds", "total", "peak_memory")) else 6e-4
+        assert float(text) == pytest.approx(expected, rel=rounded), key
 
 
 def test_the_state_line_at_the_peak_equals_the_summary(page, run):
