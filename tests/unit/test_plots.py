@@ -374,7 +374,7 @@ def test_deformed_draws_each_body_displaced_with_its_holes(model, increment):
     np.testing.assert_array_equal(polygons(figure, 0), [model[0].bodies[2].exterior])
     assert figure.axes[0].get_title().splitlines() == [
         "frame",
-        "Load multiplier 0.2500, control displacement 12.3 mm",
+        "Load multiplier 0.2500, control displacement 12.30 mm",
         "displacements drawn × 10",
     ]
     assert figure.axes[0].get_xlim()[1] > 2.5
@@ -489,7 +489,7 @@ def test_curves_are_in_kilonewtons_and_millimetres_from_gravity_on(curves_figure
     np.testing.assert_allclose(lines["micro"].get_xydata(), expected)
     assert lines["macroblocks"].get_color() != lines["micro"].get_color()
     assert lines["macroblocks"].get_linestyle() != lines["micro"].get_linestyle()
-    np.testing.assert_allclose(lines["peak 6.6 kN (λ = 0.2970) at 10 mm"].get_xydata(), [[10, 6.6]])
+    np.testing.assert_allclose(lines["peak 6.600 kN (λ = 0.2970) at 10.00 mm"].get_xydata(), [[10, 6.6]])
     axes = curves_figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("control displacement (mm)", "base shear (kN)")
 
