@@ -15,7 +15,7 @@ ENVIRONMENT = os.environ | {
 }
 
 
-def on_ranks(ranks: int, *arguments: object, options: tuple[str, ...] = (), seconds: float = 300.0):
+def on_ranks(ranks: int, *arguments: object, options: tuple[str, ...] = (), seconds: float = 900.0):
     """Run Python with `arguments` on so many ranks, from the project's folder; options: of mpirun."""
     command = ["mpirun", "--oversubscribe", *options, "-n", str(ranks), sys.executable, *map(str, arguments)]
     return subprocess.run(command, cwd=PROJECT, env=ENVIRONMENT, capture_output=True, text=True, timeout=seconds)
