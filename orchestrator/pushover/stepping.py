@@ -29,7 +29,7 @@ from orchestrator.masonry.wall import FloatArray, read_only
 from orchestrator.pushover.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, driven_by
-from orchestrator.pushover.motion import EASY, FASTEST, is_real, motion, step_of_motion
+from orchestrator.pushover.motion import EASY, FASTEST, GROW, is_real, motion, step_of_motion
 from orchestrator.pushover.moving import body_motion, body_size, moving_part, participation, without_hold
 from orchestrator.pushover.record import scattered
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
@@ -337,4 +337,4 @@ def _rested(state: Increment) -> bool:
 
 def _growth(iterations: int) -> float:
     """Return by what factor the next increment is larger after one that took so many iterations."""
-    return min(max(EASY / max(iterations, 1), 1.0), 2.0)
+    return 2.0 if iterations <= EASY // 2 else GROW if iterations <= EASY else 1.0
