@@ -47,7 +47,7 @@ class NewtonSettings:
     """largest out-of-balance force over the weight (Euclidean norms)"""
     gap: Annotated[float, Unit("m"), Gt(0)] = 1e-12
     """largest gap of a closed contact"""
-    iterations: Annotated[int, Ge(3), Le(200)] = 14
+    iterations: Annotated[int, Ge(3), Le(200)] = 20
     """Newton iterations at most; then the increment is made smaller, or the wall moves"""
     acceptable: Annotated[float, Ge(1), Le(1e4)] = 100.0
     """an iteration that goes no further is accepted when it is within so many tolerances"""

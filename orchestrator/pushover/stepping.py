@@ -181,7 +181,7 @@ class Pushover:
             spent += sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
             if not rows[-1].moving:
                 attempts += (Attempt(failure, size, RESTED, spent - rows[-1].iterations),)
-                yield replace(rows[-1], number=state.number + 1, attempts=attempts, step=self._anew(aim))
+                yield replace(rows[-1], number=state.number + 1, attempts=attempts, step=self._anew(aim, state))
                 return
             driving = self._driving_what_moves(state, rows[-1].change.ravel())
             if driving is not None:
@@ -200,7 +200,7 @@ class Pushover:
     def _without_what_fell(self, state: Increment) -> Increment:
         """Return the state without the bodies that have lost their hold. Raises CollapseError for a large part."""
         if not state.moving:
-            return replace(state, step=self._anew(self._held(state)))
+            return replace(state, step=self._anew(self._held(state), state))
         if state.phase == "gravity":
             self._refuse_what_falls(state)
             return state
@@ -272,13 +272,15 @@ class Pushover:
             return self.stepping.load_increment * self.expected_multiplier
         return self.solver.largest_displacement
 
-    def _anew(self, aim: Aim) -> tuple[float, float]:
+    def _anew(self, aim: Aim, before: Increment) -> tuple[float, float]:
         """Return the next increment after a slip or a motion, and the last one, in the unit of the phase.
 
         Where a displacement is prescribed it is not known yet how the wall moves on: it begins with the elastic slip.
+        Where one slip follows another it grows, so that no wall creeps.
         """
         if aim.phase == "displacement":
-            return min(self.model.slip_tolerance, self._largest(aim.phase)), 0.0
+            size = 2.0 * aim.size if _rested(before) else self.model.slip_tolerance
+            return min(size, self._largest(aim.phase)), aim.size
         size = aim.size or SHRINK**2 * self._largest(aim.phase)
         return size, size
 
