@@ -73,6 +73,13 @@ class IncrementSolver:
         mean_change, _ = self.last_changes(state)
         return state.phase == "displacement" and state.step[1] > 0.0 and abs(mean_change / state.step[1] - 1) < 1e-3
 
+    def share(self, state: Increment, aim: Aim) -> float:
+        """Return the increment over the last one, at most 2; 0 where the last change is none of the same kind."""
+        goes_on = aim.phase == "load" or self.was_driven(state)
+        if aim.phase != state.phase or state.step[1] == 0.0 or aim.phase == "gravity" or not goes_on:
+            return 0.0
+        return min(aim.size / state.step[1], 2.0)
+
     def time_step(self, aim: Aim) -> float:
         """Return the time step of a static increment, s: of displacement, its root, so that the drag has one share."""
         share = aim.size / self.largest_displacement if aim.phase == "displacement" else 1.0
@@ -82,12 +89,7 @@ class IncrementSolver:
 
     def static(self, state: Increment, aim: Aim) -> Increment:
         """Return the static increment; its proximal term carries the same share of every size of displacement."""
-        here, time_step = state.displacement.ravel(), self.time_step(aim)
-        share = 0.0
-        if aim.phase == "displacement":
-            share = min(aim.size / state.step[1], 2.0) if self.was_driven(state) else 0.0
-        elif aim.phase == "load" and state.phase == "load" and state.step[1] > 0.0:
-            share = min(aim.size / state.step[1], 2.0)
+        here, time_step, share = state.displacement.ravel(), self.time_step(aim), self.share(state, aim)
         predicted = carried_on(self.model, here, state.change.ravel(), share) if share else here
         solved = self.solved(state, aim, predicted, 0.0, time_step)
         if aim.phase == "displacement" and aim.size:

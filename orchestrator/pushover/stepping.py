@@ -29,7 +29,7 @@ from orchestrator.masonry.wall import FloatArray, read_only
 from orchestrator.pushover.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import ContactModel, driven_by
-from orchestrator.pushover.motion import EASY, FASTEST, GROW, is_real, motion, step_of_motion
+from orchestrator.pushover.motion import FASTEST, is_real, motion, step_of_motion
 from orchestrator.pushover.moving import body_motion, body_size, moving_part, participation, without_hold
 from orchestrator.pushover.record import scattered
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
@@ -47,6 +47,8 @@ ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
 OUT = 0.5
 """a body that has moved by this share of its size in a local failure has lost its hold"""
+BENT = 0.5
+"""an increment that departs from the one before by this share of its length, or more, is followed by one as large"""
 RESTED = "moved until it rested"
 """what an attempt says that was followed by motion to a state of rest"""
 
@@ -164,7 +166,8 @@ class Pushover:
             else:
                 retreat = self._retreats(state, solved)
                 if not solved.moving and retreat is None:
-                    grown = min(aim.size * _growth(solved.iterations), self._resolved(state, solved))
+                    growth = 1.0 if cuts else self._growth(state, solved, aim)
+                    grown = min(growth * aim.size, self._resolved(state, solved))
                     yield replace(solved, attempts=attempts, step=(grown, aim.size))
                     return
                 failure, spent = "a part of the wall moves", solved.iterations
@@ -284,6 +287,18 @@ class Pushover:
         size = aim.size or SHRINK**2 * self._largest(aim.phase)
         return size, size
 
+    def _growth(self, state: Increment, solved: Increment, aim: Aim) -> float:
+        """Return by what factor the next increment is larger, at most 2: the less this one departs from the one before.
+
+        Not by the number of iterations, which rounding changes where Newton's matrix is nearly singular.
+        """
+        share = self.solver.share(state, aim)
+        if not share:
+            return 2.0
+        change = solved.change.ravel()
+        departed = float(np.linalg.norm(change - share * state.change.ravel()))
+        return float(np.clip(BENT * np.linalg.norm(change) / max(departed, 1e-300), 1.0, 2.0))
+
     def _resolved(self, state: Increment, solved: Increment) -> float:
         """Return the increment up to which the curve after a static increment is resolved, in its phase's unit.
 
@@ -335,8 +350,3 @@ class Pushover:
 def _rested(state: Increment) -> bool:
     """Return whether a state was found after a slip; where joints stick and slip in turn, one slip follows another."""
     return bool(state.attempts) and state.attempts[-1].action == RESTED
-
-
-def _growth(iterations: int) -> float:
-    """Return by what factor the next increment is larger after one that took so many iterations."""
-    return 2.0 if iterations <= EASY // 2 else GROW if iterations <= EASY else 1.0
