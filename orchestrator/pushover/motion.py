@@ -99,4 +99,5 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
     if far < FASTEST / FASTER and length >= state.step[0]:
         easy = moved.iterations <= EASY
         length, faster = length * (faster if easy else GROW), min(RECOVERY * faster, FASTER) if easy else faster
+    length *= min(1.0, FASTEST / far) if far else 1.0
     return replace(moved, moving=True, attempts=tuple(attempts), step=(length, faster))
