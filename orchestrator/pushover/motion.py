@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from orchestrator.errors import ConvergenceError
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.masonry.wall import FloatArray, read_only
 from orchestrator.pushover.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.moving import body_motion, body_size
@@ -95,9 +95,11 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             attempts.append(Attempt("it does not rest", length, "moved on", rest.iterations))
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "moved on", error.iterations))
-    far = float(np.max(body_motion(solver.model, moved.change.ravel()) / body_size(solver.model)))
+    motions = body_motion(solver.model, moved.change.ravel())
+    far = float(np.max(motions / body_size(solver.model)))
     if far < FASTEST / FASTER and length >= state.step[0]:
         easy = moved.iterations <= EASY
         length, faster = length * (faster if easy else GROW), min(RECOVERY * faster, FASTER) if easy else faster
     length *= min(1.0, FASTEST / far) if far else 1.0
-    return replace(moved, moving=True, attempts=tuple(attempts), step=(length, faster))
+    gone = read_only(state.gone + motions)
+    return replace(moved, moving=True, gone=gone, attempts=tuple(attempts), step=(length, faster))

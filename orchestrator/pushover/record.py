@@ -124,6 +124,7 @@ def increment_of(
         moving=moving,
         driven=state.driven,
         fallen=state.fallen,
+        gone=read_only(np.zeros(len(state.gone))),
         equilibrium_residual=iterate.norms[0],
         iterations=iterate.number,
         step=state.step,

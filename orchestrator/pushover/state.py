@@ -54,7 +54,8 @@ class Increment:
     (record.py); live_work: of the live load alone.
     largest_base_shear: of the static increments up to here, N. out_of_balance: largest force on a body that does not
     belong to equilibrium (proximal, viscous), over its weight; moving: it is above what counts as static.
-    driven, fallen (b,): bodies whose mean displacement is prescribed, and those that have been taken out.
+    driven, fallen (b,): bodies whose mean displacement is prescribed, and those that have been taken out. gone (b,) in
+    m: how far bodies have moved since the wall was static.
     time: s; under gravity the share of the weight that acts. step: size of the next increment and of this one in the
     unit of the phase. attempts: the journal of failed tries before this increment.
     """
@@ -91,6 +92,7 @@ class Increment:
     moving: bool
     driven: BodyMask
     fallen: BodyMask
+    gone: FloatArray
     equilibrium_residual: float
     iterations: int
     step: tuple[float, ...]

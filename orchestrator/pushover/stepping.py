@@ -46,7 +46,7 @@ where the curve has a kink that a sixteenth of the increment follows, and up to 
 ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
 OUT = 0.5
-"""a body that has moved by this share of its size in a local failure has lost its hold"""
+"""a body that has moved by this share of its size since the wall was static has lost its hold"""
 BENT = 0.5
 """an increment that departs from the one before by this share of its length, or more, is followed by one as large"""
 RESTED = "moved until it rested"
@@ -90,6 +90,7 @@ def at_rest(model: ContactModel) -> Increment:
         moving=False,
         driven=read_only(np.ones(model.bodies, bool), np.bool_),
         fallen=read_only(np.zeros(model.bodies, bool), np.bool_),
+        gone=read_only(np.zeros(model.bodies)),
         equilibrium_residual=0.0,
         iterations=0,
         step=(0.0, 0.0),
@@ -208,7 +209,7 @@ class Pushover:
             self._refuse_what_falls(state)
             return state
         moves = moving_part(self.model, body_motion(self.model, state.change.ravel()))
-        out = body_motion(self.model, state.displacement.ravel()) > OUT * body_size(self.model)
+        out = state.gone > OUT * body_size(self.model)
         free = without_hold(self.model, state.normal_force, state.fallen, state.tie_force)
         lost = (free | (moves & out)) & ~state.fallen
         if not lost.any():

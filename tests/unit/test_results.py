@@ -87,7 +87,7 @@ def increment(number, **changed):
         internal_energy=1.0, dissipated_energy=0.0, external_work=0.0, other_work=0.0, live_work=0.0,
         lost_in_motion=0.0,
         energy_error=0.0, largest_base_shear=0.0, out_of_balance=0.0, moving=False,
-        driven=np.ones(2, bool), fallen=np.zeros(2, bool), equilibrium_residual=0.0,
+        driven=np.ones(2, bool), fallen=np.zeros(2, bool), gone=np.zeros(2), equilibrium_residual=0.0,
         iterations=3, step=(0.1, 0.2),
     )  # fmt: skip
     return replace(made, **changed)

@@ -54,6 +54,7 @@ def increment(number, nodes=5, contacts=3, ties=2):
         moving=bool(number % 2),
         driven=random.random(2) > 0.5,
         fallen=random.random(2) > 0.5,
+        gone=random.random(2),
         iterations=number + 1,
         step=(0.1, 1 / 3),
         attempts=(Attempt("slip states cycle", np.float64(1 / 7), "halved", np.int64(9)),) * (number % 3),

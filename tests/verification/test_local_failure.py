@@ -106,6 +106,10 @@ def test_the_chimney_falls_and_the_facade_goes_on_to_its_own_peak():
     first = result.increments[events[0].increment - result.increments[0].number]
     assert first.moving
     assert first.fallen.sum() == 1
+    stood = [row for row in result.increments if not row.moving and row.number < first.number][-1]
+    stone = result.model.meshes.body_of_node == first.fallen.argmax()
+    moved = (first.displacement - stood.displacement)[: len(stone)][stone, :2].mean(axis=0)
+    assert 0.45 * 0.4 < np.linalg.norm(moved) < 0.65 * 0.4, "half of its size, and no more than three steps of motion"
     bare = run(model_of(chimney(0), mesh_size=0.4, large_displacement=True), 0.1)
     largest = result.curve.static.load_multiplier.max()
     assert largest == pytest.approx(bare.curve.static.load_multiplier.max(), rel=1e-2)
