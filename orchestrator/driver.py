@@ -154,6 +154,15 @@ def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, 
     return reporting.write_mechanism(output / "figures", case, assemblage, analysis)[0]
 
 
+def draw_macroblocks(case: Case, segmented: Segmented, output: Path) -> tuple[Path, Path]:
+    """Draw macroblocks and mechanism into the run folder `output`; return their PNGs."""
+    from orchestrator import plots
+
+    drawn = plots.macroblocks(segmented.assemblage, segmented.partition)
+    picture = plots.save(drawn, output / "figures", "macroblocks")[0]
+    return picture, draw_mechanism(case, segmented.assemblage, segmented.analysis, output)
+
+
 def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[LimitState, Path]:
     """Let a support give way at `angle` (rad from +x); draw and return the state. Raises CaseError."""
     from orchestrator import report as reporting

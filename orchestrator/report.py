@@ -51,7 +51,8 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
     live = f"λ × {case.load.name}"
     inclination = case.load.inclination
-    figure = plots.mechanism(assemblage, analysis.headline, analysis.load_direction, inclination, live, loose=loose)
+    seen = {"loose": loose, "ties": case.reinforcement.ties}
+    figure = plots.mechanism(assemblage, analysis.headline, analysis.load_direction, inclination, live, **seen)
     return plots.save(figure, figures, "mechanism")
 
 

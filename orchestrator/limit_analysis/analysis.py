@@ -116,7 +116,7 @@ def bound_left(problem: Problem, met: Loaded | None) -> LimitState | None:
 def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
     """Return in words what loading met that a multiplier does not say."""
     if problem.friction.crushes.any():
-        return ("joints that crush have no path of loading: the headline is the paper's sequence",)
+        return ("joints that crush, and ties, have no path of loading: the headline is the paper's sequence",)
     if met is None:
         return ("loading: no state of rest under the dead load was found",)
     said = list[str]()
