@@ -51,8 +51,8 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
     live = f"λ × {case.load.name}"
     inclination = case.load.inclination
-    seen = {"loose": loose, "ties": case.reinforcement.ties}
-    figure = plots.mechanism(assemblage, analysis.headline, analysis.load_direction, inclination, live, **seen)
+    state, direction, ties = analysis.headline, analysis.load_direction, case.reinforcement.ties
+    figure = plots.mechanism(assemblage, state, direction, inclination, live, loose=loose, ties=ties)
     return plots.save(figure, figures, "mechanism")
 
 
