@@ -18,7 +18,7 @@ from orchestrator.cli import main as orchestrator
 
 DOCS = Path(__file__).parent
 CALL = "    .venv/bin/python -m orchestrator "
-WIDTH, COLOURS = 900, 96
+WIDTH, COLOURS = 900, 128
 """of a picture, px, and of its palette"""
 
 
@@ -39,7 +39,7 @@ def keep(picture: Path, target: Path) -> None:
     image = Image.open(picture).convert("RGB")
     image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.LANCZOS)
     target.parent.mkdir(exist_ok=True)
-    image.quantize(COLOURS).save(target, optimize=True)
+    image.quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(target, optimize=True)
 
 
 def main(wanted: list[str]) -> None:

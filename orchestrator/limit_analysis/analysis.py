@@ -56,7 +56,7 @@ def analyse(
     its standard view: neither its numbering nor the side it is seen from matters. Raises CaseError when the wall
     cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative program
     cannot be solved. A non-associative answer that cannot be found is None, and `remarks` says why. Source:
-    formulation.md, section 1.
+    docs/theory.md.
     """
     assert load_direction in (1, -1)
     started = perf_counter()
