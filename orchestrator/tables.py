@@ -72,7 +72,7 @@ def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
     tilt = "" if angle is None else f"{math.degrees(angle):.2f}"
     multiplier = printed("limit multiplier", state.load_multiplier)
     marked = multiplier if state.converged else f"({multiplier})"
-    effort = [str(len(state.records)), printed("seconds", seconds), *(f"{residual:.0e}" for residual in residuals)]
+    effort = [str(len(state.records)), f"{seconds:.2f}", *(f"{residual:.0e}" for residual in residuals)]
     return [marked, shear, tilt, *effort]
 
 
