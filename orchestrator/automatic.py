@@ -218,7 +218,9 @@ def chosen(assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads
         for found, state in zip(kept(partition), states, strict=False)
     )
     said = f"chosen automatically: multiplier as rigid bodies {words or 'not found'}, margin {margin:.3g}"
-    return replace(partition, remarks=(said, *partition.remarks))
+    stones = sum(not block.fixed for block in assemblage.wall.blocks)
+    little = f"{partition.count} macroblocks of {stones} stones save little: run --model micro has every stone"
+    return replace(partition, remarks=(said, *[little] * (2 * partition.count > stones > 2), *partition.remarks))
 
 
 def _chosen_without_loose_stones(

@@ -95,6 +95,12 @@ class Bodies:
             object.__setattr__(self, name, read_only(each))
 
 
+def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
+    """Return the material of each moving body: "several" where its blocks differ, "unnamed" where it has no name."""
+    found = [{wall.blocks[block].material or "unnamed" for block in body.blocks} for body in bodies.bodies]
+    return tuple(min(names) if len(names) == 1 else "several" for names in found[: bodies.moving])
+
+
 def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
     """Return the outlines of all bodies and the joints that remain between them."""
     body_i, body_j = partition.body_of_block[assemblage.block_i], partition.body_of_block[assemblage.block_j]

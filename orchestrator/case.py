@@ -117,8 +117,13 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Case:
 
 
 def read_wall(case: Case) -> Wall:
-    """Return the wall of a case: its block file with the replacements and block classes of [wall]. Raises CaseError."""
+    """Return the wall of a case, by its name: its block file with the replacements and block classes of [wall].
+
+    A block file that is the case keeps its own name. Raises CaseError.
+    """
     wall, given = read_blocks(case.block_file), case.wall
+    if case.file != case.block_file:
+        wall = replace(wall, name=case.name)
     if given.unit_weight is not None:
         wall = replace(wall, blocks=tuple(replace(block, unit_weight=given.unit_weight) for block in wall.blocks))
     replaced = {name: value for name in ("thickness", "friction") if (value := getattr(given, name)) is not None}

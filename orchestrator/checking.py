@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
@@ -58,9 +57,10 @@ def check(case: Case, place: str, figures: Path, console: Console) -> int:
 
 
 def _draw(case: Case, assemblage: Assemblage, name: str, figures: Path) -> Path:
-    words = [class_words(one) for one in class_of_joint(assemblage)]
-    wall = assemblage.wall if case.file == case.block_file else replace(assemblage.wall, name=case.name)
-    picture = plots.given(replace(assemblage, wall=wall), case.load, words, case.reinforcement.ties)
+    classes = class_of_joint(assemblage)
+    several = len({value_words(one) for one in classes}) > 1
+    words = [f"{one.between[0]}-{one.between[1]}: {value_words(one)}" for one in classes] if several else []
+    picture = plots.given(assemblage, case.load, words, case.reinforcement.ties)
     return plots.save(picture, figures, f"blocks{'_' * bool(name)}{name}")[0]
 
 
@@ -115,13 +115,13 @@ def joints_table(classes: list[JointSums]) -> Table:
     return table
 
 
-def class_words(one: JointSums) -> str:
-    """Return a class of joints in a few words, for a legend."""
+def value_words(one: JointSums) -> str:
+    """Return the values of a class of joints in a few words, for a legend."""
     strengths = (("c", one.cohesion), ("ft", one.tensile_strength), ("fc", one.compressive_strength))
     given = [f"{name} {_megapascals(value)} MPa" for name, value in strengths if 0.0 < value < math.inf]
     stiffness = (("kn", one.normal_stiffness), ("ks", one.shear_stiffness))
     given += [f"{name} {_stiffness(value)} N/mm3" for name, value in stiffness if value < math.inf]
-    return ", ".join([f"{one.between[0]}-{one.between[1]}: μ {one.friction:.4g}", *given])
+    return ", ".join([f"μ {one.friction:.4g}", *given])
 
 
 def _table(title: str, columns: tuple[str, ...]) -> Table:

@@ -135,7 +135,9 @@ def _parser() -> argparse.ArgumentParser:
     limit.add_argument("--settle", type=int, metavar="ID", help="instead of the live load, let this support give way")
     limit.add_argument("--settle-angle", type=float, default=-90.0, help="degrees from +x (default: -90, downwards)")
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
-    _command(commands, "segment", _segment, "stop after the macroblocks", "--set macroblocks.centre_distance=300mm")
+    example = "--set macroblocks.centre_distance=300mm"
+    segment = _command(commands, "segment", _segment, "stop after the macroblocks", example)
+    segment.add_argument("--output", type=Path, help="folder of the pictures (default: results/NAME OF THE CASE FILE)")
     file_commands.add_commands(commands)
     study_commands.add_commands(commands, _command)
     return parser
@@ -211,14 +213,18 @@ def _settle(options: argparse.Namespace, case: cases.Case, output: Path, console
 def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
     case = cases.read(options.case, options.set)
     cases.refuse_ties(case, "segment")
+    output = options.output or Path("results") / options.case.stem
+    results.try_folder(output)
     for name, one in load_cases.each(case).items():
         with Reporter(console):
             segmented = driver.segment(one)
         console.print(tables.limit_table(segmented.analysis, name))
-        console.print(tables.bodies_table(segmented.partition, segmented.bodies))
+        console.print(tables.bodies_table(segmented.assemblage.wall, segmented.partition, segmented.bodies))
         for remark in (*segmented.analysis.remarks, *segmented.partition.remarks):
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True, markup=False)
+        pictures = driver.draw_macroblocks(one, segmented, output / name)
+        console.print(f"macroblocks: {pictures[0]}; mechanism: {pictures[1]}", soft_wrap=True)
     return 0
 
 

@@ -40,7 +40,7 @@ from orchestrator.parallel import is_root, on_root, on_root_while
 from orchestrator.progress import Report, StageDone
 from orchestrator.pushed import Pushed
 from orchestrator.pushover.mortar import refuse_bonded_mortar
-from orchestrator.pushover_run import push_model
+from orchestrator.pushover_run import last_state, push_model
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -154,6 +154,15 @@ def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, 
     return reporting.write_mechanism(output / "figures", case, assemblage, analysis)[0]
 
 
+def draw_macroblocks(case: Case, segmented: Segmented, output: Path) -> tuple[Path, Path]:
+    """Draw macroblocks and mechanism into the run folder `output`; return their PNGs."""
+    from orchestrator import plots
+
+    drawn = plots.macroblocks(segmented.assemblage, segmented.partition)
+    picture = plots.save(drawn, output / "figures", "macroblocks")[0]
+    return picture, draw_mechanism(case, segmented.assemblage, segmented.analysis, output)
+
+
 def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[LimitState, Path]:
     """Let a support give way at `angle` (rad from +x); draw and return the state. Raises CaseError."""
     from orchestrator import report as reporting
@@ -203,6 +212,8 @@ def push(
     """Run the finite elements of a segmented wall into the folder `output`; else as `run`."""
     from orchestrator import report as reporting  # pictures cost 0.2 s that check, limit and segment need not wait for
 
+    if resume:
+        on_root(comm, _refuse_another_run, case, segmented, output)
     with on_root_while(comm, results.locked(output), results.logging_to(output / "run.log")):
         on_root(comm, results.sweep, output)
         on_root(
@@ -230,6 +241,13 @@ def push(
             logger.error("%s", complaint)
         logger.info("finished: %s", output / "summary.json")
         return outcome
+
+
+def _refuse_another_run(case: Case, segmented: Segmented, output: Path) -> None:
+    """Raise CaseError where `output` holds increments of another run, before anything of it is overwritten."""
+    for model in dict.fromkeys(case.run.models):
+        if results.StateStore(output / model, "").numbers():
+            last_state(case, segmented.assemblage.wall, _bodies(model, segmented), output / model)
 
 
 def rebuild_report(run_folder: Path) -> Path:

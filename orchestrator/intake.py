@@ -27,7 +27,7 @@ from orchestrator.masonry.drawing import (
 from orchestrator.masonry.dxf import read_dxf
 from orchestrator.masonry.picture import PictureSettings, read_picture
 from orchestrator.masonry.readers import read_blocks, refuse_what_is_not_utf8
-from orchestrator.masonry.rows import read_rows
+from orchestrator.masonry.rows import read_rows, uneven_courses
 from orchestrator.masonry.svg import read_svg
 from orchestrator.masonry.wall import IntArray, Wall, check_blocks, check_wall
 from orchestrator.results.files import write_json
@@ -177,7 +177,7 @@ def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
     if suffix in ROWS:
         _refuse(options, f"states everything itself: change it in {path.name}")
         wall = read_rows(path)
-        return wall, implausible(wall)
+        return wall, [*uneven_courses(wall), *implausible(wall)]
     if suffix in BLOCK_FILES and not holds_annotations(path):
         healing = _settings(HealingSettings, options) if {"tolerance", "mortar"} & options.keys() else None
         _refuse(options, f"states everything itself: change it in {path.name}")

@@ -80,7 +80,7 @@ Shape = tuple[tuple[tuple[float, float], ...], ...]
 """rings of vertices relative to the first vertex of the outline, rounded to 1e-9 m"""
 
 
-def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None) -> BodyMeshes:
+def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = None) -> BodyMeshes:
     """Return the meshes of the moving bodies; equal shapes are meshed once, and kept in the folder `cache`."""
     began = perf_counter()
     moving = bodies.bodies[: bodies.moving]

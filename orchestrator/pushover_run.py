@@ -127,7 +127,7 @@ def _follow(
     seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - factorise}
     seconds["total"] = meshes.seconds + perf_counter() - began
     return on_root(
-        comm, _folded, model, bodies, contact_model, store, stepping, expected, complaint, working.size, seconds
+        comm, _folded, model, wall, bodies, contact_model, store, stepping, expected, complaint, working.size, seconds
     )
 
 
@@ -177,6 +177,7 @@ def _fingerprint(case: Case, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> 
 
 def _folded(
     model: ModelName,
+    wall: Wall,
     bodies: Bodies,
     contact_model: ContactModel,
     store: results.StateStore,
@@ -191,6 +192,6 @@ def _folded(
 
     kept = (store.increments, store.last())
     done = judged(model, bodies, contact_model, *kept, stepping, expected, complaint, ranks=ranks, seconds=seconds)
-    reporting.write_pushover(store, model, bodies, contact_model, done.curve, done.summary.valid)
+    reporting.write_pushover(store, model, wall, bodies, contact_model, done.curve, done.summary.valid)
     results.write_ties(store.folder, store.increments(), len(contact_model.ties or ()))
     return replace(done, summary=replace(done.summary, peak_memory=peak_memory()))

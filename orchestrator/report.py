@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from orchestrator import page, plots, results
-from orchestrator.bodies import Bodies, make_bodies
+from orchestrator.bodies import Bodies, make_bodies, materials_of
 from orchestrator.capacity import Capacity, find_capacity
 from orchestrator.case import Case, as_toml
 from orchestrator.errors import naming
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition, one_body_per_block
+from orchestrator.masonry.wall import Wall
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import PushoverCurve
 from orchestrator.seismic import Pushover, verify
@@ -50,7 +51,8 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
     live = f"λ × {case.load.name}"
     inclination = case.load.inclination
-    figure = plots.mechanism(assemblage, analysis.headline, analysis.load_direction, inclination, live, loose=loose)
+    state, direction, ties = analysis.headline, analysis.load_direction, case.reinforcement.ties
+    figure = plots.mechanism(assemblage, state, direction, inclination, live, loose=loose, ties=ties)
     return plots.save(figure, figures, "mechanism")
 
 
@@ -73,12 +75,19 @@ def _provenance(case: Case) -> list[str]:
 
 
 def write_pushover(
-    store: results.StateStore, name: str, bodies: Bodies, model: ContactModel, curve: PushoverCurve, valid: bool
+    store: results.StateStore,
+    name: str,
+    wall: Wall,
+    bodies: Bodies,
+    model: ContactModel,
+    curve: PushoverCurve,
+    valid: bool,
 ) -> None:
     """Write the curve, the ParaView files, what pictures need, and the deformed wall at its peak and its end."""
     results.write_curve(store.folder, curve)
     contacts = model.possible
-    results.write_paraview(store, model.meshes, contacts.point, results.stress_and_pressure(model, bodies))
+    derive, materials = results.stress_and_pressure(model, bodies), materials_of(bodies, wall)
+    results.write_paraview(store, model.meshes, contacts.point, derive, materials)
     touching = model.tracking.touching if model.tracking else len(contacts)
     places = results.ContactPlaces(
         point=contacts.point[:touching, :2],

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
@@ -13,6 +14,7 @@ from rich.table import Table
 from orchestrator.bodies import Bodies
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks import Partition
+from orchestrator.masonry.wall import Wall
 from orchestrator.results import PushoverSummary, Summary, printed
 from orchestrator.results.printed import Figure
 from orchestrator.seismic.record import in_its_unit, notes, numbers, ratio
@@ -36,22 +38,14 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
         title=f"{title}, {weight_words(analysis.weight, analysis.horizontal_load)}, {analysis.seconds:.2f} s",
     )
     columns = (
-        "",
-        "multiplier",
-        "base shear\nkN",
-        "tilt\ndeg",
-        "LPs",
-        "time\ns",
-        "residuals:\nequilibrium",
-        "\nyield",
-        "\npower",
-    )
+        "", "multiplier", "shear\nkN", "tilt\ndeg", "LPs", "time\ns", "residual\nbalance", "\nyield", "\npower",
+    )  # fmt: skip
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
     path, left = analysis.path, analysis.associative_left
     names = {
         "associative, a bound": analysis.associative,
-        **({"bound without loose stones": left} if left else {}),
+        **({"without loose stones": left} if left else {}),
         "met by loading" if path is None or path.converged else "last rest (no state)": path,
         "the paper's value": analysis.sequence,
         "lowest found": analysis.lowest,
@@ -75,22 +69,31 @@ def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
     residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
     shear = printed("force", state.load_multiplier * analysis.horizontal_load)
     angle = analysis.tilt_angle(state)
-    tilt = "" if angle is None else f"{math.degrees(angle):.3f}"
+    tilt = "" if angle is None else f"{math.degrees(angle):.2f}"
     multiplier = printed("limit multiplier", state.load_multiplier)
     marked = multiplier if state.converged else f"({multiplier})"
     effort = [str(len(state.records)), f"{seconds:.2f}", *(f"{residual:.0e}" for residual in residuals)]
     return [marked, shear, tilt, *effort]
 
 
-def bodies_table(partition: Partition, bodies: Bodies) -> Table:
-    """Return the macroblocks with their blocks and areas."""
+def bodies_table(wall: Wall, partition: Partition, bodies: Bodies) -> Table:
+    """Return the macroblocks with the ids of their blocks, and their areas."""
     title = f"{partition.count} macroblocks, {len(bodies.joint)} joints between them"
     table = Table(box=SIMPLE_HEAD, padding=0, title=title)
     for column in ("body", "blocks", "area m2"):
         table.add_column(column, justify="right")
+    table.add_column("ids")
     for body in bodies.bodies[: bodies.moving]:
-        table.add_row(str(body.number), str(len(body.blocks)), f"{body.area:.4f}")
+        ids = in_ranges([wall.blocks[block].id for block in body.blocks])
+        table.add_row(str(body.number), str(len(body.blocks)), f"{body.area:.4f}", ids)
     return table
+
+
+def in_ranges(ids: Sequence[int]) -> str:
+    """Return whole numbers in words, neighbours as a range: 1-4, 7."""
+    ordered = np.sort(ids)
+    runs = np.split(ordered, np.flatnonzero(np.diff(ordered) > 1) + 1)
+    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
 
 
 def study_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:

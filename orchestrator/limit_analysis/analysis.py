@@ -56,7 +56,7 @@ def analyse(
     its standard view: neither its numbering nor the side it is seen from matters. Raises CaseError when the wall
     cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative program
     cannot be solved. A non-associative answer that cannot be found is None, and `remarks` says why. Source:
-    formulation.md, section 1.
+    docs/theory.md.
     """
     assert load_direction in (1, -1)
     started = perf_counter()
@@ -116,7 +116,7 @@ def bound_left(problem: Problem, met: Loaded | None) -> LimitState | None:
 def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
     """Return in words what loading met that a multiplier does not say."""
     if problem.friction.crushes.any():
-        return ("joints that crush have no path of loading: the headline is the paper's sequence",)
+        return ("joints that crush, and ties, have no path of loading: the headline is the paper's sequence",)
     if met is None:
         return ("loading: no state of rest under the dead load was found",)
     said = list[str]()

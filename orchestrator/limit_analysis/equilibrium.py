@@ -7,7 +7,7 @@
 B q are the forces that blocks exert on their joints, which is why loads stand on the right: block i of a joint pushes
 with n along the joint's normal (it points from i to j) and with s along its tangent; block j the other way round.
 The transpose gives the rates that accompany block velocities u: -B^T u = (opening at start, at end, slip) of a joint,
-with power f . u = q . B^T u (virtual work). Source: Szabó, Funari, Lourenço 2023, Eq. (1); formulation.md, section 1.
+with power f . u = q . B^T u (virtual work). Source: Szabó, Funari, Lourenço 2023, Eq. (1); docs/theory.md.
 """
 
 from __future__ import annotations

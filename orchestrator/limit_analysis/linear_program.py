@@ -6,7 +6,7 @@ Duals of the equality rows are the block velocities u (f_L . u = 1); -B^T u are 
 
 Inside, forces are divided by the mean block weight, moments by a block length, and the unknown is live load over mean
 block weight instead of lambda: unscaled, lambda is off by 2e-4 at 1,100 blocks although the status says solved
-(formulation.md). Only c and d change between the programs of a sequence, so the solver is set up once (presolve off).
+(docs/theory.md). Only c and d change between the programs of a sequence, so the solver is set up once (presolve off).
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ chord leads to N_c. If W + T is less than the first chord spans, that one ends a
 Coulomb's law has slope mu. The flow rule of the linear program is normal to this cone: a sliding joint opens by
 slope x |slip| (dilation). Eq. (2) therefore tilts the line to a slope of -alpha mu about the normal force the joint is
 expected to carry, which nearly removes the dilation. Sources: Gilbert, Casapulla, Ahmed 2006; Szabó, Funari,
-Lourenço 2023, Eq. (2) (formulation.md, section 1).
+Lourenço 2023, Eq. (2) (docs/theory.md).
 """
 
 from __future__ import annotations

@@ -72,6 +72,24 @@ def parse_rows(text: str, name: str) -> Wall:
     return _stacked(name, courses, given)
 
 
+def uneven_courses(wall: Wall) -> list[str]:
+    """Return a remark on courses of a wall in row notation that end before the longest, numbered from the bottom."""
+    ends: dict[float, float] = {}
+    for block in wall.blocks:
+        if not block.fixed:
+            bottom = float(block.polygon[:, 1].min())
+            ends[bottom] = max(ends.get(bottom, 0.0), float(block.polygon[:, 0].max()))
+    longest = max(ends.values())
+    short = [(n, end) for n, (_, end) in enumerate(sorted(ends.items()), 1) if end < longest * (1.0 - 1e-9)]
+    if not short:
+        return []
+    first, end = short[0]
+    others = f" and {len(short) - 1} more" if len(short) > 1 else ""
+    return [
+        f"course {first} from the bottom{others} ends at {end:g} m, the longest at {longest:g} m: is a stone missing?"
+    ]
+
+
 def _stacked(name: str, courses: list[Course], given: dict[str, float]) -> Wall:
     polygons: list[FloatArray] = []
     materials: list[str] = []
@@ -97,7 +115,11 @@ def _course(words: str, unit: str, place: str) -> Course:
     pairs = [(first, "", ""), *(word.partition("/") for word in rest)]
     numbers = [_number(number, place) for number, _, _ in pairs]
     if len(numbers) < 2 or numbers[0] <= 0 or 0.0 in numbers:
-        raise CaseError(place, "is not a course", "write its height above 0, then widths: 175: 400 -800 400")
+        wrong = [
+            pair[0] for pair, number in zip(pairs, numbers, strict=True) if number == 0.0 or number == numbers[0] < 0
+        ]
+        problem = f"is not a course{f': {wrong[0][:40]!r} is no size' if wrong else ''}"
+        raise CaseError(place, problem, "write its height above 0, then widths: 175: 400 -800 400")
     for number, (_, slash, material) in zip(numbers, pairs, strict=True):
         if slash and (not material or number < 0):
             remedy = "write it behind the width of a block, as in 1600/timber"

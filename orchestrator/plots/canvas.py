@@ -44,7 +44,8 @@ def wall_figure(points: FloatArray, title: str, name: str) -> tuple[Figure, Axes
     margin = 0.04 * float(np.max(high - low))
     extent = high - low + 2 * margin
     scale = min(LARGEST[0] / extent[0], LARGEST[1] / extent[1])
-    figure = Figure(figsize=(max(SMALLEST_WIDTH, scale * extent[0] + 0.8), scale * extent[1] + 1.5))
+    height = scale * extent[1] + 1.5 + 0.2 * title.count("\n")
+    figure = Figure(figsize=(max(SMALLEST_WIDTH, scale * extent[0] + 0.8), height))
     figure.set_layout_engine("constrained")
     axes = figure.add_subplot()
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")

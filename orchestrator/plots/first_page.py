@@ -40,7 +40,7 @@ def given(
     assemblage: Assemblage, load: LoadSettings, class_of_joint: Sequence[str], ties: Sequence[Tie] = ()
 ) -> Figure:
     """Draw what an analysis is given. class_of_joint (k,): the class of each joint in words, drawn where there are
-    several."""
+    several; none: all joints alike."""
     wall = assemblage.wall
     free = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     size = float(np.ptp(free, axis=0).max())
@@ -55,8 +55,9 @@ def given(
     top = free[:, 1].max()
     line = np.array([[[free[:, 0].min(), top], [free[:, 0].max(), top]]])
     draw_segments(axes, line, "black", 2.5, "height of the control displacement").set_linestyle([(0, (0.1, 2.0))])
-    for tie in ties:
-        draw_segments(axes, np.array([[tie.start, tie.end]]), INK, 2.0, f"tie, {tie.strength / 1e3:.4g} kN")
+    for strength in sorted({tie.strength for tie in ties}):
+        bars = [np.array([tie.start, tie.end]) for tie in ties if tie.strength == strength]
+        draw_segments(axes, bars, INK, 2.0, f"tie, {strength / 1e3:.4g} kN")
     draw_load(axes, arrow, f"λ × {load.name}")
     number_blocks(axes, wall)
     legend_below(axes, 3)

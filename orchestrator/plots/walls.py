@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitState, Mechanism
+from orchestrator.limit_analysis.ties import Tie
 from orchestrator.macroblocks import Partition
 from orchestrator.masonry.wall import Block, FloatArray, IntArray, Wall
 from orchestrator.plots.canvas import (
@@ -99,11 +100,13 @@ def mechanism(
     load_name: str = "λ × weight",
     answer: str = "",
     loose: Collection[int] = (),
+    ties: Sequence[Tie] = (),
 ) -> Figure:
     """Draw the collapse mechanism: blocks displaced by their velocities times one factor, hinges and sliding joints.
 
     The live load is an arrow at load_inclination (rad) above load_direction (+1 or -1 along x), with its name. `answer`
-    (none: the load multiplier) goes into the title. Stones `loose` (ids) have come loose before. A hinge
+    (none: the load multiplier) goes into the title. Stones `loose` (ids) have come loose before. Ends of ties move with
+    their blocks. A hinge
     is a joint that opens at one end only (marked at the other end), a sliding joint one that slips while it carries
     load; a joint that has come apart is left to be seen as a gap. Thrust: see thrust.py. Displacements are linear in
     the velocities, as in the analysis: large rotations enlarge the blocks.
@@ -122,7 +125,8 @@ def mechanism(
         f"largest displacement drawn as "
         f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
     )
-    figure, axes = wall_figure(np.vstack([*before, *displaced, arrow]), title, wall.name)
+    bars = [_displaced_tie(wall, tie, velocities) for tie in ties]
+    figure, axes = wall_figure(np.vstack([*before, *displaced, arrow, *bars]), title, wall.name)
     draw_polygons(axes, before, "none", FAINT, 0.5).set_label("undeformed")
     if loose:
         gone = [block.polygon for block in wall.blocks if block.id in loose]
@@ -133,6 +137,8 @@ def mechanism(
     draw_supports(axes, [p for p, f in zip(displaced, free, strict=True) if not f])
     _draw_thrust(axes, assemblage, state, velocities)
     _mark_joints(axes, assemblage, state, velocities)
+    if bars:
+        draw_segments(axes, bars, INK, 2.0, "tie")
     draw_load(axes, arrow, load_name)
     legend_below(axes, 3)
     return figure
@@ -165,6 +171,16 @@ def body_colours(assemblage: Assemblage, partition: Partition) -> list[str]:
     pairs = np.column_stack([body[assemblage.block_i], body[assemblage.block_j]])
     apart = (pairs[:, 0] != pairs[:, 1]) & np.all(pairs < partition.count, axis=1)
     return [BODY_COLOURS[k % len(BODY_COLOURS)] for k in colours_of_bodies(pairs[apart], partition.count)]
+
+
+def _displaced_tie(wall: Wall, tie: Tie, velocities: FloatArray) -> FloatArray:
+    """Return both ends (2, 2) in m of a tie; an anchor stays."""
+    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    ends = [np.array(end, float) for end in (tie.start, tie.end)]
+    for end, block in zip(ends, tie.blocks, strict=False):
+        position = place[block]
+        end += rigid_displacement(wall.blocks[position], velocities[position], end[None])[0]
+    return np.array(ends)
 
 
 def displaced_blocks(assemblage: Assemblage, mechanism: Mechanism, part: float) -> list[FloatArray]:

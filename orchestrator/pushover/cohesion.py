@@ -100,6 +100,15 @@ def bond_response(bond: Bond, gap: FloatArray, trial_slip: FloatArray, slip_tole
     )
 
 
+def shear_limit(normal_force: FloatArray, friction: FloatArray, bond: Bond | None) -> tuple[FloatArray, FloatArray]:
+    """Return (c,) in N: the shear that contacts reach under their normal forces, and the cohesion in it."""
+    if bond is None:
+        return friction * np.maximum(normal_force, 0.0), np.zeros(len(normal_force))
+    cohesion = bond.holds * bond.cohesion * (1.0 - bond.damage)
+    pressed = friction * np.where(bond.holds, normal_force, np.maximum(normal_force, 0.0))
+    return np.maximum(pressed + cohesion, 0.0), cohesion
+
+
 def dissipation(bond: Bond, response: BondResponse, gap: FloatArray) -> FloatArray:
     """Return what breaking takes (c,), J, beyond (cohesion left) x (plastic slip), which friction counts."""
     before, after, width = bond.damage, response.damage, bond.softening

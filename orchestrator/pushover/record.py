@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.masonry.wall import FloatArray, IntArray, read_only
-from orchestrator.pushover.cohesion import dissipation, stored
+from orchestrator.pushover.cohesion import dissipation, shear_limit, stored
 from orchestrator.pushover.contact_law import tolerances
 from orchestrator.pushover.iterate import Iterate, Problem
 from orchestrator.pushover.model import ContactModel
@@ -234,12 +234,7 @@ def _work_of_ties(model: ContactModel, state: Increment, problem: Problem, itera
 def _limit_before(model: ContactModel, state: Increment, problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return (c,): what the traction of the contacts reached before the increment and the cohesion in it, N, and the
     elastic slip at which, m."""
-    force, friction, bond = model.on_its_contacts(state.normal_force), model.contacts.friction, problem.bond
-    limit, cohesion = friction * np.maximum(force, 0.0), np.zeros(len(force))
-    if bond is not None:
-        cohesion = bond.holds * bond.cohesion * (1.0 - bond.damage)
-        pressed = friction * np.where(bond.holds, force, np.maximum(force, 0.0))
-        limit = np.maximum(pressed + cohesion, 0.0)
+    limit, cohesion = shear_limit(model.on_its_contacts(state.normal_force), model.contacts.friction, problem.bond)
     return limit, cohesion, tolerances(limit, model.slip_tolerance, problem.shear_stiffness)[0]
 
 

@@ -1,8 +1,9 @@
-"""Stress in the elements and pressure in the contacts of a displaced wall, for pictures (numpy only).
+"""Stress in the elements and forces in the contacts of a displaced wall, for pictures (numpy only).
 
     sigma = 2 mu eps + lambda tr(eps) I         eps: mean strain of the element, in the frame of its body
     principal stresses: eigenvalues of sigma;   von Mises: sqrt(3/2 s : s), s = sigma - tr(sigma)/3 I
     pressure = normal force of a contact / area of the joint's triangles that its slave node stands for
+    force on the slave = lambda n - tau, tau from what is stored of a state (contact_law.py): limit x q / tolerance
 
 With barycentric functions L_i of an element, grad u = sum_i u_i grad L_i, plus for 10-node tetrahedra the departures a
 of the curved edges, 4 L_i L_j a, whose mean gradient is a (grad L_i + grad L_j).
@@ -10,17 +11,25 @@ of the curved edges, 4 L_i L_j a, whose mean gradient is a (grad L_i + grad L_j)
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
-from orchestrator.pushover.cohesion import tributary
+from orchestrator.pushover.cohesion import shear_limit, tributary
 from orchestrator.pushover.constants import ElasticConstants
+from orchestrator.pushover.contact_law import tolerances
 from orchestrator.pushover.contact_search import Contacts
 from orchestrator.pushover.contact_tracking import fit_frames
 from orchestrator.pushover.edges import TETRAHEDRON_EDGES, edges_of, on_outline
 from orchestrator.pushover.faces import find_faces, sides_of_edges
+from orchestrator.pushover.state import Increment
+
+if TYPE_CHECKING:
+    from orchestrator.pushover.model import ContactModel
 
 
 def element_stress(
@@ -44,6 +53,43 @@ def element_stress(
     )
     volumetric = modulus * ratio / ((1 + ratio) * (1 - 2 * ratio)) * np.trace(strain, axis1=1, axis2=2)
     return (modulus / (1 + ratio))[:, None, None] * strain + volumetric[:, None, None] * np.eye(3)
+
+
+def in_fixed_axes(meshes: BodyMeshes, stress: FloatArray, displacement: FloatArray) -> FloatArray:
+    """Return stress tensors (t, 3, 3), given in axes that turn with their bodies, in the axes x, y, z of the wall."""
+    turn = np.tile(np.eye(3), (len(meshes.unit_weight), 1, 1))
+    turn[:, :2, :2] = fit_frames(meshes, displacement, len(turn)).rotation
+    turn = turn[meshes.body_of_tetrahedron]
+    return turn @ stress @ turn.transpose(0, 2, 1)
+
+
+def tension_inside(bodies: Bodies, meshes: BodyMeshes, stress: FloatArray) -> float:
+    """Return the largest tension in bodies of several blocks, Pa, of stress tensors (t, 3, 3); 0 without such bodies.
+
+    Their inner joints are gone, and with them the limit that joints set to tension.
+    """
+    merged = np.array([len(body.blocks) > 1 for body in bodies.bodies[: bodies.moving]])
+    inside = merged[meshes.body_of_tetrahedron]
+    return float(np.max(principal(stress[inside])[:, -1], initial=0.0))
+
+
+def contact_forces(model: ContactModel, increment: Increment) -> FloatArray:
+    """Return the forces (c, 3) in N on the slaves of all possible contacts; the masters have them with the other sign.
+
+    What viscous joints add while the wall moves is left out.
+    """
+    possible, force = model.possible, increment.normal_force
+    bond = model.bond and replace(model.bond, damage=increment.damage)
+    limit, _ = shear_limit(force, possible.friction, bond)
+    shear_stiffness = None if model.mortar is None else model.mortar.shear_stiffness
+    tolerance, _ = tolerances(limit, model.slip_tolerance, shear_stiffness)
+    traction = (limit / tolerance)[:, None] * increment.elastic_slip
+    normal, tangent = possible.normal, possible.tangent
+    if model.tracking is not None:
+        bodies = int(possible.master_body.max()) + 1
+        turn = fit_frames(model.meshes, increment.displacement, bodies).rotation[possible.master_body]
+        normal, tangent = (np.einsum("cij,cj->ci", turn, one) for one in (normal, tangent))
+    return np.column_stack([force[:, None] * normal - traction[:, :1] * tangent, -traction[:, 1]])
 
 
 def barycentric_slopes(corners: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from orchestrator.results.files import (
 )
 from orchestrator.results.forces import write_forces
 from orchestrator.results.geometry import ContactPlaces, read_geometry, write_geometry
+from orchestrator.results.notes import reasons, remarks
 from orchestrator.results.outputs import refuse_overwriting_file, refuse_overwriting_run, try_folder
 from orchestrator.results.paraview import stress_and_pressure, write_paraview
 from orchestrator.results.printed import printed
@@ -26,8 +27,6 @@ from orchestrator.results.summary import (
     limit_summary,
     pushover_summary,
     read_summary,
-    reasons,
-    remarks,
     summary,
     write_summary,
 )

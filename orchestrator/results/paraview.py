@@ -1,8 +1,9 @@
 """ParaView: wall.xdmf (bodies) and contacts.xdmf (contact points), time = increment number.
 
 Both refer to states.h5 for what changes, to wall.h5 for the mesh, and to derived.h5 for what follows from the states:
-stress in the elements and pressure in the contacts, in single precision. Nothing is stored twice. (meshio's time series
-writer copies everything, and writes its .h5 into the current directory; its reader reads these files.)
+stress in the elements, pressure, force and displacement of the contacts, in single precision. Nothing is stored twice,
+and the figures of the curve, which every element has alike, take no room. (As attributes of the grid meshio would not
+read them. Its time series writer copies everything, and writes its .h5 into the current directory.)
 """
 
 from __future__ import annotations
@@ -20,7 +21,14 @@ from orchestrator.bodies import Bodies
 from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Increment
-from orchestrator.pushover.stress import element_stress, principal, slave_areas, von_mises
+from orchestrator.pushover.stress import (
+    contact_forces,
+    element_stress,
+    in_fixed_axes,
+    principal,
+    slave_areas,
+    von_mises,
+)
 from orchestrator.results.hdf5 import hdf5_file
 from orchestrator.results.states import StateStore
 from orchestrator.whole import replacing, write_bytes
@@ -36,21 +44,27 @@ CONTACT_FIELDS = (
     ("status", "status"), ("damage", "damage"),
 )  # fmt: skip
 """name in ParaView, name in states.h5; status: 0 open, 1 stick, 2 slip; damage: of bonded joints, 0 to 1"""
+CURVE_FIELDS = (
+    ("load_multiplier", "load_multiplier"), ("base_shear_N", "base_shear"),
+    ("control_displacement_m", "control_displacement"),
+)  # fmt: skip
+"""name in ParaView, field of an increment: the same for every element"""
+ATTRIBUTE_TYPES = {1: "Scalar", 3: "Vector", 9: "Tensor"}
 NUMBER_TYPES = {"f": "Float", "i": "Int", "u": "UInt"}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Derived:
-    """What follows from an increment, by the name it has in ParaView: of elements (t, ...) and of contacts (c,)."""
+    """What follows from an increment, by the name it has in ParaView: of elements (t, ...) and of contacts (c, ...)."""
 
     elements: Mapping[str, FloatArray]
     contacts: Mapping[str, FloatArray]
 
 
 def stress_and_pressure(model: ContactModel, bodies: Bodies) -> Callable[[Increment], Derived]:
-    """Return the function from an increment of `model` to its stresses and contact pressures, both in Pa.
+    """Return the function from an increment of `model` to its stresses and pressures in Pa, contact forces in N.
 
-    Pressure is NaN where a corner touches: that is no area.
+    Pressure is NaN where a corner touches: that is no area. The tensor is in the wall's axes, row by row.
     """
     area = slave_areas(model.possible, bodies, model.meshes)
 
@@ -59,8 +73,20 @@ def stress_and_pressure(model: ContactModel, bodies: Bodies) -> Callable[[Increm
         stress = element_stress(model.meshes, model.elastic, increment.displacement, large)
         names = ("sigma_1_Pa", "sigma_2_Pa", "sigma_3_Pa")  # as usual, sigma_1 is the largest
         elements = {"von_mises_Pa": von_mises(stress), **dict(zip(names, principal(stress).T[::-1], strict=True))}
+        fixed = in_fixed_axes(model.meshes, stress, increment.displacement) if large else stress
+        elements["stress_Pa"] = fixed.reshape(-1, 9)
+        force = contact_forces(model, increment)
+        tangential = np.sqrt(np.maximum(np.sum(force**2, axis=1) - increment.normal_force**2, 0.0))
+        node = model.possible.slave_node
+        moved = np.where((node >= 0)[:, None], increment.displacement[np.maximum(node, 0)], 0.0)
         pressure = np.divide(increment.normal_force, area, out=np.full(len(area), np.nan), where=area > 0.0)
-        return Derived(elements, {"pressure_Pa": pressure})
+        contacts = {
+            "pressure_Pa": pressure,
+            "tangential_force_N": tangential,
+            "force_N": force,
+            "displacement_m": moved,
+        }
+        return Derived(elements, contacts)
 
     return derive
 
@@ -70,11 +96,12 @@ def write_paraview(
     meshes: BodyMeshes,
     contact_points: FloatArray | None = None,
     derive: Callable[[Increment], Derived] | None = None,
+    materials: Sequence[str] = (),
 ) -> list[Path]:
     """Write the time series of a model's folder and return the .xdmf files; gathers states.h5 first.
 
     contact_points (c, 2) or (c, 3): positions of the contacts in m, in the order of Increment.gap. derive: see
-    `stress_and_pressure`.
+    `stress_and_pressure`. materials: of each body, shown as numbers that wall.xdmf explains.
     """
     folder, wall, contacts = store.folder, store.folder / "wall.xdmf", store.folder / "contacts.xdmf"
     states = store.assemble()
@@ -82,21 +109,26 @@ def write_paraview(
         stale.unlink(missing_ok=True)
     content = BytesIO()
     with hdf5_file(content, "w") as file:
-        _write_mesh(file, meshes)
+        _write_mesh(file, meshes, materials)
         if contact_points is not None:
             _write_points(file, contact_points)
     write_bytes(folder / "wall.h5", content.getvalue())
     with replacing(folder / "derived.h5") as temporary, hdf5_file(temporary, "w") as file:
-        if derive is not None:
-            for increment in store.increments():
-                _write_derived(file.create_group(f"{increment.number:06d}"), derive(increment))
+        for increment in store.increments():
+            group = file.create_group(f"{increment.number:06d}")
+            for shown, name in CURVE_FIELDS:
+                value, count = getattr(increment, name), len(meshes.tetrahedra)
+                group.create_dataset(f"elements/{shown}", shape=(count,), dtype=np.float32, fillvalue=value)
+            if derive is not None:
+                _write_derived(group, derive(increment))
     with (
         hdf5_file(folder / "wall.h5") as mesh,
         hdf5_file(states) as steps,
         hdf5_file(folder / "derived.h5") as derived,
     ):
-        body = _item(mesh["body"], "Cell", "body")
-        write_bytes(wall, _series(mesh["bodies"], "Tetrahedron", steps, NODE_FIELDS, [body], derived, "elements"))
+        constant = [_item(mesh[name], "Cell", name) for name in ("body", "material")]
+        series = _series(mesh["bodies"], "Tetrahedron", steps, NODE_FIELDS, constant, derived, "elements", materials)
+        write_bytes(wall, series)
         if contact_points is None:
             return [wall]
         series = _series(mesh["contacts"], "Polyvertex", steps, CONTACT_FIELDS, [], derived, "contacts")
@@ -110,10 +142,12 @@ def _write_derived(group: h5py.Group, derived: Derived) -> None:
             group.create_dataset(f"{kind}/{name}", data=value, dtype=np.float32)
 
 
-def _write_mesh(file: h5py.File, meshes: BodyMeshes) -> None:
+def _write_mesh(file: h5py.File, meshes: BodyMeshes, materials: Sequence[str]) -> None:
     file["bodies/points"] = meshes.nodes
     file["bodies/cells"] = meshes.tetrahedra
     file["body"] = meshes.body_of_tetrahedron
+    number = np.unique(materials, return_inverse=True)[1] if materials else np.zeros(len(meshes.unit_weight), np.int64)
+    file["material"] = number[meshes.body_of_tetrahedron]
 
 
 def _write_points(file: h5py.File, points: FloatArray) -> None:
@@ -130,10 +164,13 @@ def _series(
     constant: Sequence[ElementTree.Element],
     derived: h5py.File,
     kind: str,
+    materials: Sequence[str] = (),
 ) -> bytes:
     """Return the XDMF text of a time series: one grid per increment on the same mesh."""
     root = ElementTree.Element("Xdmf", Version="3.0")
     domain = ElementTree.SubElement(root, "Domain")
+    for number, material in enumerate(sorted(set(materials))):
+        ElementTree.SubElement(domain, "Information", Name=f"material {number}", Value=material)
     series = ElementTree.SubElement(domain, "Grid", Name="wall", GridType="Collection", CollectionType="Temporal")
     for name in sorted(steps, key=int):
         grid = ElementTree.SubElement(series, "Grid", Name=f"increment {int(name)}", GridType="Uniform")
@@ -159,7 +196,7 @@ def _mesh(mesh: h5py.Group, cell_type: str) -> list[ElementTree.Element]:
 
 def _item(dataset: h5py.Dataset, center: str, name: str, rows: int | None = None) -> ElementTree.Element:
     """Return an attribute of the dataset, or of its first `rows` only (edges of 10-node tetrahedra follow)."""
-    kind = "Vector" if dataset.ndim == 2 else "Scalar"
+    kind = ATTRIBUTE_TYPES[1 if dataset.ndim == 1 else dataset.shape[1]]
     attribute = ElementTree.Element("Attribute", Name=name, AttributeType=kind, Center=center)
     attribute.append(_data(dataset) if rows in (None, len(dataset)) else _first_rows(dataset, rows))
     return attribute

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 Figure = Literal[
-    "multiplier", "limit multiplier", "ratio", "force", "displacement", "stiffness", "weight", "seconds", "memory"
-]
+    "multiplier", "limit multiplier", "ratio", "force", "displacement", "stiffness", "stress", "weight", "seconds",
+    "memory",
+]  # fmt: skip
 FORMS: dict[Figure, tuple[float, str]] = {
     "multiplier": (1.0, ".4f"),
     "limit multiplier": (1.0, ".5f"),
@@ -14,11 +15,12 @@ FORMS: dict[Figure, tuple[float, str]] = {
     "force": (1e-3, "#.4g"),
     "displacement": (1e3, "#.4g"),
     "stiffness": (1e-6, "#.4g"),
+    "stress": (1e-6, ".2g"),
     "weight": (1e-3, ".3f"),
     "seconds": (1.0, "#.3g"),
     "memory": (1e-6, ".0f"),
 }
-"""factor from SI to -, kN, mm, kN/mm, s or MB, and form of each kind of figure"""
+"""factor from SI to -, kN, mm, kN/mm, MPa, s or MB, and form of each kind of figure"""
 
 
 def printed(figure: Figure, value: float | None) -> str:

@@ -18,12 +18,7 @@ from orchestrator.masonry.wall import FloatArray
 from orchestrator.meshing import BodyMeshes
 from orchestrator.pushover.state import Increment
 from orchestrator.results.files import write_json
-from orchestrator.results.printed import printed
 
-COARSE = 0.01
-"""part of a joint by which the resultant of its toe may lie off before that is told"""
-TOLD = 5
-"""local failures that are told one by one"""
 TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
 """what `seconds` of a pushover holds, in s"""
 
@@ -126,6 +121,8 @@ class PushoverSummary:
     """the checks of the result that failed (pushover.checks), in words"""
     toe_error: float = 0.0
     """how far the resultant of a toe that crushes may lie off at the peak, over its joint"""
+    tension_inside: float = 0.0
+    """largest tension at the peak in bodies of several blocks, Pa"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,6 +215,7 @@ def pushover_summary(
     *,
     overlap: tuple[float, float],
     toe_error: float,
+    tension_inside: float,
     large_displacement: bool,
     ranks: int,
     seconds: Mapping[str, float],
@@ -245,39 +243,8 @@ def pushover_summary(
         valid=not_valid_because is None,
         not_valid_because=not_valid_because,
         toe_error=toe_error,
+        tension_inside=tension_inside,
     )
-
-
-def reasons(pushovers: Sequence[PushoverSummary]) -> list[str]:
-    """Return why pushovers are not valid."""
-    return [f"{pushed.model} FE: {pushed.not_valid_because}" for pushed in pushovers if not pushed.valid]
-
-
-def remarks(pushovers: Sequence[PushoverSummary]) -> list[str]:
-    """Return what pushovers have to say beside their figures: local failures, a peak that was not reached.
-
-    Many events are told in short: the first ones, and how many there were.
-    """
-    said = []
-    for pushed in pushovers:
-        for event in pushed.events[:TOLD]:
-            bodies, share = ", ".join(event.bodies), 100 * event.mass_share
-            said.append(
-                f"{pushed.model} FE: {bodies} ({share:.2g} % of the mass) fell at a load multiplier of "
-                f"{printed('multiplier', event.load_multiplier)}; the wall went on"
-            )
-        if (more := len(pushed.events) - TOLD) > 0:
-            said.append(f"{pushed.model} FE: {more} more local failures, in summary.json")
-        if pushed.toe_error > COARSE:
-            said.append(
-                f"{pushed.model} FE: at the peak the resultant of a toe may lie off by "
-                f"{100 * pushed.toe_error:.2g} % of its joint, "
-                "as elements are longer than what crushes; lower mesh.size"
-            )
-        if not pushed.peak_reached:
-            multiplier = printed("multiplier", pushed.peak_multiplier)
-            said.append(f"{pushed.model} FE: the peak was not reached; the wall carries at least {multiplier}")
-    return said
 
 
 def summary(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from orchestrator import automatic, driver
 from orchestrator import case as cases
-from orchestrator import driver
 from orchestrator.automatic import (
     Motion,
     chosen,
@@ -19,7 +19,7 @@ from orchestrator.automatic import (
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.merged_blocks import merged_multiplier
-from orchestrator.macroblocks import MacroblockSettings, partition_of
+from orchestrator.macroblocks import MacroblockSettings, one_body_per_block, partition_of
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from tests.support.walls import DATA, of_file
 
@@ -95,6 +95,14 @@ def test_a_smaller_margin_never_gives_fewer_bodies(wall_1):
     assemblage, analysis = wall_1
     counts = [chosen(assemblage, analysis, margin).count for margin in (0.1, 0.02, 0.001)]
     assert counts == sorted(counts)
+
+
+def test_macroblocks_that_save_little_are_told(wall_1, monkeypatch):
+    assemblage, analysis = wall_1
+    assert not any("save little" in remark for remark in chosen(assemblage, analysis, 0.02).remarks)
+    monkeypatch.setattr(automatic, "_joined_while", lambda *_: one_body_per_block(assemblage))
+    remarks = chosen(assemblage, analysis, 0.02).remarks
+    assert "33 macroblocks of 33 stones save little: run --model micro has every stone" in remarks
 
 
 def test_a_tower_that_overturns_as_one_still_has_two_bodies():

@@ -125,7 +125,10 @@ def test_blocks_are_found_beside_the_case_file(tmp_path, monkeypatch):
     (tmp_path / "walls" / "case.toml").write_text("name = 'tower'\n[wall]\nblocks = 'Tower.JSON'")
     monkeypatch.chdir(tmp_path)
     case = cases.read(Path("walls/case.toml"))
-    assert case.name == "tower"
+    expected_name = json.loads(WALL.read_text())["name"]
+    assert expected_name != "tower"
+    assert case.name == cases.read_wall(case).name == "tower", "pictures and report have the name of the case"
+    assert cases.read_wall(cases.read(Path("walls/Tower.JSON"))).name == expected_name
     expected = cases.read_wall(cases.read(WALL))
     for wall in (cases.read_wall(case), cases.read_wall(cases.read(Path("walls/Tower.JSON")))):
         assert len(wall.blocks) == 6

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 
 from orchestrator import case as cases
-from orchestrator import cli, load_cases, plots
+from orchestrator import checking, cli, load_cases, plots
 from orchestrator.inventory import class_of_joint, control_words, joint_classes, load_sums, materials
 from orchestrator.joints import find_joints
 from orchestrator.meshing import MeshSettings
@@ -226,6 +226,17 @@ def test_the_picture_shows_loads_classes_and_supports(given):
     assert np.allclose(bonded[..., 1], 0.5)
     assert sum(len(one.get_paths()) for one in axes.collections if isinstance(one, PolyCollection)) == 4
     assert [text.get_text() for text in axes.texts if text.get_text().isdigit()] == ["0", "1", "2", "3"]
+
+
+def test_materials_whose_joints_have_the_same_values_paint_no_joint(given, monkeypatch, tmp_path):
+    drawn = []
+    monkeypatch.setattr(plots, "given", lambda assemblage, load, words, ties: drawn.append(words))
+    monkeypatch.setattr(plots, "save", lambda *_: [tmp_path])
+    for settings in ([], ["joints.classes=[]", "wall.classes=[]"]):
+        case, assemblage = read(given, *settings)
+        checking._draw(case, assemblage, "", tmp_path)
+    assert len({*drawn[0]}) > 1
+    assert drawn[1] == []
 
 
 def test_joints_of_one_class_are_not_painted(given):

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -42,9 +43,11 @@ def test_limit_json_is_the_summary_s_part_and_nothing_else(capsys):
     }  # fmt: skip
 
 
-def test_segment_lists_the_bodies(capsys):
-    assert cli.main(["segment", TOWER, "--set", "macroblocks.normal=1e-3"]) == 0
+def test_segment_lists_the_bodies_with_their_blocks_and_draws_them(tmp_path, capsys):
+    assert cli.main(["segment", TOWER, "--set", "macroblocks.normal=1e-3", "--output", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
+    assert re.search(r"^ +0 +5 +[\d.]+ 1-5 *$", printed, re.M), printed
+    assert {path.name for path in (tmp_path / "figures").glob("*.png")} == {"macroblocks.png", "mechanism.png"}
     assert "1 macroblock" in printed
     assert "one macroblock" in printed, "the trivial partition is said to be trivial"
 

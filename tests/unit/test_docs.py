@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -17,6 +18,7 @@ from orchestrator.cli import _parser, main
 from tests.support.intake import WALL_1, as_polylines, painted, written
 
 PROJECT = Path(__file__).parents[2]
+GALLERY = runpy.run_path(str(PROJECT / "docs" / "gallery.py"))
 CALL = "    .venv/bin/python -m orchestrator "
 
 
@@ -98,6 +100,36 @@ def test_every_command_of_a_page_works_in_its_order(page, tmp_path, monkeypatch)
             _parser().parse_args(command)
         else:
             assert main(command) == 0, command
+
+
+def test_every_wall_of_the_gallery_has_its_picture_and_a_command_that_takes_it():
+    """The pictures are looked at, not compared; small walls are analysed by the page's own command."""
+    shown = GALLERY["entries"]((PROJECT / "docs" / "gallery.md").read_text())
+    assert len(shown) >= 10
+    assert len(shown) == len(commands("gallery.md"))
+    for name, (command, picture) in shown.items():
+        assert (PROJECT / "docs" / "figures" / "gallery" / f"{name}.png").stat().st_size > 5000
+        options = _parser().parse_args(command)
+        given = getattr(options, "case", None) or options.file
+        assert (PROJECT / given).exists(), name
+        assert picture.is_relative_to(options.output.parent), name
+
+
+@pytest.mark.parametrize("name", ["given", "materials", "arch", "vault"])
+def test_a_wall_of_the_gallery_leaves_its_picture(name, tmp_path, monkeypatch):
+    command, picture = GALLERY["entries"]((PROJECT / "docs" / "gallery.md").read_text())[name]
+    for folder in ("docs", "templates"):
+        (tmp_path / folder).symlink_to(PROJECT / folder)
+    monkeypatch.chdir(tmp_path)
+    assert main(command) == 0
+    assert picture.exists()
+
+
+def test_walls_of_the_gallery_are_those_of_their_script():
+    folder = PROJECT / "docs" / "examples" / "gallery"
+    made = runpy.run_path(str(folder / "make_walls.py"))
+    for name, wall in made["WALLS"].items():
+        assert (folder / f"{name}.json").read_text() == made["block_file"](name, wall), name
 
 
 def test_two_blocks_of_the_first_page_slide_at_their_friction(tmp_path, monkeypatch, capsys):

@@ -12,7 +12,7 @@ import shapely
 from PIL import Image, ImageDraw
 
 from orchestrator.errors import CaseError
-from orchestrator.intake import Intake, write_wall
+from orchestrator.intake import Intake, import_wall, write_wall
 from orchestrator.joints import JointSettings, find_joints
 from orchestrator.masonry.closing import Layers
 from orchestrator.masonry.drawing import Drawing, HealingSettings, Material, wall_of
@@ -272,6 +272,15 @@ def test_negative_widths_are_openings_and_numbers_may_carry_units():
     assert wall.thickness == pytest.approx(0.3)
 
 
+def test_a_course_that_ends_before_the_others_is_pointed_out(tmp_path):
+    head = "unit=m\nthickness=.3\nunit_weight=20 kN/m3\nfriction=.6\nsupport=.1\n"
+    (tmp_path / "wall.txt").write_text(head + ".2: .4 .4 .4\n.2: .6 .6\n.2: .4 .3\n")
+    remarks = import_wall(tmp_path / "wall.txt", {}).remarks
+    assert remarks == ["course 3 from the bottom ends at 0.7 m, the longest at 1.2 m: is a stone missing?"]
+    (tmp_path / "wall.txt").write_text(head + ".2: .4 .4 .4\n.2: .5 .7\n.2: .1 .4 .7\n")
+    assert import_wall(tmp_path / "wall.txt", {}).remarks == []
+
+
 def test_row_notation_names_materials(tmp_path):
     head = "unit=m\nthickness=.3\nunit_weight=20 kN/m3\nfriction=.6\nsupport=.1\n"
     wall = parse_rows(head + ".4: .3/stone -.6 .3\n.1: 1.2/timber\n", "door")
@@ -295,7 +304,9 @@ def test_row_notation_names_materials(tmp_path):
         ("thickness = 100", "thickness = -100", r"line 3: thickness: -100 is not a positive number"),
         ("25 kN/m3", "25 kN/m2", r"line 4: unit_weight: unit 'kN/m2' does not fit"),
         ("175: 200 400", "175: 200 4OO", r"line 7: '4OO' is not a number"),
-        ("175: 200", "0: 200", r"line 7: is not a course"),
+        ("175: 200", "0: 200", r"line 7: is not a course: '0' is no size"),
+        ("175: 200", "-175: 200", r"line 7: is not a course: '-175' is no size"),
+        ("175: 200", "175: -0 200", r"line 7: is not a course: '-0' is no size"),
         ("unit = mm", ":", r"line 2: is not a course"),
         ("175: 200", "175: 0 200", r"line 7: is not a course"),
     ],

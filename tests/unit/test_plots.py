@@ -23,6 +23,7 @@ from orchestrator.bodies import Bodies, Body
 from orchestrator.capacity import Capacity
 from orchestrator.joints import Assemblage
 from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, Mechanism
+from orchestrator.limit_analysis.ties import Tie
 from orchestrator.macroblocks import Partition
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Block, Wall
@@ -177,6 +178,16 @@ def test_a_wall_far_from_the_origin_is_drawn_without_an_offset_on_the_axes(assem
 
 
 # mechanism
+
+
+def test_ends_of_a_tie_move_with_their_blocks_and_an_anchor_stays(assemblage, state):
+    """Upper left corner of the third block: by hand it moves up by its velocity and half of it to the right."""
+    factor = 0.08 * 1.2 / np.hypot(1.0, 0.5)
+    tie = Tie((assemblage.wall.blocks[3].id,), (0.5, 1.0), (3.0, 1.1), 1e3)
+    axes = plots.mechanism(assemblage, state, 1, ties=(tie,)).axes[0]
+    (bar,) = next(one for one in axes.collections if one.get_label() == "tie").get_segments()
+    np.testing.assert_allclose(bar, [[0.5 + 0.5 * factor, 1.0 + factor], [3.0, 1.1]], atol=1e-12)
+    assert axes.get_xlim()[1] > 3.0
 
 
 def test_mechanism_moves_blocks_by_their_velocities_scaled_to_8_percent_of_the_height(assemblage, state):

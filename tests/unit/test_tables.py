@@ -12,7 +12,7 @@ from orchestrator.limit_analysis import DeadLoad, LoadSettings, analyse, loads_o
 from orchestrator.page.writing import _environment
 from orchestrator.results.printed import printed as printed_figure
 from orchestrator.results.summary import LimitSummary, Summary, WallSummary
-from orchestrator.tables import limit_table, run_table
+from orchestrator.tables import in_ranges, limit_table, run_table
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.pushed import PUSHED
 
@@ -22,6 +22,25 @@ def printed(analysis):
     with console.capture() as capture:
         console.print(limit_table(analysis))
     return capture.get()
+
+
+def test_the_table_of_limit_analysis_fits_a_terminal_of_80_columns():
+    """Nothing is shortened, with times of minutes and base shears of many digits."""
+    analysis = analyse(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]))
+    states = [analysis.associative, analysis.path, analysis.sequence, analysis.lowest]
+    record = replace(analysis.headline.records[0], seconds=147.44)
+    slow = [state and replace(state, records=(record,) * 81) for state in states]
+    names = ("associative", "path", "sequence", "lowest")
+    console = Console(width=80, record=True)
+    heavy = replace(analysis, weight=1e7, horizontal_load=1.2e7, **dict(zip(names, slow, strict=True)))
+    console.print(limit_table(heavy))
+    printed = console.export_text()
+    assert "…" not in printed
+    assert "associative, a bound" in printed
+
+
+def test_numbers_of_blocks_are_told_in_ranges():
+    assert [in_ranges(ids) for ids in ([3, 1, 2, 7], [5], [1, 3, 5, 6])] == ["1-3, 7", "5", "1, 3, 5-6"]
 
 
 def test_multiplier_that_has_not_converged_stands_in_brackets():

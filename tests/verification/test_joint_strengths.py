@@ -32,7 +32,9 @@ def block(width, height, *strengths, friction=ROUGH, thickness=0.2):
 def multipliers(assemblage, loads=None, direction=1):
     """Associative and sequence multiplier, and the headline, of checked states."""
     found = analyse(assemblage, load_direction=direction, loads=loads and loads_on(assemblage.wall, loads))
-    assert set(found.remarks) <= {"joints that crush have no path of loading: the headline is the paper's sequence"}
+    assert set(found.remarks) <= {
+        "joints that crush, and ties, have no path of loading: the headline is the paper's sequence"
+    }
     for state in (found.associative, found.sequence, found.headline):
         assert state.equilibrium_residual < 1e-10
         assert state.yield_residual < 1e-9

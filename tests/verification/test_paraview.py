@@ -26,6 +26,8 @@ for name in ("wall", "contacts"):
     values[f"{name}_size"] = [grid.n_points, grid.n_cells]
     values |= {f"{name}_{key}": grid.point_data[key] for key in grid.point_data}
     values |= {f"{name}_{key}": grid.cell_data[key] for key in grid.cell_data}
+    if name == "contacts":
+        values["contacts_moved"] = grid.warp_by_vector("displacement_m", factor=1.0).points - grid.points
     if name == "wall":
         values["size"] = [grid.n_points, grid.n_cells]
         warped = grid.warp_by_vector("displacement_m", factor=1.0)
@@ -61,6 +63,23 @@ def test_files_open_and_draw(tmp_path, monkeypatch, order):
         assert values[f"wall_{name}"].shape == (values["size"][1],)
     assert np.all(values["wall_sigma_1_Pa"] >= values["wall_sigma_3_Pa"])
     assert values["wall_von_mises_Pa"].max() > 1e3
+    tensor = values["wall_stress_Pa"].reshape(-1, 3, 3)
+    np.testing.assert_allclose(tensor, tensor.transpose(0, 2, 1), atol=1e-3 * np.abs(tensor).max())
+    principal = np.linalg.eigvalsh(tensor)[:, ::-1].T
+    for found_here, name in zip(principal, ("sigma_1_Pa", "sigma_2_Pa", "sigma_3_Pa"), strict=True):
+        np.testing.assert_allclose(found_here, values[f"wall_{name}"], atol=1e-4 * np.abs(tensor).max())
+    last = np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, comments="#")[-1]
+    for name in ("load_multiplier", "base_shear_N", "control_displacement_m"):
+        assert np.all(values[f"wall_{name}"] == np.float32(last[name])), name
+    assert set(values["wall_material"]) == {0}
+    assert "unnamed" in (folder / "wall.xdmf").read_text()
+    assert np.abs(values["contacts_moved"]).max() > 0.5e-3
+    normal, tangential = values["contacts_normal_force_N"], values["contacts_tangential_force_N"]
+    np.testing.assert_allclose(
+        np.linalg.norm(values["contacts_force_N"], axis=1), np.hypot(normal, tangential), rtol=1e-4
+    )
+    assert np.all(tangential <= 0.6 * normal + 1e-3)  # the friction of the two blocks
+    assert tangential.max() > 1.0
     for name in ("pressure_Pa", "normal_force_N", "gap_m", "slip_m", "status", "damage"):
         assert values[f"contacts_{name}"].shape == (values["contacts_size"][0],)
     assert np.nanmax(values["contacts_pressure_Pa"]) > 1e3

@@ -16,11 +16,7 @@ import pytest
 
 from orchestrator import results
 from orchestrator.cli import main
-
-webdriver = pytest.importorskip("selenium.webdriver")
-CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
-if not (CHROMIUM and DRIVER):
-    pytest.skip("needs Debian's chromium and chromium-driver", allow_module_level=True)
+from tests.support.browser import asked, headless
 
 ROOT = Path(__file__).parents[2]
 EVIL = "</script><script>document.title = 'run'</script><img src=x onerror=\"document.title='run'\">"
@@ -48,14 +44,8 @@ def run(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def browser():
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
-        options.add_argument(argument)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
-    yield driver
-    driver.quit()
+    with headless() as driver:
+        yield driver
 
 
 @pytest.fixture
@@ -79,10 +69,9 @@ def picture(page):
 
 def test_no_error_and_nothing_fetched(page):
     assert page.get_log("browser") == []
-    messages = [json.loads(entry["message"])["message"] for entry in page.get_log("performance")]
-    asked = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
-    assert asked
-    assert all(url.startswith(("file:", "data:")) for url in asked)
+    addresses = asked(page)
+    assert addresses
+    assert all(url.startswith(("file:", "data:")) for url in addresses)
 
 
 def test_names_from_the_input_are_read_not_run(page):

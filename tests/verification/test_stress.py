@@ -7,13 +7,22 @@ import pytest
 from mpi4py import MPI
 
 from orchestrator.bodies import make_bodies
+from orchestrator.joints import JointClass, JointSettings, find_joints
 from orchestrator.macroblocks import one_body_per_block
+from orchestrator.masonry.patterns import running_bond
 from orchestrator.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.linear_system import LinearSystem
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.stepping import Pushover
-from orchestrator.pushover.stress import element_stress, principal, slave_areas, von_mises
+from orchestrator.pushover.stress import (
+    contact_forces,
+    element_stress,
+    in_fixed_axes,
+    principal,
+    slave_areas,
+    von_mises,
+)
 from tests.support.pushover_chain import assemblage_of, stack
 
 WEIGHT, HEIGHT, WIDTH, THICKNESS = 25e3, 2.0, 0.4, 0.1
@@ -79,6 +88,49 @@ def test_a_turned_body_has_the_stress_of_the_body_that_is_not(order):
     before, after = (element_stress(model.meshes, model.elastic, u, True) for u in (small, turned))
     assert np.abs(after - before).max() < 1e-6 * np.abs(before).max()
     assert np.abs(before).max() > 1e5
+
+
+def test_stress_in_fixed_axes_turns_with_the_body():
+    """R sigma R^T of a body that a rigid rotation has turned, whatever was rotated first."""
+    _, model = column(1)
+    small = np.column_stack(
+        [np.zeros(len(model.meshes.nodes)), -1e-4 * model.meshes.nodes[:, 1], model.meshes.nodes[:, 0] * 0]
+    )
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    turned = (model.meshes.nodes + small) @ turn.T - model.meshes.nodes
+    stress = element_stress(model.meshes, model.elastic, turned, True)
+    fixed = in_fixed_axes(model.meshes, stress, turned)
+    first, second = 3.5e9 * 0.2 / (1.2 * 0.6), 3.5e9 / 2.4
+    expected = -1e-4 * np.diag([first + 2 * second, first, first])  # what was vertical lies along x now
+    np.testing.assert_allclose(fixed, np.broadcast_to(expected, fixed.shape), atol=1.0)
+
+
+@pytest.mark.parametrize("strengths", [{}, {"cohesion": 2e4, "tensile_strength": 1e4}, {"shear_stiffness": 2e9}])
+@pytest.mark.parametrize("large", [True, False])
+def test_forces_of_contacts_hold_every_body(strengths, large):
+    """Force and moment of weight, live load and contacts vanish on each block of a wall that slides and rocks."""
+    assemblage = find_joints(running_bond(3, 4), JointSettings(classes=(JointClass(**strengths),)))
+    bodies = make_bodies(assemblage, one_body_per_block(assemblage))
+    meshes = mesh_bodies(bodies, MeshSettings(size=0.2), None)
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), 1, MPI.COMM_SELF, large)
+    with LinearSystem(model, MPI.COMM_SELF) as system:
+        steps = Pushover(model, system, NewtonSettings(), SteppingSettings(final_displacement=5e-3)).increments()
+        state = next(one for one in steps if one.load_multiplier > 0.1 and not one.moving)
+    force, possible = contact_forces(model, state), model.possible
+    moved = meshes.nodes + state.displacement[: len(meshes.nodes)]
+    nodal = (model.gravity + state.load_multiplier * model.lateral).reshape(-1, 3)[: len(meshes.nodes)]
+    node = possible.slave_node
+    place = np.where((node >= 0)[:, None], moved[np.maximum(node, 0)], possible.point)
+    total = np.zeros((bodies.moving + len(possible), 6))
+    parts = (
+        (meshes.body_of_node, moved, nodal),
+        (possible.slave_body, place, force),
+        (possible.master_body, place, -force),
+    )
+    for body, at, on_body in parts:
+        np.add.at(total, body, np.hstack([on_body, np.cross(at, on_body)]))
+    assert np.abs(total[: bodies.moving]).max() < 1e-3 * model.weight / bodies.moving
+    assert np.linalg.norm(force[:, 0]) > 0.05 * model.weight / bodies.moving
 
 
 def test_uniform_strain_is_hookes_law():
