@@ -14,10 +14,10 @@ from time import process_time
 PROJECT = Path(__file__).parents[1]
 sys.path.insert(0, str(PROJECT))
 
-from orchestrator import case as cases  # noqa: E402
-from orchestrator import driver  # noqa: E402
-from orchestrator.intake import import_wall, write_wall  # noqa: E402
+from orchestrator.app import driver  # noqa: E402
+from orchestrator.app.intake import import_wall, write_wall  # noqa: E402
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses  # noqa: E402
+from orchestrator.settings import case as cases  # noqa: E402
 from tests.support.drawings import polylines  # noqa: E402
 
 

@@ -32,8 +32,8 @@ COSTS = {
 
 def measured(blocks: int) -> dict[str, float | str]:
     """Analyse one wall."""
-    from orchestrator.joints import JointSettings, find_joints
     from orchestrator.limit_analysis import analyse
+    from orchestrator.masonry.joints import JointSettings, find_joints
     from orchestrator.masonry.patterns import running_bond
 
     wall = running_bond(*SIZES[blocks])

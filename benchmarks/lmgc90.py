@@ -28,9 +28,9 @@ SECONDS, STEP = 4.0, 2e-3
 
 def walls() -> dict[str, tuple[Any, tuple[float, float, float]]]:
     """Return wall and load direction of every comparison."""
-    from orchestrator.masonry.wall import read_only
+    from orchestrator.basis.arrays import read_only
+    from orchestrator.geometry.polyhedra import box, prism
     from orchestrator.space.generators.shapes import Plan, Stones, l_wall, t_wall, u_wall
-    from orchestrator.space.polyhedra import box, prism
     from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
     def of(shapes: list[Any], supports: int, friction: float) -> Any:

@@ -46,15 +46,15 @@ def scaling(blocks: int, increments: int | None = INCREMENTS) -> dict[str, float
 
     seconds = process_time if MPI.COMM_WORLD.size == 1 else perf_counter
 
-    from orchestrator.bodies import make_bodies
-    from orchestrator.joints import JointSettings, find_joints
-    from orchestrator.macroblocks import one_body_per_block
+    from orchestrator.macroblocks.bodies import make_bodies
+    from orchestrator.macroblocks.criteria import one_body_per_block
+    from orchestrator.masonry.joints import JointSettings, find_joints
     from orchestrator.masonry.patterns import running_bond
-    from orchestrator.meshing import MeshSettings, mesh_bodies
-    from orchestrator.pushover.linear_system import LinearSystem
+    from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
     from orchestrator.pushover.model import build_model
+    from orchestrator.pushover.path.stepping import Pushover
     from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
-    from orchestrator.pushover.stepping import Pushover
+    from orchestrator.pushover.solve.linear_system import LinearSystem
 
     began = seconds()
     assemblage = find_joints(running_bond(*SIZES[blocks]), JointSettings())
@@ -93,14 +93,14 @@ def benchmark1(large: bool) -> dict[str, dict[str, float]]:
     """Push benchmark 1 in macroblocks and stone by stone to its end, as `make benchmark1` does, without pictures."""
     from mpi4py import MPI
 
-    from orchestrator import case as cases
-    from orchestrator import driver
-    from orchestrator.bodies import make_bodies
-    from orchestrator.macroblocks import one_body_per_block
-    from orchestrator.meshing import mesh_bodies
-    from orchestrator.pushover.linear_system import LinearSystem
+    from orchestrator.app import driver
+    from orchestrator.macroblocks.bodies import make_bodies
+    from orchestrator.macroblocks.criteria import one_body_per_block
+    from orchestrator.pushover.meshing import mesh_bodies
     from orchestrator.pushover.model import build_model
-    from orchestrator.pushover.stepping import Pushover
+    from orchestrator.pushover.path.stepping import Pushover
+    from orchestrator.pushover.solve.linear_system import LinearSystem
+    from orchestrator.settings import case as cases
 
     case = cases.read(FOLDER.parent / "templates" / "benchmark1.toml")
     segmented = driver.segment(case)

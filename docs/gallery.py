@@ -14,7 +14,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from orchestrator.cli import main as orchestrator
+from orchestrator.app.cli import main as orchestrator
 
 DOCS = Path(__file__).parent
 CALL = "    .venv/bin/python -m orchestrator "

@@ -3,7 +3,8 @@
     python docs/house.py
 
 writes docs/figures/house.svg. Rooms stand in the order of the import contract in pyproject.toml: a room uses only rooms
-below it. Arcs lead to the rooms that a room uses, but for those that it reaches through another one anyway.
+below it. Arcs lead to the rooms that a room uses, but for those that it reaches through another one anyway. Below
+what a room is for stand its parts, in the order of its own contract.
 """
 
 from __future__ import annotations
@@ -13,21 +14,33 @@ import sys
 import tomllib
 from html import escape
 from pathlib import Path
+from textwrap import wrap
 
 import grimp
 
 PROJECT = Path(__file__).parents[1]
 PICTURE = PROJECT / "docs" / "figures" / "house.svg"
 PACKAGE = "orchestrator"
-ROW, LEFT, NAME, WIDTH, ARC = 26, 260, 150, 1240, 9.0
-"""sizes in px: height of a row, where the names begin, their width, width of the picture, width of an arc over a row"""
+ROW, LINE, LEFT, NAME, WIDTH, ARC = 26, 14, 110, 150, 1090, 18.0
+"""sizes in px: height of a room without parts, of a line of parts, where the names begin, their width, width of the
+picture, width of an arc over a room"""
+LETTERS = 135
+"""letters in a line of parts"""
 
 
-def rooms() -> list[list[str]]:
-    """Return the floors of the house from the roof down, each with its rooms, as the import contract has them."""
+def floors_of(place: str) -> list[list[str]]:
+    """Return the floors of the house or a room from the roof down, each with its parts, as the contract has them."""
     contracts = tomllib.loads((PROJECT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
-    layers = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
-    return [layer.split(" | ") for layer in layers]
+    found = (contract["layers"] for contract in contracts if contract.get("containers") == [place])
+    return [layer.split(" | ") for layer in next(found, [])]
+
+
+def parts(room: str) -> list[str]:
+    """Return the parts of a room in lines; floors stand between semicolons, packages have a stroke at their end."""
+    folder = PROJECT / PACKAGE / room
+    floors = floors_of(f"{PACKAGE}.{room}") or [sorted(path.stem for path in folder.glob("[!_]*.py"))]
+    named = [[f"{name}/" if (folder / name).is_dir() else name for name in floor] for floor in floors]
+    return wrap("; ".join(", ".join(floor) for floor in named), LETTERS)
 
 
 def purpose(room: str) -> str:
@@ -58,25 +71,29 @@ def uses(names: list[str]) -> dict[str, set[str]]:
 
 def drawn() -> str:
     """Return the picture as SVG."""
-    floors = rooms()
+    floors = floors_of(PACKAGE)
     names = [name for floor in floors for name in floor]
-    middle = {name: ROW * (row + 1.0) for row, name in enumerate(names)}
+    below_each = {name: parts(name) for name in names}
+    tall = {name: ROW + LINE * len(below_each[name]) for name in names}
+    middle = {name: ROW + sum(tall[above] for above in names[:row]) for row, name in enumerate(names)}
     lines = []
     for row, floor in enumerate(floors):
-        top, height = middle[floor[0]] - ROW / 2, ROW * len(floor)
+        top, height = middle[floor[0]] - ROW / 2, sum(tall[name] for name in floor)
         shade = "#f4f4f0" if row % 2 else "#e8ece6"
         lines.append(f'<rect x="{LEFT}" y="{top:g}" width="{WIDTH - LEFT - 10}" height="{height}" fill="{shade}"/>')
     for name, used in uses(names).items():
         for below in sorted(used, key=names.index):
             begin, end = middle[name] + 3, middle[below] - 3
-            bulge = LEFT - ARC * (end - begin) / ROW
+            bulge = LEFT - ARC * (names.index(below) - names.index(name))
             path = f"M {LEFT} {begin:g} C {bulge:g} {begin:g}, {bulge:g} {end:g}, {LEFT} {end:g}"
             lines.append(f'<path d="{path}" fill="none" stroke="#5a6f8c" stroke-width="1" marker-end="url(#arrow)"/>')
     for name in names:
         at = f'y="{middle[name] + 4:g}"'
         lines.append(f'<text x="{LEFT + 8}" {at} font-weight="bold">{name}</text>')
-        lines.append(f'<text x="{LEFT + NAME}" {at}>{escape(purpose(name))}</text>')
-    height = ROW * (len(names) + 1)
+        lines.append(f'<text x="{LEFT + NAME}" {at}>{escape(purpose(name))}')
+        step = f'<tspan x="{LEFT + NAME}" dy="{LINE}" font-size="11" fill="#555555">'
+        lines[-1] += "".join(f"{step}{escape(text)}</tspan>" for text in below_each[name]) + "</text>"
+    height = ROW + sum(tall.values())
     marker = '<marker id="arrow" viewBox="0 0 6 6" refX="6" refY="3" markerWidth="6" markerHeight="6" orient="auto">'
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{height}" viewBox="0 0 {WIDTH} {height}"'
     return "\n".join(

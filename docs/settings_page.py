@@ -4,7 +4,7 @@ from typing import Any
 
 from mkdocs.structure.files import File, Files
 
-from orchestrator.reference import reference_page
+from orchestrator.settings.reference import reference_page
 
 
 def on_files(files: Files, *, config: Any) -> Files:

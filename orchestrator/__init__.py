@@ -17,28 +17,30 @@ from importlib import import_module
 from typing import Any
 
 PUBLIC = {
-    "automatic": ("macroblocks_of",),
-    "bodies": ("Bodies", "Body", "make_bodies"),
-    "capacity": ("Capacity", "find_capacity"),
-    "case": ("Case", "read_case", "read_wall"),
-    "errors": ("CaseError", "CollapseError", "ConvergenceError", "ResultError"),
-    "joints": ("Assemblage", "JointClass", "JointSettings", "check_assemblage", "find_joints"),
+    "app.pushed": ("Pushed", "push"),
+    "assessment.capacity": ("Capacity", "find_capacity"),
+    "basis.errors": ("CaseError", "CollapseError", "ConvergenceError", "ResultError"),
     "limit_analysis": (
-        "DeadLoad", "LimitAnalysis", "LimitAnalysisSettings", "LimitState", "LiveLoad", "LoadCase", "LoadSettings",
-        "Loads", "Mechanism", "analyse", "centres_of_rotation", "loads_on", "settle",
+        "LimitAnalysis", "LimitAnalysisSettings", "LimitState", "Mechanism", "analyse", "centres_of_rotation", "settle",
     ),
-    "macroblocks": ("MacroblockSettings", "Partition", "merged", "one_body", "one_body_per_block", "partition_of"),
-    "masonry.readers": ("read_blocks",),
+    "loads": ("DeadLoad", "LiveLoad", "LoadCase", "LoadSettings", "Loads", "loads_on"),
+    "macroblocks.automatic": ("macroblocks_of",),
+    "macroblocks.bodies": ("Bodies", "Body", "make_bodies"),
+    "macroblocks.criteria": (
+        "MacroblockSettings", "Partition", "merged", "one_body", "one_body_per_block", "partition_of",
+    ),
+    "masonry.joints": ("Assemblage", "JointClass", "JointSettings", "check_assemblage", "find_joints"),
+    "masonry.sources.block_files": ("read_blocks",),
     "masonry.wall": ("Block", "Wall", "check_wall"),
-    "meshing": ("BodyMeshes", "MeshSettings", "mesh_bodies"),
-    "page.stored": ("StoredModel", "StoredRun", "read_run"),
-    "plots.pushover": ("plot_curves", "plot_deformed"),
-    "plots.walls": ("plot_blocks", "plot_macroblocks", "plot_mechanism"),
-    "pushed": ("Pushed", "push"),
-    "pushover.curve": ("pushover_increments",),
+    "present.plots.pushover_pictures": ("plot_curves", "plot_deformed"),
+    "present.plots.wall_pictures": ("plot_blocks", "plot_macroblocks", "plot_mechanism"),
+    "pushover.increments": ("ContactStatus", "Increment", "PushoverCurve"),
+    "pushover.meshing": ("BodyMeshes", "MeshSettings", "mesh_bodies"),
+    "pushover.path.curve": ("pushover_increments",),
     "pushover.settings": ("ContactSettings", "ElasticSettings", "NewtonSettings", "SteppingSettings"),
-    "results.summary": ("PushoverSummary", "Summary", "read_summary"),
-    "pushover.state": ("ContactStatus", "Increment", "PushoverCurve"),
+    "settings.case": ("Case", "read_case", "read_wall"),
+    "storage.stored_run": ("StoredModel", "StoredRun", "read_run"),
+    "storage.summary": ("PushoverSummary", "Summary", "read_summary"),
 }  # fmt: skip
 """module -> its public names"""
 RENAMED = {

@@ -9,7 +9,7 @@ def main() -> int:
     What importing makes stays for good: looking for garbage in it took a tenth of a second of `limit` on benchmark 1.
     """
     gc.disable()
-    from orchestrator import cli
+    from orchestrator.app import cli
 
     gc.freeze()
     gc.enable()

@@ -17,8 +17,8 @@ from typing import Any
 
 import ezdxf
 
-from orchestrator.cli import main as orchestrator
-from orchestrator.intake import import_wall, write_wall
+from orchestrator.app.cli import main as orchestrator
+from orchestrator.app.intake import import_wall, write_wall
 
 
 # %% [markdown]

@@ -28,31 +28,24 @@ sys.path.insert(0, str(PROJECT))
 
 from mpi4py import MPI  # noqa: E402
 
-from orchestrator import case as cases  # noqa: E402
-from orchestrator import driver  # noqa: E402
-from orchestrator.bodies import make_bodies  # noqa: E402
-from orchestrator.errors import CaseError, CollapseError, ConvergenceError  # noqa: E402
-from orchestrator.intake import import_wall  # noqa: E402
-from orchestrator.joints import Assemblage  # noqa: E402
-from orchestrator.limit_analysis import loads_on  # noqa: E402
+from orchestrator.app import driver  # noqa: E402
+from orchestrator.app.intake import import_wall  # noqa: E402
+from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError  # noqa: E402
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed  # noqa: E402
-from orchestrator.macroblocks import Partition, one_body_per_block  # noqa: E402
-from orchestrator.masonry.patterns import (  # noqa: E402
-    ArchedOpening,
-    ArchedWall,
-    IrregularCourses,
-    Rubble,
-    arched_wall,
-    rubble,
-)
+from orchestrator.loads import loads_on  # noqa: E402
+from orchestrator.macroblocks.bodies import make_bodies  # noqa: E402
+from orchestrator.macroblocks.criteria import Partition, one_body_per_block  # noqa: E402
+from orchestrator.masonry.joints import Assemblage  # noqa: E402
+from orchestrator.masonry.patterns import ArchedOpening, ArchedWall, IrregularCourses, Rubble, arched_wall, rubble  # noqa: E402
 from orchestrator.masonry.wall import Wall  # noqa: E402
-from orchestrator.meshing import mesh_bodies  # noqa: E402
-from orchestrator.pushover.linear_system import LinearSystem  # noqa: E402
+from orchestrator.pushover.meshing import mesh_bodies  # noqa: E402
 from orchestrator.pushover.model import build_model  # noqa: E402
-from orchestrator.pushover.nodal_loads import nodal_loads  # noqa: E402
-from orchestrator.pushover.stepping import Pushover, end_of_curve  # noqa: E402
-from orchestrator.results.files import write_json  # noqa: E402
-from orchestrator.results.values import blocks_record  # noqa: E402
+from orchestrator.pushover.path.stepping import Pushover, end_of_curve  # noqa: E402
+from orchestrator.pushover.solids.nodal_loads import nodal_loads  # noqa: E402
+from orchestrator.pushover.solve.linear_system import LinearSystem  # noqa: E402
+from orchestrator.settings import case as cases  # noqa: E402
+from orchestrator.storage.files import write_json  # noqa: E402
+from orchestrator.storage.values import blocks_record  # noqa: E402
 from tests.support.drawings import polylines  # noqa: E402
 
 FOLDER = Path(__file__).parent

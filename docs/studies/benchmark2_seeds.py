@@ -18,9 +18,9 @@ from stored import markdown
 from tolerances import FOLDER, MARGINS, PROJECT, kept_file, pushed
 
 from orchestrator import Assemblage, JointSettings, Partition, analyse, find_joints, one_body_per_block
-from orchestrator.automatic import chosen
+from orchestrator.macroblocks.automatic import chosen
 from orchestrator.masonry.patterns import irregular_courses
-from orchestrator.results import write_text
+from orchestrator.storage import write_text
 
 SEEDS = (1, 2, 3, 4, 5)
 HEADS = (

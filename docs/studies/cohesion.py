@@ -30,9 +30,9 @@ from orchestrator import (
     pushover_increments,
     read_case,
 )
-from orchestrator.capacity import initial_stiffness
-from orchestrator.driver import Segmented, segment
-from orchestrator.results import write_csv, write_text
+from orchestrator.app.driver import Segmented, segment
+from orchestrator.assessment.capacity import initial_stiffness
+from orchestrator.storage import write_csv, write_text
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

@@ -15,16 +15,16 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(
-    include=["orchestrator.masonry", "orchestrator.case", "orchestrator.sections", "ezdxf", "tomllib"]
+    include=["orchestrator.masonry", "orchestrator.settings.case", "orchestrator.settings.sections", "ezdxf", "tomllib"]
 ):
-    from orchestrator import case as cases
-    from orchestrator.masonry.closing import Layers
-    from orchestrator.masonry.drawing import HealingSettings, Material, wall_of
-    from orchestrator.masonry.dxf import read_dxf
-    from orchestrator.masonry.readers import read_blocks
+    from orchestrator.masonry.sources.block_files import read_blocks
+    from orchestrator.masonry.sources.closed_outlines import Layers
+    from orchestrator.masonry.sources.drawing import HealingSettings, Material, wall_of
+    from orchestrator.masonry.sources.dxf import read_dxf
+    from orchestrator.settings import case as cases
 
-from orchestrator.errors import CaseError
-from orchestrator.joints import JointSettings, check_assemblage, find_joints
+from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.joints import JointSettings, check_assemblage, find_joints
 from orchestrator.masonry.wall import Wall, check_wall
 
 DATA = Path(__file__).parents[2] / "tests" / "data"

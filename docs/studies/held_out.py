@@ -18,7 +18,7 @@ import any_wall
 import path as path_study
 import states
 
-from orchestrator.joints import JointSettings, find_joints
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import Wall
 

@@ -19,7 +19,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from orchestrator.results import write_csv, write_text
+from orchestrator.storage import write_csv, write_text
 from tests.support.killing import PROJECT, curve, difference, killed_after, run, stage_of_run
 
 FOLDER = Path(__file__).parent

@@ -23,15 +23,16 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.optimize import linprog
 
-from orchestrator.errors import CaseError, ConvergenceError
-from orchestrator.joints import Assemblage, JointSettings, find_joints
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb, yield_matrix
 from orchestrator.limit_analysis.validation import validate
-from orchestrator.limit_analysis.yield_conditions import coulomb, yield_matrix
+from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.masonry.wall import Wall, read_only
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Wall
 
 FOLDER = Path(__file__).parent
 ROOT = FOLDER.parents[1]
@@ -176,8 +177,8 @@ def main() -> None:
 def code_version() -> str:
     """Return a hash of this file and of all code that the analysis of a wall runs through."""
     package = ROOT / "orchestrator"
-    files = [package / "joints.py", Path(__file__)]
-    files += sorted([*(package / "masonry").glob("*.py"), *(package / "limit_analysis").glob("*.py")])
+    rooms = ("basis", "geometry", "masonry", "loads", "limit_analysis")
+    files = [Path(__file__), *sorted(file for room in rooms for file in (package / room).rglob("*.py"))]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
 
 

@@ -26,8 +26,8 @@ from orchestrator import (
     partition_of,
     read_blocks,
 )
-from orchestrator.limit_analysis.merged_blocks import merged_multiplier
-from orchestrator.results import write_text
+from orchestrator.macroblocks.merged_blocks import merged_multiplier
+from orchestrator.storage import write_text
 
 FINE, COARSE = 2.5e-7, 1e-6
 """tol_n, unit_power, at tol_D = 450 mm"""

@@ -29,27 +29,22 @@ import any_wall  # noqa: E402
 import robustness  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
-from orchestrator.bodies import make_bodies  # noqa: E402
-from orchestrator.errors import CollapseError, ConvergenceError  # noqa: E402
-from orchestrator.joints import JointSettings, find_joints  # noqa: E402
+from orchestrator.basis.errors import CollapseError, ConvergenceError  # noqa: E402
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed  # noqa: E402
-from orchestrator.limit_analysis.loads import loads_on  # noqa: E402
-from orchestrator.macroblocks import one_body_per_block  # noqa: E402
+from orchestrator.loads.block_loads import loads_on  # noqa: E402
+from orchestrator.macroblocks.bodies import make_bodies  # noqa: E402
+from orchestrator.macroblocks.criteria import one_body_per_block  # noqa: E402
+from orchestrator.masonry.joints import JointSettings, find_joints  # noqa: E402
 from orchestrator.masonry.patterns import Rubble, irregular_courses, rubble  # noqa: E402
-from orchestrator.masonry.readers import read_blocks  # noqa: E402
+from orchestrator.masonry.sources.block_files import read_blocks  # noqa: E402
 from orchestrator.masonry.wall import Wall  # noqa: E402
-from orchestrator.meshing import MeshSettings, mesh_bodies  # noqa: E402
-from orchestrator.pushover.linear_system import LinearSystem  # noqa: E402
+from orchestrator.pushover.increments import Increment  # noqa: E402
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies  # noqa: E402
 from orchestrator.pushover.model import build_model  # noqa: E402
-from orchestrator.pushover.settings import (  # noqa: E402
-    ContactSettings,
-    ElasticSettings,
-    NewtonSettings,
-    SteppingSettings,
-)
-from orchestrator.pushover.state import Increment  # noqa: E402
-from orchestrator.pushover.stepping import Pushover, end_of_curve  # noqa: E402
-from orchestrator.results.summary import effort_of  # noqa: E402
+from orchestrator.pushover.path.stepping import Pushover, end_of_curve  # noqa: E402
+from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings  # noqa: E402
+from orchestrator.pushover.solve.linear_system import LinearSystem  # noqa: E402
+from orchestrator.storage.summary import effort_of  # noqa: E402
 
 LIMIT = 120.0
 COURSES, DRAWN = 24, 50

@@ -23,8 +23,9 @@ sys.path[:0] = [str(FOLDER)]
 
 import path as study  # noqa: E402
 
-from orchestrator.pushover import increment_solver, motion, newton, stepping  # noqa: E402
+from orchestrator.pushover.path import increment_solver, motion, stepping  # noqa: E402
 from orchestrator.pushover.settings import NewtonSettings  # noqa: E402
+from orchestrator.pushover.solve import newton  # noqa: E402
 
 LIMIT, STONES = 90.0, 70
 

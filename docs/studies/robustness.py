@@ -18,16 +18,16 @@ from time import process_time
 
 from mpi4py import MPI
 
-from orchestrator.bodies import make_bodies
-from orchestrator.errors import CollapseError, ConvergenceError
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.macroblocks import one_body_per_block
+from orchestrator.basis.errors import CollapseError, ConvergenceError
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
+from orchestrator.pushover.path.stepping import Pushover, end_of_curve
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
-from orchestrator.pushover.stepping import Pushover, end_of_curve
+from orchestrator.pushover.solve.linear_system import LinearSystem
 
 FOLDER = Path(__file__).parent
 LIMIT = 900.0

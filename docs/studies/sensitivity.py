@@ -17,17 +17,17 @@ from time import perf_counter
 import numpy as np
 from mpi4py import MPI
 
-from orchestrator.bodies import make_bodies
-from orchestrator.capacity import initial_stiffness
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.macroblocks import one_body_per_block
+from orchestrator.assessment.capacity import initial_stiffness
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.increments import PushoverCurve
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
+from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
-from orchestrator.pushover.state import PushoverCurve
-from orchestrator.pushover.stepping import Pushover
+from orchestrator.pushover.solve.linear_system import LinearSystem
 
 HERE = Path(__file__).parent
 BLOCK_HEIGHT = 0.175

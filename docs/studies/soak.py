@@ -19,10 +19,10 @@ from time import perf_counter
 
 import numpy as np
 
-from orchestrator.errors import CaseError
+from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from orchestrator.results import write_csv, write_json, write_text
-from orchestrator.results.values import blocks_record
+from orchestrator.storage import write_csv, write_json, write_text
+from orchestrator.storage.values import blocks_record
 
 FOLDER = Path(__file__).parent
 LIMIT = 90.0

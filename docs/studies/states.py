@@ -19,9 +19,9 @@ import numpy as np
 import path
 from robustness import WALLS
 
-from orchestrator.joints import Assemblage, JointSettings, find_joints
 from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.analysis import closes_joints
+from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import irregular_courses
 
 FOLDER = Path(__file__).parent

@@ -9,9 +9,9 @@ from time import process_time
 from typing import Any
 
 from orchestrator import CollapseError, ConvergenceError, PushoverCurve, SteppingSettings
-from orchestrator.pushover.state import Increment
-from orchestrator.pushover.stepping import end_of_curve
-from orchestrator.results import write_json
+from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.path.stepping import end_of_curve
+from orchestrator.storage import write_json
 
 RESULTS = Path(__file__).parents[2] / "results"
 """where figures are kept; `make clean` removes them, and so must who changes the mechanics"""

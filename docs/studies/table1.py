@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from orchestrator import Assemblage, find_joints, read_case, read_wall
-from orchestrator.limit_analysis.merged_blocks import merged_multiplier
+from orchestrator.macroblocks.merged_blocks import merged_multiplier
 
 FOLDER = Path(__file__).parent
 PROJECT = FOLDER.parents[1]

@@ -37,11 +37,11 @@ from orchestrator import (
     pushover_increments,
     read_blocks,
 )
-from orchestrator.automatic import chosen
-from orchestrator.limit_analysis.merged_blocks import merged_multiplier
+from orchestrator.macroblocks.automatic import chosen
+from orchestrator.macroblocks.merged_blocks import merged_multiplier
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import Wall
-from orchestrator.results import write_csv, write_text
+from orchestrator.storage import write_csv, write_text
 
 FOLDER = Path(__file__).parent
 PROJECT = FOLDER.parents[1]

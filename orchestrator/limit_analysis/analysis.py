@@ -11,22 +11,28 @@ from dataclasses import dataclass, replace
 from math import inf
 from time import perf_counter
 
-from orchestrator.errors import ConvergenceError
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
+from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis.gravity import associative_optimum, refuse_what_falls
-from orchestrator.limit_analysis.linear_program import LimitSolution
-from orchestrator.limit_analysis.loading import SPREAD, Loaded, loaded
-from orchestrator.limit_analysis.loads import Loads
-from orchestrator.limit_analysis.lower_states import ClosedState, TwoPrograms
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
+from orchestrator.limit_analysis.paper.linear_program import LimitSolution
+from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.search import closed_state, closing_state, is_reached, states_around, touched
-from orchestrator.limit_analysis.sequence import LimitAnalysisSettings, run_sequence
+from orchestrator.limit_analysis.search.loading import SPREAD, Loaded, loaded
+from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
+from orchestrator.limit_analysis.search.other_states import (
+    closed_state,
+    closing_state,
+    is_reached,
+    states_around,
+    touched,
+)
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
-from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
 from orchestrator.limit_analysis.validation import LIMITS
-from orchestrator.limit_analysis.yield_conditions import coulomb
+from orchestrator.loads.block_loads import Loads
+from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
 

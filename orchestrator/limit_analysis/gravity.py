@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from orchestrator.errors import CaseError
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.linear_program import (
+from orchestrator.basis.arrays import IntArray
+from orchestrator.basis.errors import CaseError
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.linear_program import (
     InfeasibleError,
     LimitSolution,
     UnboundedError,
     solve_gravity_lp,
     solve_limit_lp,
 )
-from orchestrator.limit_analysis.loads import Loads
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.side_by_side import side_by_side
-from orchestrator.limit_analysis.yield_conditions import coulomb
-from orchestrator.masonry.wall import IntArray
+from orchestrator.loads.block_loads import Loads
+from orchestrator.masonry.joints import Assemblage
 
 GRAVITY_TOLERANCE = 1e-6
 """missing force, in mean block weights, that passes in the gravity check as rounding of the drawing (polygons rounded

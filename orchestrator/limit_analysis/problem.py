@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.equilibrium import Equilibrium
-from orchestrator.limit_analysis.linear_program import LimitSolution
-from orchestrator.limit_analysis.mechanism import dilation, mechanism_from, power_residual
-from orchestrator.limit_analysis.state import FlowRule, LimitState, LinearProgramRecord
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
+from orchestrator.limit_analysis.paper.limit_state import FlowRule, LimitState, LinearProgramRecord
+from orchestrator.limit_analysis.paper.linear_program import LimitSolution
+from orchestrator.limit_analysis.paper.mechanism import dilation, mechanism_from, power_residual
+from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.validation import validate
-from orchestrator.limit_analysis.yield_conditions import YieldConditions
-from orchestrator.masonry.wall import FloatArray, read_only
+from orchestrator.masonry.joints import Assemblage
 
 
 @dataclass(frozen=True, eq=False, slots=True)

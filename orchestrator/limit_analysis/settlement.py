@@ -13,15 +13,15 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 
-from orchestrator.errors import CaseError
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.equilibrium import Equilibrium, assemble_equilibrium, equilibrium_matrix
-from orchestrator.limit_analysis.linear_program import solve_limit_lp
-from orchestrator.limit_analysis.loads import Loads
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.limit_analysis.paper.equilibrium import Equilibrium, assemble_equilibrium, equilibrium_matrix
+from orchestrator.limit_analysis.paper.limit_state import LimitState, LinearProgramRecord
+from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem
-from orchestrator.limit_analysis.state import LimitState, LinearProgramRecord
-from orchestrator.limit_analysis.yield_conditions import coulomb
-from orchestrator.masonry.wall import read_only
+from orchestrator.loads.block_loads import Loads
+from orchestrator.masonry.joints import Assemblage
 
 
 def settlement_equilibrium(

@@ -24,12 +24,13 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.equilibrium import Equilibrium
-from orchestrator.limit_analysis.loads import Loads, loads_on
-from orchestrator.limit_analysis.state import LimitAnalysis, LimitState
-from orchestrator.masonry.geometry import block_centroids
-from orchestrator.masonry.wall import Block, FloatArray, IntArray, Wall, read_only
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
+from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
+from orchestrator.loads.block_loads import Loads, loads_on
+from orchestrator.masonry.block_properties import block_centroids
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.wall import Block, Wall
 
 PICOMETRE = 12
 """Digits of coordinates in m: far below any joint, far above the rounding of a wall that was shifted or mirrored."""

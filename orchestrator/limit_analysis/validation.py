@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.equilibrium import Equilibrium
-from orchestrator.limit_analysis.mechanism import CLOSED
-from orchestrator.limit_analysis.state import LimitState
-from orchestrator.limit_analysis.yield_conditions import YieldConditions
-from orchestrator.masonry.geometry import block_centroids
-from orchestrator.masonry.wall import FloatArray, IntArray
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
+from orchestrator.limit_analysis.paper.limit_state import LimitState
+from orchestrator.limit_analysis.paper.mechanism import CLOSED
+from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
+from orchestrator.masonry.block_properties import block_centroids
+from orchestrator.masonry.joints import Assemblage
 
 LIMITS = {
     "equilibrium": 1e-8,

@@ -8,10 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from orchestrator.errors import CaseError
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.errors import CaseError
 
 GRAVITY = 9.81
 """Standard acceleration of gravity used to turn unit weight into density, m/s2."""
@@ -24,13 +22,6 @@ DRAWN_TWICE = 0.9
 """part of the smaller of two blocks that they share where one block was drawn twice"""
 EXTREMES = (1e-9, 1e9)
 """thickness, friction and unit weight (SI) that are computed with: products of others overflow or vanish"""
-
-
-def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike = np.float64) -> np.ndarray:
-    """Return a private copy of `values` that cannot be written to (a frozen dataclass alone does not freeze arrays)."""
-    array = np.array(values, dtype=dtype)
-    array.flags.writeable = False
-    return array
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,7 +43,7 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True)
-class Mortar:
+class MortarGap:
     """The joint between blocks `i` < `j` (ids) was drawn as a gap of this thickness (m)."""
 
     i: int
@@ -69,7 +60,7 @@ class Wall:
     blocks: tuple[Block, ...]
     thickness: float
     friction: float
-    mortar: tuple[Mortar, ...] = ()
+    mortar: tuple[MortarGap, ...] = ()
 
 
 def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:

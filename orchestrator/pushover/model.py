@@ -10,19 +10,19 @@ import numpy.typing as npt
 import scipy.sparse as sparse
 from mpi4py import MPI
 
-from orchestrator.bodies import Bodies
-from orchestrator.masonry.wall import FloatArray, IntArray
-from orchestrator.meshing import BodyMeshes
-from orchestrator.pushover.cohesion import Bond, find_bond
-from orchestrator.pushover.constants import ElasticConstants, constants_of
-from orchestrator.pushover.contact_search import Contacts, find_contacts
-from orchestrator.pushover.contact_tracking import Frames, Tracking, fit_frames, track
-from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
-from orchestrator.pushover.mortar import Mortar, find_mortar
-from orchestrator.pushover.nodal_loads import NodalLoads
-from orchestrator.pushover.possible_contacts import find_possible_contacts
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.pushover.contact.cohesion import Bond, find_bond
+from orchestrator.pushover.contact.contact_search import Contacts, find_contacts
+from orchestrator.pushover.contact.contact_tracking import Frames, Tracking, fit_frames, track
+from orchestrator.pushover.contact.mortar import Mortar, find_mortar
+from orchestrator.pushover.contact.possible_contacts import find_possible_contacts
+from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
-from orchestrator.pushover.tie_bars import TieBars
+from orchestrator.pushover.solids.elastic_constants import ElasticConstants, constants_of
+from orchestrator.pushover.solids.elasticity import assemble, gravity_and_lateral_loads
+from orchestrator.pushover.solids.nodal_loads import NodalLoads
+from orchestrator.pushover.solids.tie_bars import TieBars
 
 
 @dataclass(frozen=True, eq=False)

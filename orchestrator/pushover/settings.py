@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
 
-from orchestrator.units import Unit
+from orchestrator.basis.units import Unit
 
 
 @dataclass(frozen=True, slots=True)

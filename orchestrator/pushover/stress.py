@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orchestrator.bodies import Bodies
-from orchestrator.masonry.wall import FloatArray
-from orchestrator.meshing import BodyMeshes
-from orchestrator.pushover.cohesion import shear_limit, tributary
-from orchestrator.pushover.constants import ElasticConstants
-from orchestrator.pushover.contact_law import tolerances
-from orchestrator.pushover.contact_search import Contacts
-from orchestrator.pushover.contact_tracking import fit_frames
-from orchestrator.pushover.edges import TETRAHEDRON_EDGES, edges_of, on_outline
-from orchestrator.pushover.faces import find_faces, sides_of_edges
-from orchestrator.pushover.state import Increment
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.pushover.contact.cohesion import shear_limit, tributary
+from orchestrator.pushover.contact.contact_law import tolerances
+from orchestrator.pushover.contact.contact_search import Contacts
+from orchestrator.pushover.contact.contact_tracking import fit_frames
+from orchestrator.pushover.contact.faces import find_faces, sides_of_edges
+from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.pushover.solids.edges import TETRAHEDRON_EDGES, edges_of, on_outline
+from orchestrator.pushover.solids.elastic_constants import ElasticConstants
 
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel

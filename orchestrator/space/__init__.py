@@ -1,6 +1,6 @@
 """Blocks in space and their limit analysis: polyhedra, joints between faces, second-order cones for friction.
 
-    reading, generators, floors -> SpaceWall -> contacts, ties: SpaceAssemblage -> loads -> equilibrium ->
+    block_files, sources, generators, floors -> SpaceWall -> contacts, ties: SpaceAssemblage -> loads -> equilibrium ->
     conic_program (associative), elastic_joints (headline; springs, stiffness, interior_step), descent (range) ->
     validation -> mechanism
 

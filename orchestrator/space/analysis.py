@@ -16,24 +16,19 @@ from typing import Annotated, Literal
 import numpy as np
 from annotated_types import Gt
 
-from orchestrator.errors import CaseError, ConvergenceError
-from orchestrator.limit_analysis.linear_program import InfeasibleError, UnboundedError
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.basis.units import Unit
+from orchestrator.limit_analysis.paper.linear_program import InfeasibleError, UnboundedError
 from orchestrator.space import descent
 from orchestrator.space.central_path import STAGE, follow
-from orchestrator.space.conic_program import (
-    ConicSolution,
-    gravity_forces,
-    missing_support,
-    solve_associative,
-)
+from orchestrator.space.conic_program import ConicSolution, gravity_forces, missing_support, solve_associative
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.elastic_joints import Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
 from orchestrator.space.loads import SpaceLoads
 from orchestrator.space.springs import depth_stiffness, springs_of
 from orchestrator.space.validation import LIMITS, Validation, validate
-from orchestrator.units import Unit
 
 Report = Callable[[str], None]
 BRACKET = 0.01

@@ -22,11 +22,11 @@ from time import perf_counter
 
 import numpy as np
 
-from orchestrator.errors import ConvergenceError
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.errors import ConvergenceError
 from orchestrator.space.conic_program import ConicSolution
 from orchestrator.space.equilibrium import SpaceEquilibrium
-from orchestrator.space.interior_step import Point, Products, Step
+from orchestrator.space.interior_step import InteriorPoint, InteriorStep, Products
 from orchestrator.space.springs import Springs
 from orchestrator.space.validation import LIMITS
 
@@ -67,7 +67,7 @@ class PathEnd:
 class _Curve:
     """A point near the curve and log tau; tangent there, measured relative to the unknowns (none at first)."""
 
-    at: Point
+    at: InteriorPoint
     log_tau: float
     tangent: FloatArray | None
     length: float
@@ -85,7 +85,7 @@ def follow(
     perf_counter() is `until`, or the path is lost. Raises ConvergenceError where its beginning is not found."""
     started = perf_counter()
     count = len(springs.friction)
-    step = Step(replace(springs, stiffness=np.full(count, np.inf)), np.zeros((count, 3)), 1.0)
+    step = InteriorStep(replace(springs, stiffness=np.full(count, np.inf)), np.zeros((count, 3)), 1.0)
     curve, used = _begun(step, springs, equilibrium, associative)
     turns, falling, rows = 0, True, 0
     while perf_counter() < until:
@@ -114,16 +114,16 @@ def follow(
     )
 
 
-def _physical(at: Point, equilibrium: SpaceEquilibrium) -> float:
+def _physical(at: InteriorPoint, equilibrium: SpaceEquilibrium) -> float:
     return at.multiplier * equilibrium.weight_scale / equilibrium.live_total
 
 
-def _left(step: Step, curve: _Curve) -> float:
+def _left(step: InteriorStep, curve: _Curve) -> float:
     return step.products(curve.at).total() / max(abs(curve.at.multiplier), 1e-3)
 
 
 def _begun(
-    step: Step, springs: Springs, equilibrium: SpaceEquilibrium, associative: ConicSolution
+    step: InteriorStep, springs: Springs, equilibrium: SpaceEquilibrium, associative: ConicSolution
 ) -> tuple[_Curve, int]:
     """Return a point on the curve at a large tau, and the factorisations it took."""
     multiplier = associative.load_multiplier * equilibrium.live_total / equilibrium.weight_scale
@@ -134,7 +134,7 @@ def _begun(
         normal = np.where(step.tied, np.minimum(normal, 0.5 * springs.capacity), normal)
     flat = np.zeros((len(normal), 2))
     excess = np.where(step.tied, tau / step.room(normal), 0.0)
-    at = Point(multiplier, displacements, normal, flat, tau / normal, excess, tau / (step.mu * normal), flat)
+    at = InteriorPoint(multiplier, displacements, normal, flat, tau / normal, excess, tau / (step.mu * normal), flat)
     for used in range(1, CENTRING + 1):
         way = step.linearised(at)(step.wanted(at, tau))
         at = at.moved(min(1.0, TO_BOUNDARY * step.length(at, way)), way)
@@ -143,7 +143,7 @@ def _begun(
     raise ConvergenceError(STAGE, f"no point of the path after {CENTRING} steps")
 
 
-def _centred(step: Step, curve: _Curve) -> Point:
+def _centred(step: InteriorStep, curve: _Curve) -> InteriorPoint:
     """Return the point of the curve itself: where a face of forces goes with one mechanism, its middle."""
     at = curve.at
     for _ in range(LAST_STEPS):
@@ -155,7 +155,7 @@ def _centred(step: Step, curve: _Curve) -> Point:
     return at
 
 
-def _followed(step: Step, curve: _Curve) -> _Curve:
+def _followed(step: InteriorStep, curve: _Curve) -> _Curve:
     """Return a point further along the curve. Raises ConvergenceError where no step, however short, stays near it."""
     at, tau = curve.at, float(np.exp(curve.log_tau))
     try:
@@ -183,8 +183,13 @@ def _followed(step: Step, curve: _Curve) -> _Curve:
 
 
 def _tried(
-    step: Step, at: Point, way: Point, tau: float, way_to: Callable[[Products], Point], feasible: Point
-) -> Point | None:
+    step: InteriorStep,
+    at: InteriorPoint,
+    way: InteriorPoint,
+    tau: float,
+    way_to: Callable[[Products], InteriorPoint],
+    feasible: InteriorPoint,
+) -> InteriorPoint | None:
     """Return the end of a way, corrected to the second order and the third, if it is near the curve."""
     for _ in range(CORRECTORS + 1):
         if step.length(at, way) < 1.0:
@@ -196,7 +201,7 @@ def _tried(
     return None
 
 
-def _near(step: Step, at: Point, tau: float) -> bool:
+def _near(step: InteriorStep, at: InteriorPoint, tau: float) -> bool:
     """Whether all products are within NEAR of tau."""
     found, rubs = step.products(at), step.rubs
     size = np.linalg.norm(found.turn, axis=1)
@@ -204,12 +209,12 @@ def _near(step: Step, at: Point, tau: float) -> bool:
     return bool(every.min() > tau / NEAR and every.max() < NEAR * tau)
 
 
-def _measured(step: Step, at: Point, way: Point) -> FloatArray:
+def _measured(step: InteriorStep, at: InteriorPoint, way: InteriorPoint) -> FloatArray:
     """Return a way relative to the unknowns."""
     rubs, limit = step.rubs, (step.mu * at.normal)[:, None]
     shear, slip = (way.shear / limit)[rubs].ravel(), (way.slip / at.slack[:, None])[rubs].ravel()
     return np.concatenate([way.normal / at.normal, way.gap / at.gap, (way.slack / at.slack)[rubs], shear, slip])
 
 
-def _times(part: float, way: Point) -> Point:
-    return Point(*(part * getattr(way, name) for name in Point.__slots__))
+def _times(part: float, way: InteriorPoint) -> InteriorPoint:
+    return InteriorPoint(*(part * getattr(way, name) for name in InteriorPoint.__slots__))

@@ -19,9 +19,9 @@ import clarabel
 import numpy as np
 import scipy.sparse as sp
 
-from orchestrator.errors import ConvergenceError
-from orchestrator.limit_analysis.linear_program import InfeasibleError, UnboundedError
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.errors import ConvergenceError
+from orchestrator.limit_analysis.paper.linear_program import InfeasibleError, UnboundedError
 from orchestrator.space.equilibrium import SpaceEquilibrium
 
 TOLERANCE = 1e-9

@@ -17,9 +17,9 @@ import numpy as np
 import shapely
 from annotated_types import Gt, Le
 
-from orchestrator.errors import CaseError
-from orchestrator.masonry.wall import FloatArray, IntArray, read_only
-from orchestrator.space.polyhedra import area_vector, face_normals, tangents_of
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.polyhedra import area_vector, face_normals, tangents_of
 from orchestrator.space.wall import SpaceWall, pairs_of_boxes
 
 FACING = -0.998
@@ -35,7 +35,7 @@ NOTHING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class ContactSettings:
+class FaceContactSettings:
     """How near faces must be to touch, and what is too small to be a joint; both relative to the stones."""
 
     gap: Annotated[float, Gt(0), Le(0.1)] = 1e-3
@@ -117,10 +117,10 @@ class _Region:
     origin: FloatArray
 
 
-def find_joints(wall: SpaceWall, settings: ContactSettings | None = None) -> SpaceAssemblage:
+def find_joints(wall: SpaceWall, settings: FaceContactSettings | None = None) -> SpaceAssemblage:
     """Return the assemblage of a wall: joints sorted by block i, block j; two supports have none. Raises CaseError for
     a block that no chain of joints connects to a support."""
-    settings = settings or ContactSettings()
+    settings = settings or FaceContactSettings()
     faces = [_faces(wall, number) for number in range(len(wall.blocks))]
     length = np.cbrt(wall.weights / np.array([block.unit_weight for block in wall.blocks]))
     low = np.array([block.shape.vertices.min(axis=0) for block in wall.blocks]) - settings.gap * length[:, None]

@@ -18,8 +18,8 @@ from time import perf_counter
 
 import numpy as np
 
-from orchestrator.errors import ConvergenceError
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.errors import ConvergenceError
 from orchestrator.space.conic_program import TOLERANCE, ConicSolution, solve_associative, solve_given_normals
 from orchestrator.space.equilibrium import SpaceEquilibrium
 from orchestrator.space.validation import LIMITS

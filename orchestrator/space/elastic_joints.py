@@ -24,11 +24,11 @@ from time import perf_counter
 
 import numpy as np
 
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import SpaceEquilibrium
 from orchestrator.space.interior_step import interior_step
-from orchestrator.space.springs import Pushed, Springs, displaced, flow_error, springs_of
+from orchestrator.space.springs import SpringForces, Springs, displaced, flow_error, springs_of
 from orchestrator.space.validation import LIMITS
 
 FIRST_STEP = 1.0
@@ -134,14 +134,14 @@ def push(
 class _Taken:
     """A step: where it led, its flow error, whether it may be kept, how much longer the next one is, what it cost."""
 
-    pushed: Pushed
+    pushed: SpringForces
     flow: float
     good: bool
     growth: float
     factorisations: int
 
 
-def _step(springs: Springs, begin: Pushed, h: float, flow: float) -> _Taken:
+def _step(springs: Springs, begin: SpringForces, h: float, flow: float) -> _Taken:
     """Take a step of length h by Newton's method; flow: the flow error of the last one."""
     tolerance = TIGHT_BALANCE if flow < 1e3 * FLOW else BALANCE
     pushed, steps = _newton(springs, begin.forces, begin.multiplier, begin.displacements, NEWTON_STEPS, tolerance, h)
@@ -150,7 +150,7 @@ def _step(springs: Springs, begin: Pushed, h: float, flow: float) -> _Taken:
     return _Taken(pushed, reached, pushed.error < 10.0 * BALANCE and reached < RUNAWAY, growth, steps)
 
 
-def _leap(springs: Springs, begin: Pushed, h: float, flow: float) -> _Taken:
+def _leap(springs: Springs, begin: SpringForces, h: float, flow: float) -> _Taken:
     """Take a step of length h by the interior-point method; it may leave less than what is missing already."""
     goal = ENOUGH * min(flow, 1.0)
     pushed, left, steps = interior_step(springs, begin.forces, begin.multiplier, begin.displacements, h, goal)
@@ -167,7 +167,7 @@ def _newton(
     most: int,
     tolerance: float,
     h: float | None = None,
-) -> tuple[Pushed, int]:
+) -> tuple[SpringForces, int]:
     """Return the step to live displacement h from forces `before` (p, 3), and the Newton steps taken, `most` at most.
 
     multiplier and displacements are where to begin (None: at rest). Without h there is no live load.
@@ -193,9 +193,11 @@ def _newton(
     return pushed, most
 
 
-def _best(springs: Springs, before: FloatArray, pushed: Pushed, change: FloatArray, more: float, most: int) -> Pushed:
+def _best(
+    springs: Springs, before: FloatArray, pushed: SpringForces, change: FloatArray, more: float, most: int
+) -> SpringForces:
     """Return the first of the halved Newton steps that leaves clearly less out of balance, else the best of them."""
-    out_of_balance, tried = np.linalg.norm(pushed.unbalanced), list[Pushed]()
+    out_of_balance, tried = np.linalg.norm(pushed.unbalanced), list[SpringForces]()
     for part in 0.5 ** np.arange(most):
         tried.append(displaced(springs, before, pushed.multiplier + part * more, pushed.displacements + part * change))
         if np.linalg.norm(tried[-1].unbalanced) < (1.0 - 0.1 * part) * out_of_balance:

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.optimize import linprog
 
-from orchestrator.masonry.wall import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.space.contacts import Interfaces, SpaceAssemblage
 from orchestrator.space.loads import SpaceLoads
 

@@ -16,12 +16,12 @@ import numpy as np
 import shapely
 from annotated_types import Gt, MinLen
 
-from orchestrator.errors import CaseError
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.units import Unit
+from orchestrator.geometry.polyhedra import Polyhedron, prism, volume_of
 from orchestrator.space.loads import plan_axes
-from orchestrator.space.polyhedra import Polyhedron, prism, volume_of
 from orchestrator.space.wall import SpaceBlock, SpaceWall
-from orchestrator.units import Unit
 
 SLIVER = 1e-6
 """Part of a stone's volume below which what is cut off, or left, is rounding."""

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.masonry.wall import FloatArray
-from orchestrator.space.springs import Pushed, Springs, positive
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.space.springs import SpringForces, Springs, positive
 
 ITERATIONS, CORRECTORS = 70, 2
 TO_BOUNDARY = 0.95
@@ -39,7 +39,7 @@ RUBBING = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Point:
+class InteriorPoint:
     """An iterate, all of it positive or inside its cone: N (p,) and shear T (p, 2) in mean block weights; gap, slack
     (p,), slip (p, 2); excess (p,), the lengthening of ties at their strength; lambda; displacements u (6m,)."""
 
@@ -52,9 +52,9 @@ class Point:
     slack: FloatArray
     slip: FloatArray
 
-    def moved(self, part: float, way: Point) -> Point:
+    def moved(self, part: float, way: InteriorPoint) -> InteriorPoint:
         """Return the iterate a part of a way further."""
-        return Point(*(getattr(self, name) + part * getattr(way, name) for name in Point.__slots__))
+        return InteriorPoint(*(getattr(self, name) + part * getattr(way, name) for name in InteriorPoint.__slots__))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,7 +71,7 @@ class Products:
         return float(self.normal.sum() + self.tie.sum() + self.cone.sum())
 
 
-class Step:
+class InteriorStep:
     """The equations of one step."""
 
     def __init__(self, springs: Springs, before: FloatArray, h: float) -> None:
@@ -81,7 +81,7 @@ class Step:
         self.count = len(before) + int(self.rubs.sum()) + int(self.tied.sum())
         self.mu = np.where(self.rubs, springs.friction, 1.0)
 
-    def start(self, multiplier: float, displacements: FloatArray, tau: float) -> Point:
+    def start(self, multiplier: float, displacements: FloatArray, tau: float) -> InteriorPoint:
         """Return a point near the path of tau: normal forces on it, shear inside its limit."""
         springs, k = self.springs, self.springs.stiffness
         trial = self.before - k[:, None] * springs.contacts.rates(displacements)
@@ -92,7 +92,7 @@ class Step:
         shear = np.where(self.rubs[:, None], trial[:, 1:] * np.minimum(1.0, INSIDE * limit / size)[:, None], 0.0)
         inside = limit**2 - np.einsum("pi,pi->p", shear, shear)
         excess = np.where(self.tied, tau / self.room(normal), 0.0)
-        return Point(
+        return InteriorPoint(
             multiplier, displacements, normal, shear, tau / normal, excess, tau * limit / inside,
             -(tau / inside)[:, None] * shear,
         )  # fmt: skip
@@ -101,7 +101,7 @@ class Step:
         """Return how far ties (p,) are from their strength, mean block weights; 1 for other points."""
         return np.where(self.tied, np.where(self.tied, self.springs.capacity, 1.0) - normal, 1.0)
 
-    def products(self, at: Point) -> Products:
+    def products(self, at: InteriorPoint) -> Products:
         """Return what tends to tau."""
         limit = self.mu * at.normal
         cone = limit * at.slack + np.einsum("pi,pi->p", at.shear, at.slip)
@@ -111,7 +111,7 @@ class Step:
             at.normal * at.gap, tie, np.where(self.rubs, cone, 0.0), np.where(self.rubs[:, None], turn, 0.0)
         )
 
-    def wanted(self, at: Point, tau: float, found: float = 1.0) -> Products:
+    def wanted(self, at: InteriorPoint, tau: float, found: float = 1.0) -> Products:
         """Return the changes that bring all products to tau (found 0: what tau itself wants)."""
         products = self.products(at)
         return Products(
@@ -121,16 +121,16 @@ class Step:
             -found * products.turn,
         )
 
-    def forces(self, at: Point) -> FloatArray:
+    def forces(self, at: InteriorPoint) -> FloatArray:
         """Return forces (p, 3)."""
         return np.column_stack([at.normal, at.shear])
 
-    def unbalanced(self, at: Point) -> FloatArray:
+    def unbalanced(self, at: InteriorPoint) -> FloatArray:
         """Return what forces (6m,) are out of balance."""
         springs = self.springs
         return springs.contacts.sums(self.forces(at)) + at.multiplier * springs.live + springs.dead
 
-    def linearised(self, at: Point) -> Callable[[Products], Point]:
+    def linearised(self, at: InteriorPoint) -> Callable[[Products], InteriorPoint]:
         """Return the way to go for changes of the products that are wanted. Raises RuntimeError where it is
         singular.
 
@@ -161,7 +161,7 @@ class Step:
         along = solve(springs.live)
         unbalanced, missing = self.unbalanced(at), self.h - float(springs.live @ at.displacements)
 
-        def way(wanted: Products) -> Point:
+        def way(wanted: Products) -> InteriorPoint:
             normal = b * (wanted.normal / at.normal - wanted.tie / room - off_normal)
             cone = wanted.cone - np.einsum("pi,pi->p", at.shear, off_shear)
             turn = wanted.turn - limit[:, None] * off_shear
@@ -180,11 +180,11 @@ class Step:
             d_gap = dv[:, 0] + d_normal * compliance + off_normal + d_excess
             d_slip = dv[:, 1:] + d_shear * compliance[:, None] + off_shear
             d_slack[~self.rubs], d_slip[~self.rubs] = 0.0, 0.0
-            return Point(more, change, d_normal, d_shear, d_gap, d_excess, d_slack, d_slip)
+            return InteriorPoint(more, change, d_normal, d_shear, d_gap, d_excess, d_slack, d_slip)
 
         return way
 
-    def length(self, at: Point, way: Point) -> float:
+    def length(self, at: InteriorPoint, way: InteriorPoint) -> float:
         """Return the part of a way to the nearest boundary, 1 at most."""
         parts = [_to_zero(at.normal, way.normal), _to_zero(at.gap, way.gap)]
         if self.tied.any():
@@ -195,7 +195,7 @@ class Step:
         parts.append(_to_cone(at.slack[r], at.slip[r], way.slack[r], way.slip[r]))
         return min(1.0, *parts)
 
-    def second_order(self, way: Point) -> Products:
+    def second_order(self, way: InteriorPoint) -> Products:
         """Return the products of a way with itself."""
         limit = self.mu * way.normal
         cone = limit * way.slack + np.einsum("pi,pi->p", way.shear, way.slip)
@@ -208,13 +208,13 @@ class Step:
 
 def interior_step(
     springs: Springs, before: FloatArray, multiplier: float, displacements: FloatArray, h: float, goal: float
-) -> tuple[Pushed, float, int]:
+) -> tuple[SpringForces, float, int]:
     """Return the step to live displacement h from forces `before` (p, 3), what is left of the products over the live
     load's power, and the factorisations taken. Goal: how little of them is enough.
 
     multiplier and displacements are where to begin. Where the way is lost what is left is infinite.
     """
-    step = Step(springs, before, h)
+    step = InteriorStep(springs, before, h)
     at, stalls, taken = step.start(multiplier, displacements, h), 0, 0
     while taken < ITERATIONS and stalls < STALLS:
         taken += 1
@@ -225,16 +225,16 @@ def interior_step(
         stalls = stalls + 1 if part < STALLED else 0
         if _left(step, at) <= goal and np.abs(step.unbalanced(at)).max() < BALANCED:
             break
-    pushed = Pushed(at.multiplier, at.displacements, step.forces(at), np.empty((0, 3, 3)), step.unbalanced(at))
+    pushed = SpringForces(at.multiplier, at.displacements, step.forces(at), np.empty((0, 3, 3)), step.unbalanced(at))
     return pushed, _left(step, at), taken
 
 
-def _left(step: Step, at: Point) -> float:
+def _left(step: InteriorStep, at: InteriorPoint) -> float:
     left = step.products(at).total() / (step.h * max(abs(at.multiplier), 1e-3))
     return left if np.isfinite(left) else np.inf
 
 
-def _advanced(step: Step, at: Point) -> tuple[Point, float]:
+def _advanced(step: InteriorStep, at: InteriorPoint) -> tuple[InteriorPoint, float]:
     """Return the next iterate and the part of the way that could be gone."""
     way_to, products = step.linearised(at), step.products(at)
     mean = products.total() / step.count
@@ -265,7 +265,7 @@ def _less(one: Products, other: Products, part: float) -> Products:
     return Products(*(getattr(one, name) - part * getattr(other, name) for name in Products.__slots__))
 
 
-def _corrected(step: Step, there: Point, wanted: Products, tau: float) -> Products:
+def _corrected(step: InteriorStep, there: InteriorPoint, wanted: Products, tau: float) -> Products:
     """Return what is wanted, and besides that products that would be far from tau at a point come nearer to it."""
     found = step.products(there)
     size = np.linalg.norm(found.turn, axis=1)

@@ -15,12 +15,12 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from orchestrator.errors import CaseError
-from orchestrator.limit_analysis.loads import Distribution, LiveLoad
-from orchestrator.masonry.wall import FloatArray, read_only
-from orchestrator.space.polyhedra import face_normals
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.units import Unit
+from orchestrator.geometry.polyhedra import face_normals
+from orchestrator.loads.block_loads import Distribution, LiveLoad
 from orchestrator.space.wall import SpaceWall
-from orchestrator.units import Unit
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 Vector = tuple[float, float, float]

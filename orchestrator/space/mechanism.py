@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from orchestrator.masonry.wall import FloatArray, IntArray
+from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.loads import SpaceLoads
 
@@ -19,7 +19,7 @@ AT_REST = 1e-3
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Mechanism:
+class SpaceMechanism:
     """motion (k,) of every joint; body (n,) of every block (blocks of one number move as one, 0: at rest); speed (n,)
     largest velocity of a block's corner over the wall's largest; participation: e* of the kinematic verification."""
 
@@ -38,7 +38,7 @@ class Mechanism:
         return self.motion.count(kind)
 
 
-def mechanism_of(assemblage: SpaceAssemblage, loads: SpaceLoads, velocities: FloatArray) -> Mechanism:
+def mechanism_of(assemblage: SpaceAssemblage, loads: SpaceLoads, velocities: FloatArray) -> SpaceMechanism:
     """Classify a mechanism with velocities (n, 6) of all blocks.
 
     A joint hinges where it opens at some contact points only, opens where it opens at all of them, twists where it
@@ -65,7 +65,7 @@ def mechanism_of(assemblage: SpaceAssemblage, loads: SpaceLoads, velocities: Flo
         "rests",
     )
     motion[joints.is_tie] = "rests"
-    return Mechanism(
+    return SpaceMechanism(
         motion=tuple(motion.tolist()),
         body=_bodies(assemblage, motion, speeds > limit),
         speed=speeds / largest,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import SpaceEquilibrium
 from orchestrator.space.stiffness import ContactStiffness
@@ -40,7 +40,7 @@ class Springs:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Pushed:
+class SpringForces:
     """lambda and displacements u (6m,), scaled; forces q (p, 3); tangent (p, 3, 3) of forces to trials; what forces
     (6m,) are out of balance."""
 
@@ -80,12 +80,12 @@ def springs_of(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiff
     )
 
 
-def displaced(springs: Springs, before: FloatArray, multiplier: float, displacements: FloatArray) -> Pushed:
+def displaced(springs: Springs, before: FloatArray, multiplier: float, displacements: FloatArray) -> SpringForces:
     """Return the forces after displacements (6m,) from forces `before` (p, 3)."""
     trial = before - springs.stiffness[:, None] * springs.contacts.rates(displacements)
     forces, tangent = returned(trial, springs.friction, springs.smoothing, springs.capacity)
     unbalanced = springs.contacts.sums(forces) + multiplier * springs.live + springs.dead
-    return Pushed(multiplier, displacements, forces, tangent, unbalanced)
+    return SpringForces(multiplier, displacements, forces, tangent, unbalanced)
 
 
 def returned(
@@ -123,7 +123,7 @@ def positive(trial: FloatArray, smoothing: FloatArray) -> tuple[FloatArray, Floa
     return np.where(trial > 0, larger, smoothing**2 / larger), 0.5 * (1.0 + trial / root)
 
 
-def flow_error(springs: Springs, pushed: Pushed, velocities: FloatArray) -> float:
+def flow_error(springs: Springs, pushed: SpringForces, velocities: FloatArray) -> float:
     """What is done by points that open while loaded, or slide before they must or not along their shear, over the live
     load's power."""
     rates, forces = springs.contacts.rates(velocities), pushed.forces

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from orchestrator.masonry.wall import FloatArray
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import SpaceEquilibrium, arms
 

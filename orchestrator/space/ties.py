@@ -14,11 +14,11 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Gt, MinLen
 
-from orchestrator.errors import CaseError
-from orchestrator.masonry.wall import FloatArray, read_only
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.units import Unit
+from orchestrator.geometry.polyhedra import tangents_of
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.polyhedra import tangents_of
-from orchestrator.units import Unit
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.masonry.wall import FloatArray, IntArray
+from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import Torsion, torsion_factors
 from orchestrator.space.loads import SpaceLoads

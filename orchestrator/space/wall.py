@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from orchestrator.errors import CaseError
-from orchestrator.masonry.wall import FARTHEST, FloatArray, read_only
-from orchestrator.space.overlap import common_volume
-from orchestrator.space.polyhedra import Polyhedron, centroid_of, face_normals, flaw_of, volume_of
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.polyhedra import Polyhedron, centroid_of, face_normals, flaw_of, volume_of
+from orchestrator.geometry.shared_volume import common_volume
+from orchestrator.masonry.wall import FARTHEST
 
 OVERLAP = 1e-4
 """Part of the smaller block's volume that two blocks may share: the rounding of a drawing."""

@@ -15,7 +15,7 @@ import pytest
 from matplotlib.figure import Figure
 from scipy.integrate import trapezoid
 
-from orchestrator.capacity import initial_stiffness
+from orchestrator.assessment.capacity import initial_stiffness
 
 OVERLAYS = Path(__file__).parents[2] / "build" / "regression"
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator import case, driver
+from orchestrator.app import driver
+from orchestrator.settings import case
 from tests.regression.stored_curves import compare
 
 PROJECT = Path(__file__).parents[2]

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator import case, driver
+from orchestrator.app import driver
+from orchestrator.settings import case
 from tests.regression.stored_curves import compare
 
 TEMPLATE = Path(__file__).parents[2] / "templates" / "benchmark2.toml"

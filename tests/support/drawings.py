@@ -9,8 +9,8 @@ import ezdxf
 import numpy as np
 import shapely
 
+from orchestrator.geometry.planar_map import planar_map
 from orchestrator.masonry.patterns import ArchedOpening
-from orchestrator.masonry.planar_map import planar_map
 
 INCHES, MILLIMETRES, CENTIMETRES, METRES = 1, 4, 5, 6
 FACTOR = {INCHES: 1 / 0.0254, MILLIMETRES: 1e3, CENTIMETRES: 1e2, METRES: 1.0}

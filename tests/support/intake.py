@@ -9,10 +9,10 @@ import numpy as np
 import shapely
 from PIL import Image, ImageDraw
 
-from orchestrator.case import LoadSettings
-from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
-from orchestrator.masonry.readers import read_blocks
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.settings.case import LoadSettings
 
 WALL_1 = read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall1.json")
 

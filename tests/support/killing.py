@@ -21,7 +21,7 @@ def hook(event, arguments):
     if event == "os.rename" and str(arguments[1]).endswith(last):
         os.kill(os.getpid(), signal.SIGKILL)
 sys.addaudithook(hook)
-from orchestrator.cli import main
+from orchestrator.app.cli import main
 sys.exit(main(sys.argv[2:]))
 """
 """Ends itself when it is about to give a file its final name."""

@@ -1,7 +1,7 @@
 """Walls for the verification of micro limit analysis, and an audit of its states that shares no code with it.
 
-The audit knows only the written conventions (orchestrator/joints.py, limit_analysis/state.py): it takes areas and
-centroids from shapely, adds up forces joint by joint in Python, and moments about the origin instead of centroids.
+The audit knows only the written conventions (masonry/joints.py, limit_analysis/paper/limit_state.py): it takes areas
+and centroids from shapely, adds up forces joint by joint in Python, and moments about the origin instead of centroids.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ import numpy as np
 from shapely.geometry import Polygon
 from shapely.geometry.polygon import orient
 
-from orchestrator.joints import Assemblage, JointSettings, find_joints
+from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse
-from orchestrator.masonry.wall import Block, Wall, read_only
+from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
+from orchestrator.masonry.wall import Block, Wall
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = (ROOT / "tests" / "data", ROOT / "meshes")

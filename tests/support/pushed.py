@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from orchestrator.results.summary import PushoverSummary
+from orchestrator.storage.summary import PushoverSummary
 
 PUSHED = PushoverSummary(
     model="micro", bodies=4, nodes=90, tetrahedra=200, contacts=30, displacements="large", ranks=1, steps=20,

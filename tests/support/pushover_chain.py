@@ -6,24 +6,24 @@ from dataclasses import dataclass, replace
 
 from mpi4py import MPI
 
-from orchestrator.bodies import Bodies, make_bodies
-from orchestrator.joints import Assemblage, JointClass, JointSettings, find_joints
-from orchestrator.limit_analysis import LoadSettings
-from orchestrator.limit_analysis.ties import Tie
-from orchestrator.macroblocks import Partition, one_body_per_block
+from orchestrator.loads import LoadSettings
+from orchestrator.macroblocks.bodies import Bodies, make_bodies
+from orchestrator.macroblocks.criteria import Partition, one_body_per_block
+from orchestrator.masonry.joints import Assemblage, JointClass, JointSettings, find_joints
+from orchestrator.masonry.ties import Tie
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.iterate import Problem, evaluate
-from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.increments import Increment, PushoverCurve
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import ContactModel, build_model
-from orchestrator.pushover.newton import solve_increment
-from orchestrator.pushover.nodal_loads import nodal_loads
-from orchestrator.pushover.record import increment_of
+from orchestrator.pushover.path.increment_record import increment_of
+from orchestrator.pushover.path.stepping import Pushover, at_rest
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
-from orchestrator.pushover.state import Increment, PushoverCurve
-from orchestrator.pushover.stepping import Pushover, at_rest
-from orchestrator.pushover.tie_bars import find_ties
-from orchestrator.results import Effort, effort_of
+from orchestrator.pushover.solids.nodal_loads import nodal_loads
+from orchestrator.pushover.solids.tie_bars import find_ties
+from orchestrator.pushover.solve.iterate import Target, evaluate
+from orchestrator.pushover.solve.linear_system import LinearSystem
+from orchestrator.pushover.solve.newton import solve_increment
+from orchestrator.storage import Effort, effort_of
 from tests.support.walls import rectangle
 
 
@@ -112,7 +112,7 @@ def moved_to(model: ContactModel, displacements: list[float], state: Increment |
             gap, mortar = state.gap, model.mortar and model.mortar.at(model.rows, state.closing, state.normal_force)
             gap = mortar.opened(gap, state.normal_force) if mortar else gap
             bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, gap)
-            problem = Problem(1.0, start, state.elastic_slip, start, 1.0, displacement, bond=bond, mortar=mortar)
+            problem = Target(1.0, start, state.elastic_slip, start, 1.0, displacement, bond=bond, mortar=mortar)
             if state.number == 0:
                 problem = replace(problem, reference_force=model.weight / len(model.contacts))
             first = evaluate(model, problem, start, state.normal_force, state.load_multiplier)

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from orchestrator.masonry.wall import read_only
+from orchestrator.basis.arrays import read_only
+from orchestrator.geometry.polyhedra import Polyhedron, box, prism, rotation
 from orchestrator.space.conic_program import ConicSolution, solve_associative
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
 from orchestrator.space.equilibrium import SpaceEquilibrium, equilibrium_of
 from orchestrator.space.loads import SpaceLoads, SpaceLoadSettings, loads_on
-from orchestrator.space.polyhedra import Polyhedron, box, prism, rotation
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
 GROUND = box((-5.0, -5.0, -1.0), (5.0, 5.0, 0.0))

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from orchestrator.joints import Assemblage, JointSettings, find_joints
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.masonry.wall import Block, Wall, read_only
+from orchestrator.basis.arrays import read_only
+from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Block, Wall
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator import automatic, driver
-from orchestrator import case as cases
-from orchestrator.automatic import (
+from orchestrator.app import driver
+from orchestrator.limit_analysis import analyse
+from orchestrator.macroblocks import automatic
+from orchestrator.macroblocks.automatic import (
     Motion,
     chosen,
     hierarchy,
@@ -16,11 +17,11 @@ from orchestrator.automatic import (
     macroblocks_of,
     motion_of_blocks,
 )
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import analyse
-from orchestrator.limit_analysis.merged_blocks import merged_multiplier
-from orchestrator.macroblocks import MacroblockSettings, one_body_per_block, partition_of
+from orchestrator.macroblocks.criteria import MacroblockSettings, one_body_per_block, partition_of
+from orchestrator.macroblocks.merged_blocks import merged_multiplier
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
+from orchestrator.settings import case as cases
 from tests.support.walls import DATA, of_file
 
 

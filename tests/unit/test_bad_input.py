@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator.cli import main
+from orchestrator.app.cli import main
 from tests.support.two_blocks import WALL, changed
 
 PROJECT = Path(__file__).parents[2]

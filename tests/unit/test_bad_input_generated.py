@@ -17,9 +17,9 @@ import tomli_w
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from orchestrator import case as cases
-from orchestrator.cli import main
-from orchestrator.masonry import dxf, readers, rows
+from orchestrator.app.cli import main
+from orchestrator.masonry.sources import block_files, dxf, rows
+from orchestrator.settings import case as cases
 from tests.support.intake import ROWS
 from tests.support.two_blocks import WALL
 
@@ -235,7 +235,7 @@ def test_the_undamaged_files_are_accepted(tmp_path, capsys, dxf_bytes):
 @pytest.mark.parametrize(
     ("name", "module", "options"),
     [
-        ("wall.json", readers, []),
+        ("wall.json", block_files, []),
         ("wall.txt", rows, []),
         ("wall.dxf", dxf, ["--thickness", "0.3"]),
     ],

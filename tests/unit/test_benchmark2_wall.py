@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import shapely
 
-from orchestrator import case as cases
-from orchestrator import driver
-from orchestrator.limit_analysis.equilibrium import block_weights
+from orchestrator.app import driver
+from orchestrator.limit_analysis.paper.equilibrium import block_weights
+from orchestrator.settings import case as cases
 
 TEMPLATE = Path(__file__).parents[2] / "templates" / "benchmark2.toml"
 

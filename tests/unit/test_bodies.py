@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import shapely
 
-from orchestrator.bodies import Part, make_bodies
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.macroblocks import Partition, one_body, one_body_per_block
+from orchestrator.macroblocks.bodies import Part, make_bodies
+from orchestrator.macroblocks.criteria import Partition, one_body, one_body_per_block
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.masonry.readers import read_blocks
+from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Block, Wall
 from tests.support.walls import between
 

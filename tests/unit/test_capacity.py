@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.capacity import find_capacity, idealise, initial_stiffness, peak_reached
-from orchestrator.errors import ResultError
-from orchestrator.pushover.state import PushoverCurve
+from orchestrator.assessment.capacity import find_capacity, idealise, initial_stiffness, peak_reached
+from orchestrator.basis.errors import ResultError
+from orchestrator.pushover.increments import PushoverCurve
 
 WEIGHT = 1000.0
 

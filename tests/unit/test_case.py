@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orchestrator import case as cases
-from orchestrator import driver
-from orchestrator.errors import CaseError
-from orchestrator.joints import JointClass
-from orchestrator.limit_analysis import DeadLoad
+from orchestrator.app import driver
+from orchestrator.basis.errors import CaseError
+from orchestrator.loads import DeadLoad
+from orchestrator.masonry.joints import JointClass
+from orchestrator.settings import case as cases
 
 PROJECT = Path(__file__).parents[2]
 BENCHMARK = PROJECT / "templates" / "benchmark1.toml"

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 
-from orchestrator import case as cases
-from orchestrator import checking, cli, load_cases, plots
-from orchestrator.inventory import class_of_joint, control_words, joint_classes, load_sums, materials
-from orchestrator.joints import find_joints
-from orchestrator.meshing import MeshSettings
-from orchestrator.unusual import unusual
+from orchestrator.app import case_check, cli, load_case_runs
+from orchestrator.masonry.joints import find_joints
+from orchestrator.present import plots
+from orchestrator.pushover.meshing import MeshSettings
+from orchestrator.settings import case as cases
+from orchestrator.settings.inventory import class_of_joint, control_words, joint_classes, load_sums, materials
+from orchestrator.settings.unusual import unusual
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 THICKNESS = 0.4
@@ -71,11 +72,11 @@ def checked(case_file, capsys, *settings):
 
 def read(given, *settings):
     case = cases.read(given, settings)
-    return case, load_cases.check(case)
+    return case, load_case_runs.check(case)
 
 
 def pointed_out(case, assemblage):
-    loads = [load_sums(assemblage.wall, one.load) for one in load_cases.each(case).values()]
+    loads = [load_sums(assemblage.wall, one.load) for one in load_case_runs.each(case).values()]
     return unusual(case, assemblage.wall, loads, materials(case, assemblage.wall), joint_classes(assemblage))
 
 
@@ -234,7 +235,7 @@ def test_materials_whose_joints_have_the_same_values_paint_no_joint(given, monke
     monkeypatch.setattr(plots, "save", lambda *_: [tmp_path])
     for settings in ([], ["joints.classes=[]", "wall.classes=[]"]):
         case, assemblage = read(given, *settings)
-        checking._draw(case, assemblage, "", tmp_path)
+        case_check._draw(case, assemblage, "", tmp_path)
     assert len({*drawn[0]}) > 1
     assert drawn[1] == []
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator import cli, driver
-from orchestrator.errors import ConvergenceError, ResultError
-from orchestrator.results.summary import LimitSummary, Summary, WallSummary
+from orchestrator.app import cli, driver
+from orchestrator.basis.errors import ConvergenceError, ResultError
+from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
 
 TOWER = str(Path(__file__).parents[1] / "data" / "tower_5_blocks.json")
 

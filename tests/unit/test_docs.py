@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator import case as cases
-from orchestrator.cli import _parser, main
+from orchestrator.app.cli import _parser, main
+from orchestrator.settings import case as cases
 from tests.support.intake import WALL_1, as_polylines, painted, written
 
 PROJECT = Path(__file__).parents[2]

@@ -6,11 +6,11 @@ import ezdxf
 import numpy as np
 import pytest
 
-from orchestrator.errors import CaseError
-from orchestrator.intake import import_wall
-from orchestrator.masonry import drawing
-from orchestrator.masonry.healing import heal
+from orchestrator.app.intake import import_wall
+from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.healing import heal
 from orchestrator.masonry.patterns import ArchedOpening, ArchedWall, IrregularCourses, Rubble, arched_wall, rubble
+from orchestrator.masonry.sources import drawing
 from tests.support.drawings import CENTIMETRES, INCHES, METRES, MILLIMETRES, polylines
 from tests.support.walls import between
 

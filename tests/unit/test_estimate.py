@@ -8,17 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator import case as cases
-from orchestrator import driver, estimate
-from orchestrator.bodies import make_bodies
-from orchestrator.cli import main
-from orchestrator.errors import CaseError, ConvergenceError
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.macroblocks import one_body_per_block
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.progress import IncrementDone
-from orchestrator.pushover.contact_search import find_contacts
+from orchestrator.app import driver
+from orchestrator.app.cli import main
+from orchestrator.app.progress import IncrementDone
+from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.pushover import estimate
+from orchestrator.pushover.contact.contact_search import find_contacts
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
+from orchestrator.settings import case as cases
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 WALL = Path(__file__).parents[1] / "data" / "ferris_tinloi_wall1.json"

@@ -11,13 +11,13 @@ import meshio
 import numpy as np
 import pytest
 
-from orchestrator import case as cases
-from orchestrator import driver
-from orchestrator.bodies import make_bodies
-from orchestrator.cli import main
-from orchestrator.export import FACES, contact_pairs, deck
-from orchestrator.macroblocks import one_body_per_block
-from orchestrator.meshing import mesh_bodies, volumes
+from orchestrator.app import driver
+from orchestrator.app.cli import main
+from orchestrator.app.export import FACES, contact_pairs, deck
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.pushover.meshing import mesh_bodies, volumes
+from orchestrator.settings import case as cases
 
 WALL_1 = Path(__file__).parents[1] / "data" / "ferris_tinloi_wall1.json"
 

@@ -13,11 +13,12 @@ import fastjsonschema
 import pytest
 from PIL import Image
 
-from orchestrator import case as cases
-from orchestrator import cli, reference
-from orchestrator.joints import JointClass
-from orchestrator.limit_analysis import DeadLoad, LiveLoad
-from orchestrator.masonry.readers import read_blocks
+from orchestrator.app import cli
+from orchestrator.loads import DeadLoad, LiveLoad
+from orchestrator.masonry.joints import JointClass
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.settings import case as cases
+from orchestrator.settings import reference
 from tests.support.intake import WALL_1, as_polylines, assert_same_wall, associative, painted, written
 
 PROJECT = Path(__file__).parents[2]

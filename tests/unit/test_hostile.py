@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from orchestrator.cli import main
+from orchestrator.app.cli import main
 from tests.support.two_blocks import WALL, changed
 
 MICRO = "[run]\nmodels = ['micro']\n"

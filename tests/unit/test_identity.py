@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator import case as cases
-from orchestrator.identity import identity
-from orchestrator.program import commit, program, sources
+from orchestrator.basis.program import commit, program, sources
+from orchestrator.settings import case as cases
+from orchestrator.storage.identity import identity
 from tests.support.ranks import PROJECT
 from tests.support.walls import DATA
 
 IN_GIT = pytest.mark.skipif(not (PROJECT / ".git").exists(), reason="the sources are no clone")
-ASK = "from orchestrator.program import commit; print(commit())"
+ASK = "from orchestrator.basis.program import commit; print(commit())"
 
 
 def case_of(*settings):
@@ -81,10 +81,10 @@ def test_a_clone_and_an_archive_without_git_know_their_commit(tmp_path):
 
 
 def test_a_copy_that_knows_no_commit_still_has_its_sources(tmp_path):
-    for name in ("__init__.py", "program.py", "commit.txt"):
-        (tmp_path / "orchestrator").mkdir(exist_ok=True)
+    (tmp_path / "orchestrator" / "basis").mkdir(parents=True)
+    for name in ("__init__.py", "basis/__init__.py", "basis/program.py", "commit.txt"):
         (tmp_path / "orchestrator" / name).write_bytes((PROJECT / "orchestrator" / name).read_bytes())
-    ask = "from orchestrator.program import program; print(program())"
+    ask = "from orchestrator.basis.program import program; print(program())"
     said = subprocess.run([sys.executable, "-c", ask], cwd=tmp_path, env={}, capture_output=True, text=True, check=True)
     assert "commit" not in said.stdout
     assert "sources" in said.stdout

@@ -11,15 +11,15 @@ import pytest
 import shapely
 from PIL import Image, ImageDraw
 
-from orchestrator.errors import CaseError
-from orchestrator.intake import Intake, import_wall, write_wall
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.masonry.closing import Layers
-from orchestrator.masonry.drawing import Drawing, HealingSettings, Material, wall_of
-from orchestrator.masonry.dxf import read_dxf
-from orchestrator.masonry.picture import PictureSettings, read_picture
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.masonry.rows import parse_rows, read_rows
+from orchestrator.app.intake import Intake, import_wall, write_wall
+from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.sources.closed_outlines import Layers
+from orchestrator.masonry.sources.drawing import Drawing, HealingSettings, Material, wall_of
+from orchestrator.masonry.sources.dxf import read_dxf
+from orchestrator.masonry.sources.picture import PictureSettings, read_picture
+from orchestrator.masonry.sources.rows import parse_rows, read_rows
 from tests.support.intake import ROWS, WALL_1, as_polylines, assert_same_wall, associative, painted, written
 from tests.support.walls import rectangle
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orchestrator.errors import CaseError
-from orchestrator.joints import JointSettings, check_assemblage, find_joints
-from orchestrator.masonry.readers import _wall, read_blocks
+from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.joints import JointSettings, check_assemblage, find_joints
+from orchestrator.masonry.sources.block_files import _wall, read_blocks
 from orchestrator.masonry.wall import Block, Wall, check_wall
 
 PROJECT = Path(__file__).parents[2]

@@ -12,10 +12,10 @@ import shutil
 
 import pytest
 
-from orchestrator import case as cases
-from orchestrator import driver, load_cases
-from orchestrator.cli import main
-from orchestrator.errors import CaseError, ConvergenceError
+from orchestrator.app import driver, load_case_runs
+from orchestrator.app.cli import main
+from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.settings import case as cases
 from tests.support.ranks import on_ranks, quiet
 
 TO_THE_RIGHT, TO_THE_LEFT = (0.6 - 0.7 / 3) / 0.4, (0.7 / 3) / 0.4
@@ -142,8 +142,8 @@ def test_resume_leaves_finished_load_cases_alone_and_finishes_the_others(walls, 
 
     monkeypatch.setattr(driver, "run", killed_in_the_second)
     with pytest.raises(KeyboardInterrupt):
-        load_cases.run(case, tmp_path, False, None, quiet)
-    outcome = load_cases.run(case, tmp_path, True, None, quiet)
+        load_case_runs.run(case, tmp_path, False, None, quiet)
+    outcome = load_case_runs.run(case, tmp_path, True, None, quiet)
     assert started == ["+x", "-x", "-x"]
     assert [done.summary.limit_analysis.associative for done in outcome.done] == pytest.approx(
         [TO_THE_RIGHT, TO_THE_LEFT], rel=1e-6
@@ -159,7 +159,7 @@ def test_a_load_case_without_a_curve_is_a_complaint_and_the_others_are_run(walls
         return run(case, *rest)
 
     monkeypatch.setattr(driver, "run", first_fails)
-    outcome = load_cases.run(cases.read(walls / "stone.toml"), tmp_path, False, None, quiet)
+    outcome = load_case_runs.run(cases.read(walls / "stone.toml"), tmp_path, False, None, quiet)
     assert [str(complaint) for complaint in outcome.complaints] == [
         "load case +x mass: macro FE: stopped before any increment"
     ]
@@ -203,7 +203,7 @@ def test_what_is_left_out_is_that_of_the_load_section(walls):
         'direction = "-x"', 'direction = "-x"\ndistribution = "mass_height"\ndead = [{blocks = [1], force = "2 kN"}]'
     )
     (walls / "own.toml").write_text(text)
-    first, second = load_cases.each(cases.read(walls / "own.toml")).values()
+    first, second = load_case_runs.each(cases.read(walls / "own.toml")).values()
     assert (first.load.direction, second.load.direction) == ("+x", "-x")
     assert (first.load.distribution, second.load.distribution) == ("mass", "mass_height")
     assert first.load.inclination == second.load.inclination != 0.0
@@ -225,7 +225,7 @@ def test_what_is_left_out_is_that_of_the_load_section(walls):
 def test_load_cases_that_cannot_be(walls, tmp_path, change, complaint):
     (walls / "wrong.toml").write_text(CASE.format(blocks="stone", common="").replace(*change))
     with pytest.raises(CaseError, match=rf"wrong\.toml: {complaint}"):
-        load_cases.run(cases.read(walls / "wrong.toml"), tmp_path, False, None, quiet)
+        load_case_runs.run(cases.read(walls / "wrong.toml"), tmp_path, False, None, quiet)
     assert not list(tmp_path.iterdir()), "nothing is begun"
 
 

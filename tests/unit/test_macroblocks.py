@@ -8,11 +8,11 @@ from math import inf
 import numpy as np
 import pytest
 
-from orchestrator.errors import CaseError
-from orchestrator.joints import JointSettings, find_joints
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import Mechanism
-from orchestrator.macroblocks import MacroblockSettings, merged, one_body, one_body_per_block
-from orchestrator.masonry.geometry import block_centroids
+from orchestrator.macroblocks.criteria import MacroblockSettings, merged, one_body, one_body_per_block
+from orchestrator.masonry.block_properties import block_centroids
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Block, Wall
 

@@ -6,12 +6,12 @@ import meshio
 import numpy as np
 import pytest
 
-from orchestrator.bodies import make_bodies
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.macroblocks import one_body, one_body_per_block
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body, one_body_per_block
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.meshing import MeshSettings, mesh_bodies, volumes, write_mesh
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies, volumes, write_mesh
 
 PROJECT = Path(__file__).parents[2]
 

@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from orchestrator.errors import CaseError
-from orchestrator.page import read_run
-from orchestrator.page.collapse import chosen_rows, ninths, packed
-from orchestrator.page.damage import damage_sequence
-from orchestrator.page.writing import shown
-from orchestrator.results import ContactPlaces
+from orchestrator.basis.errors import CaseError
+from orchestrator.present.page.collapse import chosen_rows, ninths, packed
+from orchestrator.present.page.damage import damage_sequence
+from orchestrator.present.page.writing import shown
+from orchestrator.storage import ContactPlaces
+from orchestrator.storage.stored_run import read_run
 
 LIMIT = 1e-5
 

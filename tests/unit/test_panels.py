@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator.joints import JointSettings, find_joints
+from orchestrator.assessment.panels import cut, openings, piers, rows, spandrels, storeys
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import ARCHED_FACADE, arched_wall, running_bond
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.panels import cut, openings, piers, rows, spandrels, storeys
+from orchestrator.masonry.sources.block_files import read_blocks
 
 PROJECT = Path(__file__).parents[2]
 

@@ -6,7 +6,7 @@ from time import monotonic
 
 import pytest
 
-from orchestrator.parallel import is_root, on_root
+from orchestrator.basis.parallel import is_root, on_root
 from tests.support.ranks import PROJECT, on_ranks
 
 TOWER = str(PROJECT / "tests" / "data" / "tower_5_blocks.json")
@@ -14,8 +14,8 @@ TOWER = str(PROJECT / "tests" / "data" / "tower_5_blocks.json")
 
 SCRIPT = """
 from mpi4py import MPI
-from orchestrator.errors import CaseError
-from orchestrator.parallel import is_root, on_root
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.parallel import is_root, on_root
 
 comm = MPI.COMM_WORLD
 def value(factor): return factor * (comm.rank + 1)
@@ -61,9 +61,9 @@ ALONE = """
 import sys
 from dataclasses import replace
 from mpi4py import MPI
-from orchestrator import cli
-from orchestrator.errors import CaseError, ConvergenceError
-from orchestrator.pushover import increment_solver
+from orchestrator.app import cli
+from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.pushover.path import increment_solver
 solve, calls = increment_solver.solve_increment, []
 def changed(model, system, problem, first, *others):
     return model, system, problem, replace(first, displacement=first.displacement * (1 + 1e-12)), *others

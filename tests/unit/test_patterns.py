@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import shapely
 
-from orchestrator.errors import CaseError
-from orchestrator.joints import JointSettings, check_assemblage, find_joints
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
-from orchestrator.masonry.geometry import block_weights
+from orchestrator.masonry.block_properties import block_weights
+from orchestrator.masonry.joints import JointSettings, check_assemblage, find_joints
 from orchestrator.masonry.patterns import (
     ARCHED_FACADE,
     Arch,
@@ -26,8 +27,8 @@ from orchestrator.masonry.patterns import (
     running_bond,
 )
 from orchestrator.masonry.patterns.tiling import wall_of_tiles
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.masonry.wall import check_wall, read_only, shapes
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import check_wall, shapes
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -9,12 +9,12 @@ import pytest
 import shapely
 from PIL import Image
 
-from orchestrator.errors import CaseError
-from orchestrator.masonry.closing import Layers
-from orchestrator.masonry.coco import CocoSettings, holds_annotations, read_coco
-from orchestrator.masonry.outlines import outlines
-from orchestrator.masonry.picture import PictureSettings, read_picture
-from orchestrator.masonry.svg import read_svg
+from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.sources.closed_outlines import Layers
+from orchestrator.masonry.sources.coco import CocoSettings, holds_annotations, read_coco
+from orchestrator.masonry.sources.outlines import outlines
+from orchestrator.masonry.sources.picture import PictureSettings, read_picture
+from orchestrator.masonry.sources.svg import read_svg
 
 SCALE = 0.005
 """m a pixel"""

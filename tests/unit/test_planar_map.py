@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from orchestrator.masonry.drawing import Drawing, HealingSettings, Material, wall_of
+from orchestrator.geometry.planar_map import OUTSIDE, OverlapError, planar_map
 from orchestrator.masonry.patterns import (
     ArchedOpening,
     ArchedWall,
@@ -18,7 +18,7 @@ from orchestrator.masonry.patterns import (
     rubble,
     running_bond,
 )
-from orchestrator.masonry.planar_map import OUTSIDE, OverlapError, planar_map
+from orchestrator.masonry.sources.drawing import Drawing, HealingSettings, Material, wall_of
 from tests.support.drawings import with_errors
 from tests.support.walls import rectangle
 

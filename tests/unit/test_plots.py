@@ -18,22 +18,28 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.image import imread
 from matplotlib.patches import PathPatch
 
-from orchestrator import plots
-from orchestrator.bodies import Bodies, Body
-from orchestrator.capacity import Capacity
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, Mechanism
-from orchestrator.limit_analysis.ties import Tie
-from orchestrator.macroblocks import Partition
+from orchestrator.assessment.capacity import Capacity
+from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState, Mechanism
+from orchestrator.macroblocks.bodies import Bodies, Body
+from orchestrator.macroblocks.criteria import Partition
+from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.patterns import running_bond
+from orchestrator.masonry.ties import Tie
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.meshing import BodyMeshes
-from orchestrator.plots.canvas import BLUE, INK, STONE, VERMILLION, lay_out, legend_below, wall_figure
-from orchestrator.plots.joint_pieces import closed_loops, nodes_of_contacts, shares_of_interface
-from orchestrator.plots.pushover import outline, readable_factor
-from orchestrator.plots.thrust import carrying, thrust
-from orchestrator.plots.walls import centroid, colours_of_bodies, hinge_ends, load_arrow, rigid_displacement
-from orchestrator.pushover.state import Increment, PushoverCurve
+from orchestrator.present import plots
+from orchestrator.present.joint_pieces import closed_loops, nodes_of_contacts, shares_of_interface
+from orchestrator.present.plots.canvas import BLUE, INK, STONE, VERMILLION, lay_out, legend_below, wall_figure
+from orchestrator.present.plots.pushover_pictures import outline, readable_factor
+from orchestrator.present.plots.thrust import carrying, thrust
+from orchestrator.present.plots.wall_pictures import (
+    centroid,
+    colours_of_bodies,
+    hinge_ends,
+    load_arrow,
+    rigid_displacement,
+)
+from orchestrator.pushover.increments import Increment, PushoverCurve
+from orchestrator.pushover.meshing import BodyMeshes
 from tests.support.walls import between, four_blocks
 
 
@@ -556,5 +562,5 @@ def test_a_picture_that_cannot_be_drawn_leaves_the_older_one(assemblage, tmp_pat
 
 
 def test_pyplot_is_never_loaded():
-    said = "import sys, orchestrator.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
+    said = "import sys, orchestrator.present.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", said], check=False).returncode == 0

@@ -12,14 +12,14 @@ import ezdxf
 import numpy as np
 import pytest
 
-from orchestrator import case as cases
-from orchestrator import driver
-from orchestrator.page.phrases import in_language, phrases, table
-from orchestrator.verdict import sentence
+from orchestrator.app import driver
+from orchestrator.present.page.phrases import in_language, phrases, table
+from orchestrator.present.verdict import sentence
+from orchestrator.settings import case as cases
 from tests.unit.test_verdict import check, of, summary
 
 PROJECT = Path(__file__).parents[2]
-TEMPLATES = PROJECT / "orchestrator" / "page" / "template"
+TEMPLATES = PROJECT / "orchestrator" / "present" / "page" / "template"
 GROUND, LINTEL = [[-1, -1], [3, -1], [3, 0], [-1, 0]], [[0, 1], [2, 1], [2, 1.3], [0, 1.3]]
 PIERS = [[[x, y], [x + 0.5, y], [x + 0.5, y + 0.5], [x, y + 0.5]] for x in (0, 1.5) for y in (0, 0.5)]
 

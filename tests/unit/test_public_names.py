@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import orchestrator
-from orchestrator import (
+from orchestrator import (  # fmt: skip
     CaseError,
     DeadLoad,
     LoadSettings,
@@ -25,8 +25,8 @@ from orchestrator import (
     push,
     read_case,
     read_run,
-)  # fmt: skip
-from orchestrator.driver import run, segment
+)
+from orchestrator.app.driver import run, segment
 from tests.support.pushover_chain import assemblage_of, stack
 from tests.support.ranks import quiet
 from tests.support.walls import DATA
@@ -72,7 +72,7 @@ def test_importing_the_package_imports_nothing_else():
 
 
 def test_commands_start_without_what_only_some_of_them_need():
-    assert imported_by("from orchestrator import cli") == ["numpy", "pydantic"]
+    assert imported_by("from orchestrator.app import cli") == ["numpy", "pydantic"]
 
 
 def test_no_finite_elements_before_the_pushover():

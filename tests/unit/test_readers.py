@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orchestrator.errors import CaseError
+from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.masonry.readers import _wall, read_blocks
+from orchestrator.masonry.sources.block_files import _wall, read_blocks
 from orchestrator.masonry.wall import check_wall
 
 

@@ -13,15 +13,21 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from orchestrator import results
-from orchestrator.bodies import Bodies, Body
-from orchestrator.capacity import Capacity
-from orchestrator.errors import CaseError
-from orchestrator.limit_analysis.state import LimitAnalysis, LimitState, LinearProgramRecord, LocalFailure, Mechanism
-from orchestrator.macroblocks import MacroblockSettings, Partition
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.meshing import BodyMeshes
-from orchestrator.pushover.state import Attempt, Increment, PushoverCurve
+from orchestrator import storage
+from orchestrator.assessment.capacity import Capacity
+from orchestrator.basis.errors import CaseError
+from orchestrator.limit_analysis.paper.limit_state import (
+    LimitAnalysis,
+    LimitState,
+    LinearProgramRecord,
+    LocalFailure,
+    Mechanism,
+)
+from orchestrator.macroblocks.bodies import Bodies, Body
+from orchestrator.macroblocks.criteria import MacroblockSettings, Partition
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.pushover.increments import Attempt, Increment, PushoverCurve
+from orchestrator.pushover.meshing import BodyMeshes
 from tests.support.walls import between, four_blocks
 
 
@@ -98,18 +104,18 @@ def increment(number, **changed):
 
 def test_a_file_is_replaced_whole_and_nothing_temporary_stays(tmp_path):
     path = tmp_path / "new" / "a.txt"
-    results.write_text(path, "old")
-    results.write_text(path, "µ = 0.65\n")
+    storage.write_text(path, "old")
+    storage.write_text(path, "µ = 0.65\n")
     assert path.read_bytes() == "µ = 0.65\n".encode()
     assert [p.name for p in path.parent.iterdir()] == ["a.txt"]
 
 
 def test_an_error_while_writing_leaves_the_older_file_and_no_temporary_one(tmp_path):
     path = tmp_path / "a.txt"
-    results.write_text(path, "old")
+    storage.write_text(path, "old")
 
     def fails_half_way():
-        with results.replacing(path) as temporary:
+        with storage.replacing(path) as temporary:
             temporary.write_text("half of the n")
             raise OSError("disk full")
 
@@ -121,7 +127,7 @@ def test_an_error_while_writing_leaves_the_older_file_and_no_temporary_one(tmp_p
 
 def test_the_target_appears_only_after_everything_is_written(tmp_path):
     path = tmp_path / "a.txt"
-    with results.replacing(path) as temporary:
+    with storage.replacing(path) as temporary:
         temporary.write_text("x")
         assert not path.exists()
         assert temporary.parent == path.parent  # rename must not cross file systems
@@ -129,19 +135,19 @@ def test_the_target_appears_only_after_everything_is_written(tmp_path):
 
 
 def test_json_turns_numpy_into_plain_values_and_infinity_into_null(tmp_path):
-    results.write_json(tmp_path / "a.json", {"a": np.array([[1, 2]]), "b": (np.float64(0.1), inf, nan), "c": np.True_})
+    storage.write_json(tmp_path / "a.json", {"a": np.array([[1, 2]]), "b": (np.float64(0.1), inf, nan), "c": np.True_})
     text = (tmp_path / "a.json").read_text()
     assert json.loads(text) == {"a": [[1, 2]], "b": [0.1, None, None], "c": True}
 
 
 def test_hash_is_sha256(tmp_path):
     (tmp_path / "a").write_bytes(b"abc")
-    assert results.hash_file(tmp_path / "a") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    assert storage.hash_file(tmp_path / "a") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
 
 
 def test_versions_name_what_is_installed_and_skip_what_is_not(monkeypatch):
-    monkeypatch.setitem(results.files.DISTRIBUTIONS, "absent", "surely-not-installed-anywhere")
-    found = results.versions()
+    monkeypatch.setitem(storage.files.DISTRIBUTIONS, "absent", "surely-not-installed-anywhere")
+    found = storage.versions()
     assert found["numpy"] == np.__version__
     assert {"python", "scipy", "h5py"} <= set(found)
     assert "absent" not in found
@@ -150,7 +156,7 @@ def test_versions_name_what_is_installed_and_skip_what_is_not(monkeypatch):
 def test_run_log_takes_the_package_s_messages_and_lets_go_of_the_logger(tmp_path):
     before = list(logging.getLogger("orchestrator").handlers)
     for message in ("first", "second"):  # a resumed run appends
-        with results.logging_to(tmp_path / "run.log"):
+        with storage.logging_to(tmp_path / "run.log"):
             logging.getLogger("orchestrator.pushover").info(message)
             logging.getLogger("orchestrator.pushover").debug("chatter")
             logging.getLogger("elsewhere").error("other")
@@ -163,7 +169,7 @@ def test_run_log_takes_the_package_s_messages_and_lets_go_of_the_logger(tmp_path
 
 
 def test_run_log_ends_with_what_stopped_the_run(tmp_path):
-    with pytest.raises(CaseError), results.logging_to(tmp_path / "run.log"):
+    with pytest.raises(CaseError), storage.logging_to(tmp_path / "run.log"):
         raise CaseError("wall.blocks", "has gone", "bring it back", "case.toml")
     (line,) = (tmp_path / "run.log").read_text().splitlines()
     assert "ERROR" in line
@@ -174,14 +180,14 @@ def test_run_log_ends_with_what_stopped_the_run(tmp_path):
 
 
 def test_case_is_written_as_given(tmp_path):
-    results.write_case(tmp_path, '[wall]\nfile = "ü.json"\n')
+    storage.write_case(tmp_path, '[wall]\nfile = "ü.json"\n')
     assert (tmp_path / "case.toml").read_text(encoding="utf-8") == '[wall]\nfile = "ü.json"\n'
 
 
 def test_blocks_file_is_a_block_file_that_gives_the_same_wall(tmp_path, assemblage):
     *others, heavy = assemblage.wall.blocks
     wall = replace(assemblage.wall, blocks=(*others, replace(heavy, unit_weight=27123.4, material="tuff")))
-    results.write_blocks(tmp_path, wall)
+    storage.write_blocks(tmp_path, wall)
     found = read_blocks(tmp_path / "blocks.json")
     assert (found.name, found.thickness, found.friction) == ('Wall "ä" <&>', 0.1, 0.65)
     assert [(b.id, b.fixed) for b in found.blocks] == [(10, True), (11, False), (12, False), (13, False)]
@@ -192,7 +198,7 @@ def test_blocks_file_is_a_block_file_that_gives_the_same_wall(tmp_path, assembla
 
 
 def test_joints_file_names_blocks_by_id(tmp_path, assemblage):
-    results.write_joints(tmp_path, assemblage)
+    storage.write_joints(tmp_path, assemblage)
     with (tmp_path / "joints.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 5
@@ -202,7 +208,7 @@ def test_joints_file_names_blocks_by_id(tmp_path, assemblage):
 
 
 def test_limit_analysis_file_holds_every_state(tmp_path, assemblage, analysis):
-    results.write_limit_analysis(tmp_path, assemblage.wall, replace(analysis, path=None))
+    storage.write_limit_analysis(tmp_path, assemblage.wall, replace(analysis, path=None))
     record = json.loads((tmp_path / "limit_analysis.json").read_text())
     assert record["path"] is None
     assert record["headline"] == "sequence"
@@ -225,7 +231,7 @@ def test_macroblocks_file_holds_partition_and_polygons(tmp_path, assemblage, par
     interfaces = {"body_i": np.array([2]), "body_j": np.array([0]), "start": np.array([[2.0, 0]])}
     interfaces |= {"edge_i": np.array([2]), "edge_j": np.array([0])}
     bodies = Bodies(tuple(made), 2, 0.1, **interfaces, end=np.zeros((1, 2)), friction=np.ones(1), joint=np.array([0]))
-    results.write_macroblocks(tmp_path, assemblage.wall, partition, bodies)
+    storage.write_macroblocks(tmp_path, assemblage.wall, partition, bodies)
     record = json.loads((tmp_path / "macroblocks.json").read_text())
     assert record["body_of_block"][3] == {"block": 13, "body": 1}
     assert record["vanished_joints"] == [2]
@@ -237,7 +243,7 @@ def test_macroblocks_file_holds_partition_and_polygons(tmp_path, assemblage, par
 
 
 def test_curve_file_has_the_columns_of_the_design_and_loses_no_digit(tmp_path, curve):
-    results.write_curve(tmp_path, curve)
+    storage.write_curve(tmp_path, curve)
     header, *rows = (tmp_path / "curve.csv").read_text().splitlines()
     assert header == (
         "step,time_s,load_multiplier,base_shear_N,horizontal_load_N,control_displacement_m,internal_energy_J,"
@@ -259,7 +265,7 @@ def test_effort_counts_failed_attempts_and_rows_in_motion():
     failed = (Attempt("cycle", 0.1, "halved", 10), Attempt("cycle", 0.05, "halved", 7))
     second = increment(2, attempts=failed, moving=True, energy_error=-0.02)
     third = increment(3, attempts=(Attempt("cycle", 0.1, "moved on", 1),), energy_error=0.01, dissipated_energy=3.0)
-    assert results.effort_of([increment(1), second, third], NAMES, MASS) == results.Effort(
+    assert storage.effort_of([increment(1), second, third], NAMES, MASS) == storage.Effort(
         steps=3,
         moving_steps=1,
         newton_iterations=27,
@@ -271,7 +277,7 @@ def test_effort_counts_failed_attempts_and_rows_in_motion():
 
 def test_an_energy_error_that_is_not_a_number_stays_one():
     path = [increment(1), increment(2, energy_error=nan), increment(3, energy_error=0.1)]
-    assert np.isnan(results.effort_of(path, NAMES, MASS).energy_error)
+    assert np.isnan(storage.effort_of(path, NAMES, MASS).energy_error)
 
 
 def test_a_local_failure_has_the_multiplier_of_the_last_static_state_before():
@@ -282,8 +288,8 @@ def test_a_local_failure_has_the_multiplier_of_the_last_static_state_before():
         increment(3, load_multiplier=0.3, base_shear=9.0, moving=True, fallen=first),
         increment(4, load_multiplier=0.4, base_shear=4.0, fallen=first),
     ]
-    event = results.Event(("body 1",), 0.25, 0.2, 2.0, 3)
-    assert results.effort_of(path, NAMES, MASS).events == (event,)
+    event = storage.Event(("body 1",), 0.25, 0.2, 2.0, 3)
+    assert storage.effort_of(path, NAMES, MASS).events == (event,)
 
 
 def keys(record):
@@ -300,11 +306,11 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
     )  # fmt: skip
     capacity = Capacity(900.0, 0.288, 0.01, 0.02, 5e6, 1e-5, True)
     seconds = {"mesh": 1, "assembly": 2, "factorise": 3, "contact": 4, "total": 11}
-    entry = results.pushover_summary(
+    entry = storage.pushover_summary(
         "macro",
         meshes,
         6,
-        results.Effort(5, 1, 20, {"halved": 1}, 1e-8, (results.Event(("body 1",), 0.25, 0.2, 2.0, 3),)),
+        storage.Effort(5, 1, 20, {"halved": 1}, 1e-8, (storage.Event(("body 1",), 0.25, 0.2, 2.0, 3),)),
         capacity,
         "done",
         overlap=(1e-5, 1e-4),
@@ -317,7 +323,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         complaint=None,
         not_valid_because=None,
     )
-    found = results.summary("case", assemblage, analysis, partition, [entry])
+    found = storage.summary("case", assemblage, analysis, partition, [entry])
     record = found.record
     assert keys(json.loads(json.dumps(record))) == {
         "case": None,
@@ -351,13 +357,13 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
     assert record["limit_analysis"]["base_shear"] == pytest.approx(906.25)
     assert (entry.bodies, entry.nodes, entry.tetrahedra, entry.contacts) == (2, 16, 10, 6)
     assert (entry.steps, entry.newton_iterations, entry.peak_base_shear) == (5, 20, 900.0)
-    results.write_summary(tmp_path, found)
+    storage.write_summary(tmp_path, found)
     assert json.loads((tmp_path / "summary.json").read_text()) == json.loads(json.dumps(record))
-    assert results.read_summary(tmp_path) == found
+    assert storage.read_summary(tmp_path) == found
 
 
 def test_summary_says_null_where_nothing_was_found(assemblage, analysis):
-    found = results.summary("c", assemblage, replace(analysis, sequence=None, path=None, highest=None), None, [])
+    found = storage.summary("c", assemblage, replace(analysis, sequence=None, path=None, highest=None), None, [])
     assert found.limit_analysis.non_associative is None
     assert found.limit_analysis.non_associative_range is None
     assert found.limit_analysis.multiplier == found.limit_analysis.associative
@@ -367,7 +373,7 @@ def test_summary_says_null_where_nothing_was_found(assemblage, analysis):
 
 def test_one_body_is_called_trivial(assemblage, analysis):
     one = Partition(np.array([1, 0, 0, 0]), 1, np.array([2, 3, 4]), np.array([], int), None)
-    record = results.summary("c", assemblage, analysis, one, []).record["macroblocks"]
+    record = storage.summary("c", assemblage, analysis, one, []).record["macroblocks"]
     assert record == {"count": 1, "joints": 2, "tol_n": None, "tol_d": None, "trivial": True}
 
 
@@ -376,10 +382,10 @@ def test_provenance_tells_command_versions_and_hashes_but_no_secrets(tmp_path, m
     file.write_text("name = 'x'")
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     monkeypatch.setenv("MY_PASSWORD", "swordfish")
-    told = "\n".join(results.provenance([file]))
+    told = "\n".join(storage.provenance([file]))
     command = ["python", "-m", "orchestrator", "run", "my wall.toml"]
     monkeypatch.setattr(sys, "orig_argv", command)
-    assert results.provenance([file])[0] == "command: python -m orchestrator run 'my wall.toml'"
+    assert storage.provenance([file])[0] == "command: python -m orchestrator run 'my wall.toml'"
     assert "OMP_NUM_THREADS=1" in told
     assert f"numpy {np.__version__}" in told
     digest = hashlib.sha256(b"name = 'x'").hexdigest()  # of the text above

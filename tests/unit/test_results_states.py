@@ -16,10 +16,10 @@ import meshio
 import numpy as np
 import pytest
 
-from orchestrator.errors import CaseError
-from orchestrator.meshing import BodyMeshes
-from orchestrator.pushover.state import Attempt, Increment
-from orchestrator.results import (
+from orchestrator.basis.errors import CaseError
+from orchestrator.pushover.increments import Attempt, Increment
+from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.storage import (
     ContactPlaces,
     StateStore,
     load_increments,

@@ -10,19 +10,19 @@ import meshio
 import numpy as np
 import pytest
 
-from orchestrator import cli
-from orchestrator.errors import CaseError
-from orchestrator.masonry.wall import read_only
-from orchestrator.outofplane.intake import as_record, read_file
-from orchestrator.results.files import plain
+from orchestrator.app import cli
+from orchestrator.app.space_intake import as_record, read_file
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.polyhedra import Polyhedron, box, centroid_of, prism, rotation, second_moment_of, volume_of
+from orchestrator.geometry.shared_volume import common_volume
 from orchestrator.space.analysis import analyse
+from orchestrator.space.block_files import wall_from
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceDeadLoad, SpaceLoadSettings, loads_on
-from orchestrator.space.overlap import common_volume
-from orchestrator.space.polyhedra import Polyhedron, box, centroid_of, prism, rotation, second_moment_of, volume_of
-from orchestrator.space.reading import wall_from
 from orchestrator.space.wall import SpaceBlock, check_wall
+from orchestrator.storage.files import plain
 from tests.support.space_walls import GROUND, block_on_ground, wall_of
 
 DATA = Path(__file__).parents[1] / "data" / "space"

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator import case as cases
-from orchestrator import driver, study_runs
-from orchestrator.errors import CaseError, ConvergenceError
-from orchestrator.study import StudySettings, distinct, grid
+from orchestrator.app import driver, study_runs
+from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.macroblocks.tolerance_grid import StudySettings, distinct, grid
+from orchestrator.settings import case as cases
 from tests.support.ranks import PROJECT, on_ranks, quiet
 
 WALL = PROJECT / "tests" / "data" / "ferris_tinloi_wall1.json"

@@ -7,12 +7,13 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from orchestrator.answer import answer_of_run
-from orchestrator.limit_analysis import DeadLoad, LoadSettings, analyse, loads_on
-from orchestrator.page.writing import _environment
-from orchestrator.results.printed import printed as printed_figure
-from orchestrator.results.summary import LimitSummary, Summary, WallSummary
-from orchestrator.tables import in_ranges, limit_table, run_table
+from orchestrator.basis.printed import printed as printed_figure
+from orchestrator.limit_analysis import analyse
+from orchestrator.loads import DeadLoad, LoadSettings, loads_on
+from orchestrator.present.answer import answer_of_run
+from orchestrator.present.page.writing import _environment
+from orchestrator.present.tables import in_ranges, limit_table, run_table
+from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.pushed import PUSHED
 

@@ -10,13 +10,14 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from orchestrator import cli, driver, results
-from orchestrator.answer import answer_of_limit, answer_of_run
-from orchestrator.errors import CaseError
+from orchestrator import storage
+from orchestrator.app import cli, driver
+from orchestrator.app.progress import StageDone
+from orchestrator.app.terminal import Reporter
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
-from orchestrator.progress import StageDone
-from orchestrator.reporter import Reporter
-from orchestrator.results.summary import LimitSummary, Summary, WallSummary
+from orchestrator.present.answer import answer_of_limit, answer_of_run
+from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.pushed import PUSHED
 
@@ -122,7 +123,7 @@ def reported(terminal, *actions):
 
 
 def log(text):
-    return lambda report: logging.getLogger("orchestrator.limit_analysis.search").info(text)
+    return lambda report: logging.getLogger("orchestrator.limit_analysis.search.other_states").info(text)
 
 
 def test_limit_analysis_says_at_once_what_it_does_and_then_not_too_often():
@@ -199,7 +200,7 @@ def test_the_folder_is_tried_before_the_analysis(tmp_path, monkeypatch, capsys, 
 
 
 def test_trying_a_folder_leaves_nothing(tmp_path):
-    results.try_folder(tmp_path / "not" / "yet")
+    storage.try_folder(tmp_path / "not" / "yet")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -222,6 +223,6 @@ def test_files_are_not_overwritten_unasked(tmp_path, capsys):
 def test_an_export_is_not_overwritten_unasked(tmp_path):
     (tmp_path / "deck.inp").write_text("mine")
     with pytest.raises(CaseError, match="exists already"):
-        results.refuse_overwriting_file(tmp_path / "deck.inp")
+        storage.refuse_overwriting_file(tmp_path / "deck.inp")
     assert cli.main(["export", TOWER, "--format", "abaqus", "--output", str(tmp_path / "deck.inp")]) == 2
     assert (tmp_path / "deck.inp").read_text() == "mine"

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator.units import Unit
+from orchestrator.basis.units import Unit
 
 
 @pytest.mark.parametrize(

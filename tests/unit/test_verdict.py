@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import pytest
 
-from orchestrator import case as cases
-from orchestrator.cli import main
-from orchestrator.results.summary import LimitSummary, Summary, WallSummary
-from orchestrator.verdict import COLUMNS, Answered, sentence, verdict
+from orchestrator.app.cli import main
+from orchestrator.present.verdict import COLUMNS, Answered, sentence, verdict
+from orchestrator.settings import case as cases
+from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
 from tests.support.pushed import PUSHED
 from tests.unit.test_load_cases import CASE, stone
 

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from orchestrator.errors import CaseError
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.masonry.wall import Block, Wall, check_wall, read_only
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Block, Wall, check_wall
 
 DATA = Path(__file__).parents[1] / "data"
 

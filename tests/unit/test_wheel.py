@@ -31,7 +31,7 @@ def test_it_has_cases_walls_pages_types_and_its_commit(wheel):
     names = set(wheel.namelist())
     for name in (
         "shipped/templates/benchmark1.toml", "shipped/meshes/ferris_tinloi_wall6.json", "shipped/templates/study.slurm",
-        "page/template/report.html.j2", "outofplane/template/space.html.j2", "py.typed", "__init__.pyi",
+        "present/page/template/report.html.j2", "present/in_space/template/space.html.j2", "py.typed", "__init__.pyi",
     ):  # fmt: skip
         assert f"orchestrator/{name}" in names, name
     head = subprocess.run(["git", "rev-parse", "HEAD"], cwd=PROJECT, capture_output=True, text=True, check=True).stdout
@@ -40,6 +40,7 @@ def test_it_has_cases_walls_pages_types_and_its_commit(wheel):
 
 def test_its_benchmark_is_read_without_the_sources(wheel, tmp_path):
     wheel.extractall(tmp_path)
-    program = "from orchestrator import case, cli; print(case.read_wall(case.read(cli.DEFAULT_CASE)).name, cli.SHIPPED)"
+    program = "from orchestrator.settings import case; from orchestrator.app import cli; "
+    program += "print(case.read_wall(case.read(cli.DEFAULT_CASE)).name, cli.SHIPPED)"
     said = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, env={})
     assert str(tmp_path) in said.stdout, said.stderr

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator import cli
-from orchestrator.errors import CaseError
-from orchestrator.results import write_csv, write_json
-from orchestrator.whole import locked, replacing, sealed, sweep, unsealed, write_bytes
+from orchestrator.app import cli
+from orchestrator.basis.atomic_files import locked, replacing, sealed, sweep, unsealed, write_bytes
+from orchestrator.basis.errors import CaseError
+from orchestrator.storage import write_csv, write_json
 
 PROJECT = Path(__file__).parents[2]
 TOWER = PROJECT / "tests" / "data" / "tower_5_blocks.json"
@@ -21,7 +21,7 @@ SHORT = ["--model", "micro", "--set", "stepping.final_displacement=2mm"]
 HOLDER = """
 import sys, time
 from pathlib import Path
-from orchestrator.whole import locked
+from orchestrator.basis.atomic_files import locked
 with locked(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)

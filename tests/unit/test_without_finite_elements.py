@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator import cli, installed
-from orchestrator.errors import CaseError
+from orchestrator.app import cli
+from orchestrator.basis import installed
+from orchestrator.basis.errors import CaseError
 
 PROJECT = Path(__file__).parents[2]
 TOWER = PROJECT / "tests" / "data" / "tower_5_blocks.json"
@@ -25,7 +26,7 @@ class Absent(MetaPathFinder):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Absent())
-from orchestrator import cli
+from orchestrator.app import cli
 sys.exit(cli.main(sys.argv[1:]))
 """
 
@@ -39,7 +40,7 @@ def without_finite_elements(folder, *arguments):
 
 def test_the_stand_in_for_an_empty_python_is_empty(tmp_path):
     """The detector: the same stand-in refuses what every command below is said not to import."""
-    program = WITHOUT.replace("from orchestrator import cli", "import dolfinx")
+    program = WITHOUT.replace("from orchestrator.app import cli", "import dolfinx")
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert "No module named 'dolfinx'" in done.stderr
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from orchestrator.automatic import macroblocks_of
-from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import analyse, settle
-from orchestrator.macroblocks import MacroblockSettings
+from orchestrator.macroblocks.automatic import macroblocks_of
+from orchestrator.macroblocks.criteria import MacroblockSettings
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import Arch, arch_on_piers
 from tests.support.pushover_chain import model_of, run
 

@@ -10,16 +10,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.bodies import make_bodies
-from orchestrator.joints import JointClass, JointSettings, find_joints
-from orchestrator.limit_analysis import LoadSettings, analyse, loads_on
-from orchestrator.macroblocks import one_body_per_block, partition_of
-from orchestrator.masonry.classes import BlockClass, with_classes
+from orchestrator.limit_analysis import analyse
+from orchestrator.loads import LoadSettings, loads_on
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block, partition_of
+from orchestrator.masonry.block_classes import BlockClass, with_classes
+from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.constants import constants_of
-from orchestrator.pushover.nodal_loads import nodal_loads
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.settings import ElasticSettings
+from orchestrator.pushover.solids.elastic_constants import constants_of
+from orchestrator.pushover.solids.nodal_loads import nodal_loads
 from tests.support.pushover_chain import assemblage_of, model_of, rectangle, run, stack
 
 B, H, T = 0.4, 0.5, 0.1

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator.cli import main
+from orchestrator.app.cli import main
 
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="needs CalculiX (ccx), which Debian 13 has not")
 PROJECT = Path(__file__).parents[2]

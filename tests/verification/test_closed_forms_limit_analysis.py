@@ -12,12 +12,12 @@ from math import atan, cos, pi, radians, sin, tan
 import numpy as np
 import pytest
 
-from orchestrator.errors import CaseError
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.linear_program import solve_gravity_lp
-from orchestrator.limit_analysis.yield_conditions import coulomb
-from orchestrator.masonry.wall import read_only
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.linear_program import solve_gravity_lp
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from tests.support.limit_analysis_cases import assemblage_of, box, case, mirrored, transformed
 
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.limit_analysis.closing import Closing
-from orchestrator.limit_analysis.elastic_contact import elastic_wall
+from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis.gravity import problem_of
-from orchestrator.limit_analysis.path import load_path
-from orchestrator.masonry.wall import read_only
+from orchestrator.limit_analysis.search.elastic_contact import elastic_wall
+from orchestrator.limit_analysis.search.loading_path import load_path
+from orchestrator.limit_analysis.search.nearest_state import Closing
 from tests.support.limit_analysis_cases import answers, assemblage_of, box, case
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)

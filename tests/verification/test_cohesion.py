@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator.joints import JointClass
 from orchestrator.limit_analysis import analyse
-from orchestrator.masonry.readers import read_blocks
+from orchestrator.masonry.joints import JointClass
+from orchestrator.masonry.sources.block_files import read_blocks
 from tests.support.pushover_chain import assemblage_of, model_of, moved_to, run, stack
 
 SOFTENING = 1e-4

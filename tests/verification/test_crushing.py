@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from orchestrator.joints import JointClass
 from orchestrator.limit_analysis import analyse
-from orchestrator.pushover.increment_solver import Aim, IncrementSolver
-from orchestrator.pushover.linear_system import LinearSystem
-from orchestrator.pushover.mortar import coarse_toes
+from orchestrator.masonry.joints import JointClass
+from orchestrator.pushover.contact.mortar import coarse_toes
+from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
+from orchestrator.pushover.solve.linear_system import LinearSystem
 from tests.support.pushover_chain import assemblage_of, bodies_of, model_of, run, stack
 
 WIDTH, HEIGHT, THICKNESS, UNIT_WEIGHT = 0.4, 1.0, 0.1, 25e3

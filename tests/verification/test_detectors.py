@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.errors import ConvergenceError
-from orchestrator.pushover import iterate
-from orchestrator.pushover.contact_law import friction_response
+from orchestrator.basis.errors import ConvergenceError
+from orchestrator.pushover.contact.contact_law import friction_response
+from orchestrator.pushover.solve import iterate
 from tests.support.pushover_chain import model_of, run, stack
 from tests.unit.pushover import test_linear_system
 from tests.verification import test_nafems_cgs4, test_stacked_blocks

@@ -11,7 +11,7 @@ from math import pi, sqrt
 
 import pytest
 
-from orchestrator.cli import main
+from orchestrator.app.cli import main
 from tests.verification.test_seismic_runs import SEISMIC, run
 
 

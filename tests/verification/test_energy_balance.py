@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.meshing import volumes
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.meshing import volumes
 from orchestrator.pushover.model import ContactModel, displaced
+from orchestrator.pushover.path.stepping import RESTED, at_rest
 from orchestrator.pushover.settings import ElasticSettings, SteppingSettings
-from orchestrator.pushover.state import Increment
-from orchestrator.pushover.stepping import RESTED, at_rest
 from tests.support.pushover_chain import Run, model_of, run, stack
 
 WALLS = {

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator.masonry.readers import read_blocks
+from orchestrator.masonry.sources.block_files import read_blocks
 from tests.support.pushover_chain import model_of, run
 
 DATA = Path(__file__).parents[1] / "data"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator.errors import CaseError
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from tests.support.limit_analysis_cases import FOLDERS, answers, case, description
 

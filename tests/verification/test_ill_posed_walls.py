@@ -10,10 +10,11 @@ import json
 
 import pytest
 
-from orchestrator import case as cases
-from orchestrator import cli, driver, one_body_per_block, push
-from orchestrator.errors import CaseError
-from orchestrator.masonry.drawing import implausible
+from orchestrator import one_body_per_block, push
+from orchestrator.app import cli, driver
+from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.sources.drawing import implausible
+from orchestrator.settings import case as cases
 
 
 def box(left, right, bottom, top):

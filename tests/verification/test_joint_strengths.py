@@ -11,10 +11,11 @@ from math import radians
 import numpy as np
 import pytest
 
-from orchestrator.errors import CaseError
-from orchestrator.joints import JointClass, JointSettings, find_joints
-from orchestrator.limit_analysis import LoadSettings, analyse, loads_on
-from orchestrator.masonry.wall import read_only
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.limit_analysis import analyse
+from orchestrator.loads import LoadSettings, loads_on
+from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from tests.support.limit_analysis_cases import answers, assemblage_of, box, case, mirrored
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)

@@ -7,12 +7,14 @@ import pytest
 import scipy.sparse as sp
 from scipy.optimize import linprog
 
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import LimitAnalysisSettings, analyse, direct_loading, linear_program
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.linear_program import solve_limit_lp
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis.paper import linear_program
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb, yield_matrix, yield_offset
+from orchestrator.limit_analysis.search import direct_loading
 from orchestrator.limit_analysis.validation import validate
-from orchestrator.limit_analysis.yield_conditions import coulomb, yield_matrix, yield_offset
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
 from tests.support.limit_analysis_cases import assemblage_of, box, case
 

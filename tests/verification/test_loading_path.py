@@ -11,16 +11,23 @@ from math import cos, radians, sin
 import numpy as np
 import pytest
 
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import LimitAnalysisSettings, analyse, loads_on
-from orchestrator.limit_analysis.elastic_contact import STIFFNESSES, elastic_wall, tried, undeformed
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
-from orchestrator.limit_analysis.implicit_step import INTERIOR_STEPS, Task, implicit_step, interior_step, newton_step
-from orchestrator.limit_analysis.loading import loaded, lower_of
-from orchestrator.limit_analysis.path import load_path
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, elastic_wall, tried, undeformed
+from orchestrator.limit_analysis.search.implicit_step import (
+    INTERIOR_STEPS,
+    Task,
+    implicit_step,
+    interior_step,
+    newton_step,
+)
+from orchestrator.limit_analysis.search.loading import loaded, lower_of
+from orchestrator.limit_analysis.search.loading_path import load_path
 from orchestrator.limit_analysis.validation import validate
-from orchestrator.limit_analysis.yield_conditions import coulomb
+from orchestrator.loads import loads_on
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from tests.support.limit_analysis_cases import answers, assemblage_of, audit, box, case, transformed
 

@@ -8,8 +8,9 @@ from math import cos, radians, sin
 import numpy as np
 import pytest
 
-from orchestrator.errors import CaseError
-from orchestrator.limit_analysis import DeadLoad, LiveLoad, LoadSettings, analyse, loads_on
+from orchestrator.basis.errors import CaseError
+from orchestrator.limit_analysis import analyse
+from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
 from tests.support.limit_analysis_cases import assemblage_of, box, case, mirrored
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)

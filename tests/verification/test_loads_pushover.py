@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator.bodies import make_bodies
-from orchestrator.limit_analysis import DeadLoad, LiveLoad, LoadSettings, loads_on
-from orchestrator.macroblocks import one_body_per_block, partition_of
-from orchestrator.masonry.geometry import block_centroids, block_weights
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.nodal_loads import nodal_loads
+from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block, partition_of
+from orchestrator.masonry.block_properties import block_centroids, block_weights
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.solids.nodal_loads import nodal_loads
 from tests.support.pushover_chain import assemblage_of, model_of, run, stack
 
 TOWER = (0.4, 0.6)

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from orchestrator.capacity import find_capacity
+from orchestrator.assessment.capacity import find_capacity
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
-from orchestrator.pushover.state import Increment
-from orchestrator.pushover.stepping import Pushover
-from orchestrator.results import load_increments
-from orchestrator.results.states import StateStore
+from orchestrator.pushover.solve.linear_system import LinearSystem
+from orchestrator.storage import load_increments
+from orchestrator.storage.stored_increments import StateStore
 from tests.support.pushover_chain import Run, model_of, rectangle, run
 
 BOUND = SteppingSettings().out_of_balance

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator.joints import JointSettings, find_joints
 from orchestrator.limit_analysis import analyse
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.validation import validate
-from orchestrator.limit_analysis.yield_conditions import coulomb
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from tests.support.limit_analysis_cases import answers, case, mirrored
 

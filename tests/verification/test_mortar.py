@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.joints import JointClass
+from orchestrator.masonry.joints import JointClass
 from orchestrator.pushover.settings import ElasticSettings
 from tests.support.pushover_chain import model_of, run, stack
 

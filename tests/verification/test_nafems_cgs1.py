@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from orchestrator.bodies import make_bodies
-from orchestrator.macroblocks import one_body_per_block
-from orchestrator.meshing import BodyMeshes, MeshSettings, mesh_bodies, volumes
-from orchestrator.pushover.iterate import Problem, evaluate
-from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies, volumes
 from orchestrator.pushover.model import ContactModel, build_model
-from orchestrator.pushover.newton import solve_increment
+from orchestrator.pushover.path.stepping import at_rest
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings
-from orchestrator.pushover.stepping import at_rest
+from orchestrator.pushover.solve.iterate import Target, evaluate
+from orchestrator.pushover.solve.linear_system import LinearSystem
+from orchestrator.pushover.solve.newton import solve_increment
 from tests.support.pushover_chain import assemblage_of, stack
 
 PRESSURE = 1e6
@@ -59,7 +59,7 @@ def pressed(lower: float, upper: float, layers: int = 2, matching: bool = True) 
     model = replace(model, gravity=pressure_on_top(meshes))
     state = at_rest(model)
     start = state.displacement.ravel()
-    problem = Problem(1.0, start, state.elastic_slip, start, 1.0, None, 0.6 * 0.1 * PRESSURE / len(model.contacts))
+    problem = Target(1.0, start, state.elastic_slip, start, 1.0, None, 0.6 * 0.1 * PRESSURE / len(model.contacts))
     with LinearSystem(model, MPI.COMM_SELF) as system:
         first = evaluate(model, problem, start, state.normal_force, 0.0)
         iterate = solve_increment(model, system, problem, first, NewtonSettings(iterations=60))

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from orchestrator import cli, plots
-from orchestrator.errors import ResultError
-from orchestrator.pushover import increment_solver
-from orchestrator.pushover.checks import check
-from orchestrator.pushover.record import increment_of
-from orchestrator.pushover.state import PushoverCurve
+from orchestrator.app import cli
+from orchestrator.basis.errors import ResultError
+from orchestrator.present import plots
+from orchestrator.pushover.increments import PushoverCurve
+from orchestrator.pushover.path import increment_solver
+from orchestrator.pushover.path.curve_checks import check_curve
+from orchestrator.pushover.path.increment_record import increment_of
 
 TOWER = Path(__file__).parents[1] / "data" / "tower_5_blocks.json"
 
@@ -51,26 +52,26 @@ WRONG = {
 
 
 def test_a_good_curve_passes():
-    check(curve(), 1e-12, 1e-6, 200.0)
-    check(curve(), 1e-12, 1e-6, None)
+    check_curve(curve(), 1e-12, 1e-6, 200.0)
+    check_curve(curve(), 1e-12, 1e-6, None)
 
 
 def test_a_row_in_motion_may_be_out_of_balance_and_above_what_a_static_state_carries():
     multiplier = np.array([0.0, 0.1, 0.25, 0.15])
-    check(curve(load_multiplier=multiplier, moving=np.array([0, 0, 1, 0])), 0.0, 0.0, 150.0)
+    check_curve(curve(load_multiplier=multiplier, moving=np.array([0, 0, 1, 0])), 0.0, 0.0, 150.0)
 
 
 @pytest.mark.parametrize("name", WRONG)
 def test_every_bound_is_guarded_and_named(name):
     changed, penetration, energy, highest, said = WRONG[name]
     with pytest.raises(ResultError, match=said) as caught:
-        check(curve(**changed), penetration, energy, highest)
+        check_curve(curve(**changed), penetration, energy, highest)
     assert caught.value.check == name
 
 
 def test_all_failures_are_named():
     with pytest.raises(ResultError, match=r"penetration: 1\.00e\+00 of.*and energy balance: 5\.00e-01"):
-        check(curve(), 1.0, 0.5, 200.0)
+        check_curve(curve(), 1.0, 0.5, 200.0)
 
 
 @pytest.mark.parametrize("name", ["load_multiplier", "base_shear_N"])
@@ -78,10 +79,10 @@ def test_what_is_not_a_number_is_not_valid(name):
     values = getattr(curve(), name).copy()
     values[1] = np.nan
     with pytest.raises(ResultError):
-        check(curve(**{name: values}), 0.0, 0.0, 200.0)
+        check_curve(curve(**{name: values}), 0.0, 0.0, 200.0)
     for penetration, energy in ((np.nan, 0.0), (0.0, np.nan)):
         with pytest.raises(ResultError):
-            check(curve(), penetration, energy, 200.0)
+            check_curve(curve(), penetration, energy, 200.0)
 
 
 def leaky(*arguments):

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from orchestrator.cli import main
+from orchestrator.app.cli import main
 
 PROGRAM = """
 import sys

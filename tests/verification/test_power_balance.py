@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.masonry.wall import read_only
+from orchestrator.basis.arrays import read_only
 from tests.support.limit_analysis_cases import answers, audit, case
 
 NAMES = [

@@ -5,13 +5,13 @@ import pytest
 from mpi4py import MPI
 from scipy.sparse.linalg import spsolve
 
-from orchestrator.bodies import make_bodies
-from orchestrator.macroblocks import one_body_per_block
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.constants import ElasticConstants
-from orchestrator.pushover.elasticity import assemble, gravity_and_lateral_loads
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
+from orchestrator.pushover.solids.elastic_constants import ElasticConstants
+from orchestrator.pushover.solids.elasticity import assemble, gravity_and_lateral_loads
 from tests.support.pushover_chain import assemblage_of, run, stack
 
 LENGTH, HEIGHT, THICKNESS = 0.8, 0.2, 0.1

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator import results
-from orchestrator.cli import main
+from orchestrator import storage
+from orchestrator.app.cli import main
 from tests.support.browser import asked, headless
 
 ROOT = Path(__file__).parents[2]
@@ -122,7 +122,7 @@ def test_the_wall_is_drawn_where_its_nodes_are(page, run):
     script = "return [...document.querySelectorAll('#picture .body')].map((b) => b.getAttribute('d'))"
     text = "".join(page.execute_script(script)).replace("M", "L").replace("Z", "")
     drawn = np.array([point.split() for point in text.split("L")[1:]], dtype=float) * [1, -1]
-    store, meshes, _ = results.read_geometry(run / "macro")
+    store, meshes, _ = storage.read_geometry(run / "macro")
     moved = meshes.nodes[:, :2] + store.last().displacement[: len(meshes.nodes), :2]
     assert np.ptp(moved[:, 0]) > np.ptp(meshes.nodes[:, 0]) + 1e-3
     np.testing.assert_allclose(drawn.max(axis=0), moved.max(axis=0), atol=2e-5)

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from orchestrator import case, driver
-from orchestrator.errors import CaseError
-from orchestrator.progress import IncrementDone
+from orchestrator.app import driver
+from orchestrator.app.progress import IncrementDone
+from orchestrator.basis.errors import CaseError
+from orchestrator.settings import case
 
 PROJECT = Path(__file__).parents[2]
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.seismic.n2 import equivalent_system
-from orchestrator.seismic.observed import nodal_mass
+from orchestrator.assessment.seismic.n2 import equivalent_system
+from orchestrator.assessment.seismic.observed import nodal_mass
 from tests.support.pushover_chain import Run, model_of, run, stack
 
 

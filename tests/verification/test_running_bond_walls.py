@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from orchestrator.bodies import make_bodies
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
-from orchestrator.macroblocks import one_body, one_body_per_block
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body, one_body_per_block
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.pushover.checks import check, equilibrium_error
-from orchestrator.pushover.linear_system import LinearSystem
-from orchestrator.pushover.overlap import largest_overlap
+from orchestrator.pushover.path.body_overlap import largest_overlap
+from orchestrator.pushover.path.curve_checks import check_curve, equilibrium_error
+from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
-from orchestrator.pushover.stepping import Pushover
+from orchestrator.pushover.solve.linear_system import LinearSystem
 from tests.support.pushover_chain import Run, assemblage_of, model_of, run
 
 
@@ -76,11 +76,11 @@ def test_courses_that_slide_in_large_displacements_reach_the_end():
     result = run(model_of(wall, large_displacement=True), final_displacement=20e-3)
     assert result.curve.control_displacement_m[-1] == pytest.approx(20e-3, rel=2e-3)
     assert result.peak == pytest.approx(0.65, rel=1e-3), "the whole wall slides at the coefficient of friction"
-    check(result.curve, overlap(result), result.effort.energy_error, None)
+    check_curve(result.curve, overlap(result), result.effort.energy_error, None)
 
 
 def test_curve_is_quasi_static_and_in_equilibrium(wide):
-    check(wide.curve, 0.0, wide.effort.energy_error, 0.65 * wide.model.weight)
+    check_curve(wide.curve, 0.0, wide.effort.energy_error, 0.65 * wide.model.weight)
     assert equilibrium_error(wide.curve) < 1e-3
     assert all(np.all(i.normal_force >= 0) for i in wide.increments)
 

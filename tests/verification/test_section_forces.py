@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import DeadLoad, LoadSettings, analyse, loads_on
-from orchestrator.masonry.geometry import block_centroids
-from orchestrator.masonry.readers import read_blocks
-from orchestrator.panels import piers, rows
-from orchestrator.section_forces import reactions, section_forces
+from orchestrator.assessment.panels import piers, rows
+from orchestrator.assessment.section_forces import reactions, section_forces
+from orchestrator.limit_analysis import analyse
+from orchestrator.loads import DeadLoad, LoadSettings, loads_on
+from orchestrator.masonry.block_properties import block_centroids
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.sources.block_files import read_blocks
 from tests.support.limit_analysis_cases import assemblage_of, box
 
 MESHES = Path(__file__).parents[2] / "meshes"

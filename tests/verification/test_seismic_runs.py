@@ -7,8 +7,8 @@ from math import inf
 
 import pytest
 
-from orchestrator.cli import main
-from orchestrator.report import rebuild
+from orchestrator.app.cli import main
+from orchestrator.present.report import rebuild
 
 SEISMIC = "[seismic]\npeak_ground_acceleration = '0.15 g'\nground = 'B'\n"
 FLOOR = "[[load.dead]]\nblocks = [1]\nforce = '90 kN'\ninertia = true\n"

@@ -14,11 +14,11 @@ from math import exp, log, sqrt
 import numpy as np
 import pytest
 
-from orchestrator import case as cases
-from orchestrator import sensitivity_runs
-from orchestrator.cli import main
-from orchestrator.errors import CaseError
-from orchestrator.sensitivity import SensitivitySettings, fragility, latin_hypercube, lognormal, ranges
+from orchestrator.app import sensitivity_runs
+from orchestrator.app.cli import main
+from orchestrator.assessment.sensitivity import SensitivitySettings, fragility, latin_hypercube, lognormal, ranges
+from orchestrator.basis.errors import CaseError
+from orchestrator.settings import case as cases
 from tests.support.ranks import on_ranks
 
 SAMPLES = 16

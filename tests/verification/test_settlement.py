@@ -7,7 +7,7 @@ from math import pi, radians
 import numpy as np
 import pytest
 
-from orchestrator.errors import CaseError
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import settle
 from tests.support.limit_analysis_cases import assemblage_of, box, case
 

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from orchestrator.bodies import make_bodies
-from orchestrator.joints import JointClass, JointSettings, find_joints
-from orchestrator.macroblocks import one_body_per_block
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.patterns import Rubble, rubble, running_bond
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
+from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
-from orchestrator.pushover.stepping import Pushover
+from orchestrator.pushover.solve.linear_system import LinearSystem
 
 WALLS = {"bond": running_bond(2, 4), "rubble": rubble(Rubble(0.8, 0.8, stone=0.35, seed=1))}
 

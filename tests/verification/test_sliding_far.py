@@ -11,9 +11,9 @@ import pytest
 from mpi4py import MPI
 
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
-from orchestrator.pushover.stepping import Pushover
+from orchestrator.pushover.solve.linear_system import LinearSystem
 from tests.support.pushover_chain import model_of, rectangle
 
 FRICTION, AT_THE_EDGE = 0.4, 0.9

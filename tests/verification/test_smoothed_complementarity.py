@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import smoothed_complementarity
-from orchestrator.limit_analysis.complementarity import Iterate
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.linear_program import LimitProgram, solve_limit_lp
-from orchestrator.limit_analysis.lower_states import CLOSE_FACE_WEIGHT, TwoPrograms, descent
-from orchestrator.limit_analysis.moving_part import moving_part
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.linear_program import LimitProgram, solve_limit_lp
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem
-from orchestrator.limit_analysis.scaled_problem import scaled_problem
-from orchestrator.limit_analysis.search import closed_state
-from orchestrator.limit_analysis.smoothed_complementarity import (
+from orchestrator.limit_analysis.search import smoothed_complementarity
+from orchestrator.limit_analysis.search.complementarity import CentralPoint
+from orchestrator.limit_analysis.search.lower_states import CLOSE_FACE_WEIGHT, TwoPrograms, descent
+from orchestrator.limit_analysis.search.moving_part import moving_part
+from orchestrator.limit_analysis.search.other_states import closed_state
+from orchestrator.limit_analysis.search.scaled_problem import scaled_problem
+from orchestrator.limit_analysis.search.smoothed_complementarity import (
     LAST_GAP,
     Reached,
     both_slips,
@@ -25,7 +25,7 @@ from orchestrator.limit_analysis.smoothed_complementarity import (
     solve_smoothed,
 )
 from orchestrator.limit_analysis.validation import validate
-from orchestrator.limit_analysis.yield_conditions import coulomb
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
 from tests.support.limit_analysis_cases import assemblage_of, box
 
@@ -105,8 +105,8 @@ def test_mechanism_of_the_part_closes_the_forces_of_a_state(bond, state):
 
 def test_where_the_part_is_too_small_the_whole_wall_has_the_mechanism(bond, state, monkeypatch):
     """Blocks of the mechanism held: what is left needs more load than the forces carry."""
-    monkeypatch.setattr("orchestrator.limit_analysis.moving_part.RINGS", 0)
-    monkeypatch.setattr("orchestrator.limit_analysis.moving_part.MOVES", 0.6)
+    monkeypatch.setattr("orchestrator.limit_analysis.search.moving_part.RINGS", 0)
+    monkeypatch.setattr("orchestrator.limit_analysis.search.moving_part.MOVES", 0.6)
     wall, whole, friction, optimum, part = bond
     small = moving_part(wall, whole, friction, optimum.velocities)
     assert 0 < small.blocks.sum() < 0.5 * part.blocks.sum()
@@ -131,7 +131,7 @@ def test_both_directions_of_slip_are_found_whatever_their_sum_was(scale):
         strength = np.column_stack([normal, limit + shear, limit - shear])
         rates = targets / strength
         wrong = rates + np.outer(rng.normal(size=joints), [0.0, 0.0, 1.0, 1.0])
-        iterate = Iterate(0.3, np.zeros(problem.B.shape[0]), np.column_stack([normal, shear]), strength, wrong)
+        iterate = CentralPoint(0.3, np.zeros(problem.B.shape[0]), np.column_stack([normal, shear]), strength, wrong)
         found = both_slips(problem, iterate, targets, scale)
         assert joints > 0
         assert (found > 0).all()

@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 
+from orchestrator.geometry.polyhedra import box
 from orchestrator.space.analysis import _state
 from orchestrator.space.central_path import ENOUGH, follow
 from orchestrator.space.conic_program import solve_associative
@@ -16,7 +17,6 @@ from orchestrator.space.descent import closed
 from orchestrator.space.equilibrium import equilibrium_of
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
-from orchestrator.space.polyhedra import box
 from orchestrator.space.springs import depth_stiffness, springs_of
 from orchestrator.space.ties import Tie, with_ties
 from tests.support.space_walls import WITHOUT_DILATION, turned, v_groove, wall_of

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from orchestrator.geometry.polyhedra import box, rotation
 from orchestrator.space.analysis import analyse
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.equilibrium import torsion_factors
 from orchestrator.space.generators.shapes import Plan, Stones, box_wall, l_wall, straight_wall, t_wall, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
-from orchestrator.space.polyhedra import box, rotation
 from orchestrator.space.ties import Tie, with_ties
 from tests.support.limit_analysis_cases import answers
 from tests.support.space_walls import (
@@ -118,7 +118,7 @@ def test_a_prism_in_a_groove_is_wedged_by_dilation(degrees, mu, expected):
 )  # fmt: skip
 def test_plane_walls_as_prisms_have_the_plane_value(name):
     """Case 6: one feasible set is the sum over the thickness of the other."""
-    from orchestrator.space.reading import read_wall
+    from orchestrator.space.block_files import read_wall
 
     plane = answers(name).associative.load_multiplier
     found = associative(read_wall(DATA / f"{name}.json"), "+x").load_multiplier
@@ -130,7 +130,7 @@ def test_plane_walls_as_prisms_have_the_plane_value(name):
 )
 def test_a_straight_wall_turns_about_its_foot(path, expected):
     """Case 7: t / H, whatever the bond."""
-    from orchestrator.space.reading import read_wall
+    from orchestrator.space.block_files import read_wall
 
     wall = read_wall(DATA / f"{path}.json")
     record = json.loads((DATA / f"{path}.json").read_text())

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from orchestrator.geometry.polyhedra import rotation
 from orchestrator.space import conic_program
 from orchestrator.space import equilibrium as equations
 from orchestrator.space.conic_program import solve_associative
 from orchestrator.space.contacts import Interfaces, find_joints
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
-from orchestrator.space.polyhedra import rotation
 from tests.support.space_walls import block_on_ground, twist
 
 ROCKING = block_on_ground(0.4, 0.2, 1.0, 0.7)

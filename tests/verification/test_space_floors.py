@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator import cli
-from orchestrator.errors import CaseError
+from orchestrator.app import cli
+from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.polyhedra import box
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.floors import Floor, with_floors
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
-from orchestrator.space.polyhedra import box
 from orchestrator.space.wall import check_wall
 from tests.support.space_walls import GROUND, wall_of
 

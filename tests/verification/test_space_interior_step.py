@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from orchestrator.geometry.polyhedra import box
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
 from orchestrator.space.conic_program import gravity_forces
 from orchestrator.space.contacts import find_joints
@@ -13,7 +14,6 @@ from orchestrator.space.equilibrium import equilibrium_of
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
 from orchestrator.space.interior_step import interior_step
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
-from orchestrator.space.polyhedra import box
 from orchestrator.space.springs import depth_stiffness, displaced, flow_error, springs_of
 from orchestrator.space.stiffness import ContactStiffness
 from orchestrator.space.ties import Tie, with_ties

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.limit_analysis.loads import LiveLoad
+from orchestrator.loads.block_loads import LiveLoad
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
-from orchestrator.space.contacts import ContactSettings, find_joints
+from orchestrator.space.contacts import FaceContactSettings, find_joints
 from orchestrator.space.generators import GENERATORS, build
 from orchestrator.space.generators.shapes import Plan, Stones, l_wall, t_wall, u_wall
 from orchestrator.space.generators.walls import Gable, Leaves, between_floors, gable, two_leaf_wall
@@ -68,7 +68,7 @@ def test_a_wall_between_two_floors(turning, expected):
     wall = between_floors(30, Stones(1.0, 0.3, 0.1, 20e3, 9.0), 1.0, turning)
     only_wall = [block.id for block in wall.blocks if 1 <= block.id <= 30]
     live = tuple(LiveLoad((k,), float(wall.weights[k])) for k in only_wall)
-    assemblage = find_joints(wall, ContactSettings(smallest=1e-5))  # the foot of the slab is narrow
+    assemblage = find_joints(wall, FaceContactSettings(smallest=1e-5))  # the foot of the slab is narrow
     assert of_assemblage(assemblage, "-y", distribution="per_block", live=live).load_multiplier == pytest.approx(
         expected, abs=1e-4
     )

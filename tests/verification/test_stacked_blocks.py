@@ -7,7 +7,7 @@ slides in the joint, or overturns above the joint, that gives the smallest value
 import numpy as np
 import pytest
 
-from orchestrator.pushover.state import ContactStatus
+from orchestrator.pushover.increments import ContactStatus
 from tests.support.pushover_chain import model_of, moved_to, run, stack
 
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from orchestrator.bodies import make_bodies
-from orchestrator.joints import JointClass, JointSettings, find_joints
-from orchestrator.macroblocks import one_body_per_block
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
+from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
-from orchestrator.pushover.stepping import Pushover
+from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.stress import (
     contact_forces,
     element_stress,

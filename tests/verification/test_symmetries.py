@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from orchestrator.bodies import make_bodies
-from orchestrator.macroblocks import one_body_per_block
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
 from tests.support.pushover_chain import assemblage_of, run

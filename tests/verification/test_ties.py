@@ -10,10 +10,10 @@ from math import cos, radians, sin, tan
 
 import pytest
 
-from orchestrator import cli
-from orchestrator.errors import CaseError
+from orchestrator.app import cli
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
-from orchestrator.limit_analysis.ties import Tie, with_ties
+from orchestrator.masonry.ties import Tie, with_ties
 from tests.support.limit_analysis_cases import assemblage_of, box
 
 B, H, Z = 0.5, 2.0, 1.5

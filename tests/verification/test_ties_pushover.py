@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator import case as cases
-from orchestrator import driver
+from orchestrator.app import driver
+from orchestrator.app.progress import IncrementDone
 from orchestrator.limit_analysis import analyse
-from orchestrator.limit_analysis.ties import Tie, with_ties
+from orchestrator.masonry.ties import Tie, with_ties
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.progress import IncrementDone
+from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.settings import ElasticSettings
-from orchestrator.pushover.state import Increment
+from orchestrator.settings import case as cases
 from tests.support.pushover_chain import assemblage_of, model_of, rectangle, run, stack
 from tests.verification.test_ranks import WALL, start
 

@@ -11,9 +11,10 @@ from math import atan, cos, radians, sin, tan
 import numpy as np
 import pytest
 
-from orchestrator.errors import CaseError
-from orchestrator.joints import JointClass, JointSettings, find_joints
-from orchestrator.limit_analysis import DeadLoad, LoadSettings, analyse, loads_on
+from orchestrator.basis.errors import CaseError
+from orchestrator.limit_analysis import analyse
+from orchestrator.loads import DeadLoad, LoadSettings, loads_on
+from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from tests.support.limit_analysis_cases import answers, case, transformed
 
 

@@ -8,8 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from orchestrator.errors import CaseError
-from orchestrator.masonry.wall import Block, Wall, read_only
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.wall import Block, Wall
 
 Rectangle = tuple[float, float, float, float]
 """left, right, bottom, top in m"""

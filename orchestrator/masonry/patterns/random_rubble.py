@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.masonry.patterns.courses import Rectangle
 from orchestrator.masonry.patterns.tiling import wall_of_tiles
-from orchestrator.masonry.wall import FloatArray, Wall
+from orchestrator.masonry.wall import Wall
 
 JITTER = 0.35
 """of the distance between points: how far each is moved at most along both axes"""

@@ -13,8 +13,9 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from orchestrator.errors import CaseError
-from orchestrator.masonry.wall import Block, FloatArray, Wall, read_only
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.wall import Block, Wall
 
 Ring = list[int]
 """numbers of corners, counter-clockwise"""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from orchestrator.space.generators.shapes import Plan, Stones, box_wall, l_wall, straight_wall, t_wall, u_wall
-from orchestrator.space.generators.vaults import Barrel, Column, Dome, Material, barrel_vault, dome, drum_column
+from orchestrator.space.generators.vaults import Barrel, Column, Dome, VaultMaterial, barrel_vault, dome, drum_column
 from orchestrator.space.generators.walls import (
     Gable,
     Leaves,
@@ -39,9 +39,9 @@ GENERATORS = {
     "gable": Generator(gable, (Gable, Stones)),
     "buttress": Generator(buttressed_wall, (Plan, Setbacks, Stones)),
     "two_leaf": Generator(two_leaf_wall, (Leaves, Stones)),
-    "column": Generator(drum_column, (Column, Material)),
-    "barrel": Generator(barrel_vault, (Barrel, Material)),
-    "dome": Generator(dome, (Dome, Material)),
+    "column": Generator(drum_column, (Column, VaultMaterial)),
+    "barrel": Generator(barrel_vault, (Barrel, VaultMaterial)),
+    "dome": Generator(dome, (Dome, VaultMaterial)),
 }
 """generators by the name that a case file gives them"""
 

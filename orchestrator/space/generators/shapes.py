@@ -15,10 +15,10 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from orchestrator.masonry.wall import read_only
-from orchestrator.space.polyhedra import box
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.units import Unit
+from orchestrator.geometry.polyhedra import box
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
-from orchestrator.units import Unit
 
 Run = tuple[float, float, float, float]
 """a stone in plan: x0, x1, y0, y1 in m"""

@@ -10,16 +10,16 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from orchestrator.masonry.wall import FloatArray, read_only
-from orchestrator.space.polyhedra import Polyhedron, prism, reversed_faces, volume_of
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.units import Unit
+from orchestrator.geometry.polyhedra import Polyhedron, prism, reversed_faces, volume_of
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
-from orchestrator.units import Unit
 
 BOX_FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
 
 
 @dataclass(frozen=True, slots=True)
-class Material:
+class VaultMaterial:
     """Of what a column or a vault is."""
 
     unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] = 20e3
@@ -80,7 +80,7 @@ class Dome:
     """angle of the eye's edge from the top"""
 
 
-def drum_column(column: Column, material: Material) -> SpaceWall:
+def drum_column(column: Column, material: VaultMaterial) -> SpaceWall:
     """Drums with regular polygons for circles; they taper evenly."""
     count, h = column.drums, column.drum_height
     last = column.diameter if column.top_diameter is None else column.top_diameter
@@ -110,7 +110,7 @@ def _between(bottom: FloatArray, top: FloatArray) -> Polyhedron:
     return body if volume_of(body) > 0 else reversed_faces(body)
 
 
-def barrel_vault(vault: Barrel, material: Material) -> SpaceWall:
+def barrel_vault(vault: Barrel, material: VaultMaterial) -> SpaceWall:
     """Rows of voussoirs between radial planes; below both springings a support."""
     start = 0.5 * (math.pi - vault.opening_angle)
     step = vault.opening_angle / vault.voussoirs
@@ -145,7 +145,7 @@ def _cut(length: float, stone: float, half: float) -> list[tuple[float, float]]:
     return [*zip(cuts, [*cuts[1:], length], strict=True)]
 
 
-def dome(shape: Dome, material: Material) -> SpaceWall:
+def dome(shape: Dome, material: VaultMaterial) -> SpaceWall:
     """Rings of voussoirs between meridians; all their faces are plane. A ring of supports lies below the springing."""
     edges = np.linspace(shape.springing, min(shape.eye, 0.9 * shape.springing), shape.rings + 1)
     levels = np.concatenate([[2.0 * edges[0] - edges[1]], edges])

@@ -10,10 +10,10 @@ import numpy as np
 import shapely
 from annotated_types import Ge, Gt, Le
 
-from orchestrator.errors import CaseError
-from orchestrator.masonry.wall import read_only
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.polyhedra import box, prism, volume_of
 from orchestrator.space.generators.shapes import Plan, Run, Stones, ground, of_courses, runs
-from orchestrator.space.polyhedra import box, prism, volume_of
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
 SLIVER = 0.3

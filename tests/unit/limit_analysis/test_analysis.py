@@ -8,14 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.errors import CaseError
-from orchestrator.joints import Assemblage, JointSettings, find_joints
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.linear_program import solve_gravity_lp
-from orchestrator.limit_analysis.yield_conditions import coulomb
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.linear_program import solve_gravity_lp
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.masonry.wall import Wall, read_only
+from orchestrator.masonry.wall import Wall
 from tests.support.walls import upright
 
 

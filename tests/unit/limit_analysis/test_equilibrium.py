@@ -5,18 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.equilibrium import (
-    assemble_equilibrium,
-)
-from orchestrator.masonry.geometry import (
+from orchestrator.basis.arrays import read_only
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.masonry.block_properties import (
     block_areas,
     block_centroids,
     block_weights,
     polygon_area,
     polygon_centroid,
 )
-from orchestrator.masonry.wall import Block, Wall, read_only
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.wall import Block, Wall
 from tests.support.walls import upright
 
 

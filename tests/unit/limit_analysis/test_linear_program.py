@@ -7,18 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.errors import ConvergenceError
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.linear_program import (
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import ConvergenceError
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.linear_program import (
     InfeasibleError,
     LimitProgram,
     UnboundedError,
     solve_gravity_lp,
     solve_limit_lp,
 )
-from orchestrator.limit_analysis.yield_conditions import coulomb
-from orchestrator.masonry.wall import Block, Wall, read_only
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.wall import Block, Wall
 
 
 def block_on_floor(width=1.0, height=2.0, friction=0.65, joint=None):

@@ -7,17 +7,18 @@ from math import inf, isnan
 import numpy as np
 import pytest
 
-from orchestrator.joints import Assemblage
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.mechanism import (
+from orchestrator.basis.arrays import read_only
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.mechanism import (
     centres_of_rotation,
     dilation,
     largest_corner_velocity,
     mechanism_from,
     power_residual,
 )
-from orchestrator.limit_analysis.yield_conditions import coulomb
-from orchestrator.masonry.wall import Block, Wall, read_only
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.wall import Block, Wall
 
 CENTROIDS = np.array([[0.0, 0.0], [1.0, 2.0], [3.0, 1.0]])
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orchestrator.limit_analysis import analyse
-from orchestrator.limit_analysis.merged_blocks import merged_associative, merged_multiplier
-from orchestrator.macroblocks import MacroblockSettings, merged, one_body, one_body_per_block
+from orchestrator.macroblocks.criteria import MacroblockSettings, merged, one_body, one_body_per_block
+from orchestrator.macroblocks.merged_blocks import merged_associative, merged_multiplier
 from tests.support.walls import of_file
 
 

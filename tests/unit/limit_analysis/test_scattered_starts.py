@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import scattered_starts as module
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.linear_program import solve_limit_lp
-from orchestrator.limit_analysis.lower_states import TwoPrograms, descent
-from orchestrator.limit_analysis.scattered_starts import TURNS, scattered_starts, scattered_states
-from orchestrator.limit_analysis.yield_conditions import coulomb
-from orchestrator.masonry.readers import read_blocks
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.limit_analysis.search import scattered_starts as module
+from orchestrator.limit_analysis.search.lower_states import TwoPrograms, descent
+from orchestrator.limit_analysis.search.scattered_starts import TURNS, scattered_starts, scattered_states
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.sources.block_files import read_blocks
 
 WALL = read_blocks(Path(__file__).parents[2] / "data" / "ferris_tinloi_wall3.json")
 

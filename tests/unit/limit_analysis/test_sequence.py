@@ -10,9 +10,9 @@ import annotated_types
 import numpy as np
 import pytest
 
-from orchestrator.errors import ConvergenceError
-from orchestrator.limit_analysis.linear_program import InfeasibleError, LimitSolution
-from orchestrator.limit_analysis.sequence import (
+from orchestrator.basis.errors import ConvergenceError
+from orchestrator.limit_analysis.paper.linear_program import InfeasibleError, LimitSolution
+from orchestrator.limit_analysis.paper.sequence import (
     HALVINGS,
     LimitAnalysisSettings,
     SequenceIterate,
@@ -20,7 +20,7 @@ from orchestrator.limit_analysis.sequence import (
     sequence_has_settled,
     taken_until,
 )
-from orchestrator.limit_analysis.yield_conditions import YieldConditions
+from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 
 SETTINGS = LimitAnalysisSettings()
 LAW = YieldConditions(np.array([0.5]), np.array([0.0]))

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.joints import JointSettings, find_joints
+from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.standard_view import standard_view
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from orchestrator.masonry.wall import read_only
 from tests.support.limit_analysis_cases import assemblage_of, audit, box, case, mirrored
 
 

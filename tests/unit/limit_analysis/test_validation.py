@@ -10,12 +10,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.state import LimitState, Mechanism
+from orchestrator.basis.arrays import read_only
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.limit_state import LimitState, Mechanism
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.validation import validate
-from orchestrator.limit_analysis.yield_conditions import coulomb
-from orchestrator.masonry.wall import Wall, read_only
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.wall import Wall
 from tests.support.walls import upright
 
 WEIGHT, HEIGHT, FRICTION = 20e3, 0.5, 0.4

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis.equilibrium import assemble_equilibrium
-from orchestrator.limit_analysis.wall_stiffness import (
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.search.wall_stiffness import (
     AFTERWARDS,
     ENTRIES,
     KEEPS,
@@ -19,6 +18,7 @@ from orchestrator.limit_analysis.wall_stiffness import (
     joint_products,
     kept_memory,
 )
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
 from tests.support.limit_analysis_cases import assemblage_of, box
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orchestrator.limit_analysis.yield_conditions import (
+from orchestrator.limit_analysis.paper.yield_conditions import (
     YieldConditions,
     falling_line,
     relaxed_normal,

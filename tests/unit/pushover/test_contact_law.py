@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from orchestrator.pushover.contact_law import friction_response
+from orchestrator.pushover.contact.contact_law import friction_response
 
 TOLERANCE = 1e-5
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.bodies import make_bodies
-from orchestrator.macroblocks import one_body_per_block
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.contact_search import find_contacts
-from orchestrator.pushover.faces import STRAIGHT, find_faces, sides_of_edges, sides_of_faces, touching_faces
+from orchestrator.pushover.contact.contact_search import find_contacts
+from orchestrator.pushover.contact.faces import STRAIGHT, find_faces, sides_of_edges, sides_of_faces, touching_faces
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import displaced
 from tests.support.pushover_chain import assemblage_of, model_of, rectangle
 

@@ -7,18 +7,12 @@ import pytest
 import scipy.sparse as sparse
 from mpi4py import MPI
 
-from orchestrator.joints import JointClass
+from orchestrator.masonry.joints import JointClass
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.pushover.iterate import Problem, evaluate
-from orchestrator.pushover.linear_system import LinearSystem
-from orchestrator.pushover.newton import newton_coefficients
-from orchestrator.pushover.newton_matrix import (
-    condensed_right,
-    expanded,
-    make_pattern,
-    product,
-    values,
-)
+from orchestrator.pushover.solve.iterate import Target, evaluate
+from orchestrator.pushover.solve.linear_system import LinearSystem
+from orchestrator.pushover.solve.newton import newton_coefficients
+from orchestrator.pushover.solve.newton_matrix import condensed_right, expanded, make_pattern, product, values
 from tests.support.pushover_chain import model_of, stack
 from tests.support.ranks import on_ranks
 
@@ -43,7 +37,7 @@ def state(mean_displacement, joints=None):
     model = model_of(stack((0.4, 0.3), (0.2, 0.3), friction=0.6), slip_tolerance=1e-5, joints=joints)
     n, c = len(model.gravity), len(model.contacts)
     random = np.random.default_rng(2)
-    problem = Problem(
+    problem = Target(
         gravity_share=1.0,
         displacement=np.zeros(n),
         elastic_slip=random.normal(size=(c, 2)) * 1e-5,
@@ -131,7 +125,7 @@ def test_a_large_wall_has_every_mass_in_its_place():
 TWO_BODIES = """
 import numpy as np
 from mpi4py import MPI
-from orchestrator.pushover.linear_system import LinearSystem
+from orchestrator.pushover.solve.linear_system import LinearSystem
 from tests.unit.pushover.test_linear_system import state
 model, problem, _, _, contact = state(1e-4)
 right = np.random.default_rng(6).normal(size=model.unknowns)

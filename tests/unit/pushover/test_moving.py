@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from orchestrator.pushover.moving import (
+from orchestrator.pushover.path.moving import (
     body_motion,
     body_size,
     moving_part,

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from orchestrator.errors import ConvergenceError
-from orchestrator.pushover import newton
+from orchestrator.basis.errors import ConvergenceError
 from orchestrator.pushover.settings import NewtonSettings
+from orchestrator.pushover.solve import newton
 
 
 @dataclass(frozen=True)

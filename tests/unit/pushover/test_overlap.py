@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.bodies import make_bodies
-from orchestrator.macroblocks import one_body_per_block
-from orchestrator.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.overlap import largest_overlap
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.path.body_overlap import largest_overlap
 from tests.support.pushover_chain import assemblage_of, stack
 
 STANDING = np.zeros(2, bool)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from orchestrator.pushover import stepping
 from orchestrator.pushover.model import displaced
-from orchestrator.pushover.prediction import carried_on
+from orchestrator.pushover.path import stepping
+from orchestrator.pushover.path.prediction import carried_on
 from tests.support.pushover_chain import model_of, run, stack
 
 TOWER = stack((0.4, 0.3), (0.4, 0.3), friction=5.0)
@@ -57,8 +57,8 @@ def test_the_finite_elements_calculate_without_complex_numbers():
 
     Seen on one body in 2 of 100 runs, in the 12th digit; with several ranks the run ends.
     """
-    folder = Path(stepping.__file__).parent
-    tokens = [token for path in folder.glob("*.py") for token in tokenize.tokenize(path.open("rb").readline)]
+    folder = Path(stepping.__file__).parents[1]
+    tokens = [token for path in folder.rglob("*.py") for token in tokenize.tokenize(path.open("rb").readline)]
     assert len(tokens) > 1000
     names = {token.string for token in tokens if token.type == tokenize.NAME}
     numbers = {token.string for token in tokens if token.type == tokenize.NUMBER}

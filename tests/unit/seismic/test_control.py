@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from orchestrator.cli import main
-from orchestrator.errors import CaseError
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import DeadLoad, LimitAnalysisSettings, LoadSettings, analyse, loads_on
-from orchestrator.seismic.control import candidates, control_point, named_point, uncovered
-from orchestrator.seismic.local_mechanism import loads_in_mechanism, safest_state
-from orchestrator.seismic.settings import SeismicSettings
+from orchestrator.app.cli import main
+from orchestrator.assessment.seismic.control import candidates, control_point, named_point, uncovered
+from orchestrator.assessment.seismic.local_mechanism import loads_in_mechanism, safest_state
+from orchestrator.assessment.seismic.settings import SeismicSettings
+from orchestrator.basis.errors import CaseError
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.loads import DeadLoad, LoadSettings, loads_on
+from orchestrator.masonry.joints import JointSettings, find_joints
 from tests.support.walls import upright
 from tests.unit.seismic.test_kinematic import wall_of
 

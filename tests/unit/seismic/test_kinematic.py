@@ -7,18 +7,19 @@ from math import atan, cos, pi, sin, sqrt
 import numpy as np
 import pytest
 
-from orchestrator.joints import JointSettings, find_joints
-from orchestrator.limit_analysis import DeadLoad, LimitAnalysisSettings, LiveLoad, LoadSettings, analyse, loads_on
-from orchestrator.masonry.wall import Wall
-from orchestrator.seismic.kinematic import Kinematics, Moving, kinematics, participation
-from orchestrator.seismic.local_mechanism import (
+from orchestrator.assessment.seismic.kinematic import Kinematics, Moving, kinematics, participation
+from orchestrator.assessment.seismic.local_mechanism import (
     NOT_TURNING,
     UPPER_BOUND,
     InMechanism,
     kinematic_checks,
     loads_in_mechanism,
 )
-from orchestrator.seismic.settings import SeismicSettings, limit_states
+from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.wall import Wall
 from tests.support.limit_analysis_cases import case
 from tests.support.walls import upright
 

@@ -7,15 +7,15 @@ from math import inf, pi, sqrt
 import numpy as np
 import pytest
 
-from orchestrator.capacity import Bilinear
-from orchestrator.seismic.n2 import (
+from orchestrator.assessment.capacity import Bilinear
+from orchestrator.assessment.seismic.n2 import (
     demand,
     displacement_at_force_ratio,
     displacement_of_curve,
     equivalent_system,
     largest_ground_acceleration,
 )
-from orchestrator.seismic.spectrum import Spectrum
+from orchestrator.assessment.seismic.spectrum import Spectrum
 
 AG = 0.15 * 9.81
 LINE = Bilinear(2e7, 80e3, 4e-3, 20e-3, dropped=True)

@@ -6,9 +6,14 @@ from math import sqrt
 
 import pytest
 
-from orchestrator.errors import CaseError
-from orchestrator.seismic.settings import LimitStateSettings, SeismicSettings, largest_force_ratio, limit_states
-from orchestrator.seismic.spectrum import EC8_GROUND, NTC_PERIOD, NTC_SOIL, spectrum_at_height, spectrum_of
+from orchestrator.assessment.seismic.settings import (
+    LimitStateSettings,
+    SeismicSettings,
+    largest_force_ratio,
+    limit_states,
+)
+from orchestrator.assessment.seismic.spectrum import EC8_GROUND, NTC_PERIOD, NTC_SOIL, spectrum_at_height, spectrum_of
+from orchestrator.basis.errors import CaseError
 
 AG = 0.15 * 9.81
 TYPE_1_B = SeismicSettings(AG, spectrum="ec8_type1", ground="B")

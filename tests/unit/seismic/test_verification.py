@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from orchestrator.capacity import Bilinear
-from orchestrator.page.seismic import LABELS
-from orchestrator.plots import verification
-from orchestrator.seismic.n2 import EquivalentSystem
-from orchestrator.seismic.observed import Observed
-from orchestrator.seismic.record import in_its_unit, notes, numbers, ratio, verdict
-from orchestrator.seismic.settings import SeismicSettings, limit_states
-from orchestrator.seismic.verification import CLAUSES, _n2
+from orchestrator.assessment.capacity import Bilinear
+from orchestrator.assessment.seismic.n2 import EquivalentSystem
+from orchestrator.assessment.seismic.observed import Observed
+from orchestrator.assessment.seismic.seismic_verification import CLAUSES, _n2
+from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states
+from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, ratio, verdict
+from orchestrator.present.page.seismic_page import LABELS
+from orchestrator.present.plots import verification
 
 SYSTEM = EquivalentSystem(9 / 7, 40e3, 60e3, 2 / 3)
 """three masses under a load proportional to mass, as in test_n2.py"""

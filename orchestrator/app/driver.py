@@ -1,0 +1,288 @@
+"""The chain, written out once: what each command runs, in order.
+
+Case -> Wall -> Assemblage -> LimitAnalysis -> Partition -> Bodies -> BodyMeshes -> ContactModel -> Increment ... ->
+PushoverCurve -> Capacity -> run folder. Every stage is a function of the values before it; only this module knows all,
+and pushover_run.py those from Bodies to Capacity.
+
+Under MPI rank 0 does everything, but all ranks share a pushover of more than newton.distribute_above unknowns.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from orchestrator import storage
+from orchestrator.app.progress import Report, StageDone
+from orchestrator.app.pushed import Pushed
+from orchestrator.app.pushover_run import last_state, push_model
+from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
+from orchestrator.basis.parallel import is_root, on_root, on_root_while
+from orchestrator.geometry.healing import open_gaps
+from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
+from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
+from orchestrator.limit_analysis.paper.limit_state import of_first_joints
+from orchestrator.loads import loads_on
+from orchestrator.macroblocks.automatic import macroblocks_of
+from orchestrator.macroblocks.bodies import Bodies, make_bodies
+from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, one_body_per_block
+from orchestrator.masonry.joints import Assemblage, JointSettings, check_assemblage, find_joints
+from orchestrator.masonry.sources.drawing import implausible, refuse_implausible_size
+from orchestrator.masonry.ties import with_ties
+from orchestrator.masonry.wall import check_wall
+from orchestrator.pushover.contact.mortar import refuse_bonded_mortar
+from orchestrator.settings.case import (
+    Case,
+    ModelName,
+    read_wall,
+    refuse_seismic,
+    refuse_ties_of_macroblocks,
+    refuse_what_only_limit_analysis_takes,
+)
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Segmented:
+    """Everything before the finite elements."""
+
+    assemblage: Assemblage
+    analysis: LimitAnalysis
+    partition: Partition
+    bodies: Bodies
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Outcome:
+    """What a run leaves: the summary as written (None: there is no curve), and the complaints of its pushovers."""
+
+    summary: storage.Summary | None
+    complaints: tuple[ConvergenceError | ResultError, ...]
+
+
+def check(case: Case) -> Assemblage:
+    """Read the wall, find its joints, and refuse what cannot be analysed (CaseError)."""
+    wall = read_wall(case)
+    try:
+        check_wall(wall, case.joints.tolerance)
+        assemblage = find_joints(wall, case.joints)
+        if assemblage.wall is not wall:
+            check_wall(assemblage.wall, case.joints.tolerance)
+        check_assemblage(assemblage)
+    except CaseError as error:
+        raise error.in_file(str(case.file if error.key.startswith("joints.") else case.block_file)) from None
+    return assemblage
+
+
+def examine(case: Case, assemblage: Assemblage) -> list[str]:
+    """Refuse, of one load case, whatever `limit` and `run` would refuse (CaseError); return what else is to be said.
+
+    assemblage: of the case, as `check` returns it.
+    """
+    with naming(case.file):
+        loads = loads_on(assemblage.wall, case.load)
+        tied = with_ties(assemblage, case.reinforcement.ties)
+    with naming(case.block_file):
+        refuse_what_cannot_be_analysed(tied, case.load.sign, loads)
+    said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
+    if case.reinforcement.ties:
+        said.append("WARNING: check, limit and run --model micro take ties; macroblocks, study and export do not yet")
+    try:
+        refuse_what_only_limit_analysis_takes(case)
+        refuse_seismic(case)
+        refuse_what_cannot_be_pushed(case, assemblage)
+    except CaseError as error:
+        said.append(f"WARNING: check, limit and segment take this case, run does not: {error}")
+    return said
+
+
+def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
+    """Return a warning about blocks that lie close without a joint, or none."""
+    assert assemblage.outlines is not None, "joints come from a planar map"
+    gaps, blocks = open_gaps(assemblage.outlines), assemblage.wall.blocks
+    if not gaps:
+        return []
+    width = [1e3 * abs(gap.width) for gap in gaps]
+    between = " to ".join(dict.fromkeys(f"{one:.2g}" for one in (min(width), max(width))))
+    first = min(gaps, key=lambda gap: abs(gap.width))
+    place = f"the first between blocks {blocks[first.i].id} and {blocks[first.j].id} at "
+    place += f"({first.at[0]:.4g}, {first.at[1]:.4g}) m"
+    many = f"{len(gaps)} pairs of blocks lie" if len(gaps) > 1 else "1 pair of blocks lies"
+    return [
+        f"WARNING: {many} {between} mm apart or over each other, without a joint there, "
+        f"{place}; joints.tolerance is {1e3 * settings.tolerance:g} mm: if these are errors of the drawing, import the "
+        "file with a larger --tolerance, or --mortar"
+    ]
+
+
+def refuse_what_cannot_be_pushed(case: Case, assemblage: Assemblage) -> None:
+    """Raise CaseError for a wall that is too large to be one or has joints of no known law, before its pushover."""
+    with naming(case.block_file):
+        refuse_implausible_size(assemblage.wall)
+    with naming(case.file):
+        refuse_bonded_mortar(assemblage, case.contact.softening_displacement)
+
+
+def _refuse_own_input(case: Case, output: Path) -> None:
+    """Raise CaseError where a run would write its case.toml or blocks.json over the file that it is given."""
+    for given, name in ((case.file, "case.toml"), (case.block_file, "blocks.json")):
+        if (output / name).exists() and (output / name).samefile(given):
+            problem = "is what this run is given, and would be overwritten"
+            raise CaseError("", problem, "give another folder with --output", str(output / name))
+
+
+def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
+    """Run micro limit analysis on a checked wall, ties among its joints. Raises CaseError for one that cannot stand."""
+    assemblage = check(case)
+    with naming(case.file):
+        loads = loads_on(assemblage.wall, case.load)
+        assemblage = with_ties(assemblage, case.reinforcement.ties)
+    with naming(case.block_file):
+        return assemblage, analyse(assemblage, case.limit_analysis, case.load.sign, loads)
+
+
+def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:
+    """Draw the mechanism into the run folder `output`; return its PNG."""
+    from orchestrator.present import report as reporting
+
+    return reporting.write_mechanism(output / "figures", case, assemblage, analysis)[0]
+
+
+def draw_macroblocks(case: Case, segmented: Segmented, output: Path) -> tuple[Path, Path]:
+    """Draw macroblocks and mechanism into the run folder `output`; return their PNGs."""
+    from orchestrator.present import plots
+
+    drawn = plots.macroblocks(segmented.assemblage, segmented.partition)
+    picture = plots.save(drawn, output / "figures", "macroblocks")[0]
+    return picture, draw_mechanism(case, segmented.assemblage, segmented.analysis, output)
+
+
+def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[LimitState, Path]:
+    """Let a support give way at `angle` (rad from +x); draw and return the state. Raises CaseError."""
+    from orchestrator.present import report as reporting
+
+    with naming(case.file):
+        assemblage = with_ties(check(case), case.reinforcement.ties)
+        state = settle(assemblage, support, angle, loads_on(assemblage.wall, case.load))
+    return state, reporting.write_settlement(output / "figures", assemblage, state, angle)[0]
+
+
+def segment(case: Case) -> Segmented:
+    """Run everything before the finite elements; where there are ties every stone is a body."""
+    assemblage, analysis = limit(case)
+    if case.reinforcement.ties:
+        untied = check(case)
+        every_stone = one_body_per_block(untied)
+        analysis = of_first_joints(analysis, len(untied.block_i))
+        return Segmented(untied, analysis, every_stone, make_bodies(untied, every_stone))
+    with naming(case.file):
+        loads = loads_on(assemblage.wall, case.load)
+        criteria = case.macroblocks
+        if criteria.choose == "automatic":  # a case file that says so and has tolerances has them for `study`
+            criteria = MacroblockSettings(margin=criteria.margin)
+        partition = macroblocks_of(assemblage, analysis, criteria, loads)
+    return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
+
+
+def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:
+    """Run the whole chain into the folder `output`; the same outcome on every rank.
+
+    With `resume` a pushover goes on after its last stored increment. Raises CaseError before anything is written.
+    """
+    began = perf_counter()
+    on_root(comm, refuse_what_only_limit_analysis_takes, case)
+    on_root(comm, refuse_ties_of_macroblocks, case)
+    on_root(comm, refuse_seismic, case)
+    segmented = on_root(comm, segment, case)
+    on_root(comm, refuse_what_cannot_be_pushed, case, segmented.assemblage)
+    on_root(comm, _refuse_own_input, case, output)
+    report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
+    return push(case, segmented, output, resume, comm, report)
+
+
+def push(
+    case: Case, segmented: Segmented, output: Path, resume: bool, comm: MPI.Comm | None, report: Report
+) -> Outcome:
+    """Run the finite elements of a segmented wall into the folder `output`; else as `run`."""
+    from orchestrator.present import (
+        report as reporting,  # pictures cost 0.2 s that check, limit and segment need not wait for
+    )
+
+    if resume:
+        on_root(comm, _refuse_another_run, case, segmented, output)
+    with on_root_while(comm, storage.locked(output), storage.logging_to(output / "run.log")):
+        on_root(comm, storage.sweep, output)
+        on_root(
+            comm,
+            reporting.write_segmentation,
+            output, case, segmented.assemblage, segmented.analysis, segmented.partition, segmented.bodies,
+        )  # fmt: skip
+        if is_root(comm):
+            for line in storage.provenance((case.file, case.block_file)):
+                logger.info(line)
+            logger.info("settings as run: %s", output / "case.toml")
+            logger.info("micro-LA and macroblocks: %s", _words(segmented))
+        pushed: dict[ModelName, Pushed] = {}
+        for model in dict.fromkeys(case.run.models):
+            began = perf_counter()
+            wall, bodies = segmented.assemblage.wall, _bodies(model, segmented)
+            expected = segmented.analysis.associative.load_multiplier
+            pushed[model] = push_model(model, case, wall, bodies, output / model, resume, comm, report, expected)
+            report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
+        outcome = on_root(comm, _finished, case, segmented, pushed, output)
+        for model, done in pushed.items():
+            peak, stopped = done.capacity.peak_base_shear, done.curve.stopped_because
+            logger.info("%s: peak base shear %.6g N; %s", model, peak, stopped)
+        for complaint in outcome.complaints:
+            logger.error("%s", complaint)
+        logger.info("finished: %s", output / "summary.json")
+        return outcome
+
+
+def _refuse_another_run(case: Case, segmented: Segmented, output: Path) -> None:
+    """Raise CaseError where `output` holds increments of another run, before anything of it is overwritten."""
+    for model in dict.fromkeys(case.run.models):
+        if storage.StateStore(output / model, "").numbers():
+            last_state(case, segmented.assemblage.wall, _bodies(model, segmented), output / model)
+
+
+def rebuild_report(run_folder: Path) -> Path:
+    """Draw the pictures of a finished run again and write report.html, from stored results alone; return its path."""
+    from orchestrator.present import report as reporting
+
+    return reporting.rebuild(run_folder)
+
+
+def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path) -> Outcome:
+    from orchestrator.present import report as reporting
+
+    summary = reporting.write_summary(
+        output,
+        case,
+        segmented.assemblage,
+        segmented.analysis,
+        segmented.partition,
+        {model: (done.curve, done.capacity) for model, done in pushed.items()},
+        [done.summary for done in pushed.values()],
+    )
+    return Outcome(summary, tuple(complaint for done in pushed.values() for complaint in done.complaints))
+
+
+def _words(segmented: Segmented) -> str:
+    analysis, partition = segmented.analysis, segmented.partition
+    bodies = "1 macroblock" if partition.count == 1 else f"{partition.count} macroblocks"
+    found = f"multiplier {analysis.headline.load_multiplier:.4f}, {bodies}"
+    return "; ".join([found, *analysis.remarks, *partition.remarks, *implausible(segmented.assemblage.wall)])
+
+
+def _bodies(model: ModelName, segmented: Segmented) -> Bodies:
+    if model == "macro":
+        return segmented.bodies
+    return make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))

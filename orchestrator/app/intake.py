@@ -1,0 +1,248 @@
+"""A wall in any of the files that are read -> a block file and a picture with block numbers to check it by."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from orchestrator.basis.arrays import IntArray
+from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.units import Unit
+from orchestrator.limit_analysis.gravity import falling_blocks, problem_of
+from orchestrator.macroblocks.bodies import glued
+from orchestrator.masonry.joints import JointSettings, blocks_without_support, check_assemblage, find_joints
+from orchestrator.masonry.sources.block_files import read_blocks, refuse_what_is_not_utf8
+from orchestrator.masonry.sources.closed_outlines import Layers
+from orchestrator.masonry.sources.coco import CocoSettings, holds_annotations, read_coco
+from orchestrator.masonry.sources.drawing import (
+    Drawing,
+    HealingSettings,
+    Material,
+    RefusedWallError,
+    closed,
+    implausible,
+    wall_of,
+)
+from orchestrator.masonry.sources.dxf import read_dxf
+from orchestrator.masonry.sources.picture import PictureSettings, read_picture
+from orchestrator.masonry.sources.rows import read_rows, uneven_courses
+from orchestrator.masonry.sources.svg import read_svg
+from orchestrator.masonry.wall import Wall, check_blocks, check_wall
+from orchestrator.present import plots
+from orchestrator.settings.sections import settings_from
+from orchestrator.storage.files import write_json
+from orchestrator.storage.values import blocks_record
+
+DRAWINGS, VECTORS, ROWS, BLOCK_FILES = (".dxf",), (".svg",), (".txt", ".rows"), (".json",)
+PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif")
+MOST_LOOSE = 0.25
+"""part of the blocks that may be loose: where more fall, the wall was misread"""
+LISTED = 20
+"""blocks that a remark names"""
+PIXELS_HEALED = 1.5
+"""pixels: each of two outlines is off by half a pixel, and a joint of odd width goes by half a pixel to either side"""
+
+
+@dataclass(frozen=True, slots=True)
+class LooseSettings:
+    """What becomes of stones that hang in mortar only, and would fall out of dry joints."""
+
+    loose: Literal["keep", "drop", "glue"] = "keep"
+    """keep: they stay, and the wall cannot stand; drop: they are left out; glue: each becomes one with the neighbour
+    that it has the longest joint with"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Intake:
+    """A wall as read, remarks on how (warnings first), and the wall before loose stones were left out or glued, if any
+    were."""
+
+    wall: Wall
+    remarks: list[str]
+    before: Wall | None = None
+
+
+def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = None) -> Intake:
+    """Return the wall in `path`, checked down to its joints, and remarks on how it was read.
+
+    options: text by name (thickness, unit_weight, friction, tolerance, mortar, ground, unit, blocks, supports,
+    openings, scale, stones, threshold, split, background, smallest, loose), each as in the settings of masonry/drawing,
+    dxf, picture, coco and svg. Raises CaseError; a wall that is refused is drawn into `picture` first, blocks marked.
+    """
+    refuse_what_is_not_utf8(str(path), "")
+    with naming(path):
+        given = {key: value for key, value in options.items() if value}
+        loose = _settings(LooseSettings, given)
+        try:
+            wall, remarks = _read(path, given)
+        except RefusedWallError as error:
+            raise _drawn(error, error.wall, picture) from None
+        try:
+            check_wall(wall)
+            kept, before, more = _without_loose(wall, loose.loose)
+            check_assemblage(find_joints(kept, JointSettings()))
+        except CaseError as error:
+            warned = "".join(f"; while reading: {remark}" for remark in remarks if "WARNING" in remark)
+            said = CaseError(error.key, error.problem, error.remedy + warned)
+            raise _drawn(said, wall, picture) from None
+    return Intake(kept, sorted([*more, *remarks], key=lambda remark: "WARNING" not in remark), before)
+
+
+def _drawn(error: CaseError, wall: Wall, picture: Path | None) -> CaseError:
+    """Draw a wall that is refused, the blocks that are complained about marked; return the error that says where."""
+    if picture is None:
+        return error
+    marked = [int(number) for number in re.findall(r"\d+", error.key.partition(" at ")[0])]
+    written = plots.save(plots.blocks(wall, numbered=True, marked=marked), picture.parent, picture.name)[0]
+    return CaseError(error.key, error.problem, f"{error.remedy}; see {written}", error.file)
+
+
+def _without_loose(wall: Wall, how: str) -> tuple[Wall, Wall | None, list[str]]:
+    """Return the wall without the stones that fall out of its dry joints, left out or glued; the wall before, if any
+    did; and what was done.
+
+    Stones may hold others, so it is asked again until nothing falls.
+    """
+    before, dropped, stuck = wall, list[int](), list[int]()
+    while True:
+        assemblage = find_joints(wall, JointSettings())
+        apart = blocks_without_support(assemblage)
+        falling = apart if len(apart) else falling_blocks(problem_of(assemblage))[1]
+        if not len(falling):
+            break
+        ids = [wall.blocks[k].id for k in falling]
+        if how == "keep":
+            return wall, None, [] if len(apart) else [_hanging(wall, falling)]
+        if len({*dropped, *stuck, *ids}) > MOST_LOOSE * len(wall.blocks) or {*ids} <= {*stuck}:
+            problem = f"{len({*dropped, *stuck, *ids})} blocks of {len(before.blocks)} fall: not single loose stones"
+            raise CaseError("--loose", problem, "check friction, --ground and --tolerance, or try --loose drop")
+        if how == "drop" or len(apart):
+            dropped += ids
+            wall = _left_out(wall, falling)
+        else:
+            stuck += ids
+            wall = glued(assemblage, falling)
+    check_wall(wall)
+    said = [f"{_stones(dropped)} that hung in mortar left out: {_listed(dropped)}"] if dropped else []
+    said += [f"{_stones(stuck)} that hung in mortar glued to a neighbour: {_listed(stuck)}"] if stuck else []
+    return wall, before if said else None, said
+
+
+def _hanging(wall: Wall, falling: IntArray) -> str:
+    ids = [wall.blocks[k].id for k in falling]
+    x, y = wall.blocks[falling[0]].polygon.mean(axis=0)
+    return (
+        f"WARNING: {_stones(ids)} would fall out of dry joints, block {ids[0]} at ({x:.4g}, {y:.4g}) m first: "
+        f"{_listed(ids)}; --loose drop leaves them out, --loose glue unites them with a neighbour"
+    )
+
+
+def _stones(ids: list[int]) -> str:
+    return f"{len(ids)} stone{'s' * (len(ids) != 1)}"
+
+
+def _listed(ids: list[int]) -> str:
+    return ", ".join(map(str, ids[:LISTED])) + (" ..." if len(ids) > LISTED else "")
+
+
+def _left_out(wall: Wall, positions: IntArray) -> Wall:
+    out = {*positions.tolist()}
+    kept = tuple(block for k, block in enumerate(wall.blocks) if k not in out)
+    ids = {block.id for block in kept}
+    return replace(wall, blocks=kept, mortar=tuple(m for m in wall.mortar if {m.i, m.j} <= ids))
+
+
+def write_wall(taken: Intake, output: Path) -> list[Path]:
+    """Write the block file `output` (.json) and beside it pictures with block numbers, loose stones left out or
+    glued in red; return what was written."""
+    refuse_output(output)
+    wall, remarks = taken.wall, taken.remarks
+    write_json(output, blocks_record(wall) | ({"remark": "; ".join(remarks)} if remarks else {}))
+    kept = {block.id for block in wall.blocks}
+    loose = [block.polygon for block in taken.before.blocks if block.id not in kept] if taken.before else []
+    return [output, *plots.save(plots.blocks(wall, numbered=True, loose=loose), output.parent, output.stem)]
+
+
+def refuse_output(output: Path) -> None:
+    """Raise CaseError for an output that is not named like a block file."""
+    if output.suffix.lower() != ".json":
+        raise CaseError("--output", f"{output} is not a block file", "end its name in .json")
+    refuse_what_is_not_utf8(str(output), "--output")
+
+
+def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
+    suffix = path.suffix.lower()
+    if suffix in ROWS:
+        _refuse(options, f"states everything itself: change it in {path.name}")
+        wall = read_rows(path)
+        return wall, [*uneven_courses(wall), *implausible(wall)]
+    if suffix in BLOCK_FILES and not holds_annotations(path):
+        healing = _settings(HealingSettings, options) if {"tolerance", "mortar"} & options.keys() else None
+        _refuse(options, f"states everything itself: change it in {path.name}")
+        wall = read_blocks(path)
+        check_blocks(wall, 0.0)
+        wall, said = closed(wall, healing) if healing else (wall, [])
+        return wall, [*said, *implausible(wall)]
+    if suffix not in DRAWINGS + VECTORS + PICTURES + BLOCK_FILES:
+        known = " ".join(DRAWINGS + VECTORS + ROWS + BLOCK_FILES + PICTURES)
+        raise CaseError("", f"files ending in {suffix!r} are not read", f"give one of {known}")
+    material = _settings(Material, options, thickness='--thickness "300 mm"')
+    if suffix in DRAWINGS + VECTORS:
+        healing, layers = _settings(HealingSettings, options), _settings(Layers, options)
+        drawing = _dxf(path, options, layers, healing) if suffix in DRAWINGS else _svg(path, options, layers, healing)
+        return wall_of(drawing, path.stem, material, healing)
+    pixels = '--scale "2 mm"'
+    if suffix in BLOCK_FILES:
+        coco = _settings(CocoSettings, options, scale=f"the side of a pixel, {pixels}")
+        drawing, scale = read_coco(path, _settings(Layers, options), coco), coco.scale
+    else:
+        settings = _settings(PictureSettings, options, scale=f"the side of a pixel, {pixels}")
+        drawing, scale = read_picture(path, settings), settings.scale
+    healing = _settings(HealingSettings, options)
+    _refuse(options, "does not go with a picture")
+    healing = replace(healing, tolerance=max(healing.tolerance, PIXELS_HEALED * scale))
+    return wall_of(drawing, path.stem, material, healing)
+
+
+def _dxf(path: Path, options: dict[str, str], layers: Layers, healing: HealingSettings) -> Drawing:
+    unit = options.pop("unit", "")
+    _refuse(options, "does not go with a drawing")
+    return read_dxf(path, layers, healing.tolerance, unit)
+
+
+def _svg(path: Path, options: dict[str, str], layers: Layers, healing: HealingSettings) -> Drawing:
+    scale = options.pop("scale", options.pop("unit", ""))
+    _refuse(options, "does not go with a drawing")
+    try:
+        factor = Unit("m").parse(scale if scale[:1].isdigit() else f"1 {scale}") if scale else None
+    except ValueError as error:
+        problem, _, remedy = str(error).partition("; ")
+        raise CaseError("--scale", problem, remedy) from None
+    return read_svg(path, layers, healing.tolerance, factor)
+
+
+def _settings(kind: type[Any], options: dict[str, str], **needed: str) -> Any:
+    """Return settings of `kind`, taking their keys out of `options`; `needed` says how to give what has no default."""
+    given = {key: options.pop(key) for key in kind.__dataclass_fields__ if key in options}
+    for key, example in needed.items():
+        if key not in given:
+            raise CaseError(f"--{key}", "is missing, the file does not say it", f"give it, as in {example}")
+    try:
+        return settings_from(kind, {key: _number_or_text(value) for key, value in given.items()})
+    except CaseError as error:
+        raise CaseError(f"--{error.key.replace('_', '-')}", error.problem, error.remedy) from None
+
+
+def _number_or_text(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _refuse(options: dict[str, str], reason: str) -> None:
+    for key in options:
+        raise CaseError(f"--{key.replace('_', '-')}", reason, "leave it out")

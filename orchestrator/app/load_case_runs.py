@@ -1,0 +1,257 @@
+"""Several load cases of one wall: each a run of its own in a folder of its name; table, picture and index page of all.
+
+Under MPI the load cases are spread over ranks 1 and up, unless one of them is so large that all ranks share it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from orchestrator import storage
+from orchestrator.app import driver, pushover_run
+from orchestrator.app.driver import Outcome
+from orchestrator.app.progress import Report, StageDone
+from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
+from orchestrator.basis.parallel import on_root, on_root_while, workers
+from orchestrator.loads import load_cases, loads_on
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.present import page, plots
+from orchestrator.present.report import as_run
+from orchestrator.present.verdict import Answered, Verdict, verdict
+from orchestrator.pushover.estimate import estimate
+from orchestrator.settings.case import Case
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+COLUMNS = (
+    "load_case", "direction", "distribution", "model", "bodies", "associative", "non_associative",
+    "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N", "displacement_at_peak_m",
+    "initial_stiffness_N_per_m", "valid", "stopped_because", "complaint",
+)  # fmt: skip
+INDEX = "load_cases.json"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LoadCaseRun:
+    """One load case: its name, the case that runs it alone, and its folder."""
+
+    name: str
+    case: Case
+    folder: Path
+    resume: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LoadCasesOutcome:
+    """What all load cases leave: their rows of the table, the verdict on them, their outcomes, and their complaints,
+    named after them."""
+
+    rows: tuple[dict[str, Any], ...]
+    verdict: Verdict
+    done: tuple[Outcome, ...]
+    complaints: tuple[ConvergenceError | ResultError, ...]
+
+
+def each(case: Case) -> dict[str, Case]:
+    """Return the case of each load case alone, by name; a case without load cases is {"": case}. Raises CaseError."""
+    with naming(case.file):
+        loads = load_cases(case.load)
+    return {
+        name: replace(case, load=load, name=f"{case.name}, {name}") if name else case for name, load in loads.items()
+    }
+
+
+def refuse_several(case: Case, command: str) -> None:
+    """Raise CaseError for a case with load cases, which `command` would leave out."""
+    if case.load.cases:
+        remedy = "give the case.toml in the run folder of one of them, or --set load.cases=[]"
+        raise CaseError("load.cases", f"{command} takes one load case", remedy, str(case.file))
+
+
+def check(case: Case) -> Assemblage:
+    """Refuse a wall or loads that cannot be analysed (CaseError)."""
+    assemblage = driver.check(case)
+    for one in each(case).values():
+        with naming(case.file):
+            loads_on(assemblage.wall, one.load)
+    return assemblage
+
+
+def examine(case: Case) -> tuple[Assemblage, list[str]]:
+    """Refuse whatever `limit` and `run` would refuse (CaseError); return the assemblage and what else is to be said."""
+    assemblage = check(case)
+    said = [remark for one in each(case).values() for remark in driver.examine(one, assemblage)]
+    return assemblage, list(dict.fromkeys(said))
+
+
+def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, report: Report) -> LoadCasesOutcome | None:
+    """Run every load case into its folder in `output`; None on ranks that have worked for others.
+
+    With `resume` finished load cases stay as they are. Raises CaseError before anything is written.
+    """
+    assemblage = on_root(comm, check, case)
+    runs = [LoadCaseRun(name, one, output / name, resume) for name, one in each(case).items()]
+    if comm is not None and comm.size > 1:
+        pushover_run.start_finite_elements()
+        if not _is_large(case, assemblage):
+            return _spread(case, runs, output, comm, report)
+    with on_root_while(comm, storage.locked(output)):
+        done = [compute(one, comm, _named(report, one.name)) for one in runs]
+        return on_root(comm, _collected, case, runs, done, output)
+
+
+def _spread(
+    case: Case, runs: list[LoadCaseRun], output: Path, comm: MPI.Intracomm, report: Report
+) -> LoadCasesOutcome | None:
+    with workers(comm) as spread:
+        if spread is None:
+            return None
+        with storage.locked(output):
+            outcomes: dict[str, Outcome] = {}
+            for name, outcome in spread(_compute_alone, runs):
+                outcomes[name] = outcome
+                report(StageDone(f"{len(outcomes)} of {len(runs)}", _seconds(outcome), name))
+            return _collected(case, runs, [outcomes[one.name] for one in runs], output)
+
+
+def _is_large(case: Case, assemblage: Assemblage) -> bool:
+    stones = make_bodies(assemblage, one_body_per_block(assemblage))
+    return estimate(stones, case.mesh, case.elastic.element_order).unknowns > case.newton.distribute_above
+
+
+def _compute_alone(run: LoadCaseRun) -> tuple[str, Outcome]:
+    return run.name, compute(run, None, lambda event: None)
+
+
+def compute(run: LoadCaseRun, comm: MPI.Comm | None, report: Report) -> Outcome:
+    """Run one load case into its folder; one without a curve is a complaint, not an end of all."""
+    if run.resume and (finished := on_root(comm, _finished, run)):
+        return finished
+    try:
+        return driver.run(run.case, run.folder, run.resume, comm, report)
+    except ConvergenceError as error:  # before the first lateral increment
+        return Outcome(None, (error,))
+
+
+def _finished(run: LoadCaseRun) -> Outcome | None:
+    """Return the outcome of a load case that was run with the same settings, inputs and sources, without complaints."""
+    written = run.folder / "case.toml"
+    if not (run.folder / "summary.json").is_file():
+        return None
+    if _without_commit(written.read_text(encoding="utf-8")) != _without_commit(as_run(run.case)):
+        return None
+    found = storage.read_summary(run.folder)
+    return None if any(pushed.complaint for pushed in found.pushover) else Outcome(found, ())
+
+
+def _without_commit(text: str) -> list[str]:
+    """Return the lines of a case.toml but the one that names a commit: other commits may have the same sources."""
+    return [line for line in text.splitlines() if not line.startswith("# commit ")]
+
+
+def _seconds(outcome: Outcome) -> float:
+    return sum(pushed.seconds["total"] for pushed in outcome.summary.pushover) if outcome.summary else 0.0
+
+
+def _named(report: Report, name: str) -> Report:
+    """Return a report that says which load case an event belongs to."""
+
+    def named(event: Any) -> None:
+        key = "stage" if isinstance(event, StageDone) else "model"
+        report(replace(event, **{key: f"{name}: {getattr(event, key)}"}))
+
+    return named
+
+
+def _collected(case: Case, runs: list[LoadCaseRun], done: list[Outcome], output: Path) -> LoadCasesOutcome:
+    record = {
+        "case": case.name,
+        "language": case.project.language,
+        "load_cases": [
+            {
+                "name": one.name,
+                "direction": one.case.load.direction,
+                "distribution": one.case.load.distribution,
+                "complaints": [str(complaint) for complaint in outcome.complaints],
+            }
+            for one, outcome in zip(runs, done, strict=True)
+        ],
+    }
+    storage.write_json(output / INDEX, record)
+    complaints = (
+        type(complaint)(f"load case {one.name}: {complaint.args[0]}", *complaint.args[1:])
+        for one, outcome in zip(runs, done, strict=True)
+        for complaint in outcome.complaints
+    )
+    return LoadCasesOutcome(*_presented(output), tuple(done), tuple(complaints))
+
+
+def are_in(folder: Path) -> bool:
+    """Return whether `run` has left several load cases in a folder."""
+    return (folder / INDEX).is_file()
+
+
+def rebuild(folder: Path) -> Path:
+    """Draw all pictures of all load cases again and write their pages, from stored results alone; return the index."""
+    for entry in storage.read_json(folder / INDEX)["load_cases"]:
+        if (folder / entry["name"] / "summary.json").is_file():
+            driver.rebuild_report(folder / entry["name"])
+    _presented(folder)
+    return folder / "report.html"
+
+
+def _presented(folder: Path) -> tuple[tuple[dict[str, Any], ...], Verdict]:
+    """Write tables, picture and index page from the stored load cases; return the rows and the verdict."""
+    record = storage.read_json(folder / INDEX)
+    rows = tuple(row for entry in record["load_cases"] for row in _rows(entry, folder / entry["name"]))
+    storage.write_csv(folder / "load_cases.csv", COLUMNS, ([row[name] for name in COLUMNS] for row in rows))
+    drawn = [row for row in rows if row["model"]]
+    curves = [storage.read_curve(folder / row["load_case"] / row["model"], row["stopped_because"]) for row in drawn]
+    lines = [
+        plots.ModelCurve(row["load_case"], row["model"], row["valid"], curve)
+        for row, curve in zip(drawn, curves, strict=True)
+    ]
+    plots.save(plots.load_case_curves(lines, record["case"]), folder / "figures", "curves")
+    found = verdict(record["case"], [_answered(entry, folder / entry["name"]) for entry in record["load_cases"]])
+    page.write_verdict(folder, found)
+    page.write_index(folder, record["case"], rows, found, record.get("language", "en"))
+    return rows, found
+
+
+def _answered(entry: dict[str, Any], folder: Path) -> Answered:
+    summary = storage.read_summary(folder) if (folder / "summary.json").is_file() else None
+    return Answered(entry["name"], entry["direction"], entry["distribution"], summary, "; ".join(entry["complaints"]))
+
+
+def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
+    """Yield the table's rows of one load case: one for each of its curves, or one that says why there is none."""
+    about = {"load_case": entry["name"], "direction": entry["direction"], "distribution": entry["distribution"]}
+    row = dict.fromkeys(COLUMNS, "") | about
+    if not (folder / "summary.json").is_file():
+        yield row | {"complaint": "; ".join(entry["complaints"])}
+        return
+    summary = storage.read_summary(folder)
+    limit = summary.limit_analysis
+    lowest = "" if limit.non_associative is None else limit.non_associative
+    for pushed in summary.pushover:
+        figures = {
+            "model": pushed.model,
+            "bodies": pushed.bodies,
+            "associative": limit.associative,
+            "non_associative": lowest,
+            "limit_base_shear_N": limit.base_shear,
+            "peak_multiplier": pushed.peak_multiplier,
+            "peak_base_shear_N": pushed.peak_base_shear,
+            "displacement_at_peak_m": pushed.displacement_at_peak,
+            "initial_stiffness_N_per_m": pushed.initial_stiffness,
+            "valid": pushed.valid,
+            "stopped_because": pushed.stopped_because,
+            "complaint": pushed.complaint or "",
+        }
+        yield row | figures

@@ -1,0 +1,267 @@
+"""The pushover of bodies as a value: followed, folded into curve and capacity, and checked.
+
+    pushed = push(assemblage, analysis, partition, load)
+
+is for use from Python: no files, no communicator. pushover_run.py does the same for the command line, where increments
+are stored as they come and all ranks may share one model.
+"""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from orchestrator import storage
+from orchestrator.app.progress import IncrementDone, Report
+from orchestrator.assessment.capacity import Capacity, find_capacity
+from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError, ResultError
+from orchestrator.basis.parallel import this_rank
+from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.loads import LoadSettings, loads_on
+from orchestrator.macroblocks.bodies import Bodies, make_bodies
+from orchestrator.macroblocks.criteria import Partition
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.pushover.contact.mortar import refuse_bonded_mortar
+from orchestrator.pushover.increments import Increment, PushoverCurve
+from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies
+from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.settings.case import ModelName
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from orchestrator.pushover.model import ContactModel
+
+SAME_LOAD = 1e-9
+"""part by which the horizontal live load of limit analysis and of `push` may differ: rounding"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pushed:
+    """One finished pushover. `complaints`: why the curve ended early, and why it is not valid; none of a good one."""
+
+    curve: PushoverCurve
+    capacity: Capacity
+    summary: storage.PushoverSummary
+    complaints: tuple[ConvergenceError | ResultError, ...]
+
+
+def push(
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    partition: Partition,
+    load: LoadSettings | None = None,
+    *,
+    mesh: MeshSettings | None = None,
+    elastic: ElasticSettings | None = None,
+    contact: ContactSettings | None = None,
+    newton: NewtonSettings | None = None,
+    stepping: SteppingSettings | None = None,
+    report: Report | None = None,
+) -> Pushed:
+    """Push the bodies of a partition: weight, extra dead loads (floors), live load; check the curve as `run` does.
+
+    partition: macroblocks, or `one_body_per_block(assemblage)` for micro-FE. analysis: of the assemblage under the same
+    loads; its associative multiplier is the measure of load increments. report: told every increment (progress.py).
+    Settings left out have the default of the case file. All increments stay in memory until the curve ends. Raises
+    CaseError for loads other than those of the analysis and for joints of no known law, ConvergenceError where there is
+    no curve; a curve that breaks off or is not valid is returned with its `complaints`.
+    """
+    load = load or LoadSettings()
+    _refuse_other_loads(assemblage, analysis, load)
+    refuse_bonded_mortar(assemblage, (contact or ContactSettings()).softening_displacement)
+    model: ModelName = "micro" if _is_every_block(partition) else "macro"
+    stepping = stepping_of(model, stepping or SteppingSettings())
+    began, expected = perf_counter(), analysis.associative.load_multiplier
+    bodies = make_bodies(assemblage, partition)
+    meshes = mesh_bodies(bodies, mesh or MeshSettings(), None)
+    contact_model = _model_of(assemblage, bodies, meshes, load, elastic, contact, stepping.large_displacement)
+    assembled = perf_counter()
+    increments: list[Increment] = []
+
+    def keep(increment: Increment) -> None:
+        increments.append(increment)
+        if report:
+            report(progress_of(model, increment, stepping, contact_model.weight, perf_counter() - assembled))
+
+    complaint, factorise = follow(
+        contact_model, this_rank(), newton or NewtonSettings(), stepping, expected, None, keep
+    )
+    ended = perf_counter()
+    seconds = {"mesh": meshes.seconds, "assembly": assembled - began - meshes.seconds, "factorise": factorise}
+    seconds |= {"contact": ended - assembled - factorise, "total": ended - began}
+    kept = (lambda: increments, increments[-1] if increments else None)
+    return judged(model, bodies, contact_model, *kept, stepping, expected, complaint, ranks=1, seconds=seconds)
+
+
+def _model_of(
+    assemblage: Assemblage,
+    bodies: Bodies,
+    meshes: BodyMeshes,
+    load: LoadSettings,
+    elastic: ElasticSettings | None,
+    contact: ContactSettings | None,
+    large: bool,
+) -> ContactModel:
+    """Return the contact model of meshed bodies under a load, on this rank alone."""
+    from orchestrator.pushover.model import build_model
+    from orchestrator.pushover.solids.nodal_loads import nodal_loads
+
+    settings = (elastic or ElasticSettings(), contact or ContactSettings())
+    loads = nodal_loads(assemblage.wall, bodies, meshes, load)
+    return build_model(bodies, meshes, *settings, load.sign, this_rank(), large, loads)
+
+
+def follow(
+    contact_model: ContactModel,
+    comm: MPI.Comm,
+    newton: NewtonSettings,
+    stepping: SteppingSettings,
+    expected: float,
+    last: Increment | None,
+    keep: Callable[[Increment], None],
+) -> tuple[ConvergenceError | CollapseError | None, float]:
+    """Follow a path from the increment `last` (None: from the start) and `keep` every increment.
+
+    Returns why it ended before `end_of_curve` (None: it did not), and the seconds of factorisations.
+    """
+    from orchestrator.pushover.path.stepping import Pushover
+    from orchestrator.pushover.solve.linear_system import LinearSystem
+
+    with LinearSystem(contact_model, comm) as system:
+        try:
+            for increment in Pushover(contact_model, system, newton, stepping, expected).increments(last):
+                keep(increment)
+        except (ConvergenceError, CollapseError) as error:
+            return error, system.seconds
+        return None, system.seconds
+
+
+def judged(
+    model: ModelName,
+    bodies: Bodies,
+    contact_model: ContactModel,
+    increments: Callable[[], Iterable[Increment]],
+    last: Increment | None,
+    stepping: SteppingSettings,
+    expected: float,
+    complaint: ConvergenceError | CollapseError | None,
+    *,
+    ranks: int,
+    seconds: dict[str, float],
+) -> Pushed:
+    """Fold the increments that were kept (`increments()` yields them in order, up to `last`) into a curve; check it."""
+    from orchestrator.pushover.contact.mortar import coarse_toes, largest_closing
+    from orchestrator.pushover.path.body_overlap import largest_overlap
+    from orchestrator.pushover.path.stepping import end_of_curve
+    from orchestrator.pushover.stress import element_stress, tension_inside
+
+    if isinstance(complaint, ConvergenceError):
+        complaint = _located(model, complaint, last)
+    if last is None or last.phase == "gravity":
+        raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
+    stopped = str(complaint or end_of_curve(last, stepping))
+    curve = PushoverCurve.from_increments(increments(), stopped)
+    effort = storage.effort_of(increments(), contact_model.body_names, contact_model.body_mass)
+    capacity = find_capacity(curve)
+    failures = [complaint] if isinstance(complaint, ConvergenceError) else []
+    large = stepping.large_displacement
+    overlap = (0.0, 0.0)
+    if large:
+        closed = largest_closing(contact_model.mortar, last)
+        overlap = largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen, closed)
+    highest_static = _peak(curve)
+    at_peak = next(one for one in increments() if one.number == highest_static)
+    stress = element_stress(contact_model.meshes, contact_model.elastic, at_peak.displacement, large)
+    highest = None if large else expected * contact_model.horizontal_load
+    invalid = _invalid(model, curve, overlap[1], effort.energy_error, highest, failures)
+    complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
+    summary = storage.pushover_summary(
+        model,
+        contact_model.meshes,
+        len(contact_model.contacts),
+        effort,
+        capacity,
+        stopped,
+        overlap=overlap,
+        toe_error=coarse_toes(bodies, contact_model.contacts, at_peak),
+        tension_inside=tension_inside(bodies, contact_model.meshes, stress),
+        large_displacement=large,
+        ranks=ranks,
+        seconds=seconds,
+        peak_memory=peak_memory(),
+        complaint=str(complaints[0]) if complaints else None,
+        not_valid_because=None if invalid is None else invalid.detail,
+    )
+    return Pushed(curve, capacity, summary, complaints)
+
+
+def peak_memory() -> int:
+    """Return the largest memory this process has had, bytes."""
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def stepping_of(model: ModelName, stepping: SteppingSettings) -> SteppingSettings:
+    """Return how a path is followed: macroblocks are those of one mechanism, and know no other once it has fallen."""
+    return stepping if model == "micro" else replace(stepping, local_share=0.0)
+
+
+def progress_of(
+    model: str, increment: Increment, stepping: SteppingSettings, weight: float, seconds: float
+) -> IncrementDone:
+    """Return what is reported of an increment."""
+    reached = increment.control_displacement / stepping.final_displacement
+    return IncrementDone(model, increment, weight, seconds, min(max(reached, 0.0), 1.0))
+
+
+def _is_every_block(partition: Partition) -> bool:
+    """Return whether no two blocks make a body."""
+    return len(np.unique(partition.body_of_block)) == len(partition.body_of_block)
+
+
+def _refuse_other_loads(assemblage: Assemblage, analysis: LimitAnalysis, load: LoadSettings) -> None:
+    """Raise CaseError for a limit analysis that was made under other loads."""
+    free = [not block.fixed for block in assemblage.wall.blocks]
+    pushed = float(loads_on(assemblage.wall, load).along_x[free, 0].sum())
+    if analysis.load_direction != load.sign or abs(pushed - analysis.horizontal_load) > SAME_LOAD * pushed:
+        remedy = "give `analyse` the direction load.sign and the loads loads_on(wall, load), and `push` the same load"
+        raise CaseError("load", "is not the load of this limit analysis", remedy)
+
+
+def _peak(curve: PushoverCurve) -> int:
+    """Return the number of the increment that carries most, of the static ones."""
+    return int(curve.static.step[np.argmax(curve.static.base_shear_N)])
+
+
+def _located(model: str, error: ConvergenceError, last: Increment | None) -> ConvergenceError:
+    """Return the error with the model and the last good increment in its text."""
+    place = "before any increment"
+    if last is not None:
+        moved = f"{1e3 * last.control_displacement:.4g} mm, multiplier {last.load_multiplier:.4f}"
+        place = f"after increment {last.number} ({last.phase}, {moved})"
+    return ConvergenceError(f"{model} FE", f"stopped {place}: {error}", error.iterations)
+
+
+def _invalid(
+    model: str,
+    curve: PushoverCurve,
+    overlap: float,
+    energy_error: float,
+    highest: float | None,
+    failures: list[ConvergenceError],
+) -> ResultError | None:
+    """Return why a curve is not valid: what `check` finds, or that it broke off."""
+    from orchestrator.pushover.path.curve_checks import check_curve
+
+    try:
+        check_curve(curve, overlap, energy_error, highest)
+        if failures:
+            raise ResultError("end of the curve", f"it broke off: {failures[0].where}")
+    except ResultError as error:
+        return ResultError(f"{model} FE", f"{error.check}: {error.detail}")
+    return None

@@ -1,0 +1,198 @@
+"""One pushover in its folder: Bodies -> BodyMeshes -> ContactModel -> Increment ... -> PushoverCurve -> Capacity.
+
+Every increment is stored as it comes, so that a run that was interrupted goes on after its last one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from orchestrator import storage
+from orchestrator.app.progress import IncrementDone, Report, StageDone
+from orchestrator.app.pushed import Pushed, follow, judged, peak_memory, progress_of, stepping_of
+from orchestrator.basis.errors import CollapseError, ConvergenceError, naming
+from orchestrator.basis.parallel import on_root, this_rank
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.masonry.wall import Wall
+from orchestrator.pushover.estimate import Estimate, estimate, free_memory, time_in_words, warning_of
+from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.meshing import BodyMeshes, mesh_bodies, write_mesh
+from orchestrator.settings.case import Case, ModelName
+from orchestrator.storage.identity import identity
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from orchestrator.pushover.model import ContactModel
+    from orchestrator.pushover.settings import SteppingSettings
+    from orchestrator.pushover.solids.nodal_loads import NodalLoads
+    from orchestrator.pushover.solids.tie_bars import TieBars
+
+logger = logging.getLogger(__name__)
+
+
+def push_model(
+    model: ModelName,
+    case: Case,
+    wall: Wall,
+    bodies: Bodies,
+    folder: Path,
+    resume: bool,
+    comm: MPI.Comm | None,
+    report: Report,
+    expected: float,
+) -> Pushed:
+    """Mesh the bodies of one model and push them, on rank 0 or, if they are many, on all ranks.
+
+    expected: associative load multiplier of limit analysis, the measure of load increments. Results go into `folder`;
+    with `resume` the pushover goes on after the last increment stored there. Raises CaseError
+    for what does not fit into the memory, ConvergenceError for a pushover without a curve.
+    """
+    from orchestrator.pushover.contact.contact_search import find_contacts
+    from orchestrator.pushover.solids.nodal_loads import nodal_loads
+    from orchestrator.pushover.solids.tie_bars import find_ties
+
+    start_finite_elements()
+    size = estimate(bodies, case.mesh, case.elastic.element_order)
+    warning = on_root(comm, _room_for, size, case)
+    said = "; ".join(filter(None, (f"{size}, {time_in_words(size)}", warning)))
+    report(StageDone(f"{model} FE, before it starts", 0.0, said))
+    meshes = on_root(comm, _meshed, bodies, case, folder)
+    loads = nodal_loads(wall, bodies, meshes, case.load)
+    ties = find_ties(wall, bodies, meshes, case.reinforcement.ties)
+    arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, expected)
+    unknowns = 3 * len(meshes.nodes) + len(find_contacts(bodies, meshes))
+    if unknowns > case.newton.distribute_above:
+        return _follow(*arguments, comm, report)
+    return on_root(comm, _follow, *arguments, None, report)
+
+
+def _room_for(expected: Estimate, case: Case) -> str:
+    """Return a warning about a large run, or "". Raises CaseError for one that does not fit into the memory."""
+    with naming(case.file):
+        warning = warning_of(expected, free_memory())
+    logger.info("expected: %s %s", expected, warning)
+    return warning
+
+
+def _meshed(bodies: Bodies, case: Case, folder: Path) -> BodyMeshes:
+    meshes = mesh_bodies(bodies, case.mesh, mesh_cache())
+    for name in ("mesh.msh", "mesh.vtu"):
+        write_mesh(meshes, folder / name)
+    return meshes
+
+
+def mesh_cache() -> Path:
+    """Return the folder where meshes are kept between runs."""
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "orchestrator" / "meshes"
+
+
+def _follow(
+    model: ModelName,
+    case: Case,
+    wall: Wall,
+    bodies: Bodies,
+    meshes: BodyMeshes,
+    loads: NodalLoads,
+    ties: TieBars | None,
+    folder: Path,
+    resume: bool,
+    expected: float,
+    comm: MPI.Comm | None,
+    report: Report,
+) -> Pushed:
+    """Follow the curve of one model on `comm` (None: this rank alone), storing every increment."""
+    from orchestrator.pushover.model import build_model
+
+    working, stepping = comm or this_rank(), stepping_of(model, case.stepping)
+    store = storage.StateStore(folder, _fingerprint(case, wall, bodies, meshes))
+    last = on_root(comm, _opened, store, resume)
+    began = perf_counter()
+    large = case.stepping.large_displacement
+    contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working, large, loads, ties)
+    assembled = perf_counter()
+
+    def keep(increment: Increment) -> None:
+        on_root(comm, store.append, increment)
+        report(_told(progress_of(model, increment, stepping, contact_model.weight, perf_counter() - assembled)))
+
+    complaint, factorise = follow(contact_model, working, case.newton, stepping, expected, last, keep)
+    seconds = {"assembly": assembled - began, "factorise": factorise}
+    seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - factorise}
+    seconds["total"] = meshes.seconds + perf_counter() - began
+    return on_root(
+        comm, _folded, model, wall, bodies, contact_model, store, stepping, expected, complaint, working.size, seconds
+    )
+
+
+def _told(done: IncrementDone) -> IncrementDone:
+    """Write an increment into run.log; return it."""
+    model, increment = done.model, done.increment
+    logger.info(
+        "%s %d %s: multiplier %.5f, control displacement %.4g mm, %d iterations",
+        model, increment.number, increment.phase, increment.load_multiplier,
+        1e3 * increment.control_displacement, increment.iterations,
+    )  # fmt: skip
+    for attempt in increment.attempts:
+        logger.info("%s %d: %s (tried %.3g): %s", model, increment.number, attempt.cause, attempt.tried, attempt.action)
+    return done
+
+
+def last_state(case: Case, wall: Wall, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, Increment | None]:
+    """Return the meshes and the last increment that `push_model` has left in a model's folder."""
+    meshes = mesh_bodies(bodies, case.mesh, mesh_cache())
+    return meshes, storage.StateStore(folder, _fingerprint(case, wall, bodies, meshes)).last()
+
+
+def start_finite_elements() -> None:
+    """Import the finite elements: PETSc starts collectively, so all ranks call this together."""
+    from orchestrator.pushover import model  # noqa: F401
+    from orchestrator.pushover.solve import linear_system  # noqa: F401
+
+
+def _opened(store: storage.StateStore, resume: bool) -> Increment | None:
+    """Return the increment to go on from; without `resume` earlier results of this model are cleared."""
+    (store.folder / "curve.csv").unlink(missing_ok=True)
+    if not resume:
+        store.clear()
+        return None
+    last = store.last()
+    logger.info("resumed after increment %d", last.number if last else 0)
+    return last
+
+
+def _fingerprint(case: Case, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> str:
+    """Return a hash of everything that an increment depends on: identity of the run, bodies, and their meshes."""
+    total = hashlib.sha256(identity(case, wall).encode())
+    for array in (meshes.nodes, meshes.tetrahedra, bodies.start, bodies.end):
+        total.update(array.tobytes())
+    total.update(repr([body.parts for body in bodies.bodies]).encode())
+    return total.hexdigest()
+
+
+def _folded(
+    model: ModelName,
+    wall: Wall,
+    bodies: Bodies,
+    contact_model: ContactModel,
+    store: storage.StateStore,
+    stepping: SteppingSettings,
+    expected: float,
+    complaint: ConvergenceError | CollapseError | None,
+    ranks: int,
+    seconds: dict[str, float],
+) -> Pushed:
+    """Fold and check the stored increments; write curve, pictures and ParaView files."""
+    from orchestrator.present import report as reporting
+
+    kept = (store.increments, store.last())
+    done = judged(model, bodies, contact_model, *kept, stepping, expected, complaint, ranks=ranks, seconds=seconds)
+    reporting.write_pushover(store, model, wall, bodies, contact_model, done.curve, done.summary.valid)
+    storage.write_ties(store.folder, store.increments(), len(contact_model.ties or ()))
+    return replace(done, summary=replace(done.summary, peak_memory=peak_memory()))

@@ -1,0 +1,253 @@
+"""The runs of `sensitivity`: every point of the ranges under every load case; tables, tornado and fragility.
+
+A point is one file in `points`, written when it is whole. Its name ends with a hash of everything it depends on: a
+point that is there is not run again, so that an interrupted study continues where it stopped. Ranks 1 and up share
+them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from orchestrator import storage
+from orchestrator.app import driver, load_case_runs, pushover_run
+from orchestrator.app.progress import Report, StageDone
+from orchestrator.assessment.seismic import limit_states, verify
+from orchestrator.assessment.sensitivity import (
+    ALIKE,
+    Lognormal,
+    SensitivityPoint,
+    SensitivitySettings,
+    fragility,
+    latin_hypercube,
+    lognormal,
+    one_at_a_time,
+    ranges,
+)
+from orchestrator.basis.errors import CaseError, ConvergenceError, naming
+from orchestrator.basis.parallel import workers
+from orchestrator.basis.program import sources
+from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.masonry.joints import Assemblage, JointClass
+from orchestrator.present import plots
+from orchestrator.present.verdict import Answered, verdict
+from orchestrator.settings.case import Case, RunSettings
+from orchestrator.settings.project import ProjectSettings
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+FALLS = "cannot stand"
+"""how the refusal of a wall that falls under its dead load begins"""
+OF_JOINTS = ("friction", "cohesion", "tensile_strength", "compressive_strength")
+COLUMNS = ("point", "capacity", "quantity", "load_case", "check", "remark")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PointRun:
+    """One point: its case, and the file that holds its result once it is known."""
+
+    point: SensitivityPoint
+    case: Case
+    file: Path
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SensitivityOutcome:
+    """What a study leaves: the quantity, rows of the tornado (name, low, high, capacities) with the largest first, the
+    capacity of the case as given, that of every sample (None: not known), and the lognormal fit."""
+
+    quantity: str
+    base: float | None
+    bars: tuple[dict[str, Any], ...]
+    samples: tuple[float | None, ...]
+    fit: Lognormal | None
+
+
+def sensitivity(case: Case, output: Path, comm: MPI.Intracomm | None, report: Report) -> SensitivityOutcome | None:
+    """Run the ranges of [sensitivity] into `output`; None on the ranks that only work. Raises CaseError."""
+    if case.sensitivity.analysis != "limit":
+        pushover_run.start_finite_elements()
+    with workers(comm) as spread:
+        if spread is None:
+            return None
+        with storage.locked(output):
+            return _sensitivity(case, output, spread, report)
+
+
+def _sensitivity(
+    case: Case, output: Path, spread: Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]], report: Report
+) -> SensitivityOutcome:
+    began, settings = perf_counter(), case.sensitivity
+    with naming(case.file):
+        given = ranges(settings)
+        points = (*one_at_a_time(given), *latin_hypercube(given, settings.samples, settings.seed))
+    driver.check(case)
+    digests = _digest_of(case)
+    runs = [_run_of(point, case, output / "points", digests) for point in points]
+    missing = [run for run in runs if not run.file.exists()]
+    report(StageDone("points", 0.0, f"{len(runs)}, {len(runs) - len(missing)} of them run before"))
+    for number, said in enumerate(spread(compute, missing), 1):
+        report(StageDone(f"{number} of {len(missing)}", perf_counter() - began, said))
+    found = {run.point.name: storage.read_json(run.file) for run in runs}
+    return _presented(case, output, given, [run.point for run in runs], found)
+
+
+def varied(case: Case, values: Mapping[str, float]) -> Case:
+    """Return the case with other values: of every joint by a last joint class, of every block by [wall]."""
+    of_joints: dict[str, Any] = {name: values[name] for name in OF_JOINTS if name in values}
+    of_wall: dict[str, Any] = {name: values[name] for name in ("unit_weight", "thickness") if name in values}
+    wall = replace(case.wall, **of_wall)
+    if "unit_weight" in values:
+        wall = replace(wall, classes=tuple(replace(one, unit_weight=None) for one in wall.classes))
+    joints = replace(case.joints, classes=(*case.joints.classes, JointClass(**of_joints))) if of_joints else case.joints
+    return replace(case, wall=wall, joints=joints)
+
+
+def _digest_of(case: Case) -> Callable[[SensitivityPoint], str]:
+    only = SensitivitySettings(analysis=case.sensitivity.analysis)
+    alike = replace(case, file=Path(), name="", project=ProjectSettings(), sensitivity=only)
+    common = repr((alike, storage.hash_file(case.block_file), sources()))
+
+    def digest(point: SensitivityPoint) -> str:
+        return hashlib.sha256(f"{common}{point.values!r}".encode()).hexdigest()[:16]
+
+    return digest
+
+
+def _run_of(point: SensitivityPoint, case: Case, folder: Path, digest: Callable[[SensitivityPoint], str]) -> PointRun:
+    changed = replace(varied(case, dict(point.values)), sensitivity=case.sensitivity)
+    return PointRun(point, changed, folder / f"{digest(point)}.json")
+
+
+def compute(run: PointRun) -> str:
+    """Compute one point into its file; return what happened in a few words."""
+    analysis = run.case.sensitivity.analysis
+    answers, remarks = [], []
+    for name, one in load_case_runs.each(run.case).items():
+        load = name or f"{one.load.direction} {one.load.distribution}"
+        about = (load, one.load.direction, one.load.distribution)
+        try:
+            summary = _limit(one) if analysis == "limit" else _pushed(one, run.file.parent)
+        except CaseError as error:
+            if not error.problem.startswith(FALLS):
+                raise
+            record = {"capacity": 0.0, "load_case": load, "check": "dead load", "remark": error.problem}
+            storage.write_json(run.file, {"values": dict(run.point.values)} | record)
+            return f"{run.point.name}: {error.problem}"
+        except ConvergenceError as error:
+            remarks.append(f"{load}: {error}")
+            continue
+        answers.append(Answered(*about, summary))
+    record = _governing(answers, remarks)
+    storage.write_json(run.file, {"values": dict(run.point.values)} | record)
+    capacity = record["capacity"]
+    return f"{run.point.name}: " + ("no answer" if capacity is None else f"{capacity:.4g}")
+
+
+def _governing(answers: Sequence[Answered], remarks: Sequence[str]) -> dict[str, Any]:
+    """Return the capacity of the load case that governs; None where a load case has no answer."""
+    found = verdict("", answers) if answers else None
+    row = None if found is None or remarks else found.governing
+    if row is None:
+        return {"capacity": None, "load_case": "", "check": "", "remark": "; ".join(remarks) or "nothing counts"}
+    capacity = row["multiplier"] if row["safety_ratio"] == "" else row["capacity_ag_m_per_s2"]
+    assert found is not None
+    left_out = f"{found.not_made} checks could not be made" if found.not_made else ""
+    remark = "; ".join(text for text in (left_out, row["remarks"]) if text)
+    return {"capacity": capacity, "load_case": row["load_case"], "check": row["check"], "remark": remark}
+
+
+def _limit(case: Case) -> storage.Summary:
+    """Return the summary of limit analysis, with the kinematic checks where a ground acceleration is asked for."""
+    assemblage, analysis = driver.limit(case)
+    summary = storage.summary(case.name, assemblage, analysis, None, [])
+    return replace(summary, seismic=_kinematic(case, assemblage, analysis))
+
+
+def _kinematic(case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> dict[str, Any] | None:
+    with naming(case.file):
+        found = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, [])
+    return None if found is None else found[0]
+
+
+def _pushed(case: Case, folder: Path) -> storage.Summary | None:
+    """Return the summary of a pushover, of which nothing else is kept."""
+    model = case.sensitivity.analysis
+    assert model != "limit"
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder) as temporary:
+        alone = replace(case, run=RunSettings((model,)))
+        return driver.run(alone, Path(temporary) / "run", False, None, lambda event: None).summary
+
+
+def _presented(
+    case: Case,
+    output: Path,
+    given: Mapping[str, tuple[float, float]],
+    points: Sequence[SensitivityPoint],
+    found: Mapping[str, Mapping[str, Any]],
+) -> SensitivityOutcome:
+    """Write tables and pictures; return the outcome."""
+    asked = bool(limit_states(case.seismic))
+    quantity = "ground acceleration that passes (m/s2)" if asked else "load multiplier"
+    bars: list[dict[str, Any]] = [
+        {"name": name, "low": low, "high": high}
+        | {f"at_{end}": found[f"{name} {end}"]["capacity"] for end in ("low", "high")}
+        for name, (low, high) in given.items()
+    ]
+    bars.sort(key=lambda bar: -abs((bar["at_high"] or 0.0) - (bar["at_low"] or 0.0)))
+    rows = [
+        [point.name, one["capacity"], quantity, one["load_case"], one["check"], one["remark"]]
+        + [one["values"].get(name) for name in given]
+        for point in points
+        for one in [found[point.name]]
+    ]
+    storage.write_csv(output / "sensitivity.csv", (*COLUMNS, *given), rows)
+    sampled = [found[point.name]["capacity"] for point in points if point.name.startswith("sample")]
+    known = [capacity for capacity in sampled if capacity is not None]
+    base = found["as given"]["capacity"]
+    plots.save(plots.tornado(bars, base, quantity, case.name), output / "figures", "tornado")
+    fit = lognormal(known)
+    if known:
+        ordered, probability = fragility(known)
+        fitted = [None if fit is None else fit.probability(x) for x in ordered.tolist()]
+        storage.write_csv(
+            output / "fragility.csv", (quantity, "probability", "lognormal"),
+            zip(ordered.tolist(), probability.tolist(), fitted, strict=True),
+        )  # fmt: skip
+        demands = [state.peak_ground_acceleration for state in limit_states(case.seismic)]
+        figure = plots.fragility_curve(ordered, probability, fit, quantity, demands, case.name)
+        plots.save(figure, output / "figures", "fragility")
+    return SensitivityOutcome(quantity, base, tuple(bars), tuple(sampled), fit)
+
+
+def words(outcome: SensitivityOutcome) -> list[str]:
+    """Return what the samples say, in a few sentences."""
+    known = [capacity for capacity in outcome.samples if capacity is not None]
+    said = []
+    if known:
+        ordered, _ = fragility(known)
+        low, middle, high = (float(np.quantile(ordered, part)) for part in (0.05, 0.5, 0.95))
+        said.append(
+            f"{len(known)} samples, {outcome.quantity}: from {ordered[0]:.4g} to {ordered[-1]:.4g}, "
+            f"5 % fractile {low:.4g}, median {middle:.4g}, 95 % fractile {high:.4g}."
+        )
+    if outcome.fit is not None:
+        fit = outcome.fit
+        said.append(f"Lognormal fit: median {fit.median:.4g}, beta {fit.beta:.3f}, off by up to {fit.distance:.2f}.")
+    elif known and known[0] > 0.0 and max(known) - min(known) <= ALIKE * max(known):
+        said.append("All samples have one answer: these ranges do not matter.")
+    if fallen := sum(capacity == 0.0 for capacity in known):
+        said.append(f"{fallen} of them do not stand under their own weight: their capacity is 0, and there is no fit.")
+    if missing := len(outcome.samples) - len(known):
+        said.append(f"{missing} samples have no answer and are left out: sensitivity.csv says why.")
+    return said

@@ -1,0 +1,250 @@
+"""limit and check of walls in space: what they print, and what they leave in the folder."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from orchestrator.basis.errors import naming
+from orchestrator.masonry.wall import GRAVITY
+from orchestrator.present.in_space import collapse_page, space_pictures
+from orchestrator.settings.space_case import SpaceCase, read
+from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, analyse
+from orchestrator.space.contacts import SpaceAssemblage, find_joints
+from orchestrator.space.loads import direction_of, loads_on
+from orchestrator.space.mechanism import SpaceMechanism, mechanism_of
+from orchestrator.space.ties import with_ties
+from orchestrator.space.wall import check_wall
+from orchestrator.storage.files import plain, write_json
+
+LISTED = 5
+"""ignored joints that are named"""
+
+
+def assemblage_of(case: SpaceCase) -> SpaceAssemblage:
+    """Check the wall of a case and find its joints. Raises CaseError."""
+    with naming(case.file):
+        check_wall(case.wall)
+        return with_ties(find_joints(case.wall, case.contact), case.reinforcement.ties)
+
+
+def check(path: Path, overrides: list[str], output: Path, console: Console) -> int:
+    """Read, validate and draw a wall in space; return the exit code."""
+    case = read(path, overrides)
+    assemblage = assemblage_of(case)
+    with naming(case.file):
+        loads_on(assemblage.wall, case.load)
+        direction = direction_of(case.load, case.wall.up)
+    said = ignored_joints(assemblage)
+    png = space_pictures.save_wall(assemblage, direction, output / "figures" / "blocks.png")
+    html = collapse_page.write(output / "blocks.html", assemblage, _wall_rows(assemblage), said, direction=direction)
+    for remark in said:
+        console.print(f"{path}: {remark}", soft_wrap=True, markup=False)
+    free = int((~case.wall.fixed).sum())
+    verdict = "see the warnings above" if said else "nothing to complain about"
+    found = f"{free} blocks in space, {assemblage.joints.count} joints"
+    console.print(f"{path}: {found}, {verdict}; {png}; to turn: {html}", soft_wrap=True, markup=False)
+    return 0
+
+
+def ignored_joints(assemblage: SpaceAssemblage) -> list[str]:
+    """Return a warning that lists common areas too small to be a joint, or none."""
+    small = assemblage.ignored
+    if not small:
+        return []
+    listed = ", ".join(f"{one.i} and {one.j} ({1e6 * one.area:.3g} mm2)" for one in small[:LISTED])
+    more = f" and {len(small) - LISTED} more" if len(small) > LISTED else ""
+    what = f"{len(small)} common areas are too small to be a joint (contact.smallest)"
+    return [f"WARNING: {what}: between blocks {listed}{more}"]
+
+
+def limit(path: Path, overrides: list[str], output: Path, as_json: bool, console: Console) -> int:
+    """Run the limit analysis of a wall in space; print it, draw its mechanism; return the exit code."""
+    case = read(path, overrides)
+    assemblage = assemblage_of(case)
+    free = int((~case.wall.fixed).sum())
+
+    def say(text: str) -> None:
+        if not as_json:
+            console.print(text, soft_wrap=True, markup=False)
+
+    say(f"{case.name}: {free} blocks in space, {assemblage.joints.count} joints")
+    with naming(case.file):
+        loads = loads_on(assemblage.wall, case.load)
+        analysis = analyse(assemblage, loads, case.limit_analysis, _sparse(say))
+    if as_json:
+        print(json.dumps(plain(record(analysis)), indent=1))
+        return 0
+    console.print(table(analysis))
+    mechanism = mechanism_of(assemblage, loads, analysis.shown.velocities)
+    remarks = [*ignored_joints(assemblage), *analysis.remarks]
+    for remark in remarks:
+        say(remark)
+    rows = mechanism_rows(analysis, mechanism)
+    for name, text in rows:
+        say(f"{name}: {text}")
+    text = f"{analysis.shown.name}, λ = {analysis.shown.load_multiplier:.4f}; displacements enlarged"
+    drawn = (assemblage, analysis.shown.velocities, mechanism, loads.direction, text)
+    pictures = {"Mechanism": space_pictures.save_mechanism(*drawn, output / "figures" / "mechanism.png")}
+    if case.load.directions:
+        pictures["Multiplier by direction"] = _polar(case, assemblage, output, say)
+    html = collapse_page.write(
+        output / "collapse.html",
+        assemblage,
+        [*_wall_rows(assemblage), *_figures(analysis), *rows],
+        remarks,
+        analysis.shown.velocities,
+        mechanism,
+        loads.direction,
+        pictures,
+    )
+    write_json(output / "limit_analysis.json", record(analysis) | {"mechanism": dict(rows)})
+    say(f"mechanism: {pictures['Mechanism']}; to turn, under a slider: {html}")
+    return 0
+
+
+def _sparse(say: Callable[[str], None]) -> Callable[[str], None]:
+    """Say at once what is begun, and how a push gets on every few seconds."""
+    from time import perf_counter
+
+    last: dict[str, Any] = {"kind": "", "at": 0.0}
+
+    def report(text: str) -> None:
+        kind, now = text.partition(":")[0], perf_counter()
+        if kind != last["kind"] or now - last["at"] > 5.0:
+            last.update(kind=kind, at=now)
+            say(text)
+
+    return report
+
+
+def record(analysis: SpaceAnalysis) -> dict[str, Any]:
+    """Return the limit_analysis part of a summary: the keys of a plane wall's, and both torsions."""
+    headline, found = analysis.headline, analysis.range
+    shown = analysis.shown
+    corners, uniform = analysis.associative.load_multiplier, analysis.other_torsion
+    if analysis.torsion == "uniform":
+        corners, uniform = uniform, corners
+    return {
+        "associative": analysis.associative.load_multiplier,
+        "non_associative": headline.load_multiplier if headline else None,
+        "non_associative_range": list(found) if found else None,
+        "iterations": len(analysis.states),
+        "converged": found is not None,
+        "equilibrium_residual": shown.validation.equilibrium,
+        "base_shear": shown.load_multiplier * analysis.live_total,
+        "seconds": analysis.seconds,
+        "lowest": found[0] if found else None,
+        "highest": found[1] if found else None,
+        "torsion": {"corners": corners, "uniform": uniform},
+    }
+
+
+def table(analysis: SpaceAnalysis) -> Table:
+    """Return multipliers, base shears and residuals of the associative optimum and of all that was found."""
+    title = f"Limit analysis in space, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.1f} s"
+    result = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), title=title)
+    for column in ("", "multiplier", "base shear\nkN", "time\ns", "residuals:\nbalance", "\nflow", "\npower"):
+        result.add_column(column, justify="right" if column else "left", no_wrap=True)
+    lowest = min((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
+    highest = max((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
+    named = {"associative (bound)": analysis.associative}
+    other = "uniform" if analysis.torsion == "corners" else "corners"
+    for state in analysis.states:
+        if state.name in PUSHES:
+            named[state.name.removeprefix(f"{PUSHES[0]}, ")] = state
+    named |= {"lowest found": lowest, "highest found": highest} if lowest and highest else {}
+    for name, state in named.items():
+        result.add_row(name, *_row(state, analysis))
+        if state is analysis.associative and _differ(analysis):
+            result.add_row(f"  torsion {other}", f"{analysis.other_torsion:.5f}")
+    return result
+
+
+def _differ(analysis: SpaceAnalysis) -> bool:
+    one, other = analysis.associative.load_multiplier, analysis.other_torsion
+    return abs(one - other) > BRACKET * abs(one)
+
+
+def _row(state: SpaceState, analysis: SpaceAnalysis) -> list[str]:
+    associative = state is analysis.associative
+    shown = f"{state.load_multiplier:.5f}" if state.valid or associative else f"({state.load_multiplier:.5f})"
+    checks = state.validation
+    residuals = ["" if associative else f"{value:.0e}" for value in (checks.flow, checks.power)]
+    shear = f"{state.load_multiplier * analysis.live_total / 1e3:.4f}"
+    return [shown, shear, f"{state.seconds:.2f}", f"{checks.equilibrium:.0e}", *residuals]
+
+
+def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
+    headline, found = analysis.headline, analysis.range
+    rows = [("associative multiplier (bound)", f"{analysis.associative.load_multiplier:.4f}")]
+    if _differ(analysis):
+        other = "uniform pressure" if analysis.torsion == "corners" else "forces at corners"
+        rows.append((f"the same, joints twist as under {other}", f"{analysis.other_torsion:.4f}"))
+    rows.append(("without dilation, headline", f"{headline.load_multiplier:.4f}" if headline else "no state found"))
+    if found:
+        rows.append(("without dilation, lowest and highest found", f"{found[0]:.4f} to {found[1]:.4f}"))
+    which = "base shear" if headline else "base shear (associative)"
+    rows.append((which, f"{analysis.shown.load_multiplier * analysis.live_total / 1e3:.3f} kN"))
+    return rows
+
+
+def _wall_rows(assemblage: SpaceAssemblage) -> list[tuple[str, str]]:
+    wall = assemblage.wall
+    free = ~wall.fixed
+    return [
+        ("blocks, supports, joints", f"{int(free.sum())}, {int(wall.fixed.sum())}, {assemblage.joints.count}"),
+        ("weight", f"{wall.weights[free].sum() / 1e3:.3f} kN"),
+    ]
+
+
+def mechanism_rows(analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[tuple[str, str]]:
+    """Return what the mechanism does, in words, and its kinematic verification."""
+    wall = analysis.assemblage.wall
+    moving = mechanism.moving
+    share, bodies = wall.weights[moving].sum() / analysis.weight, int(mechanism.body.max())
+    several = "body" if bodies == 1 else "bodies"
+    kinds = ", ".join(f"{mechanism.count(k)} {k}" for k in ("hinges", "opens", "slides", "twists"))
+    rows = [
+        (
+            "moving",
+            f"{len(moving)} blocks ({100 * share:.0f} % of the weight) in {bodies} {several}",
+        ),
+        ("joints (number that ...)", kinds),
+    ]
+    if mechanism.participation:
+        acceleration = analysis.shown.load_multiplier * GRAVITY / mechanism.participation
+        value = f"e* = {mechanism.participation:.3f}, a0* = λ g / e* = {acceleration:.3f} m/s2"
+        value += f" ({acceleration / GRAVITY:.3f} g)"
+        rows.append(("kinematic verification (Circular 7/2019 C8.7.1.2), confidence factor 1", value))
+    return rows
+
+
+def _polar(case: SpaceCase, assemblage: SpaceAssemblage, output: Path, say: Callable[[str], None]) -> Path:
+    """Run the directions in plan, draw and store them; return the picture."""
+    count = case.load.directions
+    angles = 2.0 * math.pi * np.arange(count) / count
+    each = replace(case.limit_analysis, states="headline")
+    associative, headline = np.full(count, np.nan), np.full(count, np.nan)
+    for k, angle in enumerate(angles):
+        loads = loads_on(assemblage.wall, replace(case.load, angle=float(angle)))
+        found = analyse(assemblage, loads, each)
+        associative[k] = found.associative.load_multiplier
+        headline[k] = found.headline.load_multiplier if found.headline else np.nan
+        text = f"{headline[k]:.4f}" if found.headline else "no state found"
+        say(f"direction {math.degrees(angle):.0f} degrees: associative {associative[k]:.4f}, headline {text}")
+    write_json(
+        output / "directions.json",
+        {"angle_degrees": np.degrees(angles), "associative": associative, "non_associative": headline},
+    )
+    curves = {"associative": associative, "without dilation, headline": headline}
+    return space_pictures.save_polar(angles, curves, case.name, output / "figures" / "directions.png")

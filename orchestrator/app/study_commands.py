@@ -1,0 +1,86 @@
+"""Commands that run a wall many times: study, sensitivity. Beside cli.py and file_commands.py alone in printing."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+from orchestrator import storage
+from orchestrator.app import load_case_runs, sensitivity_runs, study_runs
+from orchestrator.app.terminal import Reporter
+from orchestrator.basis.installed import refuse_missing
+from orchestrator.basis.parallel import is_root, on_root
+from orchestrator.present import tables
+from orchestrator.settings import case as cases
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+
+def add_commands(commands: Any, command: Callable[..., argparse.ArgumentParser]) -> None:
+    """Add both commands to the parser; `command` adds one that takes a case."""
+    table = command(
+        commands,
+        "study",
+        study,
+        "pushover of a grid of macroblock tolerances, and of every stone",
+        "--output results/table1",
+    )
+    table.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-study)")
+    vary = command(
+        commands,
+        "sensitivity",
+        sensitivity,
+        "tornado of the ranges of [sensitivity], and fragility by Latin hypercube",
+        "--set sensitivity.friction=[0.5,0.7] --set sensitivity.samples=0",
+    )
+    vary.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-sensitivity)")
+
+
+def study(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
+    """Run the tolerance study; return the exit code."""
+    case = on_root(comm, cases.read, options.case, options.set)
+    load_case_runs.refuse_several(case, "study")
+    cases.refuse_ties(case, "study")
+    output = options.output or Path("results") / f"{options.case.stem}-study"
+    on_root(comm, storage.try_folder, output)
+    logging.getLogger("orchestrator").propagate = False
+    with Reporter(console) as report:
+        outcome = study_runs.study(case, output, comm, report)
+    if outcome is None:
+        return 0
+    console.print(tables.study_table(case.name, outcome.rows))
+    console.print(f"table: {output / 'table.csv'}; pictures: {output / 'figures'}", soft_wrap=True)
+    if is_root(comm):
+        for complaint in outcome.complaints:
+            print(complaint, file=sys.stderr)
+    return 3 if outcome.complaints else 0
+
+
+def sensitivity(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
+    """Run the ranges of [sensitivity]; return the exit code."""
+    case = on_root(comm, cases.read, options.case, options.set)
+    if case.sensitivity.analysis != "limit":
+        refuse_missing("sensitivity")
+        cases.refuse_ties(case, "sensitivity")
+    output = options.output or Path("results") / f"{options.case.stem}-sensitivity"
+    on_root(comm, storage.try_folder, output)
+    logging.getLogger("orchestrator").propagate = False
+    with Reporter(console) as report:
+        outcome = sensitivity_runs.sensitivity(case, output, comm, report)
+    if outcome is None:
+        return 0
+    console.print(tables.sensitivity_table(case.name, outcome.quantity, outcome.base, outcome.bars))
+    for said in sensitivity_runs.words(outcome):
+        console.print(said, soft_wrap=True, markup=False)
+    console.print(f"points: {output / 'sensitivity.csv'}; pictures: {output / 'figures'}", soft_wrap=True)
+    return 0
+
+
+ACTIONS = (study, sensitivity)

@@ -1,0 +1,101 @@
+"""What is shown of a running analysis: on a terminal bars, and a line of limit analysis; else now and then a line."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from orchestrator.app.progress import IncrementDone, StageDone
+
+if TYPE_CHECKING:
+    from rich.progress import TaskID
+
+WATCHED = "orchestrator.limit_analysis", "orchestrator.macroblocks.automatic"
+"""loggers whose messages are progress, until the finite elements begin"""
+QUIET = 5.0
+"""s without a word, where there is no terminal"""
+
+
+class Reporter:
+    """Draws what the driver reports: a bar per pushover on a terminal, now and then a line elsewhere."""
+
+    def __init__(self, console: Console) -> None:
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+        columns = (
+            TextColumn("{task.description}"), BarColumn(bar_width=10), TextColumn("{task.fields[state]}"),
+            TimeElapsedColumn(), TimeRemainingColumn(),
+        )  # fmt: skip
+        self._console = console
+        self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+        self._tasks: dict[str, TaskID] = {}
+        self._last_line = 0.0
+        self._listener = _Listener(self.say)
+        self._said: float | None = None
+        """when the last line about limit analysis was printed, s"""
+
+    def __enter__(self) -> Reporter:
+        self._progress.start()
+        for name in WATCHED:
+            logging.getLogger(name).addHandler(self._listener)
+            logging.getLogger(name).setLevel(logging.INFO)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop_listening()
+        self._progress.stop()
+
+    def say(self, text: str) -> None:
+        """Show what limit analysis does: the first line at once, the next ones where they do not follow too soon."""
+        if self._console.is_terminal:
+            if "" not in self._tasks:
+                self._tasks[""] = self._progress.add_task("micro-LA", total=None, state="")
+            self._progress.update(self._tasks[""], state=text, refresh=True)
+        elif self._said is None or monotonic() - self._said > QUIET:
+            self._console.print(f"micro-LA: {text}", soft_wrap=True, markup=False)
+            self._said = monotonic()
+
+    def _stop_listening(self) -> None:
+        for name in WATCHED:
+            logging.getLogger(name).removeHandler(self._listener)
+            logging.getLogger(name).setLevel(logging.NOTSET)
+        task = self._tasks.pop("", None)
+        if task is not None:
+            self._progress.remove_task(task)
+
+    def __call__(self, event: StageDone | IncrementDone) -> None:
+        """Show what the driver reports."""
+        if isinstance(event, StageDone):
+            self._stop_listening()
+            self._console.print(f"{event.stage}: {event.text} ({event.seconds:.1f} s)", soft_wrap=True)
+            self._last_line = 0.0
+        else:
+            self._show(event)
+
+    def _show(self, event: IncrementDone) -> None:
+        increment = event.increment
+        state = (
+            f"{increment.number} {increment.phase}: λ {increment.load_multiplier:.4f}, "
+            f"{1e3 * increment.control_displacement:.2f} mm, {increment.iterations} it."
+        )
+        if event.model not in self._tasks:
+            self._tasks[event.model] = self._progress.add_task(f"{event.model} FE", total=1.0, state="")
+        self._progress.update(self._tasks[event.model], completed=event.fraction, state=state)
+        if not self._console.is_terminal and event.seconds - self._last_line > QUIET:
+            self._console.print(f"{event.model} FE: {state}, {event.seconds:.0f} s", soft_wrap=True)
+            self._last_line = event.seconds
+
+
+class _Listener(logging.Handler):
+    """Hands every message of the loggers it is added to over, from whatever thread it comes."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        super().__init__(logging.INFO)
+        self._say = say
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._say(record.getMessage())

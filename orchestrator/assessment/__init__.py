@@ -1,0 +1,1 @@
+"""What an engineer reads off: capacity, section forces, seismic verification, sensitivity."""

@@ -1,0 +1,117 @@
+"""Section forces of piers and spandrels and reactions of supports, from the forces in the joints.
+
+    F_i on j = (n_start + n_end) normal + s tangent       of every joint (limit_analysis/paper/equilibrium.py)
+    N, V     of a pier: vertical, horizontal force of what is above on what is below; of a spandrel: horizontal,
+             vertical force of what is right on what is left. N is positive in compression, V along +x, +y
+    M        moment of the same forces about the middle of the section, counter-clockwise
+    R        of a support: force that it exerts on the wall, and its moment about the middle of the support's joints
+
+A section cuts joints, not stones: it is stepped where the bond is, and in exact balance with the loads beyond it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchestrator.assessment.panels import Section, cut, piers, rows, spandrels
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.masonry.joints import Assemblage
+
+
+@dataclass(frozen=True, slots=True)
+class SectionForce:
+    """panel, and which of its sections (foot, middle, head; middle of a spandrel); x, y of its middle in m; N, V in N,
+    M in N m; the panel's depth in m."""
+
+    panel: str
+    section: str
+    x: float
+    y: float
+    normal: float
+    shear: float
+    moment: float
+    depth: float
+
+    @property
+    def eccentricity(self) -> float | None:
+        """M/N in m; None where N is nothing beside V."""
+        return self.moment / self.normal if abs(self.normal) > 1e-9 * abs(self.shear) else None
+
+
+@dataclass(frozen=True, slots=True)
+class Reaction:
+    """Force (N) and moment (N m) that a support, named by its id, exerts on the wall; x, y in m where it acts on."""
+
+    block: int
+    x: float
+    y: float
+    horizontal: float
+    vertical: float
+    moment: float
+
+
+def forces_on_j(assemblage: Assemblage, joint_forces: FloatArray) -> FloatArray:
+    """Return the forces (k, 2) in N that block i exerts on block j in every joint; joint_forces (k, 3) in N."""
+    normal = joint_forces[:, :2].sum(axis=1)[:, None]
+    return np.asarray(normal * assemblage.normal + joint_forces[:, 2:] * assemblage.tangent)
+
+
+def moments_on_j(assemblage: Assemblage, joint_forces: FloatArray, about: FloatArray) -> FloatArray:
+    """Return the moments (k,) in N m of the same forces about a point (2,)."""
+    at_start = joint_forces[:, :1] * assemblage.normal
+    at_end = joint_forces[:, 1:2] * assemblage.normal
+    along = joint_forces[:, 2:] * assemblage.tangent
+    return (
+        _moment(assemblage.start - about, at_start)
+        + _moment(assemblage.end - about, at_end)
+        + _moment(assemblage.midpoint - about, along)
+    )
+
+
+def _moment(arm: FloatArray, force: FloatArray) -> FloatArray:
+    return np.asarray(arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])
+
+
+def section_forces(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[SectionForce, ...]:
+    """Return N, V, M of every pier at foot, middle and head, and of every spandrel in its middle."""
+    found = []
+    on_j = forces_on_j(assemblage, joint_forces)
+    for row in rows(piers(assemblage.wall)):
+        heights = {"foot": row[0].bottom, "middle": 0.5 * (row[0].bottom + row[0].top), "head": row[0].top}
+        cuts = {name: cut(assemblage, row, at) for name, at in heights.items()}
+        found += [
+            _of(assemblage, joint_forces, on_j, cuts[name][place], name) for place in range(len(row)) for name in cuts
+        ]
+    for row in rows(spandrels(assemblage.wall)):
+        at = 0.5 * (row[0].left + row[0].right)
+        found += [_of(assemblage, joint_forces, on_j, one, "middle") for one in cut(assemblage, row, at)]
+    return tuple(found)
+
+
+def _of(
+    assemblage: Assemblage, joint_forces: FloatArray, on_j: FloatArray, section: Section, name: str
+) -> SectionForce:
+    """Return the forces of what is beyond a section on what is before it."""
+    force = -(section.sign[:, None] * on_j[section.joints]).sum(axis=0)
+    moment = -float(section.sign @ moments_on_j(assemblage, joint_forces, section.centre)[section.joints])
+    normal, shear = (-force[0], force[1]) if section.panel.horizontal else (-force[1], force[0])
+    x, y = section.centre.tolist()
+    return SectionForce(section.panel.name, name, x, y, float(normal), float(shear), moment, section.panel.depth)
+
+
+def reactions(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[Reaction, ...]:
+    """Return what every support that carries anything exerts on the wall."""
+    on_j = forces_on_j(assemblage, joint_forces)
+    found = []
+    for position, block in enumerate(assemblage.wall.blocks):
+        as_i, as_j = (np.flatnonzero(side == position) for side in (assemblage.block_i, assemblage.block_j))
+        if not block.fixed or not len(as_i) + len(as_j):
+            continue
+        joints, sign = np.concatenate([as_i, as_j]), np.repeat([1.0, -1.0], [len(as_i), len(as_j)])
+        at = np.average(assemblage.midpoint[joints], axis=0, weights=assemblage.length[joints])
+        force = (sign[:, None] * on_j[joints]).sum(axis=0)
+        moment = float(sign @ moments_on_j(assemblage, joint_forces, at)[joints])
+        found.append(Reaction(block.id, float(at[0]), float(at[1]), float(force[0]), float(force[1]), moment))
+    return tuple(found)

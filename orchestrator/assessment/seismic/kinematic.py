@@ -1,0 +1,140 @@
+"""Kinematic approach: what a mechanism of rigid bodies withstands. SI units. Circolare 7/2019, C8.7.1.2.1.
+
+    participation       e* = (sum W delta)^2 / (sum W  sum W delta^2), W = P + Q             [C8.7.1.5]
+    acceleration        a_0* = alpha_0 g / (e* FC)                                           [C8.7.1.3]
+    SLD                 a_Z <= a_0*; on the ground a_g S <= a_0*                             [C8.7.1.8]
+    SLV, linear         a_Z / q <= a_0*                                                      C8.7.1.2.1.7
+    SLV, SLC            d_SLV = 0.4 d_0*, d_SLC = 0.6 d_0*                                   C8.7.1.2.1.6
+                        a(d) = a_0* (1 - d / d_0*)
+                        T_SLV = 1.68 pi sqrt(d_SLV / a(d_SLV)), T_SLC = 1.56 pi sqrt(...)    [C8.7.1.10], [C8.7.1.11]
+                        S_De(T, damping 8 %, 10 %) <= d                                      C8.7.1.2.1.8, [C8.7.1.12]
+
+W are the weights of all masses that the live load acts on, delta their virtual horizontal displacements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi, sqrt
+
+import numpy as np
+from scipy.optimize import brentq
+
+from orchestrator.assessment.seismic.settings import LimitStateName
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.masonry.wall import GRAVITY
+
+MOVING = 0.1
+"""bodies slower than this part of the fastest do not belong to the mechanism"""
+FEW = 0.75
+"""participation below which e* says more of slow bodies than of the mechanism"""
+ULTIMATE: dict[LimitStateName, float] = {"SLV": 0.4, "SLC": 0.6}
+"""part of d_0* that may be used: C8.7.1.2.1.6"""
+PERIOD: dict[LimitStateName, float] = {"SLV": 1.68, "SLC": 1.56}
+"""factor of pi sqrt(d / a): [C8.7.1.10], [C8.7.1.11]"""
+DAMPING: dict[LimitStateName, float] = {"SLV": 0.08, "SLC": 0.10}
+"""part of critical damping of a mechanism that rocks: C8.7.1.2.1.8"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Moving:
+    """Loads that move with a mechanism: weight (n,) in N, velocities (n, 3) of their points of attack (u, v, rotation
+    rate, in any one scale), body (n,): what moves as one has one number."""
+
+    weight: FloatArray
+    velocities: FloatArray
+    body: IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class Kinematics:
+    """What a mechanism has: alpha_0, participation e*, how many bodies move, d_0* in m where it rocks, and the part of
+    the live load's power that friction takes."""
+
+    multiplier: float
+    participation: float
+    bodies: int
+    displacement: float | None
+    friction_share: float
+
+
+def kinematics(multiplier: float, masses: Moving, dead: Moving, load_direction: int) -> Kinematics:
+    """Return participation and finite displacement of a mechanism under a horizontal live load of all `masses`.
+
+    dead: all weights, also those without mass, which do work only (P_k and Q_k of the clause are `masses`).
+    """
+    weight, delta = as_bodies(masses, load_direction)
+    live, friction = powers(multiplier, masses, dead, load_direction)
+    balance = balance_displacement(friction, masses, dead)
+    return Kinematics(multiplier, participation(weight, delta), len(weight), balance, friction / live)
+
+
+def as_bodies(masses: Moving, load_direction: int) -> tuple[FloatArray, FloatArray]:
+    """Return weight (b,) in N and displacement along the load (b,) of the bodies that move, in the mechanism's scale.
+
+    Masses of one number are one body at their common centroid: the clause's sums run over bodies, and a rigid part has
+    one participation however many stones it is made of. Bodies slower than MOVING of the fastest are left out.
+    """
+    _, body = np.unique(masses.body, return_inverse=True)
+    weight = np.bincount(body, masses.weight)
+    u, v = (np.bincount(body, masses.weight * masses.velocities[:, k]) / weight for k in (0, 1))
+    speed = np.hypot(u, v)
+    moving = speed > MOVING * speed.max()
+    return weight[moving], load_direction * u[moving]
+
+
+def participation(weight: FloatArray, delta: FloatArray) -> float:
+    """Return e* of weights (b,) with virtual displacements delta (b,) along the load [C8.7.1.5]."""
+    return float((weight @ delta) ** 2 / (weight.sum() * (weight @ delta**2)))
+
+
+def activation_acceleration(multiplier: float, share: float, confidence: float) -> float:
+    """Return a_0* in m/s2 of alpha_0, e* and FC [C8.7.1.3]."""
+    return multiplier * GRAVITY / (share * confidence)
+
+
+def rocking_displacement(state: LimitStateName, balance: float) -> float:
+    """Return d_SLV or d_SLC in m of d_0* (C8.7.1.2.1.6), connected elements aside."""
+    return ULTIMATE[state] * balance
+
+
+def rocking_period(state: LimitStateName, displacement: float, acceleration: float, balance: float) -> float:
+    """Return T_SLV or T_SLC in s at a displacement m, of a_0* m/s2 and d_0* m [C8.7.1.10], [C8.7.1.11]."""
+    at_displacement = acceleration * (1.0 - displacement / balance)
+    return PERIOD[state] * pi * sqrt(displacement / at_displacement)
+
+
+def powers(multiplier: float, masses: Moving, dead: Moving, load_direction: int) -> tuple[float, float]:
+    """Return the power of the live load at alpha_0, and what friction takes of it: the rest lifts weights."""
+    live = multiplier * float(masses.weight @ (load_direction * masses.velocities[:, 0]))
+    return live, live - float(dead.weight @ dead.velocities[:, 1])
+
+
+def balance_displacement(friction: float, masses: Moving, dead: Moving) -> float | None:
+    """Return d_0* in m, where the multiplier has fallen to zero, or None where it does not by turning [C8.7.1.4].
+
+    friction: what it dissipates, in the units of weight x velocity, to the end. Every body turns about its centre of
+    rotation, so the velocity of a point turns with it. d_0* = sum(W delta d) / sum(W delta) with d the displacements
+    there: d_C sum(W delta^2) / (delta_C sum(W delta)) of the clause, where d is proportional to delta.
+    """
+    u, v, w = dead.velocities.T
+
+    def left(time: float) -> float:
+        return float(friction + dead.weight @ (v * np.cos(w * time) + u * np.sin(w * time)))
+
+    time = _first_zero(left, 0.5 * pi / max(float(np.abs(w).max()), 1e-300))
+    if time is None:
+        return None
+    u, v, w = masses.velocities.T
+    angle = w * time
+    moved = time * (u * np.sinc(angle / pi) - v * np.sin(0.5 * angle) * np.sinc(0.5 * angle / pi))
+    work = masses.weight * u
+    return float(abs(work @ moved / work.sum()))
+
+
+def _first_zero(function: Callable[[float], float], end: float) -> float | None:
+    """Return the first zero up to `end` of a function that is positive at 0, None where there is none."""
+    times = np.linspace(0.0, end, 2001)
+    below = next((k for k, time in enumerate(times) if function(float(time)) <= 0.0), None)
+    return float(brentq(function, times[below - 1], times[below])) if below else None

@@ -1,0 +1,267 @@
+"""The mechanism of micro limit analysis, verified by the kinematic approach (kinematic.py has its formulas).
+
+It rests on the lowest non-associative state found, that of stones which come loose before the wall fails included,
+under a horizontal load proportional to mass; another load is analysed anew for that one, because alpha_0 is a part of g
+only there. EN 1998-3 has no such approach: with a spectrum
+of EN 1998-1 its DL, SD and NC are taken as SLD, SLV and SLC of Circolare 7/2019, and the rows say so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from orchestrator.assessment.seismic.kinematic import (
+    DAMPING,
+    FEW,
+    Kinematics,
+    Moving,
+    activation_acceleration,
+    kinematics,
+    rocking_displacement,
+    rocking_period,
+)
+from orchestrator.assessment.seismic.n2 import largest_ground_acceleration
+from orchestrator.assessment.seismic.settings import LIKE, LimitStateName, LimitStateSettings, SeismicSettings
+from orchestrator.assessment.seismic.spectrum import FloorSpectrum, Spectrum, spectrum_at_height
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings, LimitState, Mechanism, analyse
+from orchestrator.loads import LoadSettings, loads_on
+from orchestrator.loads.block_loads import extra_dead_loads, live_loads
+from orchestrator.macroblocks.criteria import MacroblockSettings, merged
+from orchestrator.masonry.block_properties import block_centroids
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.wall import GRAVITY
+
+AS_ONE = MacroblockSettings(choose="tolerances", evaluate_at="ends", normal=1e-3, tangential=1e-3, centre_distance=inf)
+"""neighbours move as one where their joint opens and slips by less than this part of the largest displacement"""
+UPPER_BOUND = (
+    "no non-associative state was found: the associative multiplier is an upper bound, and walls that fall under their "
+    "own weight can have one"
+)
+NOT_TURNING = "the multiplier of this mechanism does not fall to zero by turning: it slides, and has no d0*"
+SLIDING = 0.1
+"""part of the live load's power taken by friction above which d_0* is called an upper bound"""
+STRONGER = 10.0
+"""ratio above which it says only that the check does not govern"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class InMechanism:
+    """A mechanism with what moves in it: all masses the live load acts on, all dead loads; remarks say what was done.
+
+    flow_rule: how the state was found.
+    """
+
+    flow_rule: str
+    kinematics: Kinematics
+    remarks: tuple[str, ...]
+
+
+def safest_state(analysis: LimitAnalysis) -> LimitState | None:
+    """Return the lowest non-associative state, None where there is none.
+
+    Stones that come loose before the wall fails are such a state: what they fall on is not asked. So is a last rest
+    that no limit state closed, lest a higher state found elsewhere stands for a wall of which that is not known.
+    """
+    others = [state for state in (analysis.lowest, analysis.sequence) if state is not None and state.converged]
+    found = [failure.state for failure in analysis.local_failures] + [*filter(None, [analysis.path]), *others]
+    return min(found, key=lambda state: state.load_multiplier, default=None)
+
+
+def loads_in_mechanism(
+    assemblage: Assemblage, load: LoadSettings, settings: LimitAnalysisSettings, analysis: LimitAnalysis
+) -> InMechanism | str:
+    """Return the lowest state's mechanism with its masses, analysed anew where the load is not horizontal and
+    proportional to mass; or why there is none to rest on."""
+    by_mass = replace(load, distribution="mass", inclination=0.0, live=(), cases=())
+    remarks: tuple[str, ...] = ()
+    if (load.distribution, load.inclination) != ("mass", 0.0):
+        try:
+            analysis = analyse(assemblage, settings, load.sign, loads_on(assemblage.wall, by_mass))
+        except (CaseError, ConvergenceError) as error:
+            return f"under a horizontal load proportional to mass: {error}"
+        remarks = ("analysed for a horizontal load proportional to mass, not for the load of this case",)
+    state = safest_state(analysis)
+    if state is None:
+        return UPPER_BOUND
+    remarks += said_of(state, analysis)
+    masses, dead = moving_loads(assemblage, by_mass, state.mechanism)
+    found = kinematics(state.load_multiplier, masses, dead, load.sign)
+    return InMechanism(state.flow_rule.replace("_", " "), found, remarks)
+
+
+def said_of(state: LimitState, analysis: LimitAnalysis) -> tuple[str, ...]:
+    """Return what must be said beside a mechanism that is not simply that of the wall's limit state."""
+    local = next((failure for failure in analysis.local_failures if failure.state is state), None)
+    if local is not None:
+        stones = ", ".join(map(str, local.stones))
+        return (f"a local failure: stones {stones} ({local.share:.2g} of the weight) move, not the wall",)
+    return () if state.converged else ("alpha_0 is the last load at which the wall rests: no limit state was closed",)
+
+
+def moving_loads(assemblage: Assemblage, load: LoadSettings, mechanism: Mechanism) -> tuple[Moving, Moving]:
+    """Return the masses that a load proportional to mass acts on, and all dead loads, with their velocities.
+
+    Stones that move as one are one body; the floors that one body carries are another one, at their own place (the Q_k
+    of C8.7.1.2.1.1 beside its P_k).
+    """
+    wall = assemblage.wall
+    live, extra = live_loads(wall, load), extra_dead_loads(wall, load.dead)
+    stones = sum(not block.fixed for block in wall.blocks)
+    body = merged(assemblage, mechanism, AS_ONE).body_of_block
+    number = body[live.block] + np.where(np.arange(len(live.block)) < stones, 0, body.max() + 1)
+    own, velocity = slice(0, stones), partial(_velocity_at, assemblage, mechanism)
+    masses = Moving(live.size, velocity(live.block, live.point), number)
+    block, point = np.append(live.block[own], extra.block), np.vstack([live.point[own], extra.point])
+    return masses, Moving(np.append(live.size[own], extra.size), velocity(block, point), body[block])
+
+
+def kinematic_checks(
+    settings: SeismicSettings, states: Sequence[LimitStateSettings], found: InMechanism | str, load_direction: int
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Return what the mechanism has, for the summary, and its rows: linear and non-linear at every limit state."""
+    if isinstance(found, str):
+        return {"refused": found}, [{"approach": "kinematic approach", "limit_state": "all", "refused": found}]
+    has = found.kinematics
+    acceleration = activation_acceleration(has.multiplier, has.participation, settings.confidence_factor)
+    record = {
+        "state": found.flow_rule,
+        "direction": load_direction,
+        "alpha0": has.multiplier,
+        "alpha0_g_over_FC_m_per_s2": has.multiplier * GRAVITY / settings.confidence_factor,
+        "FC": settings.confidence_factor,
+        "bodies": has.bodies,
+        "e_star": has.participation,
+        "a0_star_m_per_s2": acceleration,
+        "d0_star_m": has.displacement,
+        "friction_share": has.friction_share,
+        "z_m": settings.mechanism_height,
+        "remarks": list(found.remarks),
+    }
+    rows = []
+    for state in states:
+        like = LIKE.get(state.name, state.name)
+        if like != "SLC":
+            rows.append(_linear(settings, state, like, has, acceleration))
+        if like != "SLD":
+            rows.append(_nonlinear(settings, state, like, has, acceleration))
+    for row in rows:
+        row["remarks"] = [*found.remarks, *row.get("remarks", ())]
+    return record, rows
+
+
+def _linear(
+    settings: SeismicSettings, state: LimitStateSettings, like: LimitStateName, has: Kinematics, acceleration: float
+) -> dict[str, Any]:
+    """Return the check of SLD [C8.7.1.8], or of SLV with q (C8.7.1.2.1.7)."""
+    divided = 1.0 if like == "SLD" else settings.behaviour_factor
+
+    def needed(ground: float) -> float:
+        return _spectrum(settings, state, ground, settings.damping).peak_acceleration / divided
+
+    def capacity(offered: float) -> float:
+        return largest_ground_acceleration(lambda ground: needed(ground) <= offered)
+
+    asked, ground = state.peak_ground_acceleration, capacity(acceleration)
+    without = capacity(acceleration * has.participation) / asked
+    clause = "[C8.7.1.8]" if like == "SLD" else f"C8.7.1.2.1.7, q = {divided:g}"
+    name = "activation" if like == "SLD" else "linear"
+    row = {
+        "approach": f"kinematic, {name}",
+        "limit_state": state.name,
+        "ag_m_per_s2": asked,
+        "demand": needed(asked),
+        "capacity": acceleration,
+        "unit": "m/s2",
+        "capacity_ag_m_per_s2": ground,
+        "safety_ratio": ground / asked,
+        "safety_ratio_without_e_star": without,
+        "clause": f"Circ. 7/2019 {clause}",
+    }
+    return row | {"remarks": _cautions(state, has, row)}
+
+
+def _nonlinear(
+    settings: SeismicSettings, state: LimitStateSettings, like: LimitStateName, has: Kinematics, acceleration: float
+) -> dict[str, Any]:
+    """Return the check of displacements at SLV or SLC (C8.7.1.2.1.8).
+
+    The clause lets a_g of SLD, at which the mechanism starts, be taken where it is higher: said, not used."""
+    about = {"approach": "kinematic, non-linear", "limit_state": state.name}
+    if has.displacement is None:
+        return about | {"refused": NOT_TURNING}
+    balance = has.displacement
+    allowed = rocking_displacement(like, balance)
+    damping = DAMPING[like]
+
+    def at_displacement(start: float) -> tuple[float, Callable[[float], float]]:
+        period = rocking_period(like, allowed, start, balance)
+        return period, lambda ground: _spectrum(settings, state, ground, damping).displacement(period)
+
+    def capacity(start: float) -> float:
+        needed = at_displacement(start)[1]
+        return largest_ground_acceleration(lambda ground: needed(ground) <= allowed)
+
+    asked, ground = state.peak_ground_acceleration, capacity(acceleration)
+    starts = largest_ground_acceleration(
+        lambda ground: _spectrum(settings, state, ground, settings.damping).peak_acceleration <= acceleration
+    )
+    period, needed = at_displacement(acceleration)
+    without = capacity(acceleration * has.participation) / asked
+    row = about | {
+        "ag_m_per_s2": asked,
+        "demand": needed(asked),
+        "capacity": allowed,
+        "unit": "m",
+        "capacity_ag_m_per_s2": ground,
+        "safety_ratio": ground / asked,
+        "safety_ratio_without_e_star": without,
+        "period_s": period,
+        "damping": damping,
+        "clause": f"Circ. 7/2019 C8.7.1.2.1.6, .8, [C8.7.1.1{'0' if like == 'SLV' else '1'}]",
+    }
+    said = _cautions(state, has, row)
+    if has.friction_share > SLIDING:
+        share = f"friction takes {has.friction_share:.0%} of the live load's power"
+        said.insert(0, f"{share}, and is taken to do so to the end: d0* is an upper bound")
+    if starts > ground:
+        allows = f"C8.7.1.2.1.8 allows ratio {starts / asked:.3g}"
+        said.insert(0, f"it starts to move at a_g = {starts:.3g} m/s2 only: {allows}")
+    return row | {"remarks": said}
+
+
+def _cautions(state: LimitStateSettings, has: Kinematics, row: dict[str, Any]) -> list[str]:
+    """Return what must be said beside a row of the kinematic approach."""
+    bodies = f"{has.bodies} bod{'y' if has.bodies == 1 else 'ies'}"
+    said = {
+        f"e* = {has.participation:.3g} of {bodies} is below {FEW:g}: slow bodies count in it, read e* = 1": (
+            has.participation < FEW
+        ),
+        f"a ratio above {STRONGER:g} says that this check does not govern, not how strong the wall is": (
+            row["safety_ratio"] > STRONGER
+        ),
+        f"EN 1998-3 has no kinematic approach: {state.name} as {LIKE.get(state.name)} of Circolare 7/2019": (
+            state.name in LIKE
+        ),
+    }
+    return [text for text, holds in said.items() if holds]
+
+
+def _spectrum(
+    settings: SeismicSettings, state: LimitStateSettings, ground: float, damping: float
+) -> Spectrum | FloorSpectrum:
+    return spectrum_at_height(settings, state, ground, damping)
+
+
+def _velocity_at(assemblage: Assemblage, mechanism: Mechanism, block: IntArray, point: FloatArray) -> FloatArray:
+    """Return the velocities (p, 3) of points (p, 2) of blocks (p,)."""
+    arm = point - block_centroids(assemblage.wall)[block]
+    u, v, w = mechanism.velocities[block].T
+    return np.column_stack([u - w * arm[:, 1], v + w * arm[:, 0], w])

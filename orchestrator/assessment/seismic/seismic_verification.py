@@ -1,0 +1,245 @@
+"""Verification of a run: every curve by N2, the mechanism by the kinematic approach, at every limit state asked for.
+
+The drifts of piers are checked beside N2, by the same demand.
+
+The record has one row per check: approach, limit state, demand and capacity with their unit, the ground acceleration
+that just passes, their ratio, the clause, and remarks; or why nothing is verified. A ratio is never bare where what it
+rests on is not what its formula was made for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from orchestrator.assessment.capacity import Bilinear, idealise
+from orchestrator.assessment.seismic.control import ControlPoint, control_point
+from orchestrator.assessment.seismic.drift import CLAUSES as DRIFT_CLAUSES
+from orchestrator.assessment.seismic.drift import GIVEN, allowed_displacement, drift_at, drifting_piers
+from orchestrator.assessment.seismic.local_mechanism import kinematic_checks, loads_in_mechanism, safest_state
+from orchestrator.assessment.seismic.n2 import (
+    demand,
+    displacement_at_force_ratio,
+    displacement_of_curve,
+    largest_ground_acceleration,
+)
+from orchestrator.assessment.seismic.observed import Observed, StoredPushover, observe
+from orchestrator.assessment.seismic.settings import (
+    LimitStateSettings,
+    SeismicSettings,
+    largest_force_ratio,
+    limit_states,
+)
+from orchestrator.assessment.seismic.spectrum import Spectrum, spectrum_of
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.errors import ResultError
+from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings
+from orchestrator.loads import LoadSettings
+from orchestrator.masonry.joints import Assemblage
+
+LABELS = {"macro": "macroblock FE", "micro": "micro-FE"}
+FAR = 1.5
+"""part of the target displacement that the curve should reach: EN 1998-1 4.3.3.4.2.3"""
+DUCTILE = 10.0
+"""ductility and ratio above which equal energy and the ratio itself say little"""
+SLIPPERY = 0.1
+"""part of the elastic displacement made by the slip tolerance from which T* is said to be its work"""
+LAZY = 0.2
+"""motion of the control point over that of the fastest stone below which it is outside the mechanism"""
+CLAUSES = {
+    "SLD": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (peak)",
+    "SLV": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (3/4), C7.8.1.6",
+    "SLC": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (80 %), C7.8.1.6",
+    "DL": "EN 1998-1 Annex B, EN 1998-3 Annex C (yield)",
+    "SD": "EN 1998-1 Annex B, EN 1998-3 Annex C (3/4)",
+    "NC": "EN 1998-1 Annex B, EN 1998-3 Annex C (80 %)",
+}
+"""of N2, and in brackets what the displacement capacity is"""
+
+
+def verify(
+    settings: SeismicSettings,
+    load: LoadSettings,
+    limit_analysis: LimitAnalysisSettings,
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    pushovers: Sequence[StoredPushover],
+) -> tuple[dict[str, Any], dict[str, Observed]] | None:
+    """Return the record `seismic` of the summary and what was observed of every curve, None where nothing is asked.
+
+    Raises CaseError (key only).
+    """
+    states = limit_states(settings)
+    if not states:
+        return None
+    mechanism = (safest_state(analysis) or analysis.associative).mechanism
+    point = control_point(settings, assemblage, load, mechanism, analysis.load_direction)
+    observed: dict[str, Observed] = {}
+    systems: list[dict[str, Any]] = []
+    checks: list[dict[str, Any]] = []
+    drifts: list[dict[str, Any] | None] = []
+    for pushover in pushovers:
+        approach = f"N2, {LABELS[pushover.name]}"
+        try:
+            if pushover.refused:
+                raise ResultError("verification", pushover.refused)
+            seen = observe(pushover, assemblage.wall, load, point, drifting_piers(assemblage, point.blocks))
+            line = idealise(pushover.curve.base_shear_N, seen.displacement)
+        except ResultError as error:
+            checks.append({"approach": approach, "limit_state": "all", "refused": error.detail})
+            continue
+        observed[pushover.name] = seen
+        systems.append(_system(pushover.name, point, seen, line))
+        checks += [_n2(approach, settings, state, pushover.curve.base_shear_N, seen, line) for state in states]
+        drifts += [_drift(LABELS[pushover.name], settings, state, seen, line) for state in states]
+    kinematic, more = kinematic_checks(
+        settings, states, loads_in_mechanism(assemblage, load, limit_analysis, analysis), analysis.load_direction
+    )
+    record = {
+        "spectrum": {"kind": settings.spectrum, "ground": settings.ground, "damping": settings.damping},
+        "limit_states": [_spectrum(settings, state) for state in states],
+        "control_point": point.name,
+        "systems": systems,
+        "kinematic": kinematic,
+        "checks": [*checks, *more, *(row for row in drifts if row)],
+    }
+    return record, observed
+
+
+def _spectrum(settings: SeismicSettings, state: LimitStateSettings) -> dict[str, Any]:
+    spectrum = spectrum_of(settings, state, state.peak_ground_acceleration, settings.damping)
+    symbols = ("ag_m_per_s2", "S", "TB_s", "TC_s", "TD_s", "F0", "eta")
+    return {"limit_state": state.name, **dict(zip(symbols, asdict(spectrum).values(), strict=True))}
+
+
+def _system(name: str, point: ControlPoint, seen: Observed, line: Bilinear) -> dict[str, Any]:
+    """Return what the equivalent system of one curve is: in the axes of the curve (V, d), and starred (F*, d*)."""
+    system = seen.system
+    return {
+        "model": name,
+        "control_point": point.name,
+        "share_of_fastest": seen.share_of_fastest,
+        "gamma": system.gamma,
+        "equivalent_mass_kg": system.mass,
+        "whole_mass_kg": system.whole_mass,
+        "effective_mass": system.effective_mass,
+        "force_share": system.force_share,
+        "stiffness_N_per_m": line.stiffness,
+        "yield_base_shear_N": line.yield_force,
+        "yield_control_displacement_m": line.yield_displacement,
+        "ultimate_control_displacement_m": line.ultimate_displacement,
+        "dropped": line.dropped,
+        "yield_force_N": line.yield_force * system.force_share,
+        "yield_displacement_m": line.yield_displacement / system.gamma,
+        "ultimate_displacement_m": line.ultimate_displacement / system.gamma,
+        "ductility": line.ultimate_displacement / line.yield_displacement,
+        "slip_tolerance_share": seen.slip_share,
+    }
+
+
+def _n2(
+    approach: str,
+    settings: SeismicSettings,
+    state: LimitStateSettings,
+    base_shear: FloatArray,
+    seen: Observed,
+    line: Bilinear,
+) -> dict[str, Any]:
+    """Return the N2 check of one curve at one limit state, in displacements of the equivalent system."""
+    system, asked = seen.system, state.peak_ground_acceleration
+    at_peak = float(seen.displacement[int(np.argmax(base_shear))])
+    of_curve = displacement_of_curve(state.name, line, at_peak) / system.gamma
+    largest = largest_force_ratio(settings, state.name)
+
+    def spectrum(ground: float) -> Spectrum:
+        return spectrum_of(settings, state, ground, settings.damping)
+
+    def capacity(ground: float) -> float:
+        return min(of_curve, displacement_at_force_ratio(largest, spectrum(ground), line, system))
+
+    ground = largest_ground_acceleration(lambda a: demand(spectrum(a), line, system).displacement <= capacity(a))
+    found = demand(spectrum(asked), line, system)
+    row = {
+        "approach": approach,
+        "limit_state": state.name,
+        "ag_m_per_s2": asked,
+        "demand": found.displacement,
+        "capacity": capacity(asked),
+        "unit": "m",
+        "capacity_ag_m_per_s2": ground,
+        "safety_ratio": ground / asked,
+        "period_s": found.period,
+        "force_ratio": found.force_ratio,
+        "largest_force_ratio": None if largest == np.inf else largest,
+        "clause": CLAUSES[state.name],
+    }
+    target = FAR * found.displacement * system.gamma
+    remarks = {
+        f"q* ≤ {largest:g} governs the capacity: the curve goes further": capacity(asked) < of_curve,
+        f"q* = {found.force_ratio:.3g} is above {largest:g}": found.force_ratio > largest,
+        "the base shear has not dropped by 20 %: the end of the curve stands for it, a lower bound": (
+            not line.dropped and state.name not in ("SLD", "DL")
+        ),
+        f"the curve ends at {1e3 * seen.displacement[-1]:.3g} mm, short of {FAR:.0%} of the target displacement, "
+        f"{1e3 * target:.3g} mm (EN 1998-1 4.3.3.4.2.3)": seen.displacement[-1] < target,
+        "the spectrum is that on the ground, not at mechanism_height": settings.mechanism_height > 0.0,
+    }
+    return row | {"remarks": [*(said for said, holds in remarks.items() if holds), *_cautions(seen, line, row)]}
+
+
+def _drift(
+    label: str, settings: SeismicSettings, state: LimitStateSettings, seen: Observed, line: Bilinear
+) -> dict[str, Any] | None:
+    """Return the check of drifts at one limit state: the pier that has its largest drift first, and its drift under the
+    demand of N2; None where the code names no limit."""
+    allowed = allowed_displacement(seen.drifts, seen.displacement, state.name, settings)
+    if allowed is None:
+        return None
+    system = seen.system
+
+    def moved(ground: float) -> float:
+        found = demand(spectrum_of(settings, state, ground, settings.damping), line, system)
+        return found.displacement * system.gamma
+
+    asked, pier = state.peak_ground_acceleration, seen.drifts.piers[allowed.pier]
+    ground = largest_ground_acceleration(lambda a: moved(a) <= allowed.displacement)
+    remarks = {
+        f"{pier.name} governs the drift, by {allowed.rule}: {pier.height:.3g} m high, {pier.width:.3g} m wide": True,
+        f"no pier reaches its limit, here {allowed.limit:.2%}: the end of the curve stands for it, a lower bound": (
+            not allowed.reached
+        ),
+    }
+    return {
+        "approach": f"drift, {label}",
+        "limit_state": state.name,
+        "ag_m_per_s2": asked,
+        "demand": drift_at(seen.drifts, seen.displacement, allowed.pier, moved(asked)),
+        "capacity": allowed.limit if allowed.reached else float(seen.drifts.drift[-1, allowed.pier]),
+        "unit": "drift",
+        "capacity_ag_m_per_s2": ground,
+        "safety_ratio": ground / asked,
+        "clause": DRIFT_CLAUSES[state.name] if settings.largest_drift is None else GIVEN,
+        "remarks": [said for said, holds in remarks.items() if holds],
+    }
+
+
+def _cautions(seen: Observed, line: Bilinear, row: dict[str, Any]) -> list[str]:
+    """Return what must be said of a ratio that rests on more than its formulas were made for."""
+    ductility = line.ultimate_displacement / line.yield_displacement
+    said = {
+        f"{seen.slip_share:.0%} of the elastic displacement is the slip tolerance of the contact law: "
+        f"T* = {row['period_s']:.3g} s is made by it, not by masonry": seen.slip_share > SLIPPERY,
+        f"ductility above {DUCTILE:g}: equal energy, from which the demand comes, was not made for it": (
+            ductility > DUCTILE
+        ),
+        f"a ratio above {DUCTILE:g} says that this check does not govern, not how strong the wall is": (
+            row["safety_ratio"] > DUCTILE
+        ),
+        f"the control point moves {seen.share_of_fastest:.0%} of the fastest stone: it is outside the mechanism": (
+            seen.share_of_fastest < LAZY
+        ),
+    }
+    return [text for text, holds in said.items() if holds]

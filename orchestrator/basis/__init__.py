@@ -1,0 +1,1 @@
+"""What every room stands on: arrays, units, errors, files, processes, which program this is."""

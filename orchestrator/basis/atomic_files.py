@@ -1,0 +1,179 @@
+"""Files that are whole or absent, in folders that belong to one run at a time.
+
+A file is written under a temporary name in its own folder, fsynced and renamed; a run folder is locked by flock(2),
+which the kernel releases when the process dies, however it dies.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import hashlib
+import logging
+import os
+import shutil
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from orchestrator.basis.errors import CaseError
+
+TEMPORARY = ".tmp"
+"""suffix of files being written; whatever carries it was left by a killed run and may be deleted"""
+LOCK = ".lock"
+"""name of the file that says which process a run folder belongs to"""
+DIGEST = 32
+"""bytes of a sha256"""
+PIECE = 1 << 20
+"""bytes of a file that are in memory at a time"""
+
+logger = logging.getLogger(__name__)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Yield a temporary path to write to; on success it is fsynced and renamed to `path`, on an error removed.
+
+    Makes the folder. Raises OSError naming `path` (full disk, read-only folder); an older `path` is then untouched.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}{TEMPORARY}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield temporary
+        _fsync(temporary)
+        os.replace(temporary, path)
+        _fsync(path.parent)
+    except OSError as error:
+        with suppress(OSError):  # the folder may be a file, or gone: the error says so
+            temporary.unlink(missing_ok=True)
+        raise naming_file(error, path) from error
+    except BaseException:
+        _remove(temporary)
+        raise
+
+
+def naming_file(error: OSError, path: Path) -> OSError:
+    """Return the error with a file name: a full disk does not say which file it had no room for."""
+    known = error.errno is not None and error.filename is not None and TEMPORARY not in str(error.filename)
+    if known:
+        return error
+    number = error.errno or errno.EIO
+    return OSError(number, os.strerror(number) if error.errno else str(error).splitlines()[0], str(path))
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write `content` to `path`, whole or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def require_room(path: Path, size: int) -> None:
+    """Raise OSError naming `path` unless its disk has room for `size` bytes: HDF5 crashes on one that fills up."""
+    if shutil.disk_usage(path.parent).free < size:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+
+def sealed(content: bytes) -> bytes:
+    """Return the content followed by its sha256."""
+    return content + hashlib.sha256(content).digest()
+
+
+def unsealed(content: bytes) -> bytes:
+    """Return what `sealed` was given. Raises ValueError if a bit of it has changed since."""
+    inside, seal = content[:-DIGEST], content[-DIGEST:]
+    if len(seal) < DIGEST or hashlib.sha256(inside).digest() != seal:
+        raise ValueError("its content does not match its sha256")
+    return inside
+
+
+def seal(path: Path) -> None:
+    """Append the sha256 of a file to it. What follows the end of an HDF5 file, every reader of HDF5 passes over."""
+    digest = _digest(path, path.stat().st_size)
+    with path.open("ab") as file:
+        file.write(digest)
+
+
+def require_seal(path: Path) -> None:
+    """Raise ValueError if a bit of the file has changed since `seal`, OSError if it cannot be read."""
+    inside = path.stat().st_size - DIGEST
+    if inside >= 0:
+        with path.open("rb") as file:
+            file.seek(inside)
+            if file.read() == _digest(path, inside):
+                return
+    raise ValueError("its content does not match its sha256")
+
+
+def _digest(path: Path, size: int) -> bytes:
+    """Return the sha256 of the first `size` bytes of a file, a piece at a time."""
+    total = hashlib.sha256()
+    with path.open("rb") as file:
+        while size > 0 and (piece := file.read(min(size, PIECE))):
+            total.update(piece)
+            size -= len(piece)
+    return total.digest()
+
+
+def sweep(folder: Path) -> None:
+    """Delete what killed runs left half-written in a folder that belongs to this run."""
+    for path in folder.rglob(f".*{TEMPORARY}"):
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            _remove(path)
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold `folder` (made if need be) for this process alone. Raises CaseError if a living process holds it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / LOCK
+    descriptor = _taken(path)
+    try:
+        yield
+    finally:
+        _remove(path)
+        os.close(descriptor)
+
+
+def _taken(path: Path) -> int:
+    """Return the descriptor of the locked file; the lock ends with it."""
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            holder = os.pread(descriptor, 200, 0).decode(errors="replace").strip() or "another process"
+            os.close(descriptor)
+            remedy = "wait for it, or give another folder with --output"
+            raise CaseError(str(path.parent), f"is in use by {holder}", remedy) from None
+        except OSError as error:
+            logger.warning("%s: %s; nothing keeps a second run out of this folder", path, error.strerror)
+        if _is(path, descriptor):
+            os.ftruncate(descriptor, 0)
+            os.pwrite(descriptor, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+            return descriptor
+        os.close(descriptor)  # its holder deleted it in between
+
+
+def _is(path: Path, descriptor: int) -> bool:
+    try:
+        return os.path.samestat(path.stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        logger.warning("%s: %s", path, error.strerror)
+
+
+def _fsync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,1 @@
+"""Outlines, planar maps and polyhedra: points and edges, whatever they are of."""

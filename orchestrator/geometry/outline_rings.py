@@ -1,0 +1,399 @@
+"""The outlines of blocks while they are being joined (planar_map.py): rings of common vertices."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.geometry.ring_geometry import area_of, foot_on, kept_of_chain, rows_between
+
+ROUNDING = 1e-9
+"""part of the wall's size (and 1e-14 of its coordinates) below which two points are the same"""
+PULL = 1e-3
+"""weight that holds a vertex to the mean of its corners, against the lines through it: decides along parallel lines"""
+REACH = 5.0
+"""a vertex lies no farther from the mean of its corners than this many times the farthest of them"""
+FOLDED = 0.5
+"""cosine of the largest angle at which two edges still run against each other"""
+KEPT = 0.8
+"""part of its area that a block keeps where one of its short edges is taken for a point"""
+
+
+class Rings:
+    """Outlines as rings of vertex numbers, while they are being joined.
+
+    One row for every corner of a block, block after block: vertex, block, and line, the drawn edge that begins there. A
+    row's edge runs to the row `following`. members: vertices and the points that blocks have there.
+    """
+
+    def __init__(self, outlines: Sequence[FloatArray]) -> None:
+        counts = np.array([len(outline) for outline in outlines])
+        own = np.concatenate(outlines).astype(float)
+        self.block = np.repeat(np.arange(len(counts)), counts)
+        self.point, self.vertex = np.unique(own, axis=0, return_inverse=True)
+        self.vertex = self.vertex.ravel()
+        self._link()
+        self.line, self.width = np.arange(len(own)), np.zeros(len(own))
+        self.line_start, self.line_end = own, own[self.following]
+        size = float(np.ptp(own, axis=0).max())
+        self.rounding = ROUNDING * size + 1e-14 * float(np.abs(own).max())
+        self.spread = np.zeros(len(self.point))
+        self.members = [(self.vertex.copy(), own)]
+
+    def _link(self) -> None:
+        first = np.flatnonzero(np.diff(self.block, prepend=-1))
+        self.following = np.arange(1, len(self.block) + 1)
+        self.following[np.append(first[1:], len(self.block)) - 1] = first
+        self.preceding = np.empty_like(self.following)
+        self.preceding[self.following] = np.arange(len(self.block))
+
+    def keys(self) -> tuple[IntArray, IntArray]:
+        """Return a number for each row's edge, and that of the same edge seen from the other side."""
+        there = self.vertex[self.following]
+        return self.vertex * len(self.point) + there, there * len(self.point) + self.vertex
+
+    def twins(self) -> IntArray:
+        """Return for each row that of the other block along its edge, -1 where there is none."""
+        key, reverse = self.keys()
+        order = np.argsort(key, kind="stable")
+        at = np.minimum(np.searchsorted(key[order], reverse), len(key) - 1)
+        return np.where(key[order][at] == reverse, order[at], -1)
+
+    def _open_rows(self) -> IntArray:
+        """Return the rows whose edge has no other block."""
+        key, reverse = self.keys()
+        return np.flatnonzero(~np.isin(reverse, key))
+
+    def _corner_pairs(self, within: float) -> tuple[IntArray, IntArray, FloatArray]:
+        """Return pairs of vertices p < q on open edges that may belong together, and their distances.
+
+        They are on different blocks. Two that an edge joins already belong together only where two blocks overlap there
+        or leave a wedge open: an edge by itself is the end of a thin block, not a gap.
+        """
+        rows, size = self._open_rows(), len(self.point)
+        vertices = np.unique(np.concatenate([self.vertex[rows], self.vertex[self.following[rows]]]))
+        places = shapely.points(self.point[vertices])
+        first, second = shapely.STRtree(places).query(places, predicate="dwithin", distance=within)
+        p, q = (vertices[x[first < second]] for x in (first, second))
+        key, reverse = self.keys()
+        pair, opposite = p * size + q, q * size + p
+        an_edge = np.isin(pair, key) | np.isin(pair, reverse)
+        allowed = np.concatenate([self._wedges(rows), self._gap_ends(rows, within)])
+        an_edge &= ~(np.isin(pair, allowed) | np.isin(opposite, allowed))
+        some_block = np.full(size, -1)
+        some_block[self.vertex] = self.block
+        shared = np.zeros(size, bool)
+        shared[self.vertex[some_block[self.vertex] != self.block]] = True
+        one_block = (some_block[p] == some_block[q]) & ~shared[p] & ~shared[q]
+        p, q = p[~an_edge & ~one_block], q[~an_edge & ~one_block]
+        return p, q, np.linalg.norm(self.point[p] - self.point[q], axis=1)
+
+    def _wedges(self, rows: IntArray) -> IntArray:
+        """Return pairs of vertices, as numbers of edges, at the open end of a wedge between two blocks.
+
+        Of two blocks that meet in a vertex, one has an open edge that ends there, the other one that begins there
+        (`rows` are the open ones); or both have the same edge on one side.
+        """
+        key, _ = self.keys()
+        distinct, count = np.unique(key, return_counts=True)
+        order = np.argsort(self.vertex[rows], kind="stable")
+        begins = self.vertex[rows[order]]
+        apex = self.vertex[self.following[rows]]
+        low, high = np.searchsorted(begins, apex), np.searchsorted(begins, apex, side="right")
+        coming = np.repeat(rows, high - low)
+        nth = np.arange(len(coming)) - np.repeat(np.cumsum(high - low) - (high - low), high - low)
+        leaving = rows[order][np.repeat(low, high - low) + nth]
+        two = self.block[coming] != self.block[leaving]
+        wedge = self.vertex[coming] * len(self.point) + self.vertex[self.following[leaving]]
+        return np.concatenate([distinct[count > 1], wedge[two]])
+
+    def _gap_ends(self, rows: IntArray, within: float) -> IntArray:
+        """Return open edges no longer than `within` (m), as numbers, that close the end of a gap of two other blocks.
+
+        The open edges before and after it are those of two other blocks and run against each other; along the end of a
+        thin block they run the same way.
+        """
+        key, _ = self.keys()
+        there = self.vertex[self.following]
+        along = self.point[there[rows]] - self.point[self.vertex[rows]]
+        length = np.linalg.norm(along, axis=1)
+        unit = along / np.maximum(length, 1e-300)[:, None]
+        short = np.flatnonzero(length <= within)
+        ends = np.concatenate([self.vertex[rows[short]], there[rows[short]]])
+        coming: dict[int, list[int]] = defaultdict(list)
+        leaving: dict[int, list[int]] = defaultdict(list)
+        for k in np.flatnonzero(np.isin(there[rows], ends) | np.isin(self.vertex[rows], ends)).tolist():
+            coming[int(there[rows[k]])].append(k)
+            leaving[int(self.vertex[rows[k]])].append(k)
+        found = [
+            int(key[rows[k]])
+            for k in short.tolist()
+            if any(
+                len({self.block[rows[n]] for n in (before, k, after)}) == 3 and unit[before] @ unit[after] < -FOLDED
+                for before in coming[int(self.vertex[rows[k]])]
+                for after in leaving[int(there[rows[k]])]
+            )
+        ]
+        return np.array(found, dtype=key.dtype)
+
+    def _beside(self, within: float) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+        """Return vertices, rows of open edges of blocks without them that they lie beside, place along and distance."""
+        rows = self._open_rows()
+        vertices = np.unique(np.concatenate([self.vertex[rows], self.vertex[self.following[rows]]]))
+        a, b = self.point[self.vertex[rows]], self.point[self.vertex[self.following[rows]]]
+        places = shapely.points(self.point[vertices])
+        segments = shapely.linestrings(np.stack([a, b], axis=1))
+        v, e = shapely.STRtree(segments).query(places, predicate="dwithin", distance=within)
+        known = self.block * len(self.point) + self.vertex
+        keep = ~np.isin(self.block[rows[e]] * len(self.point) + vertices[v], known)
+        v, e = v[keep], e[keep]
+        along, arm = (b - a)[e], self.point[vertices[v]] - a[e]
+        square = np.sum(along**2, axis=1)
+        place = np.sum(along * arm, axis=1) / square
+        distance = np.abs(along[:, 0] * arm[:, 1] - along[:, 1] * arm[:, 0]) / np.sqrt(square)
+        beside = (place > 0) & (place < 1) & (distance <= within)
+        order = np.lexsort((rows[e], distance, self.block[rows[e]], vertices[v]))
+        order = order[beside[order]]
+        pair = self.block[rows[e[order]]] * len(self.point) + vertices[v[order]]
+        nearest = np.sort(np.unique(pair, return_index=True)[1])
+        chosen = order[nearest]
+        return vertices[v[chosen]], rows[e[chosen]], place[chosen], distance[chosen]
+
+    def distances(self, tolerance: float, beyond: float) -> FloatArray:
+        """Return the distances above `beyond`, in m, that are still to be joined."""
+        found = np.concatenate([self._corner_pairs(tolerance)[2], self._beside(tolerance)[3]])
+        return found[found > beyond] if beyond else found
+
+    def join_corners(self, within: float) -> list[float]:
+        """Join vertices, the nearest first; return the distances that were joined."""
+        p, q, distance = self._corner_pairs(within)
+        order = np.lexsort((q, p, distance))
+        return self._unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
+
+    def join_folds(self, within: float) -> list[float]:
+        """Join the ends of edges up to `within` (m) that two blocks have on one side: the end of an acute tip."""
+        key, _ = self.keys()
+        distinct, count = np.unique(key, return_counts=True)
+        p, q = np.divmod(distinct[count > 1], len(self.point))
+        distance = np.linalg.norm(self.point[p] - self.point[q], axis=1)
+        order = np.argsort(distance, kind="stable")
+        order = order[distance[order] <= within]
+        return self._unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
+
+    def _unite(self, pairs: Iterable[tuple[int, int, float]]) -> list[float]:
+        """Make one vertex of each pair, in this order, where outlines stay simple; return the distances joined."""
+        pairs = list(pairs)
+        rows_of = self._rows_by_block(np.unique([vertex for p, q, _ in pairs for vertex in (p, q)]))
+        to = np.arange(len(self.point))
+        joined = []
+        for a, b, apart in pairs:
+            one, other = _root(to, a), _root(to, b)
+            if one != other and self._stays_simple(rows_of[one], rows_of[other]):
+                to[other] = one
+                for block, rows in rows_of.pop(other).items():
+                    rows_of[one][block] = rows_of[one].get(block, []) + rows
+                joined.append(apart)
+        if joined:
+            self._relabel(np.array([_root(to, a) for a in range(len(to))]))
+        return joined
+
+    def _rows_by_block(self, vertices: IntArray) -> dict[int, dict[int, list[int]]]:
+        """Return the rows of each vertex, by block."""
+        found: dict[int, dict[int, list[int]]] = defaultdict(dict)
+        for row in np.flatnonzero(np.isin(self.vertex, vertices)).tolist():
+            found[int(self.vertex[row])].setdefault(int(self.block[row]), []).append(row)
+        return found
+
+    def _stays_simple(self, one: dict[int, list[int]], other: dict[int, list[int]]) -> bool:
+        """Return whether both vertices may be one: no outline would touch itself or be left with less than an area."""
+        return all(self._is_run({*rows, *other[block]}) for block, rows in one.items() if block in other)
+
+    def _is_run(self, rows: set[int]) -> bool:
+        """Return whether the rows of one block, and what little lies between them, may be one corner of the block."""
+        ring = self._ring(min(rows))
+        points = self.point[self.vertex[ring.start : ring.stop]].tolist()
+        between, last = rows_between(ring, points, sorted(rows))
+        kept = [
+            point
+            for row, point in zip(ring, points, strict=True)
+            if row == last or (row not in rows and row not in between)
+        ]
+        return len(kept) >= 3 and area_of(kept) > KEPT * area_of(points)
+
+    def _ring(self, row: int) -> range:
+        """Return all rows of the block that has this row."""
+        return range(*np.searchsorted(self.block, [self.block[row], self.block[row] + 1]).tolist())
+
+    def join_edges(self, within: float) -> list[float]:
+        """Give edges the vertices that lie beside them; return the distances that were joined."""
+        vertex, row, place, distance = self._beside(within)
+        if not len(vertex):
+            return []
+        order = np.lexsort((vertex, place, row))
+        vertex, row, place = vertex[order], row[order], place[order]
+        a, b = self.point[self.vertex[row]], self.point[self.vertex[self.following[row]]]
+        foot = a + place[:, None] * (b - a)
+        self.members.append((vertex, foot))
+        self.vertex = np.insert(self.vertex, row + 1, vertex)
+        self.block = np.insert(self.block, row + 1, self.block[row])
+        self.line = np.insert(self.line, row + 1, self.line[row])
+        self.width = np.zeros(len(self.line))
+        self._link()
+        return distance.tolist()
+
+    def _relabel(self, number: IntArray) -> None:
+        """Give vertices new numbers (v,); what an outline has between two corners that became one is dropped."""
+        self.vertex = number[self.vertex]
+        self.members = [(number[vertex], own) for vertex, own in self.members]
+        drop = np.zeros(len(self.vertex), bool)
+        pair = self.block * len(self.point) + self.vertex
+        order = np.argsort(pair, kind="stable")
+        same = np.flatnonzero(np.diff(pair[order], prepend=-1) == 0)
+        groups: dict[int, list[int]] = defaultdict(list)
+        for k in same.tolist():
+            group = groups[int(pair[order[k]])]
+            group += [int(order[k])] if group else [int(order[k - 1]), int(order[k])]
+        for rows in groups.values():
+            ring = self._ring(rows[0])
+            points = self.point[self.vertex[ring.start : ring.stop]].tolist()
+            between, last = rows_between(ring, points, sorted(rows))
+            drop[[row for row in (*between, *rows) if row != last]] = True  # the last of them keeps its edge
+        self._drop(drop)
+
+    def _drop(self, drop: npt.NDArray[np.bool_]) -> None:
+        keep = ~drop
+        self.vertex, self.block = self.vertex[keep], self.block[keep]
+        self.line, self.width = self.line[keep], self.width[keep]
+        self._link()
+
+    def place(self) -> None:
+        """Put every vertex at the mean of the points that blocks have there; on one of them where they agree."""
+        vertex, own = (np.concatenate(parts) for parts in zip(*self.members, strict=True))
+        count = np.maximum(np.bincount(vertex, minlength=len(self.point)), 1)
+        mean = np.column_stack([np.bincount(vertex, own[:, k], len(self.point)) / count for k in (0, 1)])
+        self.spread = np.zeros(len(self.point))
+        np.maximum.at(self.spread, vertex, np.linalg.norm(own - mean[vertex], axis=1))
+        moved = self.spread > self.rounding
+        self.point = np.where(moved[:, None], mean, self.point)
+
+    def place_on_lines(self) -> None:
+        """Put every joined vertex where the lines half-way between the drawn edges meet there, by least squares."""
+        size = len(self.point)
+        rows, twin = np.arange(len(self.vertex)), self.twins()
+        twin = np.where(twin >= 0, twin, rows)  # itself where there is none
+        along = self.line_end[self.line] - self.line_start[self.line]
+        length = np.linalg.norm(along, axis=1)
+        unit = along / length[:, None]
+        tangent = np.where((twin == rows)[:, None], unit, unit - unit[twin])
+        tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
+        normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])
+        weight = np.minimum(length, length[twin])
+        matrix, right, total = np.zeros((size, 2, 2)), np.zeros((size, 2)), np.zeros(size)
+        for vertex in (self.vertex, self.vertex[self.following]):
+            feet = [foot_on(self.point[vertex], self.line_start[self.line[r]], unit[r]) for r in (rows, twin)]
+            offset = np.sum(normal * (0.5 * (feet[0] + feet[1]) - self.point[vertex]), axis=1)
+            np.add.at(matrix, vertex, weight[:, None, None] * normal[:, :, None] * normal[:, None, :])
+            np.add.at(right, vertex, (weight * offset)[:, None] * normal)
+            np.add.at(total, vertex, weight)
+        matrix += (PULL * np.maximum(total, 1e-300))[:, None, None] * np.eye(2)
+        step = np.linalg.solve(matrix, right[..., None])[..., 0]
+        far = np.linalg.norm(step, axis=1)
+        step *= np.minimum(1.0, REACH * self.spread / np.maximum(far, 1e-300))[:, None]
+        self.point = self.point + self._without_folds(np.where((self.spread > self.rounding)[:, None], step, 0.0))
+
+    def _without_folds(self, step: FloatArray) -> FloatArray:
+        """Return the steps (v, 2) of vertices, halved until no edge runs the other way round: lines that are nearly
+        parallel meet far off, beyond the next vertex."""
+        there = self.vertex[self.following]
+        before = self.point[there] - self.point[self.vertex]
+        while True:
+            folded = np.sum(before * (before + step[there] - step[self.vertex]), axis=1) < 0
+            if not folded.any():
+                return step
+            step = step.copy()
+            step[np.union1d(self.vertex[folded], there[folded])] *= 0.5
+
+    def collapse(self, error: float, short: float) -> list[float]:
+        """Take short edges for points, the shortest first: those below `error` (m), over which outlines were joined,
+        and those between two blocks below `short` of the size of one of them. Return their lengths (m)."""
+        there = self.vertex[self.following]
+        length = np.linalg.norm(self.point[there] - self.point[self.vertex], axis=1)
+        begin = np.flatnonzero(np.diff(self.block, prepend=-1))
+        x, y = (self.point[self.vertex] - self.point[self.vertex[begin]][self.block]).T
+        doubled_area = np.add.reduceat(x * y[self.following] - x[self.following] * y, begin)
+        size = np.sqrt(0.5 * np.abs(doubled_area))[self.block]
+        key, reverse = self.keys()
+        between_two = np.isin(reverse, key)
+        rows = np.flatnonzero(length < np.where(between_two, np.maximum(error, short * size), error))
+        p, q = np.minimum(self.vertex[rows], there[rows]), np.maximum(self.vertex[rows], there[rows])
+        pairs, index = np.unique(np.column_stack([p, q]), axis=0, return_index=True)
+        length = length[rows[index]]
+        order = np.lexsort((*pairs.T, length))
+        return self._unite(
+            (*pair, apart) for pair, apart in zip(pairs[order].tolist(), length[order].tolist(), strict=True)
+        )
+
+    def measure(self) -> None:
+        """Note for each row what lay between its drawn edge and the one beyond, m, at the middle of both."""
+        twin = self.twins()
+        middle = 0.5 * (self.point[self.vertex] + self.point[self.vertex[self.following]])
+        along = self.line_end[self.line] - self.line_start[self.line]
+        unit = along / np.linalg.norm(along, axis=1)[:, None]
+        foot = foot_on(middle, self.line_start[self.line], unit)
+        outward = np.column_stack([unit[:, 1], -unit[:, 0]])
+        width = np.sum(outward * (foot[twin] - foot), axis=1)
+        self.width = np.where((twin >= 0) & (np.abs(width) > self.rounding), width, 0.0)
+
+    def straighten(self, within: float, tolerance: float, bend: float) -> float:
+        """Drop the vertices of chains between the same two blocks that lie within `within` (m) of a straight line, or
+        within `bend` of its length; where there is one block only, no more than `tolerance` (m) from it. Return the
+        largest distance (m) over which the line between two blocks changed."""
+        key, reverse = self.keys()
+        size = len(self.point)
+        degree = np.bincount(np.unique(np.concatenate([key, reverse])) // size, minlength=size)
+        plain = degree == 2
+        twin = self.twins()
+        is_open = twin < 0
+        second = ~is_open & (self.block[twin] < self.block)  # the other block's chain, seen the other way round
+        drop, changed = np.zeros(size, bool), 0.0
+        for block in np.unique(self.block[plain[self.vertex]]).tolist():
+            rows = np.arange(*np.searchsorted(self.block, [block, block + 1]))
+            fixed = np.flatnonzero(~plain[self.vertex[rows]])
+            rows = np.roll(rows, -fixed[0] if len(fixed) else 0)
+            ends = np.append(np.flatnonzero(~plain[self.vertex[rows]]), len(rows)) if len(fixed) else [0, len(rows)]
+            for begin, end in pairwise(ends):
+                if end - begin > 1 and not second[rows[begin]]:
+                    chain = self.vertex[np.append(rows[begin:end], rows[end % len(rows)])]
+                    most = max(within, tolerance) if is_open[rows[begin]] else np.inf
+                    kept = kept_of_chain(self.point[chain], within, bend, most)
+                    drop[chain[~kept]] = True
+                    if not is_open[rows[begin]] and not kept.all():
+                        straight = shapely.LineString(self.point[chain[kept]])
+                        changed = max(changed, shapely.distance(shapely.points(self.point[chain]), straight).max())
+        begins = np.append(np.flatnonzero(np.diff(self.block, prepend=-1)), len(self.block))
+        spoilt = True
+        while spoilt:  # what is given back to one block may be what another one lacked
+            spoilt = False
+            for ring in (np.arange(a, b) for a, b in pairwise(begins)):
+                gone = drop[self.vertex[ring]]
+                if not gone.any():
+                    continue
+                points, rest = (self.point[self.vertex[rows]].tolist() for rows in (ring, ring[~gone]))
+                if len(rest) < 3 or area_of(rest) < KEPT * area_of(points):
+                    drop[self.vertex[ring]] = False
+                    spoilt = True
+        self._drop(drop[self.vertex])
+        return float(changed)
+
+
+def _root(to: IntArray, vertex: int) -> int:
+    while to[vertex] != vertex:
+        to[vertex] = to[to[vertex]]
+        vertex = int(to[vertex])
+    return vertex

@@ -1,0 +1,61 @@
+"""Geometry of one outline while outlines are being joined: feet on lines, ways along a ring, areas, straight chains."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import sqrt
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from orchestrator.basis.arrays import FloatArray
+
+
+def foot_on(point: FloatArray, start: FloatArray, unit: FloatArray) -> FloatArray:
+    """Return the points (r, 2) at right angles on lines through `start` (r, 2) along `unit` (r, 2)."""
+    return start + np.sum((point - start) * unit, axis=1)[:, None] * unit
+
+
+def rows_between(ring: range, points: list[list[float]], rows: list[int]) -> tuple[set[int], int]:
+    """Return the rows of a ring that lie between `rows`, but for those on the longest way from one to the next; and
+    the row where that way begins. points: [x, y] of every row of the ring, in m."""
+    walked = [0.0]
+    for (x, y), (next_x, next_y) in zip(points, points[1:] + points[:1], strict=True):
+        walked.append(walked[-1] + sqrt((next_x - x) * (next_x - x) + (next_y - y) * (next_y - y)))
+    place = [row - ring.start for row in rows]
+    reached = [walked[k] for k in place]
+    ways = [after - before for before, after in pairwise([*reached, reached[0] + walked[-1]])]
+    longest = ways.index(max(ways))
+    begin, end = place[(longest + 1) % len(place)], place[longest]
+    inner = range(begin, end + 1) if begin <= end else [*range(begin, len(ring)), *range(end + 1)]
+    return {ring[k] for k in inner} - {*rows}, rows[longest]
+
+
+def area_of(points: list[list[float]]) -> float:
+    """Return the area (m2) within [x, y] in m, counter-clockwise; of a few corners plain numbers are ten times as fast
+    as arrays."""
+    origin_x, origin_y = points[0]
+    doubled = 0.0
+    for (x, y), (next_x, next_y) in zip(points, points[1:] + points[:1], strict=True):
+        doubled += (x - origin_x) * (next_y - origin_y) - (next_x - origin_x) * (y - origin_y)
+    return 0.5 * doubled
+
+
+def kept_of_chain(chain: FloatArray, within: float, bend: float, most: float) -> npt.NDArray[np.bool_]:
+    """Return which points of a chain (p, 2) Douglas and Peucker's rule keeps: those farther from the line between two
+    kept ones than `within` (m) and than `bend` of its length, or than `most` (m). A closed chain keeps three."""
+    keep = np.zeros(len(chain), bool)
+    keep[[0, -1]] = True
+    stack = [(0, len(chain) - 1)]
+    while stack:
+        a, b = stack.pop()
+        if b - a < 2:
+            continue
+        line = chain[b] - chain[a]
+        off = shapely.distance(shapely.points(chain[a + 1 : b]), shapely.LineString(chain[[a, b]]))
+        if off.max() > min(max(within, bend * float(np.hypot(*line))), most):
+            middle = a + 1 + int(off.argmax())
+            keep[middle] = True
+            stack += [(a, middle), (middle, b)]
+    return keep

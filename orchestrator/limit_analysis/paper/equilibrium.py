@@ -1,0 +1,131 @@
+"""Equilibrium of rigid blocks in the plane, the equality rows of Eq. (1).
+
+    B q - lambda f_L = f_D          3 rows a free block: x, y (N), moment about its centroid (N m); supports have none
+    q = (n_start, n_end, s) a joint: normal forces at both ends of the joint (compression positive), shear, in N
+    f_D, f_L = dead and live load at the centroids (loads/); by default weight, and weight turned into the horizontal
+
+B q are the forces that blocks exert on their joints, which is why loads stand on the right: block i of a joint pushes
+with n along the joint's normal (it points from i to j) and with s along its tangent; block j the other way round.
+The transpose gives the rates that accompany block velocities u: -B^T u = (opening at start, at end, slip) of a joint,
+with power f . u = q . B^T u (virtual work). Source: Szabó, Funari, Lourenço 2023, Eq. (1); docs/theory.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.loads.block_loads import Loads, loads_on
+from orchestrator.masonry.block_properties import block_areas, block_centroids, block_weights
+from orchestrator.masonry.joints import Assemblage
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Equilibrium:
+    """The terms of Eq. (1) for m free blocks and k joints, in N and N m.
+
+    matrix (3m, 3k); dead_load, live_load (3m,); free_blocks (m,): their numbers in the wall, in ascending order.
+    block_length (m) and mean_weight (N) of the free blocks are what linear programs are scaled with.
+    """
+
+    matrix: sp.csc_matrix
+    dead_load: FloatArray
+    live_load: FloatArray
+    free_blocks: IntArray
+    blocks: int
+    block_length: float
+    mean_weight: float
+
+    @property
+    def total_weight(self) -> float:
+        """Weight of the free blocks, N."""
+        return self.mean_weight * len(self.free_blocks)
+
+    @property
+    def dead_total(self) -> float:
+        """All dead load on the free blocks, N."""
+        return -float(self.dead_load.reshape(-1, 3)[:, 1].sum())
+
+    @property
+    def live_total(self) -> float:
+        """Sum of the magnitudes of the live forces at a load multiplier of 1, N."""
+        return float(np.hypot(*self.live_load.reshape(-1, 3)[:, :2].T).sum())
+
+    @property
+    def base_shear(self) -> float:
+        """Horizontal resultant of the live load at a load multiplier of 1, N: positive along x."""
+        return float(self.live_load.reshape(-1, 3)[:, 0].sum())
+
+    @property
+    def live_load_is_turned_dead_load(self) -> bool:
+        """Whether every block's live force is its dead force turned by a right angle, as on a tilting table."""
+        dead, live = (load.reshape(-1, 3)[:, :2] for load in (self.dead_load, self.live_load))
+        turned = np.sign(self.base_shear) * np.column_stack([-dead[:, 1], np.zeros(len(dead))])
+        return bool(np.allclose(live, turned, rtol=1e-12, atol=1e-12 * self.mean_weight))
+
+    @property
+    def row_scale(self) -> FloatArray:
+        """Factors (3m,) that turn rows in N and N m into rows in N: moments are divided by a block length."""
+        return np.tile([1.0, 1.0, 1.0 / self.block_length], len(self.free_blocks))
+
+    def joint_rates(self, velocities: FloatArray) -> FloatArray:
+        """Rates (k, 3) in m/s that go with free-block velocities (3m,): opening at start and end, slip of j on i."""
+        return -(self.matrix.T @ velocities).reshape(-1, 3)
+
+    def of_all_blocks(self, velocities: FloatArray) -> FloatArray:
+        """Velocities (n, 3) of all blocks from those of the free ones (3m,): supports rest."""
+        everyone = np.zeros((self.blocks, 3))
+        everyone[self.free_blocks] = velocities.reshape(-1, 3)
+        return everyone
+
+    def residual(self, joint_forces: FloatArray, load_multiplier: float) -> float:
+        """Largest unbalanced force (moments over a block length) of forces (k, 3) in N, over the total weight."""
+        q = joint_forces.ravel()
+        unbalanced = self.matrix @ q - load_multiplier * self.live_load - self.dead_load
+        return float(np.max(np.abs(self.row_scale * unbalanced)) / self.total_weight)
+
+
+def assemble_equilibrium(assemblage: Assemblage, load_direction: int, loads: Loads | None = None) -> Equilibrium:
+    """Assemble Eq. (1) for a live load in `load_direction` (+1 or -1); without `loads`: the weight of every block."""
+    wall = assemblage.wall
+    loads = loads or loads_on(wall)
+    free = np.flatnonzero([not block.fixed for block in wall.blocks])
+    return Equilibrium(
+        matrix=equilibrium_matrix(assemblage, free),
+        dead_load=read_only(loads.dead[free].ravel()),
+        live_load=read_only(loads.live(load_direction)[free].ravel()),
+        free_blocks=read_only(free, np.int64),
+        blocks=len(wall.blocks),
+        block_length=float(np.sqrt(np.mean(block_areas(wall)[free]))),
+        mean_weight=float(np.mean(block_weights(wall)[free])),
+    )
+
+
+def equilibrium_matrix(assemblage: Assemblage, free: IntArray) -> sp.csc_matrix:
+    """B (3m, 3k): what a unit of each joint unknown contributes to the rows of the two blocks beside it."""
+    joints = np.arange(len(assemblage.block_i))
+    centroids = block_centroids(assemblage.wall)
+    first_row = np.full(len(assemblage.wall.blocks), -1)
+    first_row[free] = 3 * np.arange(len(free))
+    unknowns = (
+        (assemblage.start, assemblage.normal),
+        (assemblage.end, assemblage.normal),
+        (assemblage.midpoint, assemblage.tangent),
+    )
+    rows, columns, entries = [], [], []
+    for block, sign in ((assemblage.block_i, 1.0), (assemblage.block_j, -1.0)):
+        moves = first_row[block] >= 0
+        for unknown, (point, direction) in enumerate(unknowns):
+            arm = point - centroids[block]
+            moment = arm[:, 0] * direction[:, 1] - arm[:, 1] * direction[:, 0]
+            for row, value in enumerate((direction[:, 0], direction[:, 1], moment)):
+                rows.append(first_row[block][moves] + row)
+                columns.append(3 * joints[moves] + unknown)
+                entries.append(sign * value[moves])
+    place = (np.concatenate(rows), np.concatenate(columns))
+    B = sp.csc_matrix((np.concatenate(entries), place), shape=(3 * len(free), 3 * len(joints)))
+    B.eliminate_zeros()
+    return B

@@ -1,0 +1,193 @@
+"""What micro limit analysis returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from orchestrator.basis.arrays import FloatArray, read_only
+
+BoolArray = npt.NDArray[np.bool_]
+Scale = Literal["unit_power", "unit_displacement"]
+FlowRule = Literal["associative", "sequence", "path", "last_rest", "smoothed", "descent"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mechanism:
+    """Velocities of n blocks and relative rates at k joints, defined up to one positive factor.
+
+    velocities (n, 3): u, v (m/s) of the centroid and rotation rate (rad/s, counter-clockwise); zero for supports.
+    opening (k, 2): rate at the start and end of each joint, positive apart, m/s.
+    slip (k,): tangential velocity of block j relative to block i along the joint's tangent, m/s.
+    largest_displacement: largest velocity of any block corner, m/s (what `unit_displacement` sets to 1).
+    """
+
+    velocities: FloatArray
+    opening: FloatArray
+    slip: FloatArray
+    largest_displacement: float
+
+    def scaled(self, scale: Scale) -> Mechanism:
+        """Return the mechanism in one of the two named scales.
+
+        `unit_power` (as the LP returns it): live load power f_L . u = 1 in N and m. `unit_displacement`: the largest
+        displacement of any block corner is 1.
+        """
+        if scale == "unit_power":
+            return self
+        factor = 1.0 / self.largest_displacement
+        return replace(
+            self,
+            velocities=read_only(self.velocities * factor),
+            opening=read_only(self.opening * factor),
+            slip=read_only(self.slip * factor),
+            largest_displacement=1.0,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LinearProgramRecord:
+    """One linear program of a sequence: what it gave and what it cost."""
+
+    load_multiplier: float
+    parameter: float
+    """seed cohesion in the sequence (mean block weights; 0 in the program that confirms it), else 0"""
+    iterations: int
+    seconds: float
+    status: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LimitState:
+    """A collapse state. joint_forces (k, 3) in N: normal force at start, at end (compression positive), shear.
+
+    Shear is the force along the joint's tangent that block i exerts on block j.
+    Residuals are relative: equilibrium to the total weight, yield to the mean block weight, power to the live
+    load's power (0 = exact balance); dilation is the largest |opening| at an end of a joint that carries load there,
+    relative to the largest displacement (0 for a non-associative state, mu |slip| for an associative one).
+    open_ends (k, 2): ends of joints that stand open when this state is met and may close in it, None where all joints
+    are as drawn.
+    """
+
+    flow_rule: FlowRule
+    load_multiplier: float
+    joint_forces: FloatArray
+    mechanism: Mechanism
+    records: tuple[LinearProgramRecord, ...]
+    converged: bool
+    equilibrium_residual: float
+    yield_residual: float
+    power_residual: float
+    dilation: float
+    open_ends: BoolArray | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LocalFailure:
+    """Stones (their ids) that come loose while the wall stands, and their share of the weight.
+
+    state: the wall as they move, less what came loose before. multipliers: that of this state and the last at which
+    they rest, in order; the state's is lower where stones were wedged: it is a property of that wedge, and depends on
+    the stiffness of its joints.
+    """
+
+    stones: tuple[int, ...]
+    share: float
+    multipliers: tuple[float, float]
+    state: LimitState
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LimitAnalysis:
+    """All answers for one load direction: associative always; the others or why there is none.
+
+    `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N; `horizontal_load` the
+    horizontal resultant of the live load at a multiplier of 1, in N (by default the weight): base shear = multiplier x
+    this. tilting_table: whether tan(angle) of a table that tilts the wall is just another way to state the multiplier.
+
+    associative: an upper bound to every state of the wall as drawn (a theorem). path: the state that loading from
+    gravity meets, after the stones of `local_failures` have come loose: they are at rest and without forces in it; not
+    converged where no limit state passed the check, then it is the last rest. associative_left: the associative state
+    of the wall without these stones, None where there are none. sequence: the paper's value, of the wall as drawn.
+    lowest, highest: multipliers of states found that loading could reach, without these stones too.
+    interval: where the state met depends by more than 1 % on the stiffness of joints, or loading passes a limit state
+    and finds rest beyond it: lowest and highest multiplier; the headline is the lower state then. The lowest may be a
+    rest beyond which a path with joints of that stiffness found neither rest nor state.
+    last_rest: the last load at which the wall was found at rest; soft_from: that from which on it moves so far that
+    geometry decides, or None.
+    """
+
+    load_direction: int
+    weight: float
+    horizontal_load: float
+    tilting_table: bool
+    associative: LimitState
+    sequence: LimitState | None
+    path: LimitState | None
+    remarks: tuple[str, ...]
+    seconds: float
+    lowest: LimitState | None = None
+    highest: float | None = None
+    local_failures: tuple[LocalFailure, ...] = ()
+    last_rest: float | None = None
+    soft_from: float | None = None
+    interval: tuple[float, float] | None = None
+    associative_left: LimitState | None = None
+
+    def tilt_angle(self, state: LimitState) -> float | None:
+        """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""
+        return float(np.arctan(state.load_multiplier)) if self.tilting_table else None
+
+    @property
+    def headline(self) -> LimitState:
+        """The state that is reported and that the macroblocks come from: the one that loading meets.
+
+        It is the last rest, not converged, where no limit state was closed there: what was found to stand. Without a
+        path: the paper's, else the lowest, else the associative one.
+        """
+        return self.path or next(iter(self._settled), self.associative)
+
+    @property
+    def bound(self) -> LimitState:
+        """The associative state of the wall that the headline belongs to."""
+        return self.associative_left or self.associative
+
+    @property
+    def _settled(self) -> tuple[LimitState, ...]:
+        """The non-associative states that have converged."""
+        found = (self.path, self.sequence, self.lowest)
+        return tuple(s for s in found if s is not None and s.converged)
+
+    @property
+    def non_associative_range(self) -> tuple[float, float] | None:
+        """Smallest and largest multiplier of headline and states that loading could reach, None if there is only a
+        bound."""
+        if self.headline is self.associative:
+            return None
+        found = [self.headline.load_multiplier, *(self.interval or ())]
+        found += [self.lowest.load_multiplier] if self.lowest else []
+        found += [self.highest] if self.highest is not None else []
+        return min(found), max(found)
+
+
+def of_first_joints(analysis: LimitAnalysis, joints: int) -> LimitAnalysis:
+    """Return the analysis with the forces and rates of so many joints, the first ones: ties come after them."""
+
+    def cut(state: LimitState) -> LimitState:
+        motion = state.mechanism
+        motion = replace(motion, opening=motion.opening[:joints], slip=motion.slip[:joints])
+        ends = None if state.open_ends is None else state.open_ends[:joints]
+        return replace(state, joint_forces=state.joint_forces[:joints], mechanism=motion, open_ends=ends)
+
+    return replace(
+        analysis,
+        associative=cut(analysis.associative),
+        sequence=analysis.sequence and cut(analysis.sequence),
+        path=analysis.path and cut(analysis.path),
+        lowest=analysis.lowest and cut(analysis.lowest),
+        associative_left=analysis.associative_left and cut(analysis.associative_left),
+        local_failures=tuple(replace(one, state=cut(one.state)) for one in analysis.local_failures),
+    )

@@ -1,0 +1,238 @@
+"""One step of a wall on elastic joints: the next position under a load, or after a displacement along the live load.
+
+    B q(u) - lambda f_L - f_D + drag (u - u_0) = 0         motion against a drag: backward Euler, lambda given
+    B q(u) - lambda f_L - f_D = 0,   f_L . (u - u_0) = h   displacement control, lambda unknown
+
+Newton's method on the forces of a position takes 3 to 6 factorisations while few joints open, close, stick or slide,
+and swings between two sets of them for ever when many do. Then the same step is solved with forces and gaps as unknowns
+of their own that stay positive (an interior-point method: products of force and gap fall together to zero), 15 to 25
+factorisations whatever changes. Source: Mehrotra 1992 (predictor, corrector).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.limit_analysis.search.elastic_contact import ElasticWall, Position, positive, tried
+from orchestrator.limit_analysis.search.wall_stiffness import Factors, joint_products
+
+BALANCE = 1e-10
+"""Force out of balance that ends a step, mean block weights."""
+NEWTON_STEPS, LEAST_PART = 10, 0.1
+"""Newton's method is left after so many factorisations, or when less than this part of one leads on."""
+INTERIOR_STEPS, CENTRE, PRODUCT = 30, 3.0, 1e-8
+"""Factorisations of the interior-point method at most; the force it begins with in open joints (mean block weights);
+largest product of force and gap (times stiffness) at its end, the square of SMOOTHING."""
+INTERIOR_GAP = 0.01
+"""Part of the displacement expected that gaps begin with."""
+SHORTEST = 1e-4
+"""Part of an interior-point step below which it gets nowhere."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Task:
+    """What to solve: load multiplier (scaled; where to begin in displacement control), drag, displacement h or None."""
+
+    multiplier: float
+    drag: float = 0.0
+    advance: float | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Step:
+    """The position reached and the multiplier there, factorisations spent, whether it balances, and how hard it was.
+
+    effort: factorisations of Newton's method, 10 or more where it needed the other one.
+    """
+
+    position: Position
+    multiplier: float
+    factorisations: int
+    found: bool
+    effort: int
+
+
+def implicit_step(wall: ElasticWall, before: Position, task: Task, expected: FloatArray) -> Step:
+    """Solve one step from the position `before`; expected (3m,): the change of displacements to begin with."""
+    first = newton_step(wall, before, task, expected)
+    if first.found:
+        return first
+    second = interior_step(wall, before, task, float(np.abs(expected).max()))
+    spent = first.factorisations + second.factorisations
+    return Step(second.position, second.multiplier, spent, second.found, NEWTON_STEPS + second.factorisations // 10)
+
+
+def _change(
+    wall: ElasticWall, factors: Factors, task: Task, unbalanced: FloatArray, moved: FloatArray
+) -> tuple[FloatArray, float]:
+    """Return the change of displacements (3m,) and multiplier that removes unbalanced (3m,), moved (3m,) so far."""
+    if task.advance is None:
+        return factors.solve(-unbalanced), 0.0
+    live = wall.problem.live
+    change, along = factors.solve(np.stack([-unbalanced, live]))
+    more = float((task.advance - live @ (moved + change)) / (live @ along))
+    return change + more * along, more
+
+
+def newton_step(wall: ElasticWall, before: Position, task: Task, expected: FloatArray) -> Step:
+    """Solve one step by Newton's method, or leave it."""
+    problem, multiplier = wall.problem, task.multiplier
+
+    def unbalanced_of(forces: FloatArray, moved: FloatArray, multiplier: float) -> FloatArray:
+        missing: FloatArray = problem.B @ forces.ravel() - multiplier * problem.live - problem.dead + task.drag * moved
+        return missing
+
+    moved = expected
+    trial = tried(wall, before, before.displacements + moved)
+    unbalanced = unbalanced_of(trial.forces, moved, multiplier)
+    for spent in range(NEWTON_STEPS + 1):
+        if np.abs(unbalanced).max() < BALANCE and (task.advance is None or spent):
+            return Step(trial.position, multiplier, spent, True, spent)
+        if spent == NEWTON_STEPS:
+            break
+        try:
+            factors = problem.stiffness.factorised(trial.tangent, task.drag)
+        except RuntimeError:  # the matrix is singular to rounding
+            break
+        change, more = _change(wall, factors, task, unbalanced, moved)
+        size, part = np.linalg.norm(unbalanced), 1.0
+        while part > LEAST_PART:
+            there = moved + part * change
+            trial = tried(wall, before, before.displacements + there)
+            unbalanced = unbalanced_of(trial.forces, there, multiplier + part * more)
+            if np.linalg.norm(unbalanced) < (1.0 - 0.1 * part) * size:
+                break
+            part *= 0.5
+        else:
+            break
+        moved, multiplier = there, multiplier + part * more
+    return Step(before, task.multiplier, spent, False, spent)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Inside:
+    """An iterate of the interior-point method.
+
+    moved (3m,), multiplier, forces (k, 3); strength (k, 4) > 0: n + T/2 at both ends, mu N + c + s, mu N + c - s; apart
+    (k, 4) > 0: what each is complementary to (gap, slip forth, slip back), times stiffness: a force.
+    """
+
+    moved: FloatArray
+    multiplier: float
+    forces: FloatArray
+    strength: FloatArray
+    apart: FloatArray
+
+    def advanced(self, along: _Inside, part: float) -> _Inside:
+        """Go `part` of the way `along`."""
+        return _Inside(
+            self.moved + part * along.moved,
+            self.multiplier + part * along.multiplier,
+            self.forces + part * along.forces,
+            self.strength + part * along.strength,
+            self.apart + part * along.apart,
+        )
+
+    def part_to_bound(self, along: _Inside, short: float) -> float:
+        """Return the part of the way, at most 1, that keeps everything positive; `short` of it where it is shorter."""
+        fastest = max(float((-along.strength / self.strength).max()), float((-along.apart / self.apart).max()))
+        return 1.0 if fastest <= 1.0 else short / fastest
+
+
+def _first_inside(wall: ElasticWall, before: Position, task: Task, expected: float) -> _Inside:
+    k = wall.stiffness[:, :2]
+    pressed = before.forces[:, :2] + wall.tension
+    gap = np.maximum(k * before.rates[:, :2] + before.forces[:, :2], 0.0)
+    normal, apart = (positive(sign * (pressed - gap), CENTRE)[0] for sign in (1.0, -1.0))
+    product = max(CENTRE**2, INTERIOR_GAP * expected) if task.advance is not None else CENTRE**2
+    apart = np.maximum(apart, product / normal)
+    limit = np.maximum(wall.strength(normal - wall.tension), CENTRE**2 * 1e-6)
+    shear = 0.98 * np.clip(before.forces[:, 2], -limit, limit)
+    strength = np.column_stack([normal, limit + shear, limit - shear])
+    apart = np.column_stack([apart, product / strength[:, 2:]])
+    forces = np.column_stack([normal - wall.tension, shear])
+    return _Inside(np.zeros_like(before.displacements), task.multiplier, forces, strength, apart)
+
+
+def interior_step(wall: ElasticWall, before: Position, task: Task, expected: float) -> Step:
+    """Solve one step by the interior-point method; expected: largest change of displacements."""
+    problem, k = wall.problem, wall.stiffness
+    at = _first_inside(wall, before, task, expected)
+    for spent in range(INTERIOR_STEPS + 1):
+        rates = before.rates + wall.rates(at.moved)
+        unbalanced = problem.B @ at.forces.ravel() - at.multiplier * problem.live - problem.dead + task.drag * at.moved
+        apart = at.apart / k[:, [0, 1, 2, 2]]
+        elastic = at.forces / k
+        incompatible = np.column_stack(
+            [
+                rates[:, :2] + elastic[:, :2] - apart[:, :2],
+                rates[:, 2] - before.rates[:, 2] + elastic[:, 2] - before.forces[:, 2] / k[:, 2]
+                - apart[:, 2] + apart[:, 3],
+            ]
+        )  # fmt: skip
+        products = at.strength * at.apart
+        wrong = np.abs(k * incompatible).max() / max(1.0, np.abs(k * rates).max())
+        if products.max() < PRODUCT and np.abs(unbalanced).max() < BALANCE and wrong < BALANCE:
+            moved = before.displacements + at.moved
+            return Step(Position(moved, at.forces, rates), at.multiplier, spent, True, spent)
+        if spent == INTERIOR_STEPS:
+            break
+        flexible = _flexible(wall, at)
+        try:
+            factors = problem.stiffness.factorised(flexible, task.drag)
+        except RuntimeError:  # the matrix is singular to rounding
+            break
+        system = _System(wall, task, at, unbalanced, incompatible, flexible, factors)
+        mean = float(products.mean())
+        along = system.direction(-products)
+        reached = at.advanced(along, at.part_to_bound(along, 1.0))
+        centring = float(np.clip((float((reached.strength * reached.apart).mean()) / mean) ** 3, 1e-6, 0.9))
+        target = max(centring * mean, 0.1 * PRODUCT)
+        along = system.direction(target - products - along.strength * along.apart)
+        part = at.part_to_bound(along, 0.98)
+        if part < 0.1:
+            along = system.direction(0.5 * mean - products)
+            part = at.part_to_bound(along, 0.98)
+        if part < SHORTEST:
+            break
+        at = at.advanced(along, part)
+    return Step(before, task.multiplier, spent + 1, False, spent)
+
+
+def _flexible(wall: ElasticWall, at: _Inside) -> FloatArray:
+    """Inverse (k, 5) of the rates that forces cause in each joint: its own and those that keep the products."""
+    k = wall.stiffness
+    one, two, forth, back = (at.apart / at.strength / k[:, [0, 1, 2, 2]]).T
+    start, end = 1.0 / (1.0 / k[:, 0] + one), 1.0 / (1.0 / k[:, 1] + two)
+    slip = 1.0 / (1.0 / k[:, 2] + forth + back)
+    slide = wall.problem.friction * (forth - back) * slip
+    return np.column_stack([start, end, -slide * start, -slide * end, slip])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _System:
+    """The conditions of a step, linearised at one iterate and factorised."""
+
+    wall: ElasticWall
+    task: Task
+    at: _Inside
+    unbalanced: FloatArray
+    incompatible: FloatArray
+    flexible: FloatArray
+    factors: Factors
+
+    def direction(self, products: FloatArray) -> _Inside:
+        """Return the change that removes all errors and adds `products` (k, 4), to first order."""
+        wall, at, problem = self.wall, self.at, self.wall.problem
+        free = products / at.strength / wall.stiffness[:, [0, 1, 2, 2]]
+        rates = np.column_stack([free[:, :2], free[:, 2] - free[:, 3]]) - self.incompatible
+        free_forces = joint_products(self.flexible, rates)
+        unbalanced = self.unbalanced + problem.B @ free_forces.ravel()
+        moved, more = _change(wall, self.factors, self.task, unbalanced, at.moved)
+        forces = free_forces + joint_products(self.flexible, (problem.B_T @ moved).reshape(-1, 3))
+        limit = problem.friction * forces[:, :2].sum(axis=1)
+        strength = np.column_stack([forces[:, :2], limit + forces[:, 2], limit - forces[:, 2]])
+        return _Inside(moved, more, forces, strength, (products - at.apart * strength) / at.strength)

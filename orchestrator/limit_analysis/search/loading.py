@@ -1,0 +1,226 @@
+"""What growing load does to a wall stone by stone: local failures first, then the wall's own state.
+
+A mechanism that moves less than a share of the weight is a local failure. Its stones are taken away with their weight
+and their live load, for they lie on the ground; so are stones that then fall. What stands is loaded again from gravity.
+(Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
+
+Joints have two stiffnesses in turn. A state that is a property of the wall is the same with both; where the multipliers
+differ by more than SPREAD their interval is the answer, and the lower limit state is the headline. The second need not
+walk up the whole path to show that: it is asked for rest SPREAD below what the first met and for none SPREAD above
+(`agrees`), and walks only if it answers otherwise. Where the first closed no state the bracket of its rests is the
+answer, and the second is not asked. They take turns: in two threads at a time last digits differ from run to run (where
+arrays come to lie in memory), and a run must repeat itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.limit_analysis.gravity import associative_optimum, falling_blocks
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.paper.limit_state import LimitState, LocalFailure
+from orchestrator.limit_analysis.paper.linear_program import LimitSolution
+from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.limit_analysis.problem import Problem
+from orchestrator.limit_analysis.search.direct_loading import agrees
+from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Stiffness
+from orchestrator.limit_analysis.search.large_walls import large_path
+from orchestrator.limit_analysis.search.loading_path import LoadPath, load_path
+from orchestrator.loads.block_loads import Loads
+from orchestrator.masonry.joints import Assemblage
+
+MOVING = 1e-3
+"""Part of the largest velocity above which a stone belongs to a mechanism."""
+SPREAD = 0.01
+"""Part of the multiplier by which paths of different stiffness may differ and be one answer."""
+MOST_LOCAL = 0.5
+"""Share of the weight that may come loose before the wall is no longer looked for."""
+
+Chosen = npt.NDArray[np.bool_]
+Road = Callable[[Problem, LimitSolution], LoadPath | None]
+"""From a wall and its associative optimum to its path."""
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Loaded:
+    """Where loading ended: the state of the wall that is left (None: not found), its path, and what came loose first.
+
+    The state's arrays are those of the whole wall: stones that came loose are at rest in it, their joints carry
+    nothing. left (n,): the blocks that are still there, `part` their problem and `optimum` its associative one. spread:
+    lowest and highest multiplier with joints of different stiffness.
+    """
+
+    state: LimitState | None
+    path: LoadPath
+    local_failures: tuple[LocalFailure, ...]
+    left: Chosen
+    part: Problem
+    optimum: LimitSolution
+    spread: tuple[float, float] | None = None
+
+    def slip(self, state: LimitState, whole: Assemblage) -> FloatArray:
+        """Return the slips of a state of the whole wall in the joints that are left."""
+        return state.mechanism.slip[joints_left(whole, self.left)]
+
+    def of_whole(self, state: LimitState, whole: Assemblage) -> LimitState:
+        """Return a state of the blocks that are left with the arrays of the whole wall, zeros elsewhere."""
+        return of_whole(state, whole, self.left)
+
+
+def loaded(
+    problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float, most_blocks: int
+) -> Loaded | None:
+    """Load a wall along +x until it fails as a whole, with joints of both stiffnesses; None: no rest at first.
+
+    A wall of more than `most_blocks` is not loaded to its end if it has a state of smoothed conditions.
+    """
+    if len(problem.equilibrium.free_blocks) > most_blocks:
+        large = peeled(problem, loads, optimum, local_share, large_path)
+        if large is not None:
+            return large
+    first = peeled(problem, loads, optimum, local_share, road(STIFFNESSES[0]))
+    state = None if first is None else first.state
+    if first is not None and state is not None:
+        low, high = (1.0 - SPREAD) * state.load_multiplier, (1.0 + SPREAD) * state.load_multiplier
+        if not state.converged or agrees(first.part, low, high, STIFFNESSES[1]):
+            return first
+    found = [first, peeled(problem, loads, optimum, local_share, road(STIFFNESSES[1]))]
+    return lower_of([one for one in found if one is not None and one.state is not None]) or found[0] or found[1]
+
+
+def lower_of(found: Sequence[Loaded]) -> Loaded | None:
+    """Return the lower of two answers with the interval of both; where they are one to SPREAD, the one that is closed.
+
+    A limit state counts before a last rest that none closed, however low: the wall stands there, and nobody knows how
+    much further. The interval has that rest as its end.
+    """
+    multipliers = [one.state.load_multiplier for one in found if one.state is not None]
+    low, high = min(multipliers, default=0.0), max(multipliers, default=0.0)
+    if high - low <= SPREAD * abs(low):
+        return max(found, key=lambda one: one.state is not None and one.state.converged, default=None)
+
+    def rank(one: Loaded) -> tuple[bool, float]:
+        assert one.state is not None
+        return not one.state.converged, one.state.load_multiplier
+
+    return replace(min(found, key=rank), spread=(low, high))
+
+
+def road(stiffness: Stiffness) -> Road:
+    """Return the path of walls whose joints have a stiffness."""
+    return lambda problem, optimum: load_path(problem, optimum.load_multiplier, stiffness)
+
+
+def peeled(problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float, road: Road) -> Loaded | None:
+    """Load a wall, taking local failures away until what moves is the wall.
+
+    A wall that stones have left is loaded as if it had been drawn without them: in steps of its own associative
+    optimum, which is its bound too.
+    """
+    whole, weights = problem.assemblage, -loads.dead[:, 1]
+    free = np.array([not block.fixed for block in whole.wall.blocks])
+    left, failures = np.ones(len(free), dtype=bool), list[LocalFailure]()
+    found: Loaded | None = None
+    while (standing := _standing(problem, loads, left)) is not None:
+        part, left = standing
+        try:
+            optimum = optimum if part is problem else associative_optimum(part)
+        except (CaseError, ConvergenceError):  # what is left is wedged between supports
+            return found
+        path = road(part, optimum)
+        if path is None or path.state is None:
+            return found or (None if path is None else Loaded(None, path, tuple(failures), left, part, optimum))
+        state = of_whole(path.state, whole, left)
+        found = Loaded(state, path, tuple(failures), left, part, optimum)
+        moving = left & _moves(problem, state)
+        share = float(weights[moving].sum() / weights[free].sum())
+        gone = float(weights[free & ~left].sum() / weights[free].sum())
+        if share >= local_share or not state.converged or gone + share > MOST_LOCAL:
+            return found
+        stones = tuple(sorted(whole.wall.blocks[i].id for i in np.flatnonzero(moving)))
+        low, high = sorted((state.load_multiplier, path.last_rest))
+        failures.append(LocalFailure(stones, share, (low, high), state))
+        left = left & ~moving
+    return found
+
+
+def _moves(problem: Problem, state: LimitState) -> Chosen:
+    """Return the stones (n,) that belong to the mechanism of a state."""
+    length = problem.equilibrium.block_length
+    speed = np.abs(state.mechanism.velocities * [1.0, 1.0, length]).max(axis=1)
+    moving: Chosen = speed > MOVING * speed.max()
+    return moving
+
+
+def _standing(problem: Problem, loads: Loads, left: Chosen) -> tuple[Problem, Chosen] | None:
+    """Return the problem of the blocks left (n,) less those that fall without the others, and which blocks those are.
+
+    None where all of them fall.
+    """
+    if left.all():
+        return problem, left
+    free = np.array([not block.fixed for block in problem.assemblage.wall.blocks])
+    while (left & free).any():
+        assemblage = part_of(problem.assemblage, left)
+        of_part = Loads(loads.dead[left], loads.along_x[left], loads.upright[left])
+        equilibrium = assemble_equilibrium(assemblage, 1, of_part)
+        part = Problem(assemblage, equilibrium, coulomb(assemblage, equilibrium.dead_total))
+        missing, falling = falling_blocks(part)
+        if not missing:
+            return part, left
+        falls = np.zeros_like(left)
+        falls[np.flatnonzero(left)[falling]] = True
+        left = left & ~falls
+    return None
+
+
+def part_of(assemblage: Assemblage, left: Chosen) -> Assemblage:
+    """Return the assemblage of the blocks left (n,) and the joints between them."""
+    joints, number = joints_left(assemblage, left), np.cumsum(left) - 1
+    return Assemblage(
+        wall=replace(assemblage.wall, blocks=tuple(b for b, k in zip(assemblage.wall.blocks, left, strict=True) if k)),
+        block_i=read_only(number[assemblage.block_i[joints]], np.int64),
+        block_j=read_only(number[assemblage.block_j[joints]], np.int64),
+        start=read_only(assemblage.start[joints]),
+        end=read_only(assemblage.end[joints]),
+        friction=read_only(assemblage.friction[joints]),
+        cohesion=read_only(assemblage.cohesion[joints]),
+        tensile_strength=read_only(assemblage.tensile_strength[joints]),
+        compressive_strength=read_only(assemblage.compressive_strength[joints]),
+    )
+
+
+def joints_left(assemblage: Assemblage, left: Chosen) -> Chosen:
+    """Return the joints (k,) between blocks that are left (n,)."""
+    joints: Chosen = left[assemblage.block_i] & left[assemblage.block_j]
+    return joints
+
+
+def of_whole(state: LimitState, whole: Assemblage, left: Chosen) -> LimitState:
+    """Return a state of the blocks left (n,) with the arrays of the whole wall, zeros elsewhere."""
+    if left.all():
+        return state
+    joints = joints_left(whole, left)
+
+    def spread(values: npt.NDArray[Scalar], chosen: Chosen) -> FloatArray:
+        everywhere = np.zeros((len(chosen), *values.shape[1:]))
+        everywhere[chosen] = values
+        return read_only(everywhere)
+
+    velocities = spread(state.mechanism.velocities, left)
+    mechanism = replace(
+        state.mechanism,
+        velocities=velocities,
+        opening=spread(state.mechanism.opening, joints),
+        slip=spread(state.mechanism.slip, joints),
+    )
+    open_ends = None if state.open_ends is None else read_only(spread(state.open_ends, joints), np.bool_)
+    return replace(state, mechanism=mechanism, joint_forces=spread(state.joint_forces, joints), open_ends=open_ends)

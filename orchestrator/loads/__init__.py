@@ -1,0 +1,14 @@
+"""What acts on the blocks: dead and live loads, load cases, their forces at the centroids."""
+
+from orchestrator.loads.block_loads import LiveLoad, LoadCase, Loads, LoadSettings, load_cases, loads_on
+from orchestrator.loads.dead_loads import DeadLoad
+
+__all__ = [
+    "DeadLoad",
+    "LiveLoad",
+    "LoadCase",
+    "LoadSettings",
+    "Loads",
+    "load_cases",
+    "loads_on",
+]

@@ -1,0 +1,233 @@
+"""Loads on the blocks: what stands still (dead) and what lambda multiplies (live), as forces at their centroids.
+
+    dead    weight and extra dead loads, vertical
+    live    masses x direction, where a mass is a block's weight at its centroid, or an extra dead load with `inertia`
+            where it stands; "mass_height" multiplies by the height above the base, scaled to the same resultant;
+            "per_block" are given forces at the centroids of the blocks named
+
+The direction is +x or -x, turned upwards by `inclination`. Only the part along x changes sign with the direction: a
+wall's mirror image under the opposite load has the same answer.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import Ge, Gt, Le, MinLen
+
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.units import Unit
+from orchestrator.loads.dead_loads import (
+    DeadLoad,
+    Placed,
+    extra_dead_loads,
+    joined,
+    over_volume,
+    refuse_dead_load,
+    refuse_place,
+)
+from orchestrator.masonry.block_properties import block_centroids, block_weights
+from orchestrator.masonry.wall import Wall
+
+
+@dataclass(frozen=True, slots=True)
+class LiveLoad:
+    """Live load given per block, for distribution = "per_block"."""
+
+    blocks: Annotated[tuple[int, ...], MinLen(1)]
+    """ids of the blocks"""
+    force: Annotated[float, Unit("N"), Gt(0)]
+    """on each block at its centroid, in the direction of the live load, at a load multiplier of 1"""
+
+
+Direction = Literal["+x", "-x"]
+Distribution = Literal["mass", "mass_height", "per_block"]
+
+
+@dataclass(frozen=True, slots=True)
+class LoadCase:
+    """One of several load cases of a wall; what is left out is that of [load]."""
+
+    name: Annotated[str, MinLen(1)]
+    """in tables and pictures, and of the load case's folder in the run folder"""
+    direction: Direction | None = None
+    """the live load pushes to the right or to the left"""
+    inclination: Annotated[float, Unit("rad"), Ge(-math.pi / 2), Le(math.pi / 2)] | None = None
+    """angle of the live load above the horizontal"""
+    distribution: Distribution | None = None
+    """proportional to mass, to mass x height above the base, or as given in `live`"""
+    live: tuple[LiveLoad, ...] = ()
+    """forces on named blocks, instead of those of [load]"""
+    dead: tuple[DeadLoad, ...] = ()
+    """extra dead loads, besides those of [load]"""
+
+
+@dataclass(frozen=True, slots=True)
+class LoadSettings:
+    """Direction and distribution of the live load; extra dead loads; several load cases."""
+
+    direction: Direction = "+x"
+    """the live load pushes to the right or to the left"""
+    inclination: Annotated[float, Unit("rad"), Ge(-math.pi / 2), Le(math.pi / 2)] = 0.0
+    """angle of the live load above the horizontal: "-90 deg" points down"""
+    distribution: Distribution = "mass"
+    """proportional to mass, to mass x height above the base, or as given in [[load.live]]"""
+    live: tuple[LiveLoad, ...] = ()
+    """forces on named blocks, each a table [[load.live]] with `blocks` and `force`; for "per_block" only"""
+    dead: tuple[DeadLoad, ...] = ()
+    """besides weight, each a table [[load.dead]] with `blocks` or `level`, `force` (`at`) or `line_load` (`stretch`),
+    `inertia`"""
+    cases: tuple[LoadCase, ...] = ()
+    """load cases that are run one after the other into folders of their names, each a table [[load.cases]] with `name`
+    and what differs from [load]; none: [load] itself is the only one"""
+
+    envelope: bool = False
+    """whether +x and -x, each with mass and with mass x height, are load cases too, before those in `cases`"""
+
+    @property
+    def sign(self) -> int:
+        """+1 or -1."""
+        return 1 if self.direction == "+x" else -1
+
+    @property
+    def name(self) -> str:
+        """What lambda multiplies, in a few words."""
+        return {"mass": "weight", "mass_height": "weight × height", "per_block": "live load"}[self.distribution]
+
+    @property
+    def beyond_default(self) -> str:
+        """Return the first key that makes the loads more than a horizontal one proportional to mass, or ""."""
+        default = LoadSettings()
+        keys = ("dead", "distribution", "inclination", "live")
+        return next((f"load.{key}" for key in keys if getattr(self, key) != getattr(default, key)), "")
+
+
+ENVELOPE = (
+    LoadCase("+x mass", "+x", distribution="mass"),
+    LoadCase("-x mass", "-x", distribution="mass"),
+    LoadCase("+x mass x height", "+x", distribution="mass_height"),
+    LoadCase("-x mass x height", "-x", distribution="mass_height"),
+)
+"""the load cases of an assessment in the plane of a wall: NTC 2018 7.3.4.2, EN 1998-1 4.3.3.4.2.2"""
+NOT_A_FOLDER = ("figures", "macro", "micro", "runs")
+"""names that the run folder uses itself"""
+
+
+def load_cases(settings: LoadSettings) -> dict[str, LoadSettings]:
+    """Return the loads of every load case by its name; {"": settings} where there are none. Raises CaseError."""
+    if not settings.cases:
+        return {"": settings}
+    found: dict[str, LoadSettings] = {}
+    for number, given in enumerate(settings.cases):
+        key = f"load.cases.{number}.name"
+        if given.name in NOT_A_FOLDER or not re.fullmatch(r"[\w+-]([\w+. -]{0,98}[\w+-])?", given.name):
+            remedy = "use letters, digits, + - _ . and spaces, at most 100, and no name of the run folder's own"
+            raise CaseError(key, f"{given.name!r} cannot name a folder", remedy)
+        if given.name.casefold() in {name.casefold() for name in found}:
+            raise CaseError(key, f"{given.name!r} is the name of another one", "give every load case its own name")
+        changed = {
+            name: value
+            for name in ("direction", "inclination", "distribution", "live")
+            if (value := getattr(given, name)) not in (None, ())
+        }
+        found[given.name] = replace(settings, cases=(), dead=(*settings.dead, *given.dead), **changed)
+    return found
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Loads:
+    """Force (N) and moment about the centroid (N m, counter-clockwise) on each of n blocks, supports included.
+
+    dead (n, 3): all dead load. along_x, upright (n, 3): the parts of the live load for +x that come from its horizontal
+    and from its vertical component.
+    """
+
+    dead: FloatArray
+    along_x: FloatArray
+    upright: FloatArray
+
+    def live(self, direction: int) -> FloatArray:
+        """Live load (n, 3) at a load multiplier of 1, for direction +1 or -1."""
+        return direction * self.along_x + self.upright
+
+
+def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
+    """Return the loads on a wall: by default its weight, and the same forces along x. Raises CaseError."""
+    settings = settings or LoadSettings()
+    live = live_loads(wall, settings)
+    horizontal, vertical = live.size * math.cos(settings.inclination), live.size * math.sin(settings.inclination)
+    nothing = np.zeros_like(live.size)
+    return Loads(
+        dead=read_only(_dead(wall, settings)),
+        along_x=read_only(_on_blocks(wall, live.block, live.point, np.column_stack([horizontal, nothing]))),
+        upright=read_only(_on_blocks(wall, live.block, live.point, np.column_stack([nothing, vertical]))),
+    )
+
+
+def live_loads(wall: Wall, settings: LoadSettings) -> Placed:
+    """Return the live load at a load multiplier of 1, in its direction: first that of the free blocks' own masses, in
+    order (not for "per_block"). Raises CaseError."""
+    refuse_contradictions(wall, settings)
+    if settings.distribution == "per_block":
+        given = [(position, load.force) for load in settings.live for position in _positions(wall, load.blocks)]
+        block, size = np.array([position for position, _ in given]), np.array([force for _, force in given])
+        return over_volume(block, block_centroids(wall)[block], size)
+    masses = _masses(wall, settings)
+    if settings.distribution == "mass":
+        return masses
+    free = np.vstack([b.polygon for b in wall.blocks if not b.fixed])
+    moment_of_height = masses.size * (masses.point[:, 1] - free[:, 1].min())
+    return replace(masses, size=moment_of_height * masses.size.sum() / moment_of_height.sum())
+
+
+def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
+    """Raise CaseError for settings that contradict each other or name blocks that cannot be loaded."""
+    if (settings.distribution == "per_block") != bool(settings.live):
+        remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
+        raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
+    for number, load in enumerate(settings.dead):
+        refuse_dead_load(wall, load, f"load.dead.{number}")
+    free = {block.id: not block.fixed for block in wall.blocks}
+    named = {f"load.live.{number}": load.blocks for number, load in enumerate(settings.live)}
+    named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(settings.dead)}
+    for key, ids in named.items():
+        for wanted in ids:
+            if not free.get(wanted, False):
+                problem = f"block {wanted} is a support" if wanted in free else f"there is no block {wanted}"
+                raise CaseError(f"{key}.blocks", problem, "name blocks of the wall that can move")
+    for number, load in enumerate(settings.dead):
+        refuse_place(wall, load, f"load.dead.{number}")
+
+
+def _masses(wall: Wall, settings: LoadSettings) -> Placed:
+    """Return the weights of all masses that the live load acts on, those of the free blocks first."""
+    free = np.flatnonzero([not block.fixed for block in wall.blocks])
+    own = over_volume(free, block_centroids(wall)[free], block_weights(wall)[free])
+    return joined(own, extra_dead_loads(wall, tuple(load for load in settings.dead if load.inertia)))
+
+
+def _dead(wall: Wall, settings: LoadSettings) -> FloatArray:
+    """Return weight and extra dead loads (n, 3)."""
+    nothing = np.zeros(len(wall.blocks))
+    total = np.column_stack([nothing, -block_weights(wall), nothing])
+    extra = extra_dead_loads(wall, settings.dead)
+    return total + _on_blocks(wall, extra.block, extra.point, np.column_stack([0.0 * extra.size, -extra.size]))
+
+
+def _on_blocks(wall: Wall, block: IntArray, point: FloatArray, force: FloatArray) -> FloatArray:
+    """Sum forces (p, 2) at points (p, 2) into force and moment about the centroid of each block, (n, 3)."""
+    arm = point - block_centroids(wall)[block]
+    moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+    total = np.zeros((len(wall.blocks), 3))
+    np.add.at(total, block, np.column_stack([force, moment]))
+    return total
+
+
+def _positions(wall: Wall, ids: tuple[int, ...]) -> list[int]:
+    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    return [place[wanted] for wanted in ids]

@@ -1,0 +1,193 @@
+"""Extra dead loads: what they are, and where on the blocks they stand.
+
+A line load lies on the edges that face upwards, all of them or their part between two x; its resultant on a block goes
+through the middle of what it covers, and is line_load x horizontal width. A force acts at the centroid, or where it is
+told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from annotated_types import Gt
+
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.units import Unit
+from orchestrator.masonry.block_properties import block_centroids
+from orchestrator.masonry.wall import Wall
+
+STEEP = 1e-9
+"""Edges whose outward normal points up by less than this (as a part of 1) are not the top of a block."""
+AT_LEVEL = 1e-2
+"""part of a block's height by which its top may be off the level of a floor"""
+INSIDE = 1e-6
+"""of a block's perimeter: a point load so near its outline is on it"""
+EVERYWHERE = (-np.inf, np.inf)
+
+Spread = Literal["volume", "top", "point"]
+
+
+@dataclass(frozen=True, slots=True)
+class DeadLoad:
+    """Extra dead load on blocks, downwards: a force, or a line load on their tops (one of the two).
+
+    The blocks are named, or those whose tops lie at a level: a floor that rests on a course."""
+
+    blocks: tuple[int, ...] = ()
+    """ids of the blocks"""
+    force: Annotated[float, Unit("N"), Gt(0)] | None = None
+    """on each block, at its centroid or, of one block, `at` a point"""
+    line_load: Annotated[float, Unit("N/m"), Gt(0)] | None = None
+    """on all edges that face upwards, per metre of horizontal projection, over the wall's whole thickness"""
+    inertia: bool = False
+    """whether the live load acts on its mass too, where it stands"""
+    level: Annotated[float, Unit("m")] | None = None
+    """height of the blocks' tops (y), instead of `blocks`"""
+    stretch: tuple[Annotated[float, Unit("m")], ...] = ()
+    """the line load lies between these two x only, as in ["1.2 m", "3.4 m"]; left out: on the whole tops"""
+    at: tuple[Annotated[float, Unit("m")], ...] = ()
+    """x and y of the point where the force acts on the block named, as in ["1.2 m", "2.8 m"]; left out: its centroid"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Placed:
+    """Sizes (N) of p loads: block (p,), point (p, 2) in m through which the resultant goes, how each is spread: over
+    the block's volume, over its top between two x (stretch (p, 2) in m), or not at all."""
+
+    block: IntArray
+    point: FloatArray
+    size: FloatArray
+    spread: tuple[Spread, ...]
+    stretch: FloatArray
+
+    def part(self, which: slice) -> Placed:
+        """Return some of the loads."""
+        return Placed(self.block[which], self.point[which], self.size[which], self.spread[which], self.stretch[which])
+
+
+def over_volume(block: IntArray, point: FloatArray, size: FloatArray) -> Placed:
+    """Return loads (p,) that are spread over the volume of their blocks; point (p, 2): the centroids."""
+    spread: list[Spread] = ["volume"] * len(block)
+    return Placed(block, point, size, tuple(spread), np.tile(EVERYWHERE, (len(block), 1)))
+
+
+def joined(one: Placed, other: Placed) -> Placed:
+    """Return the loads of both, one after the other."""
+    return Placed(
+        np.concatenate([one.block, other.block]),
+        np.vstack([one.point, other.point]),
+        np.concatenate([one.size, other.size]),
+        one.spread + other.spread,
+        np.vstack([one.stretch, other.stretch]),
+    )
+
+
+def extra_dead_loads(wall: Wall, loads: tuple[DeadLoad, ...]) -> Placed:
+    """Return the extra dead loads, downwards, one after the other."""
+    each = [part for load in loads for part in _parts(wall, load)]
+    return Placed(
+        block=np.array([block for block, *_ in each], dtype=np.int64),
+        point=np.array([point for _, point, *_ in each]).reshape(-1, 2),
+        size=np.array([size for _, _, size, *_ in each], dtype=float),
+        spread=tuple(spread for *_, spread, _ in each),
+        stretch=np.array([stretch for *_, stretch in each], dtype=float).reshape(-1, 2),
+    )
+
+
+def _parts(wall: Wall, load: DeadLoad) -> Iterator[tuple[int, FloatArray, float, Spread, tuple[float, float]]]:
+    """Yield block position, point (2,) in m, size in N, spread and stretch of each block's part of a load."""
+    centroids = block_centroids(wall)
+    for position in loaded_blocks(wall, load):
+        if load.line_load is None:
+            assert load.force is not None
+            spread: Spread = "point" if load.at else "volume"
+            yield position, np.array(load.at) if load.at else centroids[position], load.force, spread, EVERYWHERE
+            continue
+        low, high = load.stretch or EVERYWHERE
+        width, middle = top_of(wall.blocks[position].polygon, (low, high))
+        if width > 0.0:
+            yield position, middle, load.line_load * width, "top", (low, high)
+
+
+def loaded_blocks(wall: Wall, load: DeadLoad) -> list[int]:
+    """Return the positions of the blocks that a load names, or whose tops are at its level."""
+    if load.level is not None:
+        return blocks_at_level(wall, load.level)
+    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    return [place[wanted] for wanted in load.blocks]
+
+
+def refuse_dead_load(wall: Wall, load: DeadLoad, key: str) -> None:
+    """Raise CaseError for a load that contradicts itself or lies on nothing; the blocks it names are known to exist."""
+    for one, other in (("force", "line_load"), ("level", "blocks")):
+        if (getattr(load, one) in (None, ())) == (getattr(load, other) in (None, ())):
+            raise CaseError(key, f"needs one of {one} and {other}", "give one of the two")
+    if load.level is not None and not blocks_at_level(wall, load.level):
+        tops = sorted({round(float(b.polygon[:, 1].max()), 3) for b in wall.blocks if not b.fixed})
+        listed = ", ".join(f"{top:g}" for top in tops[:20])
+        problem = f"no block has its top at {load.level:g} m"
+        raise CaseError(f"{key}.level", problem, f"tops are at {listed}{', ...' * (len(tops) > 20)} m")
+
+
+def refuse_place(wall: Wall, load: DeadLoad, key: str) -> None:
+    """Raise CaseError for a stretch or a point that does not go with its load, or lies beside its blocks."""
+    if load.stretch:
+        if load.line_load is None or len(load.stretch) != 2 or not load.stretch[0] < load.stretch[1]:
+            remedy = 'give two x in ascending order with a line_load, as in ["1.2 m", "3.4 m"]'
+            raise CaseError(f"{key}.stretch", f"{[*load.stretch]} is no stretch of a line load", remedy)
+        if not len(extra_dead_loads(wall, (load,)).size):
+            low, high = load.stretch
+            raise CaseError(f"{key}.stretch", f"no top lies between x = {low:g} and {high:g} m", "correct it")
+    if load.at:
+        if load.force is None or len(load.at) != 2 or len(load.blocks) != 1:
+            remedy = 'give x and y with a force on one of the `blocks`, as in ["1.2 m", "2.8 m"]'
+            raise CaseError(f"{key}.at", f"{[*load.at]} is no point of a force on one block", remedy)
+        outline = shapely.Polygon(wall.blocks[loaded_blocks(wall, load)[0]].polygon)
+        if shapely.distance(outline, shapely.Point(load.at)) > INSIDE * outline.length:
+            x, y = load.at
+            problem = f"({x:g}, {y:g}) m is not on block {load.blocks[0]}"
+            raise CaseError(f"{key}.at", problem, "give a point of the block, or name another one")
+
+
+def blocks_at_level(wall: Wall, level: float) -> list[int]:
+    """Return the positions of the free blocks all of whose edges that face upwards lie at a level (m)."""
+
+    def at_level(polygon: FloatArray) -> bool:
+        off = np.abs(polygon[_upper_corners(polygon), 1] - level).max()
+        return bool(off < AT_LEVEL * np.ptp(polygon[:, 1]))
+
+    return [k for k, block in enumerate(wall.blocks) if not block.fixed and at_level(block.polygon)]
+
+
+def _upper_corners(polygon: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which corners of a counter-clockwise polygon are ends of edges that face upwards."""
+    run = np.roll(polygon, -1, axis=0) - polygon
+    above = -run[:, 0] > STEEP * np.linalg.norm(run, axis=1)
+    return above | np.roll(above, 1)
+
+
+def top_of(polygon: FloatArray, between: tuple[float, float] = EVERYWHERE) -> tuple[float, FloatArray]:
+    """Return horizontal width (m) and middle (2,) of the edges of a counter-clockwise polygon that face upwards, of
+    their part `between` two x (m); a width of 0 has no middle."""
+    start, end = upper_edges(polygon, between).transpose(1, 0, 2)
+    width = start[:, 0] - end[:, 0]
+    if not width.sum() > 0.0:
+        return 0.0, np.full(2, np.nan)
+    return float(width.sum()), np.average(0.5 * (start + end), axis=0, weights=width)
+
+
+def upper_edges(polygon: FloatArray, between: tuple[float, float] = EVERYWHERE) -> FloatArray:
+    """Return the edges (e, 2, 2) in m of a counter-clockwise polygon that face upwards, so that they run towards -x,
+    cut to what lies `between` two x (m)."""
+    start, end = polygon, np.roll(polygon, -1, axis=0)
+    above = start[:, 0] - end[:, 0] > STEEP * np.linalg.norm(end - start, axis=1)
+    start, end = start[above], end[above]
+    share = (np.clip([start[:, 0], end[:, 0]], *between) - start[:, 0]) / (end[:, 0] - start[:, 0])
+    edges = start[None] + share[:, :, None] * (end - start)[None]
+    return edges[:, share[0] < share[1]].transpose(1, 0, 2)

@@ -1,0 +1,282 @@
+"""Bodies: the outlines of a partition, with holes, and what remains of the joints between them.
+
+A body's outline is what the edges of its blocks leave of each other in the planar map: an edge with the body on both
+sides cancels. An edge that is a joint with another body stays an edge of both, so that both have a vertex where the
+joint ends: without these vertices a wall of one element per stone loses 39 % of its capacity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.planar_map import OUTSIDE, PlanarMap
+from orchestrator.macroblocks.criteria import Partition
+from orchestrator.masonry.block_properties import polygon_area
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.wall import Block, Wall
+
+STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness")
+"""what joints have per area"""
+STRAIGHT = 1e-4
+"""height of a vertex over the chord of its neighbours, part of the shorter edge, below which the outline goes straight
+on (1e-4 of a stone of 0.4 m is 40 micrometres: the rounding of a drawing)"""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Blocks of a body with the same elastic constants: the share of the body's volume they fill (its area times the
+    wall's thickness, so thinner blocks fill less than they show), modulus in Pa and ratio, None: those of the case."""
+
+    share: float
+    elastic_modulus: float | None
+    poisson_ratio: float | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Body:
+    """One region of the wall. exterior (n, 2) counter-clockwise, holes (m, 2) clockwise, not closed, in m.
+
+    Edge k of the outline runs from vertex k to the next one; the edges of the holes are numbered on from there.
+    """
+
+    number: int
+    name: str
+    exterior: FloatArray
+    holes: tuple[FloatArray, ...]
+    fixed: bool
+    unit_weight: float
+    """weight of its blocks over its area times the wall's thickness, N/m3"""
+    blocks: IntArray
+    parts: tuple[Part, ...] = (Part(1.0, None, None),)
+
+    @property
+    def area(self) -> float:
+        """Area without the holes, m2."""
+        return float(shapely.Polygon(self.exterior, self.holes).area)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Bodies:
+    """Bodies of one thickness (m), moving ones first, and their k interfaces, each a straight segment.
+
+    body_i, body_j (k,), start, end (k, 2) in m (convention of joints.py: start -> end is counter-clockwise round i, the
+    normal points from i to j), friction (k,), joint (k,): the joint of the assemblage it comes from; edge_i, edge_j
+    (k,): the edge of the outline of each body that it is; cohesion, tensile_strength (k,) in N/m2 of the wall's
+    thickness (less than the joint's own where a thinner block meets it), where one number stands for all; likewise
+    compressive_strength (inf: no crushing), and normal_stiffness, shear_stiffness in N/m3 (inf: rigid).
+    """
+
+    bodies: tuple[Body, ...]
+    moving: int
+    thickness: float
+    body_i: IntArray
+    body_j: IntArray
+    start: FloatArray
+    end: FloatArray
+    friction: FloatArray
+    joint: IntArray
+    edge_i: IntArray
+    edge_j: IntArray
+    cohesion: FloatArray = field(default_factory=lambda: read_only(0.0))
+    tensile_strength: FloatArray = field(default_factory=lambda: read_only(0.0))
+    compressive_strength: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    normal_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    shear_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
+
+    def __post_init__(self) -> None:
+        for name in STRENGTHS:
+            each = np.broadcast_to(getattr(self, name), self.friction.shape)
+            object.__setattr__(self, name, read_only(each))
+
+
+def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
+    """Return the material of each moving body: "several" where its blocks differ, "unnamed" where it has no name."""
+    found = [{wall.blocks[block].material or "unnamed" for block in body.blocks} for body in bodies.bodies]
+    return tuple(min(names) if len(names) == 1 else "several" for names in found[: bodies.moving])
+
+
+def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
+    """Return the outlines of all bodies and the joints that remain between them."""
+    body_i, body_j = partition.body_of_block[assemblage.block_i], partition.body_of_block[assemblage.block_j]
+    joint = np.flatnonzero(body_i != body_j)
+    outlines, edge = assemblage.outlines, assemblage.edge
+    assert outlines is not None, "an assemblage without its planar map has no bodies"
+    assert edge is not None, "an assemblage without its planar map has no bodies"
+    is_interface = np.zeros(len(outlines.left), bool)
+    is_interface[edge[joint]] = True
+    rings = _rings(outlines, partition.body_of_block, is_interface)
+    place = [{part: k for k, part in enumerate(p for ring in of_body for p in ring.edge)} for of_body in rings]
+    share = assemblage.width / assemblage.wall.thickness
+    return Bodies(
+        bodies=tuple(_body(number, assemblage, partition, of_body) for number, of_body in enumerate(rings)),
+        moving=partition.count,
+        thickness=assemblage.wall.thickness,
+        body_i=read_only(body_i[joint], np.int64),
+        body_j=read_only(body_j[joint], np.int64),
+        start=read_only(assemblage.start[joint]),
+        end=read_only(assemblage.end[joint]),
+        friction=read_only(assemblage.friction[joint]),
+        joint=read_only(joint, np.int64),
+        edge_i=read_only([place[b][e] for b, e in zip(body_i[joint], edge[joint].tolist(), strict=True)], np.int64),
+        edge_j=read_only([place[b][e] for b, e in zip(body_j[joint], edge[joint].tolist(), strict=True)], np.int64),
+        **{name: read_only(getattr(assemblage, name)[joint] * share[joint]) for name in STRENGTHS},
+    )
+
+
+def glued(assemblage: Assemblage, blocks: IntArray) -> Wall:
+    """Return the wall in which each of `blocks` is one with the neighbour that it has the longest joints with, of those
+    that are not loose themselves if there is one; a block that only supports touch stays. Raises CaseError where a body
+    with a hole would come of it.
+    """
+    wall = assemblage.wall
+    group = np.arange(len(wall.blocks))
+    fixed = np.array([block.fixed for block in wall.blocks])
+    for block in blocks.tolist():
+        mine = (assemblage.block_i == block) | (assemblage.block_j == block)
+        other = np.where(assemblage.block_i == block, assemblage.block_j, assemblage.block_i)
+        mine &= ~fixed[other] & (group[other] != group[block])
+        firm = mine & ~np.isin(other, blocks)
+        mine = firm if firm.any() else mine
+        if mine.any():
+            together = np.bincount(other[mine], assemblage.length[mine])
+            group[group == group[block]] = group[int(np.argmax(together))]
+    assert assemblage.outlines is not None, "an assemblage without its planar map has no bodies"
+    numbers = np.unique(group, return_inverse=True)[1]
+    rings = _rings(assemblage.outlines, numbers, np.zeros(len(assemblage.outlines.left), bool))
+    kept = np.unique(numbers)
+    keep = [int(np.flatnonzero((numbers == k) & (group == np.arange(len(group))))[0]) for k in kept]
+    if any(len(rings[k]) > 1 for k in kept):
+        raise CaseError("--loose", "a loose stone would close a ring round others", "use --loose drop")
+    united = [replace(wall.blocks[b], polygon=read_only(rings[k][0].points)) for k, b in zip(kept, keep, strict=True)]
+    ids = {block.id for block in united}
+    return replace(wall, blocks=tuple(united), mortar=tuple(m for m in wall.mortar if {m.i, m.j} <= ids))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Ring:
+    """A closed outline: points (n, 2) in m, the body on their left; the edge of the planar map that begins at each."""
+
+    points: FloatArray
+    edge: tuple[int, ...]
+
+
+def _rings(outlines: PlanarMap, body_of_block: IntArray, is_interface: npt.NDArray[np.bool_]) -> list[list[_Ring]]:
+    """Return the rings of every body, the exterior first."""
+    left = body_of_block[outlines.left]
+    right = np.where(outlines.right == OUTSIDE, OUTSIDE, body_of_block[outlines.right])
+    edge = np.arange(len(left))
+    sides = [(edge, left, outlines.start, outlines.end), (edge, right, outlines.end, outlines.start)]
+    keep = [(left != right), (left != right) & (right != OUTSIDE)]
+    number, body, start, end = (
+        np.concatenate([side[k][kept] for side, kept in zip(sides, keep, strict=True)]) for k in range(4)
+    )
+    blocks = (np.flatnonzero(body_of_block == b)[0] for b in range(int(body_of_block.max()) + 1))
+    found = []
+    for b, block in enumerate(blocks):
+        rows = np.flatnonzero(body == b)
+        loops = _loops(outlines.vertex, start[rows], end[rows])
+        found.append(
+            _exterior_first(
+                [
+                    _simplified(outlines, number[rows[loop]], start[rows[loop]], is_interface, outlines.ring(block))
+                    for loop in loops
+                ]
+            )
+        )
+    return found
+
+
+def _loops(vertex: FloatArray, start: IntArray, end: IntArray) -> list[list[int]]:
+    """Return the directed edges start -> end (r,) as closed loops of their numbers.
+
+    Where a body touches itself in a point, the loop goes on along the same void, the first edge counter-clockwise from
+    the one it came by: a hole that is closed by that point stays a hole.
+    """
+    leaving: dict[int, list[int]] = {}
+    for k, v in enumerate(start.tolist()):
+        leaving.setdefault(v, []).append(k)
+    loops, left = [], set(range(len(start)))
+    while left:
+        loop = [min(left)]
+        while True:
+            left.discard(loop[-1])
+            here = int(end[loop[-1]])
+            ways = [k for k in leaving[here] if k in left or k == loop[0]]
+            following = ways[0] if len(ways) == 1 else min(ways, key=partial(_turn, vertex, start, end, loop[-1]))
+            if following == loop[0]:
+                break
+            loop.append(following)
+        loops.append(loop)
+    return loops
+
+
+def _turn(vertex: FloatArray, start: IntArray, end: IntArray, coming: int, leaving: int) -> float:
+    """Return the angle (0, 2 pi] counter-clockwise from the edge `coming`, seen backwards, to the edge `leaving`."""
+    back, on = vertex[start[coming]] - vertex[end[coming]], vertex[end[leaving]] - vertex[start[leaving]]
+    angle = float(np.arctan2(back[0] * on[1] - back[1] * on[0], back @ on))
+    return angle if angle > 0 else angle + 2 * np.pi
+
+
+def _simplified(
+    outlines: PlanarMap, edge: IntArray, start: IntArray, is_interface: npt.NDArray[np.bool_], first_block: IntArray
+) -> _Ring:
+    """Return the ring without vertices where it goes straight on and no joint ends; it begins at a corner of the first
+    block (vertices `first_block` of its outline) if it has one."""
+    points = outlines.vertex[start]
+    before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+    chord, arm = after - before, points - before
+    height = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0]) / np.linalg.norm(chord, axis=1)
+    shorter = np.minimum(np.linalg.norm(arm, axis=1), np.linalg.norm(after - points, axis=1))
+    corner = ~(height < STRAIGHT * shorter)  # also true where the neighbours coincide (a spike would be a corner)
+    joint = is_interface[edge]
+    kept = np.flatnonzero(corner | joint | np.roll(joint, 1))
+    on_ring = {int(start[k]): n for n, k in enumerate(kept)}
+    begin = next((on_ring[v] for v in first_block.tolist() if v in on_ring), 0)
+    kept = np.roll(kept, -begin)
+    return _Ring(points[kept], tuple(edge[kept].tolist()))
+
+
+def _exterior_first(rings: list[_Ring]) -> list[_Ring]:
+    return sorted(rings, key=lambda ring: -polygon_area(ring.points))
+
+
+def _body(number: int, assemblage: Assemblage, partition: Partition, rings: list[_Ring]) -> Body:
+    wall, blocks = assemblage.wall, np.flatnonzero(partition.body_of_block == number)
+    stones = [wall.blocks[k] for k in blocks]
+    areas = [polygon_area(stone.polygon) for stone in stones]
+    thinner = [1.0 if stone.thickness is None else stone.thickness / wall.thickness for stone in stones]
+    volumes = [area * part for area, part in zip(areas, thinner, strict=True)]
+    return Body(
+        number=number,
+        name=_name(wall, blocks),
+        exterior=read_only(rings[0].points),
+        holes=tuple(read_only(ring.points) for ring in rings[1:]),
+        fixed=stones[0].fixed,
+        unit_weight=float(np.dot(volumes, [stone.unit_weight for stone in stones]) / sum(areas)),
+        blocks=read_only(blocks, np.int64),
+        parts=_parts(stones, volumes, sum(areas)),
+    )
+
+
+def _parts(stones: list[Block], volumes: list[float], whole: float) -> tuple[Part, ...]:
+    """Return the parts of a body whose stones fill `volumes` of its `whole` one: exactly 1 where they are all alike."""
+    filled: dict[tuple[float | None, float | None], float] = {}
+    for stone, volume in zip(stones, volumes, strict=True):
+        constants = (stone.elastic_modulus, stone.poisson_ratio)
+        filled[constants] = filled.get(constants, 0.0) + volume
+    return tuple(Part(volume / whole, *constants) for constants, volume in filled.items())
+
+
+def _name(wall: Wall, blocks: IntArray) -> str:
+    """Return what messages call the body."""
+    first = wall.blocks[blocks[0]]
+    if first.fixed:
+        return "the support"
+    return f"block {first.id}" if len(blocks) == 1 else f"the macroblock of block {first.id}"

@@ -1,0 +1,269 @@
+"""Joints: the straight edges of the planar map that two blocks share.
+
+Convention used by every later stage: `start` -> `end` runs along the counter-clockwise outline of block i, so
+tangent t = (end - start)/length, and n = (t_y, -t_x) is the outward normal of block i, pointing from i to j.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Literal
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from annotated_types import Ge, Gt, Le
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.units import Unit
+from orchestrator.geometry.healing import VISIBLE
+from orchestrator.geometry.planar_map import OUTSIDE, OverlapError, PlanarMap, planar_map
+from orchestrator.masonry.block_properties import block_thicknesses, rounded_up
+from orchestrator.masonry.wall import Wall
+
+
+@dataclass(frozen=True, slots=True)
+class JointClass:
+    """Joints of one kind and what they can carry; a value that is left out stays as it was."""
+
+    orientation: Literal["any", "bed", "head"] = "any"
+    """bed joints are nearer to the horizontal, head joints to the vertical"""
+    between: tuple[str, ...] = ()
+    """the two materials that meet, in either order (materials are those of the block file); none: all"""
+    friction: Annotated[float, Gt(0)] | None = None
+    """coefficient of friction"""
+    cohesion: Annotated[float, Unit("Pa"), Ge(0)] | None = None
+    """shear strength without normal force, over the whole joint"""
+    tensile_strength: Annotated[float, Unit("Pa"), Ge(0)] | None = None
+    """over the whole joint; Coulomb's cone ends at cohesion / friction where that is less. Plastic in limit analysis,
+    softening in the FE pushover, as cohesion (contact.softening_displacement)"""
+    compressive_strength: Annotated[float, Unit("Pa"), Gt(0)] | None = None
+    """of a rectangular stress block; none: no crushing"""
+    normal_stiffness: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    """pressure over what the joint closes, in the FE pushover alone; none: rigid"""
+    shear_stiffness: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    """shear stress over slip while the joint sticks, in the FE pushover alone; none: contact.slip_tolerance"""
+    mortar_modulus: Annotated[float, Unit("Pa"), Gt(0)] | None = None
+    """instead of normal_stiffness: Young's modulus of the mortar, divided by mortar_thickness"""
+    mortar_shear_modulus: Annotated[float, Unit("Pa"), Gt(0)] | None = None
+    """instead of shear_stiffness: shear modulus of the mortar, divided by mortar_thickness"""
+    mortar_thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
+    """of the joint; none: as drawn (block file), where the joint was drawn as a gap"""
+
+
+@dataclass(frozen=True, slots=True)
+class JointSettings:
+    """How near two edges must lie to share a joint; what joints can carry besides the wall's friction."""
+
+    tolerance: Annotated[float, Unit("m"), Gt(0), Le(0.01)] = 1e-5
+    """largest distance over which outlines are joined: corners that become one vertex, vertices beside an edge; also
+    the overlap of two blocks that passes as rounding"""
+    minimum_length: Annotated[float, Unit("m"), Gt(0)] = 1e-3
+    """shorter shared segments are no joint"""
+    classes: tuple[JointClass, ...] = ()
+    """applied one after the other: of those that fit a joint, the last that gives a value counts"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Assemblage:
+    """A wall and its k joints as arrays (block numbers are positions in `wall.blocks`, not ids).
+
+    block_i, block_j (k,): the blocks on both sides; start, end (k, 2) in m; friction (k,); cohesion, tensile_strength,
+    compressive_strength (inf: no crushing) (k,) in N/m2, normal_stiffness, shear_stiffness (inf: rigid) (k,) in N/m3,
+    where one number stands for all joints. outlines: the planar map of the wall; edge (k,): the edge of it that each
+    joint is (neither is needed for limit analysis).
+    """
+
+    wall: Wall
+    block_i: IntArray
+    block_j: IntArray
+    start: FloatArray
+    end: FloatArray
+    friction: FloatArray
+    cohesion: FloatArray
+    tensile_strength: FloatArray = field(default_factory=lambda: read_only(0.0))
+    compressive_strength: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    normal_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    shear_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    outlines: PlanarMap | None = None
+    edge: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness"):
+            each = np.broadcast_to(getattr(self, name), self.friction.shape)
+            object.__setattr__(self, name, read_only(each))
+
+    @property
+    def length(self) -> FloatArray:
+        """Joint lengths (k,) in m."""
+        return np.linalg.norm(self.end - self.start, axis=1)
+
+    @property
+    def width(self) -> FloatArray:
+        """Joint widths (k,) in m, out of the wall's plane: the thickness of the thinner block."""
+        thickness = block_thicknesses(self.wall)
+        return np.minimum(thickness[self.block_i], thickness[self.block_j])
+
+    @property
+    def tangent(self) -> FloatArray:
+        """Unit tangents (k, 2), from start to end."""
+        return (self.end - self.start) / self.length[:, None]
+
+    @property
+    def normal(self) -> FloatArray:
+        """Unit normals (k, 2), pointing from block i to block j."""
+        tangent = self.tangent
+        return np.column_stack([tangent[:, 1], -tangent[:, 0]])
+
+    @property
+    def midpoint(self) -> FloatArray:
+        """Midpoints (k, 2) in m."""
+        return 0.5 * (self.start + self.end)
+
+
+def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
+    """Return the assemblage of `wall`: every edge of its planar map that has a block on both sides is a joint.
+
+    Joints are sorted by block i, block j and position along block i's outline; two supports have none. Raises CaseError
+    for blocks that lie on one another.
+    """
+    try:
+        outlines = planar_map([block.polygon for block in wall.blocks], settings.tolerance)
+    except OverlapError as error:
+        one, other = (wall.blocks[block].id for block in error.blocks)
+        problem = f"lies on block {other} near ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
+        raise CaseError(f"block {one}", problem, "move one of them or correct its polygon") from None
+    edge = _joints_of(outlines, np.array([block.fixed for block in wall.blocks]), settings.minimum_length)
+    block_i, block_j = outlines.left[edge], outlines.right[edge]
+    friction = np.array([wall.friction if block.friction is None else block.friction for block in wall.blocks])
+    assemblage = Assemblage(
+        wall=_with_outlines(wall, outlines),
+        block_i=read_only(block_i, np.int64),
+        block_j=read_only(block_j, np.int64),
+        start=read_only(outlines.vertex[outlines.start[edge]]),
+        end=read_only(outlines.vertex[outlines.end[edge]]),
+        friction=read_only(np.minimum(friction[block_i], friction[block_j])),
+        cohesion=read_only(np.zeros(len(block_i))),
+        outlines=outlines,
+        edge=read_only(edge, np.int64),
+    )
+    for number, given in enumerate(settings.classes):
+        assemblage = with_class(assemblage, given, f"joints.classes.{number}")
+    return assemblage
+
+
+def _with_outlines(wall: Wall, outlines: PlanarMap) -> Wall:
+    """Return the wall with the outlines of its planar map; the same wall where nothing was joined over a distance."""
+    if outlines.error == 0.0:
+        return wall
+    polygons = [read_only(outlines.vertex[outlines.ring(number)]) for number in range(len(wall.blocks))]
+    blocks = [replace(block, polygon=polygon) for block, polygon in zip(wall.blocks, polygons, strict=True)]
+    return replace(wall, blocks=tuple(blocks))
+
+
+def _joints_of(outlines: PlanarMap, fixed: IntArray, shortest: float) -> IntArray:
+    """Return the edges (k,) that are joints, in their order."""
+    edge = outlines.ring_edge[outlines.ring_forward]  # along the outline of the left block, which is block i
+    i, j = outlines.left[edge], outlines.right[edge]
+    length = np.linalg.norm(outlines.vertex[outlines.end[edge]] - outlines.vertex[outlines.start[edge]], axis=1)
+    joint = (j != OUTSIDE) & ~(fixed[i] & fixed[j]) & (length > shortest)
+    edge = edge[joint]
+    return edge[np.lexsort((np.arange(len(edge)), outlines.right[edge], outlines.left[edge]))]
+
+
+def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblage:
+    """Return the assemblage with the values of a joint class in the joints that fit it. Raises CaseError for `key`."""
+    material = np.array([block.material for block in assemblage.wall.blocks])
+    known = sorted({*material.tolist()} - {""})
+    if given.between and (len(given.between) != 2 or not {*given.between} <= {*known}):
+        listed = ", ".join(known) or 'none yet: give blocks a "material" in the block file'
+        raise CaseError(f"{key}.between", f"{list(given.between)} are not two materials", f"materials are {listed}")
+    horizontal, vertical = np.abs(assemblage.end - assemblage.start).T
+    fits = {"any": horizontal >= 0, "bed": horizontal > vertical, "head": horizontal <= vertical}[given.orientation]
+    if given.between:
+        one, other = given.between
+        i, j = material[assemblage.block_i], material[assemblage.block_j]
+        fits = fits & (((i == one) & (j == other)) | ((i == other) & (j == one)))
+
+    def changed(value: float | FloatArray | None, before: FloatArray) -> FloatArray:
+        return before if value is None else read_only(np.where(fits, value, before))
+
+    return replace(
+        assemblage,
+        friction=changed(given.friction, assemblage.friction),
+        cohesion=changed(given.cohesion, assemblage.cohesion),
+        tensile_strength=changed(given.tensile_strength, assemblage.tensile_strength),
+        compressive_strength=changed(given.compressive_strength, assemblage.compressive_strength),
+        normal_stiffness=changed(_stiffness(assemblage, given, fits, key, "normal"), assemblage.normal_stiffness),
+        shear_stiffness=changed(_stiffness(assemblage, given, fits, key, "shear"), assemblage.shear_stiffness),
+    )
+
+
+def _stiffness(
+    assemblage: Assemblage, given: JointClass, fits: npt.NDArray[np.bool_], key: str, which: Literal["normal", "shear"]
+) -> float | FloatArray | None:
+    """Return the stiffness in N/m3 that a class gives the joints (k,) that it fits, None where it gives none.
+
+    Raises CaseError for `key` where it is given twice, or the thickness of mortar is not known.
+    """
+    name, modulus_name = f"{which}_stiffness", {"normal": "mortar_modulus", "shear": "mortar_shear_modulus"}[which]
+    stiffness, modulus = getattr(given, name), getattr(given, modulus_name)
+    if modulus is None:
+        return stiffness
+    if stiffness is not None:
+        raise CaseError(f"{key}.{name}", f"is given by {modulus_name} too", "give one of the two")
+    if given.mortar_thickness is not None:
+        return modulus / given.mortar_thickness
+    drawn = {(mortar.i, mortar.j): mortar.thickness for mortar in assemblage.wall.mortar}
+    ids = [block.id for block in assemblage.wall.blocks]
+    pairs = zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), strict=True)
+    thickness = np.array([drawn.get((min(ids[i], ids[j]), max(ids[i], ids[j])), np.nan) for i, j in pairs])
+    if (unknown := np.isnan(thickness) & fits).any():
+        problem = f"the thickness of {np.count_nonzero(unknown)} of {np.count_nonzero(fits)} joints is not known"
+        raise CaseError(f"{key}.mortar_thickness", problem, 'give it, as in "10 mm"')
+    return np.divide(modulus, thickness, out=np.full(len(thickness), np.inf), where=fits)
+
+
+def blocks_without_support(assemblage: Assemblage) -> IntArray:
+    """Return the blocks that no chain of joints connects to a support."""
+    fixed = np.array([block.fixed for block in assemblage.wall.blocks])
+    group = _connected(assemblage)
+    return np.flatnonzero(~np.isin(group, group[fixed]))
+
+
+def _connected(assemblage: Assemblage) -> IntArray:
+    """Return for each block (n,) the number of the group that joints connect it to."""
+    size = 2 * (len(assemblage.wall.blocks),)
+    pairs = coo_matrix((np.ones(len(assemblage.block_i)), (assemblage.block_i, assemblage.block_j)), shape=size)
+    return connected_components(pairs, directed=False)[1]
+
+
+def check_assemblage(assemblage: Assemblage) -> None:
+    """Raise CaseError for a block that no chain of joints connects to a support, and say how far its neighbours are."""
+    blocks, apart = assemblage.wall.blocks, blocks_without_support(assemblage)
+    if not len(apart):
+        return
+    group = _connected(assemblage)
+    touching = {*assemblage.block_i.tolist(), *assemblage.block_j.tolist()}
+    first = int(apart[0])
+    problem = "is not connected to any support" if first in touching else "touches no other block"
+    outlines = shapely.polygons([shapely.linearrings(block.polygon) for block in blocks])
+    x, y = blocks[first].polygon.mean(axis=0)
+    widest = 0.0
+    for number in dict.fromkeys(group[apart].tolist()):
+        others = outlines[group != number]
+        nearest = float(shapely.distance(outlines[group == number][:, None], others).min()) if len(others) else np.inf
+        widest = max(widest, nearest)
+        if number == group[first]:
+            problem += f": at ({x:.4g}, {y:.4g}) m, "
+            problem += f"{1e3 * nearest:.2g} mm from the nearest" if nearest else "with a neighbour in a point at most"
+    free = sum(not block.fixed for block in blocks)
+    problem += f"; {len(apart)} of {free} blocks alike" if len(apart) > 1 else ""
+    remedy = "move it until it shares a joint, or remove it"
+    if 0 < widest < VISIBLE * np.sqrt(outlines[first].area):
+        tolerance = f"{rounded_up(1e3 * widest):g} mm"
+        remedy = f'close such gaps: import the file with --tolerance "{tolerance}", or --mortar "{tolerance}"'
+    raise CaseError(f"block {blocks[first].id}", problem, remedy)

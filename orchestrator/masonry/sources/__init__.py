@@ -1,0 +1,1 @@
+"""Files and drawings -> Wall: block files, DXF, SVG, rows, annotated images, pictures."""

@@ -1,0 +1,228 @@
+"""Lines and outlines as drawn -> Drawing: what closes is an outline, what does not is said, with what would close it.
+
+Drawings of every format with lines end here. Layers (groups of an SVG drawing) are chosen by name; where blocks are on
+several layers, the layer is a block's material.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+import numpy as np
+import shapely
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.masonry.block_properties import rounded_up
+from orchestrator.masonry.sources.drawing import LARGEST_TOLERANCE, SLIVER, Drawing, slenderness
+
+CHORD = 0.1
+"""part of the tolerance by which chords lie off an arc: what they add to the errors of a drawing must not count"""
+SMALLEST_ERROR = 1e-6
+"""part of the drawing's size: ends of lines are first taken to meet over this distance"""
+ROLES = ("blocks", "supports", "openings")
+LISTED = 5
+"""open ends of lines that a remark names"""
+TRIED = 4
+"""larger tolerances that are tried on lines that stay open"""
+OnLayer = tuple[str, FloatArray]
+"""layer and points (n, 2) in m"""
+
+
+@dataclass(frozen=True, slots=True)
+class Layers:
+    """Names of layers, separated by commas; `*` and `?` stand for any letters."""
+
+    blocks: str = "blocks"
+    supports: str = "supports"
+    openings: str = "openings"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Network:
+    """What lines form whose ends meet over `within` (m): outlines (n, 2), outlines that enclose others, the lines that
+    bound none, and all lines cut where they meet (p,)."""
+
+    within: float
+    outlines: list[FloatArray]
+    enclosing: list[shapely.Geometry]
+    rest: list[shapely.Geometry]
+    pieces: np.ndarray
+
+
+def is_chosen(name: str, patterns: str) -> bool:
+    """Return whether the name of a layer, group or category fits one of the patterns, whatever the case."""
+    return any(fnmatchcase(name.lower(), pattern.strip()) for pattern in patterns.lower().split(","))
+
+
+def drawing_of(on: dict[str, list[OnLayer]], tolerance: float, remarks: list[str], curved: bool) -> Drawing:
+    """Return the drawing of what is `on` the layers of each role, the first point repeated where it is closed.
+
+    tolerance in m: ends nearer than this meet. remarks: on the reading so far; curved: as of a Drawing.
+    """
+    closed = {role: _closed(on[role], role, tolerance) for role in ROLES}
+    named = {role: closed[role][0] for role in ROLES}
+    stones, supports, openings = (tuple(outline for _, outline in named[role]) for role in ROLES)
+    several = len({name for name, _ in on["blocks"]}) > 1
+    materials = tuple(name for name, _ in named["blocks"]) if several else ()
+    said = (*remarks, *(text for _, texts, _ in closed.values() for text in texts))
+    joined = max(within for _, _, within in closed.values())
+    return Drawing(stones, supports, openings, said, materials, joined, curved)
+
+
+def _closed(drawn: list[OnLayer], role: str, tolerance: float) -> tuple[list[OnLayer], list[str], float]:
+    """Return the closed outlines (n, 2) in what is `drawn` and those its open lines form, remarks on the rest, and over
+    what distance (m) ends had to be joined."""
+    is_closed = [
+        len(path) > 3 and np.linalg.norm(path[0] - path[-1]) <= tolerance < np.ptp(path, axis=0).max()
+        for _, path in drawn
+    ]
+    named = [
+        (name, _without_repeats(path[:-1])) for (name, path), closed in zip(drawn, is_closed, strict=True) if closed
+    ]
+    lines = [one for one, closed in zip(drawn, is_closed, strict=True) if not closed]
+    if not lines:
+        return named, [], 0.0
+    paths = [path for _, path in lines]
+    network = _network(paths, tolerance)
+    along = _layers_along(network.outlines, lines, tolerance)
+    return [*named, *zip(along, network.outlines, strict=True)], _said(network, paths, role), network.within
+
+
+def _layers_along(faces: list[FloatArray], lines: list[OnLayer], tolerance: float) -> list[str]:
+    """Return for each face (n, 2) the layer that most of its boundary is drawn on, "" where two have as much."""
+    names = sorted({name for name, _ in lines})
+    if len(names) < 2:
+        return names * len(faces)
+    bands = [
+        shapely.union_all([shapely.LineString(path) for on, path in lines if on == name]).buffer(tolerance)
+        for name in names
+    ]
+    found = []
+    for ring in map(shapely.LinearRing, faces):
+        length = np.array([ring.intersection(band).length for band in bands])
+        most = np.flatnonzero(length > 0.99 * length.max())
+        found.append(names[most[0]] if len(most) == 1 else "")
+    return found
+
+
+def _network(lines: list[FloatArray], tolerance: float) -> Network:
+    """Return what lines form.
+
+    Ends are taken to meet over the smallest distance, doubled from a millionth of the drawing up to the tolerance, that
+    leaves no line over; so a larger tolerance does not change what a smaller one closes. Lines that were drawn twice
+    leave slivers between them: then over the smallest distance that leaves none, if there is one.
+    """
+    within = min(tolerance, _smallest_error(lines))
+    closed: Network | None = None
+    while True:
+        network = _network_within(lines, within)
+        if not network.rest:
+            closed = closed or network
+            if not any(_is_sliver(outline, tolerance) for outline in network.outlines):
+                return network
+        if within == tolerance:
+            return closed or network
+        within = min(tolerance, 2 * within)
+
+
+def _smallest_error(lines: list[FloatArray]) -> float:
+    return SMALLEST_ERROR * float(np.ptp(np.vstack(lines), axis=0).max())
+
+
+def _is_sliver(outline: FloatArray, tolerance: float) -> bool:
+    polygon = shapely.Polygon(outline)
+    return bool(2 * polygon.area < tolerance * polygon.length) and slenderness(polygon) > SLIVER
+
+
+def _network_within(lines: list[FloatArray], within: float) -> Network:
+    """Return what lines form whose ends meet each other, or another line, within `within` (m)."""
+    ends = _meeting(np.vstack([line[[0, -1]] for line in lines]), within).reshape(-1, 2, 2)
+    joined = [np.vstack([a, line[1:-1], b]) for line, (a, b) in zip(lines, ends, strict=True)]
+    network = shapely.union_all([shapely.LineString(line) for line in joined if np.ptp(line, axis=0).max() > 0])
+    corners = shapely.MultiPoint(np.unique(ends.reshape(-1, 2), axis=0))
+    network = shapely.union_all(shapely.snap(network, corners, within))  # an end beside a line meets it there
+    polygons, cuts, dangles, _ = shapely.polygonize_full([network])
+    rest = [line for part in (cuts, dangles) for line in part.geoms if line.length > within]
+    outlines = [shapely.get_coordinates(face.exterior)[:-1] for face in polygons.geoms if not face.interiors]
+    enclosing = [face for face in polygons.geoms if face.interiors]
+    return Network(within, outlines, enclosing, rest, shapely.get_parts(network))
+
+
+def _meeting(points: FloatArray, within: float) -> FloatArray:
+    """Return points (p, 2), those that chains of steps up to `within` (m) connect at their mean."""
+    places = shapely.points(points)
+    pairs = shapely.STRtree(places).query(places, predicate="dwithin", distance=within)
+    matrix = coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(len(points), len(points)))
+    group = connected_components(matrix, directed=False)[1]
+    size = np.bincount(group)
+    return np.column_stack([np.bincount(group, points[:, k]) / size for k in (0, 1)])[group]
+
+
+def _said(network: Network, lines: list[FloatArray], role: str) -> list[str]:
+    """Return warnings of lines that bound no outline, where they end and what tolerance would close them, and of
+    outlines that are left out because they enclose others."""
+    said = []
+    if network.within > _smallest_error(lines):
+        said.append(f"{role}: ends of lines up to {1e3 * network.within:.2g} mm apart taken to meet")
+    if network.rest:
+        many = f"{len(network.rest)} lines close" if len(network.rest) > 1 else "1 line closes"
+        said.append(f"{role}: WARNING: {many} no outline{_said_ends(network, lines)}")
+    if network.enclosing:
+        x, y = shapely.get_coordinates(network.enclosing[0])[0]
+        many = f"{len(network.enclosing)} outlines of lines enclose others and are"
+        many = many if len(network.enclosing) > 1 else "1 outline of lines encloses others and is"
+        said.append(f"{role}: WARNING: {many} left out, the first at ({x:.4g}, {y:.4g}) m")
+    return said
+
+
+def _said_ends(network: Network, lines: list[FloatArray]) -> str:
+    """Return where lines end in nothing, and the smallest tolerance that closes most outlines, if any closes more."""
+    ends, gap = _open_ends(network)
+    if not len(ends):
+        x, y = shapely.get_coordinates(network.rest[0])[0]
+        return f", the first at ({x:.4g}, {y:.4g}) m"
+    listed = ", ".join(f"({x:.4g}, {y:.4g})" for x, y in ends[:LISTED])
+    said = f"; {len(ends)} open end{'s' * (len(ends) > 1)} at {listed}{', ...' * (len(ends) > LISTED)} m"
+    wider = np.unique([1e-3 * rounded_up(1e3 * width) for width in gap[np.isfinite(gap)]])
+    wider = wider[(wider > network.within) & (wider <= LARGEST_TOLERANCE)]
+    tried = wider[np.unique(np.linspace(0, len(wider) - 1, TRIED).astype(int))] if len(wider) else wider
+    closed = {width: _network_within(lines, width) for width in tried.tolist()}
+    best = max(closed, key=lambda width: (len(closed[width].outlines), -width), default=0.0)
+    more = len(closed[best].outlines) - len(network.outlines) if closed else 0
+    if more < 1:
+        why = (
+            f"tolerances up to {1e3 * tried[-1]:g} mm close no outline more"
+            if closed
+            else f"nothing else is within {1e3 * LARGEST_TOLERANCE:g} mm"
+        )
+        return f"{said}; {why}: draw on to where they meet"
+    left = len(closed[best].rest)
+    stay = "1 line stays" if left == 1 else f"{left} lines stay"
+    said += f'; --tolerance "{1e3 * best:g} mm" closes {more} outline{"s" * (more > 1)} more'
+    return said + (f", {stay} open then" if left else "")
+
+
+def _open_ends(network: Network) -> tuple[FloatArray, FloatArray]:
+    """Return the ends (n, 2) of lines at which no other begins, and how far the nearest other line is (n,), in m; inf
+    where there is none within the largest tolerance."""
+    pieces = network.pieces[shapely.length(network.pieces) > network.within]
+    ends = np.vstack([shapely.get_coordinates(shapely.get_point(network.pieces, k)) for k in (0, -1)])
+    places, count = np.unique(ends, axis=0, return_counts=True)
+    free = shapely.points(places[count == 1])
+    k, piece = shapely.STRtree(pieces).query(free, predicate="dwithin", distance=LARGEST_TOLERANCE)
+    distance = shapely.distance(free[k], pieces[piece])
+    gap = np.full(len(free), np.inf)
+    own = distance == 0.0
+    np.minimum.at(gap, k[~own], distance[~own])
+    first, last = (shapely.get_point(pieces[piece[own]], n) for n in (0, -1))
+    bends = shapely.get_num_points(pieces[piece[own]]) > 2
+    gap[k[own]] = np.minimum(gap[k[own]], np.where(bends, shapely.distance(first, last), np.inf))
+    known = np.isin(np.arange(len(free)), k[own])
+    return shapely.get_coordinates(free[known]), gap[known]
+
+
+def _without_repeats(outline: FloatArray) -> FloatArray:
+    return outline[np.any(outline != np.roll(outline, 1, axis=0), axis=1)]

@@ -1,0 +1,319 @@
+"""A drawing of a wall, in whatever file -> Wall: support, openings, healing, numbers.
+
+A drawing knows shapes only; thickness, unit weight and friction are given with it (`Material`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+import numpy as np
+import shapely
+from annotated_types import Ge, Gt, Le
+
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.units import Unit
+from orchestrator.geometry.healing import Gap, closed_gaps, heal, open_gaps
+from orchestrator.geometry.planar_map import OverlapError, PlanarMap
+from orchestrator.masonry.sources.copies import without_copies
+from orchestrator.masonry.wall import Block, MortarGap, Wall, check_blocks, check_wall, refuse_overlaps
+
+LARGEST_COUNT = 100_000
+"""blocks of one drawing"""
+NOT_SEEN = 1e-6
+"""m: what is nearer was drawn in one place"""
+LARGEST_TOLERANCE = 0.05
+"""m"""
+FAR = 1e4
+"""m from the origin beyond which a drawing is moved to it: rounding grows with the coordinates"""
+SLIVER = 150.0
+"""length over width above which a stone is probably an error of the drawing; an invalid pushover is likely (measured:
+100 ran, 200, 400 and 2000 fell out or made their neighbours jump)"""
+COURSE = 0.05
+"""of a stone's size: lower edges that differ by less are one course where blocks are numbered"""
+CORNERS_APART = 1.5
+"""distance of two corners that belong together, over the width of the mortar joint between them: 2 to the power of 1/2
+across the crossing of two joints, more beside an acute corner"""
+PLAUSIBLE = (0.1, 200.0)
+"""m: a wall that is smaller or larger is probably drawn in another unit (the tallest of masonry has 169 m)"""
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """What a drawing does not say."""
+
+    thickness: Annotated[float, Unit("m"), Gt(0)]
+    """of the whole wall"""
+    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] = 20e3
+    """of every block"""
+    friction: Annotated[float, Gt(0)] = 0.6
+    """coefficient of friction of every joint"""
+
+
+@dataclass(frozen=True, slots=True)
+class HealingSettings:
+    """How far a drawing may be wrong, and the support it may lack."""
+
+    tolerance: Annotated[float, Unit("m"), Gt(0), Le(LARGEST_TOLERANCE)] = 1e-3
+    """largest gap or overlap that is closed; also how near two ends of lines must be to meet"""
+    ground: Annotated[float, Unit("m"), Gt(0)] | None = None
+    """puts a support under the wall that reaches this far beyond it on both sides; none: supports are drawn"""
+    mortar: Annotated[float, Unit("m"), Ge(0), Le(0.1)] = 0.0
+    """widest mortar joint that is drawn as a gap: closed to its middle, its thickness kept with the wall"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Drawing:
+    """Outlines (n, 2) in m, in any order and orientation: stones, supports, openings; `remarks` about the reading;
+    `materials` of the stones, none where the drawing does not tell any; `error` in m: over what distance its lines had
+    to be joined to close outlines; `curved`: it has arcs, which came as chords."""
+
+    stones: tuple[FloatArray, ...]
+    supports: tuple[FloatArray, ...] = ()
+    openings: tuple[FloatArray, ...] = ()
+    remarks: tuple[str, ...] = field(default=())
+    materials: tuple[str, ...] = ()
+    error: float = 0.0
+    curved: bool = False
+
+
+class RefusedWallError(CaseError):
+    """A drawing that is no wall: `wall` holds its outlines as drawn."""
+
+    def __init__(self, key: str, problem: str, remedy: str, wall: Wall) -> None:
+        super().__init__(key, problem, remedy)
+        self.wall = wall
+
+
+def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSettings) -> tuple[Wall, list[str]]:
+    """Return the checked wall and remarks: what was left out, moved, healed, and what was not.
+
+    Blocks are numbered from 0: supports, then stones, from below and from the left. Raises
+    CaseError for a drawing without blocks or supports and for blocks that overlap by more than the tolerance.
+    """
+    _refuse_sizes(drawing)
+    drawing, copies = _drawn_once(drawing, settings.tolerance)
+    kept, left_out = _outside_openings(drawing)
+    stones = [drawing.stones[k] for k in kept]
+    supports = list(drawing.supports)
+    if settings.ground is not None:
+        if supports:
+            raise CaseError("--ground", "the drawing has supports of its own", "leave it out, or --supports none")
+        supports.append(_ground(np.vstack(stones), settings.ground))
+    if not supports:
+        raise CaseError("supports", "the drawing has none", 'draw them on their own layer, or give --ground "200 mm"')
+    order = _order(stones)
+    outlines, moved = _near_origin([*(supports[k] for k in _order(supports)), *(stones[k] for k in order)])
+    told = [drawing.materials[kept[k]] for k in order] if drawing.materials else [""] * len(order)
+    blocks = tuple(
+        Block(k, _counter_clockwise(outline), k < len(supports), material.unit_weight, name)
+        for k, (outline, name) in enumerate(zip(outlines, [""] * len(supports) + told, strict=True))
+    )
+    wall, said = closed(
+        Wall(name, blocks, material.thickness, material.friction), settings, drawing.error, drawing.curved
+    )
+    return wall, [*said, *drawing.remarks, *copies, *left_out, *moved, *implausible(wall)]
+
+
+def closed(
+    drawn: Wall, settings: HealingSettings, known_error: float = 0.0, curved: bool = False
+) -> tuple[Wall, list[str]]:
+    """Return the checked wall with gaps and overlaps of its outlines closed, and remarks: what was not closed, and what
+    was. known_error, curved: as of a Drawing. Raises CaseError with the place of a block."""
+    within = max(settings.tolerance, CORNERS_APART * settings.mortar)
+    try:
+        check_blocks(drawn, 0.0)
+        refuse_overlaps(drawn, within)
+        polygons, joined = heal([block.polygon for block in drawn.blocks], within, known_error, curved)
+        blocks = tuple(replace(b, polygon=polygon) for b, polygon in zip(drawn.blocks, polygons, strict=True))
+        gaps = closed_gaps(joined)
+        wall = replace(drawn, blocks=blocks)
+        if settings.mortar:
+            mortar = {(blocks[gap.i].id, blocks[gap.j].id): gap.width for gap in gaps if gap.width > 0}
+            mortar = {(known.i, known.j): known.thickness for known in drawn.mortar} | mortar
+            wall = replace(wall, mortar=tuple(MortarGap(i, j, width) for (i, j), width in sorted(mortar.items())))
+        _refuse_what_healing_spoilt(wall, within)
+    except OverlapError as error:
+        one, other = (drawn.blocks[k].id for k in error.blocks)
+        key = f"blocks {one} and {other} at ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
+        problem = f"lie on one another, by more than the tolerance of {_millimetres(within)}"
+        raise RefusedWallError(key, problem, "correct the drawing, or raise --tolerance", drawn) from None
+    except CaseError as error:
+        located = _located(error, drawn)
+        raise RefusedWallError(located.key, located.problem, located.remedy, drawn) from None
+    return wall, [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall), *_said_changes(joined)]
+
+
+def _refuse_what_healing_spoilt(wall: Wall, within: float) -> None:
+    """Raise CaseError for a healed wall that is none, though it was one as drawn."""
+    try:
+        check_wall(wall)
+    except CaseError as error:
+        problem = f"{error.problem} where gaps and overlaps up to {_millimetres(within)} are closed"
+        raise CaseError(error.key, problem, "correct the corners there, or try another --tolerance") from None
+
+
+def _said_changes(joined: PlanarMap) -> list[str]:
+    """Return what else became of the outlines: tips cut back, edges that became points, joints taken straight."""
+    said = []
+    if joined.tips:
+        many = f"{len(joined.tips)} acute tips that overlap" if len(joined.tips) > 1 else "1 acute tip that overlaps"
+        said.append(f"WARNING: {many} cut back by up to {_millimetres(max(joined.tips))}, more than the tolerance")
+    if joined.collapsed:
+        many = f"{len(joined.collapsed)} short edges" if len(joined.collapsed) > 1 else "1 short edge"
+        said.append(f"{many} of stones taken for points, up to {_millimetres(max(joined.collapsed))} long")
+    if joined.straightened:
+        said.append(f"joints that bend taken straight, by up to {_millimetres(joined.straightened)}")
+    return said
+
+
+def _located(error: CaseError, wall: Wall) -> CaseError:
+    """Return the complaint about a block with its place: its number is nowhere to be seen yet."""
+    for block in wall.blocks:
+        if error.key == f"block {block.id}":
+            x, y = block.polygon.mean(axis=0)
+            return CaseError(f"{error.key} at ({x:.4g}, {y:.4g}) m", error.problem, error.remedy)
+    return error
+
+
+def _refuse_sizes(drawing: Drawing) -> None:
+    if not drawing.stones:
+        said = "".join(f" ({remark})" for remark in drawing.remarks if "WARNING" in remark).replace("WARNING: ", "")
+        raise CaseError("blocks", f"the drawing has none{said}", "draw every block as a closed outline")
+    if len(drawing.stones) + len(drawing.supports) + len(drawing.openings) > LARGEST_COUNT:
+        raise CaseError("blocks", f"more than {LARGEST_COUNT}", "import the wall in parts")
+    for outline in (*drawing.stones, *drawing.supports, *drawing.openings):
+        if not (np.abs(outline) < 1e9).all():
+            raise CaseError("blocks", "a coordinate is not a number below 1e9 m", "correct the drawing or its unit")
+        if not shapely.Polygon(outline).is_valid or shapely.Polygon(outline).area == 0.0:
+            x, y = outline[0]
+            raise CaseError(
+                f"outline at ({x:g}, {y:g}) m", "crosses or touches itself, or has no area", "draw its corners in order"
+            )
+
+
+def _drawn_once(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]:
+    """Return the drawing without outlines that are copies of others within the tolerance (m), and remarks."""
+    kept, said = {}, []
+    for role, outlines in (("blocks", drawing.stones), ("supports", drawing.supports)):
+        kept[role], copies = without_copies(outlines, tolerance)
+        if copies:
+            x, y = outlines[copies[0][0]].mean(axis=0)
+            apart = max(distance for _, distance in copies)
+            off = f", up to {_millimetres(apart)} apart" if apart > NOT_SEEN else ""
+            outlined = "outlines" if len(copies) > 1 else "outline"
+            said.append(f"{role}: {len(copies)} {outlined} drawn twice{off}, kept once; at ({x:.4g}, {y:.4g}) m")
+    stones = tuple(drawing.stones[k] for k in kept["blocks"])
+    materials = tuple(drawing.materials[k] for k in kept["blocks"]) if drawing.materials else ()
+    supports = tuple(drawing.supports[k] for k in kept["supports"])
+    return replace(drawing, stones=stones, materials=materials, supports=supports), said
+
+
+def _outside_openings(drawing: Drawing) -> tuple[list[int], list[str]]:
+    """Return which stones lie outside every opening; one that lies half in is drawn wrong (CaseError)."""
+    if not drawing.openings:
+        return list(range(len(drawing.stones))), []
+    void = shapely.union_all([shapely.Polygon(outline) for outline in drawing.openings])
+    polygons = [shapely.Polygon(outline) for outline in drawing.stones]
+    part = [void.intersection(polygon).area / polygon.area for polygon in polygons]
+    for polygon, inside in zip(polygons, part, strict=True):
+        if 0.1 < inside < 0.9:
+            x, y = polygon.centroid.x, polygon.centroid.y
+            raise CaseError(f"block at ({x:.4g}, {y:.4g}) m", f"lies by {inside:.0%} in an opening", "cut it there")
+    kept = [k for k, inside in enumerate(part) if inside < 0.5]
+    left_out = len(drawing.stones) - len(kept)
+    if not kept:
+        raise CaseError("openings", "every block lies in one", "is an outline of the wall drawn on their layer?")
+    return kept, [f"{left_out} outlines inside openings left out"] if left_out else []
+
+
+def _ground(corners: FloatArray, beyond: float) -> FloatArray:
+    left, right, top = corners[:, 0].min() - beyond, corners[:, 0].max() + beyond, corners[:, 1].min()
+    return np.array([[left, top - beyond], [right, top - beyond], [right, top], [left, top]])
+
+
+def _order(outlines: list[FloatArray]) -> list[int]:
+    """Return the order by courses from below (lower edges that differ by less than COURSE of a stone are one course),
+    left to right."""
+    if not outlines:
+        return []
+    lower = np.array([outline[:, 1].min() for outline in outlines])
+    size = float(np.median(np.sqrt([shapely.Polygon(outline).area for outline in outlines])))
+    order = np.argsort(lower, kind="stable")
+    course = np.empty(len(outlines))
+    course[order] = np.cumsum(np.diff(lower[order], prepend=lower[order[:1]]) > COURSE * size)
+    return np.lexsort((np.array([o[:, 0].min() for o in outlines]), course)).tolist()
+
+
+def _near_origin(outlines: list[FloatArray]) -> tuple[list[FloatArray], list[str]]:
+    corners = np.vstack(outlines)
+    if np.abs(corners).max() < FAR:
+        return outlines, []
+    origin = np.floor(corners.min(axis=0))
+    return [outline - origin for outline in outlines], [f"moved by ({-origin[0]:.0f}, {-origin[1]:.0f}) m"]
+
+
+def implausible(wall: Wall) -> list[str]:
+    """Return warnings for a wall whose size speaks for another unit than the file's, and for slivers between stones."""
+    size = _size(wall)
+    warnings = [
+        f"WARNING: block {block.id} is {ratio:.0f} times as long as wide: it may fall out of the wall, which ends "
+        "the curve; if it is an error of the drawing, unite it with its neighbour"
+        for block in wall.blocks
+        if not block.fixed and (ratio := slenderness(shapely.Polygon(block.polygon))) > SLIVER
+    ]
+    if not PLAUSIBLE[0] <= size <= PLAUSIBLE[1]:
+        warnings.append(f"WARNING: the wall measures {size:.3g} m: is the unit right?")
+    return warnings
+
+
+def slenderness(outline: shapely.Polygon) -> float:
+    """Return length over width of the rectangle that has the outline's area and perimeter, plus 2."""
+    return float((0.5 * outline.length) ** 2 / outline.area)
+
+
+def refuse_implausible_size(wall: Wall) -> None:
+    """Raise CaseError for a wall that no stone would carry: its pushover could only end under its own weight."""
+    if (size := _size(wall)) > PLAUSIBLE[1]:
+        problem = f"the wall measures {size:.3g} m; none above {PLAUSIBLE[1]:g} m is pushed over"
+        raise CaseError("units.length", problem, "state the unit that the coordinates are in (mm, cm, m)")
+
+
+def _size(wall: Wall) -> float:
+    return float(np.ptp(np.vstack([block.polygon for block in wall.blocks]), axis=0).max())
+
+
+def _counter_clockwise(outline: FloatArray) -> FloatArray:
+    return read_only(outline if shapely.LinearRing(outline).is_ccw else outline[::-1])
+
+
+def _words(gap: Gap, wall: Wall) -> str:
+    kind = "gap" if gap.width > 0 else "overlap"
+    first, second = wall.blocks[gap.i].id, wall.blocks[gap.j].id
+    x, y = gap.at
+    return (
+        f"WARNING: {kind} of {_millimetres(gap.width)} between blocks {first} and {second} at ({x:.4g}, {y:.4g}) m NOT "
+        f"closed, wider than the tolerance; --tolerance closes it"
+    )
+
+
+def _summary(closed: list[Gap], wall: Wall) -> list[str]:
+    """Return one line about gaps and one about overlaps that were closed, with the widest of each."""
+    said = []
+    for kind, gaps in (("gap", [g for g in closed if g.width > 0]), ("overlap", [g for g in closed if g.width < 0])):
+        if gaps:
+            widest = max(gaps, key=lambda gap: abs(gap.width))
+            i, j = wall.blocks[widest.i].id, wall.blocks[widest.j].id
+            median = float(np.median([abs(gap.width) for gap in gaps]))
+            many = f"{len(gaps)} {kind}s" if len(gaps) > 1 else f"1 {kind}"
+            said.append(
+                f"{many} between blocks closed, median {_millimetres(median)}, widest {_millimetres(widest.width)} "
+                f"between blocks {i} and {j} at ({widest.at[0]:.4g}, {widest.at[1]:.4g}) m"
+            )
+    return said
+
+
+def _millimetres(width: float) -> str:
+    return f"{float(f'{1e3 * abs(width):.2g}'):g} mm"

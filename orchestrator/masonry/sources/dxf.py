@@ -1,0 +1,140 @@
+"""DXF drawings -> Drawing: closed outlines, and lines and arcs that close, on the layer of the blocks (ezdxf).
+
+Entities inside block references are read too; texts, dimensions and hatches are passed over.
+"""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.units import Unit
+from orchestrator.masonry.sources.block_files import refuse_what_is_no_file
+from orchestrator.masonry.sources.closed_outlines import CHORD, ROLES, Layers, OnLayer, drawing_of, is_chosen
+from orchestrator.masonry.sources.drawing import LARGEST_COUNT, Drawing
+
+HEADER_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1, 21: 1200 / 3937}
+"""m by the header's $INSUNITS: inch, foot, mm, cm, m, km, yard, dm, US survey foot (DXF reference, HEADER section)"""
+DRAWN = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
+LARGEST_FILE = 100_000_000
+"""bytes"""
+LARGEST_CORNERS = 2_000_000
+LARGEST_ENTITIES = 2 * LARGEST_COUNT
+DEEPEST = 50
+
+
+def read_dxf(path: Path, layers: Layers, tolerance: float, unit: str = "") -> Drawing:
+    """Return the outlines in the drawing `path` in m. Raises CaseError naming file, layer or place, and remedy.
+
+    tolerance in m: ends of lines nearer than this meet, arcs become chords no farther off. unit: of the drawing's
+    coordinates, instead of its header's.
+    """
+    with naming(path):
+        return _drawing(path, layers, tolerance, unit)
+
+
+def _drawing(path: Path, layers: Layers, tolerance: float, unit: str) -> Drawing:
+    document = _opened(path)
+    factor, remark = _factor(document, unit)
+    try:
+        paths, curved = _paths(document, CHORD * tolerance / factor)
+    except CaseError:
+        raise
+    except Exception as error:  # ezdxf checks little: a damaged entity fails with whatever Python raises
+        raise CaseError("", f"an entity cannot be read ({_short(error)})", "repair the drawing (AUDIT)") from None
+    on = {
+        role: [(name, factor * points) for name, points in paths if is_chosen(name, getattr(layers, role))]
+        for role in ROLES
+    }
+    if not on["blocks"]:
+        found = ", ".join(sorted({name for name, _ in paths})[:20]) or "none with lines"
+        problem = f"nothing is drawn on layer {layers.blocks!r}"
+        raise CaseError("blocks", problem, f"choose one with --blocks NAME; the drawing's layers: {found}")
+    _refuse_depth(on, tolerance)
+    flat = {role: [(name, points[:, :2]) for name, points in drawn] for role, drawn in on.items()}
+    return drawing_of(flat, tolerance, [remark], curved)
+
+
+def _opened(path: Path) -> Any:
+    import ezdxf
+
+    try:
+        refuse_what_is_no_file(path, LARGEST_FILE, "keep only the layers of the wall")
+        return ezdxf.readfile(path)
+    except FileNotFoundError:
+        raise CaseError("", "no such file", "give the path of a DXF drawing") from None
+    except CaseError:
+        raise
+    except Exception as error:  # ezdxf checks little: a damaged file fails with whatever Python raises
+        raise CaseError("", f"is not a DXF drawing ({_short(error)})", "save it as DXF R2000 or later") from None
+
+
+def _factor(document: Any, unit: str) -> tuple[float, str]:
+    """Return m per unit of the drawing, and where that comes from."""
+    if unit:
+        try:
+            return Unit("m").factor(unit), f"drawing in {unit}, as given"
+        except ValueError as error:
+            problem, _, remedy = str(error).partition("; ")
+            raise CaseError("--unit", problem, remedy) from None
+    code = document.header.get("$INSUNITS", 0)
+    if code not in HEADER_UNITS:
+        raise CaseError("$INSUNITS", "the header states no unit of length", "give it, as in --unit mm")
+    return HEADER_UNITS[code], f"drawing unit {HEADER_UNITS[code]:g} m, from its header"
+
+
+def _paths(document: Any, chord: float) -> tuple[list[OnLayer], bool]:
+    """Return layer and points (n, 3) of everything drawn, in drawing units, the first point repeated if closed; and
+    whether curves are among it."""
+    from ezdxf.disassemble import recursive_decompose
+    from ezdxf.path import make_path
+
+    if _expanded(document.modelspace(), document, {}) > LARGEST_ENTITIES:
+        raise CaseError("", f"more than {LARGEST_ENTITIES} entities", "keep only the layers of the wall")
+    paths, corners, curved = [], 0, False
+    for entity in recursive_decompose(document.modelspace()):
+        if entity.dxftype() not in DRAWN:
+            continue
+        path = make_path(entity)
+        curved |= path.has_curves
+        points = np.array(list(islice(path.flattening(chord), LARGEST_CORNERS + 1)), dtype=float)
+        corners += len(points)
+        if corners > LARGEST_CORNERS:
+            raise CaseError("", f"more than {LARGEST_CORNERS} corners", "raise --tolerance or import it in parts")
+        if len(points) > 1:
+            paths.append((str(entity.dxf.layer), points.reshape(-1, 3)))
+    return paths, curved
+
+
+def _expanded(entities: Any, document: Any, known: dict[str, int], depth: int = 0) -> int:
+    """Return how many entities there are with block references written out; `known`: that number by block name.
+
+    Raises CaseError for references nested too deep (a block that refers to itself never ends).
+    """
+    if depth > DEEPEST:
+        raise CaseError("", f"block references are nested more than {DEEPEST} deep", "explode them")
+    total = 0
+    for entity in entities:
+        if entity.dxftype() != "INSERT" or (block := document.blocks.get(entity.dxf.name)) is None:
+            total += 1
+            continue
+        if entity.dxf.name not in known:
+            known[entity.dxf.name] = _expanded(block, document, known, depth + 1)
+        total += max(1, entity.mcount) * (1 + known[entity.dxf.name])
+    return total
+
+
+def _refuse_depth(on: dict[str, list[OnLayer]], tolerance: float) -> None:
+    points = np.vstack([points for drawn in on.values() for _, points in drawn])
+    if not (np.abs(points) < 1e9).all():
+        raise CaseError("", "a coordinate is not a number below 1e9 m", "correct the drawing, or its unit with --unit")
+    if np.ptp(points[:, 2]) > tolerance:
+        raise CaseError("", f"depth varies by {np.ptp(points[:, 2]):.3g} m", "draw the wall in the xy plane")
+
+
+def _short(error: Exception) -> str:
+    return f"{type(error).__name__}: {str(error)[:100]}"

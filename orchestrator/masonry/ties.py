@@ -1,0 +1,121 @@
+"""Ties in the plane: bars between two blocks, or a block and an anchor, that pull up to a strength and never push.
+
+A tie is added to the joints as one of length L = SHORT x a block's size at its first end, across its line. It has no
+friction and no cohesion, so it carries along the line only; its tensile strength is the tie's, its compressive
+strength next to nothing, or the same where it pushes too. With the rectangular stress block it could carry a moment of
+at most strength x L/8 (L/4 where it pushes) when it carries half its strength, and none when it yields. Here it is
+rigid and plastic: a pretension changes nothing of the collapse multiplier. The FE pushover has its stiffness
+(pushover/solids/tie_bars.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import numpy as np
+import shapely
+from annotated_types import Ge, Gt, MinLen
+
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.units import Unit
+from orchestrator.masonry.block_properties import block_areas, block_thicknesses
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.wall import Wall
+
+SHORT = 1e-5
+"""length of the joint that stands for a tie, over the root of a block's mean area. A block held by an anchor turns at
+its multiplier to 7e-10; 1e-7 would leave 8e-7, as both ends become one to the linear program"""
+NO_THRUST = 1e-9
+"""compressive over tensile strength of that joint"""
+INSIDE = 1e-6
+"""of a block's perimeter: an end so near its outline is on it"""
+
+
+@dataclass(frozen=True, slots=True)
+class Tie:
+    """A bar between points of two blocks, or of one and an anchor that does not move; it weighs nothing."""
+
+    blocks: Annotated[tuple[int, ...], MinLen(1)]
+    """ids of the two blocks, or of the one that is anchored"""
+    start: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(2)]
+    """x and y where it is fixed to the first block, as in ["0.4 m", "2.8 m"]"""
+    end: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(2)]
+    """x and y where it is fixed to the second block, or anchored"""
+    strength: Annotated[float, Unit("N"), Gt(0)]
+    """force at which it yields, or its anchorage does"""
+    stiffness: Annotated[float, Unit("N/m"), Gt(0)] | None = None
+    """force over elongation, E A over the length; `run` needs it, limit analysis has rigid ties"""
+    pretension: Annotated[float, Unit("N"), Ge(0)] = 0.0
+    """force to which it is tightened while the weight acts; changes nothing in limit analysis"""
+    pushes: bool = False
+    """it pushes as it pulls, up to `strength`: a floor that holds the wall at one place, or a strut"""
+
+
+@dataclass(frozen=True, slots=True)
+class TieSettings:
+    """Ties and anchors, for limit analysis and the FE pushover of every stone."""
+
+    ties: tuple[Tie, ...] = ()
+    """each a table [[reinforcement.ties]] with `blocks`, `start`, `end`, `strength`, and for `run` `stiffness`"""
+
+
+def with_ties(assemblage: Assemblage, ties: Sequence[Tie]) -> Assemblage:
+    """Return the assemblage with ties among its joints, for limit analysis alone: they have no place in the planar map.
+
+    Raises CaseError for a tie that joins nothing.
+    """
+    if not ties:
+        return assemblage
+    wall = assemblage.wall
+    for number, tie in enumerate(ties):
+        _refuse(wall, tie, f"reinforcement.ties.{number}")
+    anchor = next(position for position, block in enumerate(wall.blocks) if block.fixed)
+    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    ends = np.array([[place[n] for n in tie.blocks] + [anchor] * (2 - len(tie.blocks)) for tie in ties])
+    first, last = (np.array([getattr(tie, name) for tie in ties], dtype=float) for name in ("start", "end"))
+    across = np.column_stack([first[:, 1] - last[:, 1], last[:, 0] - first[:, 0]])  # the normal then leads to the end
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    length = SHORT * float(np.sqrt(np.mean(block_areas(wall))))
+    width = block_thicknesses(wall)[ends].min(axis=1)
+    strength = np.array([tie.strength for tie in ties]) / (length * width)
+    nothing = np.zeros(len(ties))
+    added: dict[str, FloatArray] = {
+        "block_i": ends[:, 0],
+        "block_j": ends[:, 1],
+        "start": first - 0.5 * length * across,
+        "end": first + 0.5 * length * across,
+        "friction": nothing,
+        "cohesion": nothing,
+        "tensile_strength": strength,
+        "compressive_strength": np.where([tie.pushes for tie in ties], 1.0, NO_THRUST) * strength,
+        "normal_stiffness": nothing + np.inf,
+        "shear_stiffness": nothing + np.inf,
+    }
+    merged: dict[str, Any] = {
+        name: read_only(np.concatenate([getattr(assemblage, name), values]), getattr(assemblage, name).dtype)
+        for name, values in added.items()
+    }
+    return replace(assemblage, outlines=None, edge=None, **merged)
+
+
+def _refuse(wall: Wall, tie: Tie, key: str) -> None:
+    """Raise CaseError for a tie between no two blocks or points, or whose ends lie beside its blocks."""
+    blocks = {block.id: block for block in wall.blocks}
+    named = set(tie.blocks)
+    if len(tie.blocks) > 2 or len(named) < len(tie.blocks) or not named <= blocks.keys():
+        raise CaseError(f"{key}.blocks", f"{[*tie.blocks]} are not one or two blocks", "name blocks of the wall")
+    if tie.pretension >= tie.strength:
+        problem = f"{tie.pretension:g} N is not less than the strength of the tie, {tie.strength:g} N"
+        raise CaseError(f"{key}.pretension", problem, "lower it")
+    if all(blocks[n].fixed for n in named):
+        raise CaseError(f"{key}.blocks", "a tie between supports holds nothing", "name a block that can move")
+    if len(tie.start) != 2 or len(tie.end) != 2 or tie.start == tie.end:
+        raise CaseError(f"{key}.end", "start and end are not two points", 'give [x, y] of both, as in ["0 m", "2.8 m"]')
+    for name, number in zip(("start", "end"), tie.blocks, strict=False):
+        outline = shapely.Polygon(blocks[number].polygon)
+        x, y = getattr(tie, name)
+        if shapely.distance(outline, shapely.Point(x, y)) > INSIDE * outline.length:
+            raise CaseError(f"{key}.{name}", f"({x:g}, {y:g}) m is not on block {number}", "give a point of the block")

@@ -1,0 +1,50 @@
+"""Which of several numbers counts, and why: one sentence for the terminal."""
+
+from __future__ import annotations
+
+from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.storage import Summary, printed
+
+ALIKE = 1e-4
+"""part by which two multipliers differ that are one answer"""
+
+
+def answer_of_limit(analysis: LimitAnalysis) -> str:
+    """Return the sentence on a limit analysis: the multiplier that counts, its base shear, and how sure it is."""
+    state, bound = analysis.headline, analysis.bound.load_multiplier
+    multiplier = state.load_multiplier
+    counts = f"λ = {_limit(multiplier)} counts ({state.flow_rule.replace('_', ' ')}): "
+    shear = f"base shear {printed('force', multiplier * analysis.horizontal_load)} kN, "
+    if state is analysis.associative:
+        return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."
+    why = "a collapse state with friction that does not dilate; "
+    if not state.converged:
+        why = "the wall was found at rest there, and no collapse state was closed; "
+    low, high = analysis.non_associative_range or (multiplier, multiplier)
+    low = min(low, analysis.lowest.load_multiplier if analysis.lowest else low)
+    if bound - low <= ALIKE * bound:
+        return f"{counts}{shear}{why}it reaches the associative upper bound, and no lower one was found."
+    if high - low <= ALIKE * high:
+        return f"{counts}{shear}{why}the associative {_limit(bound)} is an upper bound."
+    between = f"such states were found from {_limit(low)} to {_limit(high)}, as friction leaves the answer open"
+    return f"{counts}{shear}{why}{between}; the associative {_limit(bound)} is an upper bound."
+
+
+def _limit(multiplier: float) -> str:
+    return printed("limit multiplier", multiplier)
+
+
+def answer_of_run(summary: Summary) -> str:
+    """Return the sentence on a run: the base shear that counts, or that none does."""
+    valid = {pushed.model: pushed for pushed in summary.pushover if pushed.valid}
+    if not valid:
+        return "No peak counts: none of the curves is valid; limit analysis alone stands."
+    pushed = valid.get("micro") or valid["macro"]
+    bodies = "every stone" if pushed.model == "micro" else "macroblocks"
+    peak, multiplier = printed("force", pushed.peak_base_shear), printed("multiplier", pushed.peak_multiplier)
+    text = f"{peak} kN counts (λ = {multiplier}, FE of {bodies})"
+    if not pushed.peak_reached:
+        text += ", a lower bound, as the curve ends before its peak"
+    if "macro" in valid and pushed.model == "micro":
+        text += f"; macroblocks ({printed('force', valid['macro'].peak_base_shear)} kN) are its fast approximation"
+    return f"{text}; limit analysis takes the stones as rigid and displacements as small."

@@ -1,0 +1,192 @@
+"""PNG of a wall in space: blocks, joints and supports; the mechanism from the usual sides; multiplier by direction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.atomic_files import write_bytes
+from orchestrator.geometry.polyhedra import Polyhedron
+from orchestrator.present.in_space.raster import Line, View, drawn, view_towards
+from orchestrator.space.contacts import SpaceAssemblage
+from orchestrator.space.displaced_blocks import moved
+from orchestrator.space.loads import plan_axes
+from orchestrator.space.mechanism import AT_REST, SpaceMechanism, corner_speeds
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STONE, SUPPORT = (0.93, 0.89, 0.80), (0.80, 0.80, 0.80)
+BODIES = (
+    (0.94, 0.66, 0.45), (0.55, 0.75, 0.92), (0.62, 0.83, 0.66), (0.93, 0.83, 0.48), (0.85, 0.68, 0.84),
+    (0.70, 0.74, 0.62), (0.96, 0.72, 0.72), (0.62, 0.72, 0.72),
+)  # fmt: skip
+KINDS = {
+    "hinges": ((0.84, 0.37, 0.0), 3.0, "hinge"),
+    "opens": ((0.90, 0.62, 0.0), 1.0, "opens"),
+    "slides": ((0.0, 0.45, 0.70), 2.0, "slides"),
+    "twists": ((0.80, 0.47, 0.65), 2.0, "twists"),
+}
+"""colour, width and name of joints that move"""
+PIXELS = 900
+AMPLITUDE = 0.12
+"""largest displacement of the mechanism in pictures, as a part of the wall's height"""
+
+
+def views_of(up: FloatArray, direction: FloatArray) -> dict[str, View]:
+    """Return the usual views: from the side the wall falls to (or the front), from its side, from above, and aslant."""
+    _, second = plan_axes(up)
+    flat = direction - (direction @ up) * up
+    ahead = flat / np.linalg.norm(flat) if np.linalg.norm(flat) > 1e-6 else -second
+    beside = np.cross(up, ahead)
+    return {
+        "aslant": view_towards("aslant", ahead + 0.75 * beside + 0.6 * up, up),
+        "front": view_towards("from where it is pushed to", ahead, up),
+        "side": view_towards("from the side", beside, up),
+        "plan": view_towards("from above", up, ahead * -1.0),
+    }
+
+
+def save_wall(assemblage: SpaceAssemblage, direction: FloatArray, path: Path) -> Path:
+    """Draw blocks, joints (blue) and supports (grey) aslant from both sides; return `path`."""
+    wall, joints = assemblage.wall, assemblage.joints
+    bodies = [block.shape for block in wall.blocks]
+    colours = np.array([SUPPORT if block.fixed else STONE for block in wall.blocks])
+    lines = [Line(np.vstack([outline, outline[:1]]), (0.0, 0.45, 0.70), 0.5) for outline in joints.outlines]
+    both = [view for name, view in views_of(wall.up, direction).items() if name == "aslant"]
+    both.append(_opposite(both[0], wall.up))
+    free = int((~wall.fixed).sum())
+    supports = int(wall.fixed.sum())
+    text = f"{free} blocks, {joints.count} joints (blue where they are seen), supports: {supports} (grey)"
+    return _save(path, wall.name, text, [(bodies, colours, lines, view) for view in both], columns=2)
+
+
+def _opposite(view: View, up: FloatArray) -> View:
+    eye = view.axes[2]
+    height = (eye @ up) * up
+    return view_towards("from the other side", 2.0 * height - eye, up)
+
+
+def save_mechanism(
+    assemblage: SpaceAssemblage,
+    velocities: FloatArray,
+    mechanism: SpaceMechanism,
+    direction: FloatArray,
+    text: str,
+    path: Path,
+) -> Path:
+    """Draw a mechanism with velocities (n, 6) of all blocks from the usual sides, every body in a colour of its own and
+    joints by how they move; return `path`."""
+    wall = assemblage.wall
+    scale = amplitude(assemblage, velocities)
+    bodies = moved(wall, scale * velocities)
+    colours = np.array(
+        [
+            SUPPORT if block.fixed else STONE if body == 0 else BODIES[(int(body) - 1) % len(BODIES)]
+            for block, body in zip(wall.blocks, mechanism.body, strict=True)
+        ]
+    )
+    lines = joint_lines(assemblage, bodies, velocities, mechanism)
+    panels = [(bodies, colours, lines, view) for view in views_of(wall.up, direction).values()]
+    return _save(path, wall.name, text, panels, columns=2, legend=sorted({*mechanism.motion} - {"rests"}))
+
+
+def amplitude(assemblage: SpaceAssemblage, velocities: FloatArray) -> float:
+    """Return the factor on velocities that makes the largest displacement AMPLITUDE of the wall's height."""
+    wall = assemblage.wall
+    heights = np.concatenate([b.shape.vertices @ wall.up for b in wall.blocks if not b.fixed])
+    largest = float(corner_speeds(assemblage, velocities).max())
+    return AMPLITUDE * float(np.ptp(heights)) / largest if largest else 0.0
+
+
+def joint_lines(
+    assemblage: SpaceAssemblage, bodies: Sequence[Polyhedron], velocities: FloatArray, mechanism: SpaceMechanism
+) -> list[Line]:
+    """Return the outlines of joints that slide or twist and the closed edge of those that hinge, on the moved
+    blocks."""
+    joints, wall = assemblage.joints, assemblage.wall
+    centroids, limit = wall.centroids, AT_REST * float(corner_speeds(assemblage, velocities).max())
+    found = []
+    for k, kind in enumerate(mechanism.motion):
+        if kind not in ("hinges", "slides", "twists"):
+            continue
+        corners, i, j = joints.corners(k), joints.block_i[k], joints.block_j[k]
+        if kind == "hinges":
+            relative = velocities[j, :3] - velocities[i, :3] + np.cross(velocities[j, 3:], corners - centroids[j])
+            relative = relative - np.cross(velocities[i, 3:], corners - centroids[i])
+            shut = corners[relative @ joints.normal[k] <= limit]
+            line = shut if len(shut) > 1 else np.repeat(shut, 2, axis=0)
+        else:
+            line = np.vstack([corners, corners[:1]])
+        colour, width, _ = KINDS[kind]
+        found.append(Line(_carried(line, wall.blocks[i].shape, bodies[i]), colour, width))
+    return found
+
+
+def _carried(points: FloatArray, before: Polyhedron, after: Polyhedron) -> FloatArray:
+    """Return points of a block after its motion, found from its corners."""
+    origin, moved_origin = before.vertices.mean(axis=0), after.vertices.mean(axis=0)
+    turn, *_ = np.linalg.lstsq(before.vertices - origin, after.vertices - moved_origin, rcond=None)
+    return np.asarray(moved_origin + (points - origin) @ turn)
+
+
+def save_polar(angles: FloatArray, multipliers: dict[str, FloatArray], name: str, path: Path) -> Path:
+    """Draw multipliers (d,) against the angle in plan (d,) in rad; return `path`."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.0, 6.0))
+    axes = figure.add_subplot(projection="polar")
+    for (label, values), style in zip(multipliers.items(), ("-o", "--s"), strict=False):
+        closed = np.append(values, values[:1])
+        axes.plot(np.append(angles, angles[:1]), closed, style, markersize=4, label=label)
+    axes.set_title(f"{name}\nload multiplier by direction in plan", fontsize=10, parse_math=False)
+    axes.set_ylim(0.0, None)
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.1, -0.12), fontsize=8)
+    return _written(figure, path)
+
+
+Panel = tuple[Sequence[Polyhedron], FloatArray, Sequence[Line], View]
+
+
+def _save(path: Path, name: str, text: str, panels: Sequence[Panel], columns: int, legend: Sequence[str] = ()) -> Path:
+    """Draw panels side by side, all to one scale, with a title and a legend of joints."""
+    from matplotlib.figure import Figure  # 0.3 s that other commands need not wait for
+    from matplotlib.lines import Line2D
+
+    rows = -(-len(panels) // columns)
+    figure = Figure(figsize=(11.0, 0.8 + 4.4 * rows))
+    figure.set_layout_engine("constrained")
+    boxes = [_box(bodies, colours, view) for bodies, colours, _, view in panels]
+    for number, ((bodies, colours, lines, view), box) in enumerate(zip(panels, boxes, strict=True), 1):
+        axes = figure.add_subplot(rows, columns, number)
+        axes.imshow(drawn(bodies, colours, lines, view, box, PIXELS), interpolation="antialiased")
+        axes.set_title(view.name, fontsize=9)
+        axes.axis("off")
+    figure.suptitle(f"{name}\n{text}", fontsize=10, parse_math=False)
+    kinds = [KINDS[kind] for kind in legend if kind != "opens"]
+    handles = [Line2D([], [], color=colour, linewidth=width, label=name) for colour, width, name in kinds]
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=9, frameon=False)
+    return _written(figure, path)
+
+
+def _box(bodies: Sequence[Polyhedron], colours: FloatArray, view: View) -> tuple[FloatArray, FloatArray]:
+    """Return the corners in the view of what is no support, with a margin: a large ground is cut."""
+    free = [body for body, colour in zip(bodies, colours, strict=True) if tuple(colour) != SUPPORT]
+    flat = np.vstack([body.vertices for body in free]) @ view.axes[:2].T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    margin = 0.08 * float((high - low).max())
+    return low - margin, high + margin
+
+
+def _written(figure: Figure, path: Path) -> Path:
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png", dpi=150)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_bytes(path, buffer.getvalue())
+    return path

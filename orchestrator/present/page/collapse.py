@@ -1,0 +1,83 @@
+"""The collapse as data for the page: outlines of the bodies, displacements and joint states by increment.
+
+Displacements are 16-bit integers in base64, scaled by the largest of their increment; joint states are one digit a
+piece of joint (0 open, 1 stick, 2 slip, 3 open by a hair), and so are degrees of damage (0 to 9 for 0 to 1; the empty
+word where nothing is damaged). Increments are thinned out evenly to fit `room`; peak and ends stay.
+"""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.present.joint_pieces import DAMAGED, front_loops, interface_pieces, nodes_of_contacts, shown_status
+from orchestrator.pushover.increments import PushoverCurve
+from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.storage import ContactPlaces, StateStore
+
+MOST_FRAMES = 150
+LARGEST_INTEGER = 32767
+
+
+def collapse(
+    store: StateStore, bodies: Bodies, meshes: BodyMeshes, contacts: ContactPlaces, curve: PushoverCurve, room: int
+) -> dict[str, Any]:
+    """Return outlines, pieces of joints and frames of at most about `room` bytes as JSON."""
+    loops = [front_loops(meshes, body) for body in range(bodies.moving)]
+    at_contact = nodes_of_contacts(meshes, contacts.point, contacts.slave_body)
+    contact, before, after = interface_pieces(bodies, contacts.point, contacts.slave_body, contacts.master_body)
+    used = [node for body in loops for loop in body for node in loop]
+    nodes, place = np.unique(np.concatenate([used, at_contact]).astype(np.int64), return_inverse=True)
+    number = dict(zip(nodes.tolist(), range(len(nodes)), strict=True))
+    at_contact = place[len(used) :]
+    frame_size = len(nodes) * 16 // 3 + len(contact) + 150
+    rows = chosen_rows(
+        len(curve.step), int(np.where(curve.moving == 0, curve.base_shear_N, -np.inf).argmax()), room // frame_size
+    )
+    return {
+        "nodes": np.round(meshes.nodes[nodes, :2], 5),
+        "bodies": [[[number[node] for node in loop] for loop in body] for body in loops],
+        "supports": [np.round(body.exterior, 5) for body in bodies.bodies[bodies.moving :]],
+        "pieces": np.column_stack([at_contact[before], at_contact[contact], at_contact[after]]),
+        "frames": [_frame(store, int(row), curve, nodes, contact) for row in rows],
+        "increments": len(curve.step),
+    }
+
+
+def chosen_rows(rows: int, peak: int, most: int) -> IntArray:
+    """Return which of the `rows` of a curve are shown: first, last, peak, and others evenly, some `most` in all."""
+    wanted = np.linspace(0, rows - 1, min(rows, max(2, min(most, MOST_FRAMES)))).round().astype(np.int64)
+    return np.unique(np.append(wanted, peak))
+
+
+def _frame(store: StateStore, row: int, curve: PushoverCurve, nodes: IntArray, contact: IntArray) -> dict[str, Any]:
+    increment = store.read(int(curve.step[row]))
+    scale, text = packed(increment.displacement[nodes, :2])
+    return {
+        "row": row,
+        "increment": increment.number,
+        "phase": increment.phase,
+        "multiplier": increment.load_multiplier,
+        "shear": increment.base_shear,
+        "moved": float(curve.control_displacement_m[row] - curve.control_displacement_m[0]),
+        "scale": scale,
+        "displacements": text,
+        "status": "".join(map(str, shown_status(increment)[contact].tolist())),
+        "damage": ninths(increment.damage[contact]),
+    }
+
+
+def ninths(degree: FloatArray) -> str:
+    """Return degrees from 0 to 1 as one digit each, 0 for up to DAMAGED and 9 for 1; the empty word for all 0."""
+    digits = np.where(degree >= 1.0, 9, np.where(degree > DAMAGED, np.ceil(8.0 * degree), 0)).astype(int)
+    return "".join(map(str, digits.tolist())) if digits.any() else ""
+
+
+def packed(values: FloatArray) -> tuple[float, str]:
+    """Return the unit in m and base64 of 16-bit little-endian integers: values = unit x integers."""
+    unit = float(np.abs(values).max(initial=0.0)) / LARGEST_INTEGER or 1.0
+    return unit, base64.b64encode(np.round(values / unit).astype("<i2").tobytes()).decode()

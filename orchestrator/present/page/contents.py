@@ -1,0 +1,257 @@
+"""What the page says: plain values for the template, made from a stored run."""
+
+from __future__ import annotations
+
+import base64
+import math
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from orchestrator import storage
+from orchestrator.assessment.capacity import Bilinear, idealise
+from orchestrator.basis.errors import ResultError
+from orchestrator.loads import LoadSettings
+from orchestrator.masonry.block_properties import block_areas, block_weights
+from orchestrator.present.page.collapse import collapse
+from orchestrator.present.page.damage import Damage, damage_sequence
+from orchestrator.present.page.practice import practice_contents
+from orchestrator.present.page.seismic_page import LABELS, seismic_contents
+from orchestrator.present.page.verdict_page import verdict_contents, verdict_of
+from orchestrator.pushover.increments import PushoverCurve
+from orchestrator.pushover.path import curve_checks
+from orchestrator.storage.stored_run import StoredModel, StoredRun
+
+ROOM = 3_000_000
+"""bytes for the collapse of all models; the page stays under 5 MB"""
+LARGEST_DRAWING = 250_000
+"""bytes; a larger SVG is replaced by its PNG"""
+DAMAGE_LIMIT = 10.0
+"""opening or slip that counts as damage, in slip tolerances of the contact law"""
+SHOWN_DAMAGE = 25
+"""rows of the damage table before the rest, which is folded away"""
+FILES = (
+    "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "summary.json",
+    "macro/curve.csv", "macro/states.h5", "micro/curve.csv", "micro/states.h5",
+)  # fmt: skip
+"""whose hashes the page states"""
+
+
+def bilinear_of(curve: PushoverCurve) -> Bilinear | None:
+    """Return the bilinear idealisation, None for a curve that has none (it ends on its elastic branch)."""
+    try:
+        return idealise(curve.static.base_shear_N, curve.static.control_displacement_m)
+    except ResultError:
+        return None
+
+
+def contents(run: StoredRun) -> dict[str, Any]:
+    """Return everything the template needs."""
+    wall, models = run.assemblage.wall, run.models
+    points = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
+    free = np.array([not block.fixed for block in wall.blocks])
+    settings = tomllib.loads((run.folder / "case.toml").read_text(encoding="utf-8"))
+    pushed = storage.remarks([model.summary for model in run.models])
+    remarks = [*run.analysis.remarks, *run.partition.remarks, *pushed]
+    return {
+        "summary": run.summary,
+        "verdict": verdict_contents(verdict_of(run.case, run.summary), run.case.project.language),
+        "practice": practice_contents(run),
+        "case_project": run.case.project,
+        "language": run.case.project.language,
+        "seismic": seismic_contents(run, in_words(run.case.load)),
+        "title": wall.name or run.summary.case,
+        "settings": list(_settings(settings)),
+        "wall": {
+            "width": float(np.ptp(points[:, 0])),
+            "height": float(np.ptp(points[:, 1])),
+            "thickness": wall.thickness,
+            "area": float(block_areas(wall)[free].sum()),
+            "friction": wall.friction,
+            "unit_weights": sorted({block.unit_weight for block in wall.blocks if not block.fixed}),
+            "materials": sorted({block.material for block in wall.blocks if block.material}),
+            "supports": int((~free).sum()),
+        },
+        "load": {"direction": run.case.load.direction, "words": in_words(run.case.load)},
+        "limit_states": list(_limit_states(run)),
+        "headline": run.analysis.headline.flow_rule.replace("_", " "),
+        "bodies": _bodies(run),
+        "tolerances": run.partition.tolerances,
+        "pictures": {path.stem: picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
+        "models": [_model(run, model) for model in models],
+        "complaints": [(LABELS[m.name], m.summary.complaint) for m in models if m.summary.complaint],
+        "remarks": remarks,
+        "failed_checks": sum(not check["passed"] for model in models for check in _checks(model.summary)),
+        "versions": dict(_provenance(run.folder)),
+        "hashes": {name: storage.hash_file(run.folder / name) for name in FILES if (run.folder / name).exists()},
+        "collapse": {
+            "models": [
+                {"name": LABELS[m.name]}
+                | collapse(m.store, m.bodies, m.meshes, m.contacts, m.curve, ROOM // len(models))
+                for m in models
+            ],
+            "curves": [_points(model) for model in models],
+            "limit": {"associative": run.summary.limit_analysis.associative * run.analysis.horizontal_load},
+        },
+    }
+
+
+def in_words(load: LoadSettings) -> str:
+    """Return what the live load is like."""
+    shape = {
+        "mass": "proportional to mass",
+        "mass_height": "proportional to mass × height above the base",
+        "per_block": "given block by block",
+    }[load.distribution]
+    return shape + (f", {math.degrees(load.inclination):g}° above the horizontal" if load.inclination else "")
+
+
+def _settings(record: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yield every setting as (section.key, value with its unit)."""
+    for key, value in record.items():
+        if isinstance(value, dict):
+            yield from _settings(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", ", ".join(map(str, value)) or "none" if isinstance(value, list) else str(value)
+
+
+HEADLINES = {
+    "smoothed": "non-associative, of smoothed conditions",
+    "descent": "non-associative, beside the last rest",
+    "sequence": "non-associative, beside the last rest",
+}
+"""Names of headlines that loading itself did not come to."""
+
+
+def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
+    names = {
+        "associative": "associative (upper bound)",
+        "associative_left": "associative, without loose stones",
+        "path": HEADLINES.get(run.analysis.headline.flow_rule, "non-associative, met by loading"),
+        "sequence": "non-associative, the paper's value",
+        "lowest": "lowest state found",
+    }
+    for key, name in names.items():
+        if (state := getattr(run.analysis, key)) is not None:
+            yield {
+                "name": name if state.converged else "last rest: no limit state was closed",
+                "multiplier": state.load_multiplier,
+                "base_shear": state.load_multiplier * run.analysis.horizontal_load,
+                "programs": len(state.records),
+                "equilibrium": state.equilibrium_residual,
+                "yield_residual": state.yield_residual,
+                "power": state.power_residual,
+                "headline": state is run.analysis.headline,
+            }
+
+
+def _bodies(run: StoredRun) -> list[dict[str, Any]]:
+    areas, wall = block_areas(run.assemblage.wall), run.assemblage.wall
+    weights = block_weights(wall)
+    members = [np.flatnonzero(run.partition.body_of_block == number) for number in range(run.partition.count)]
+    return [
+        {
+            "number": number,
+            "blocks": [wall.blocks[block].id for block in blocks],
+            "area": float(areas[blocks].sum()),
+            "weight": float(weights[blocks].sum()),
+        }
+        for number, blocks in enumerate(members)
+    ]
+
+
+def _model(run: StoredRun, model: StoredModel) -> dict[str, Any]:
+    limit = DAMAGE_LIMIT * run.case.contact.slip_tolerance
+    states = (model.store.read(int(number)) for number in model.curve.step)
+    sequence = damage_sequence(states, model.contacts, limit)
+    rows = [_damage(run, model, damage) for damage in sequence]
+    return {
+        "key": model.name,
+        "label": LABELS[model.name],
+        "summary": model.summary,
+        "bilinear": bilinear_of(model.curve),
+        "checks": _checks(model.summary),
+        "damage": rows[:SHOWN_DAMAGE],
+        "more_damage": rows[SHOWN_DAMAGE:],
+        "damage_limit": limit,
+        "interfaces": len(model.bodies.joint),
+        "bonded": bool(model.bodies.cohesion.any()),
+    }
+
+
+def _damage(run: StoredRun, model: StoredModel, damage: Damage) -> dict[str, Any]:
+    """Return a row of the table; the joint is named by the ids of its blocks and the position of its middle."""
+    joint, wall = int(model.bodies.joint[damage.interface]), run.assemblage.wall
+    ends = run.assemblage.start[joint], run.assemblage.end[joint]
+    ids = [wall.blocks[int(side[joint])].id for side in (run.assemblage.block_i, run.assemblage.block_j)]
+    chord = np.abs(ends[1] - ends[0])
+    return {
+        "damage": damage,
+        "joint": joint,
+        "blocks": sorted(ids),
+        "position": 0.5 * (ends[0] + ends[1]),
+        "type": "bed" if chord[0] >= chord[1] else "head",
+    }
+
+
+def _checks(summary: storage.PushoverSummary) -> list[dict[str, Any]]:
+    """Return what `pushover.checks` asks of a curve, with the figures of the summary."""
+    asked = (
+        (
+            "equilibrium",
+            "equilibrium_residual",
+            curve_checks.EQUILIBRIUM,
+            "largest |λ H − V| / peak, H: horizontal live load",
+        ),
+        (
+            "penetration",
+            "max_penetration_over_size",
+            curve_checks.OVERLAP,
+            "largest overlap of two bodies / smaller size",
+        ),
+        ("energy balance", "energy_error", curve_checks.ENERGY, "largest imbalance of work and energies"),
+    )
+    return [
+        {
+            "name": name,
+            "meaning": meaning,
+            "key": key,
+            "value": value,
+            "bound": bound,
+            "passed": value is not None and value <= bound,
+        }
+        for name, key, bound, meaning in asked
+        for value in [getattr(summary, key)]
+    ]
+
+
+def _points(model: StoredModel) -> dict[str, Any]:
+    """Return the curve for the page: displacement in mm, base shear in kN."""
+    curve, bilinear = model.curve, bilinear_of(model.curve)
+    moved = 1e3 * (curve.control_displacement_m - curve.control_displacement_m[0])
+    corners: list[list[float]] = []
+    if bilinear:
+        force = bilinear.yield_force / 1e3
+        yields, ends = 1e3 * bilinear.yield_displacement, 1e3 * bilinear.ultimate_displacement
+        corners = [[0.0, 0.0], [yields, force], [ends, force]]
+    return {"x": np.round(moved, 6), "y": np.round(curve.base_shear_N / 1e3, 6), "bilinear": corners}
+
+
+def picture(png: Path) -> str:
+    """Return a picture as data URL: the drawing, or the raster where the drawing is too large."""
+    svg = png.with_suffix(".svg")
+    if svg.exists() and svg.stat().st_size <= LARGEST_DRAWING:
+        return "data:image/svg+xml;base64," + base64.b64encode(svg.read_bytes()).decode()
+    return "data:image/png;base64," + base64.b64encode(png.read_bytes()).decode()
+
+
+def _provenance(folder: Path) -> Iterator[tuple[str, str]]:
+    """Yield the versions and hashes that stand in the comments at the end of case.toml."""
+    _, _, tail = (folder / "case.toml").read_text(encoding="utf-8").partition("\n# As run, with:\n")
+    for line in tail.splitlines():
+        if line.startswith("# "):
+            name, _, value = line[2:].rpartition(" ")
+            yield name.removesuffix(":"), value

@@ -1,0 +1,36 @@
+"""What a practice puts into its report: project data, materials, loads, section forces and reactions as tables."""
+
+from __future__ import annotations
+
+from dataclasses import astuple
+from typing import Any
+
+from orchestrator.assessment.section_forces import reactions, section_forces
+from orchestrator.assessment.seismic.settings import limit_states
+from orchestrator.settings.inventory import load_sums, materials
+from orchestrator.storage.stored_run import StoredRun
+
+PROJECT = ("number", "client", "place", "author", "date")
+"""what is shown of the project data, in this order"""
+SHOWN_REACTIONS = 30
+"""rows of reactions on the page; all are in reactions.csv"""
+
+
+def practice_contents(run: StoredRun) -> dict[str, Any]:
+    """Return what the template of the practice's tables needs, of a stored run."""
+    project = run.case.project
+    state = run.analysis.headline
+    sections = section_forces(run.assemblage, state.joint_forces)
+    supports = reactions(run.assemblage, state.joint_forces)
+    return {
+        "project": [(name, value) for name in PROJECT if (value := getattr(project, name))],
+        "remarks": project.remarks,
+        "materials": materials(run.case, run.assemblage.wall),
+        "loads": load_sums(run.assemblage.wall, run.case.load),
+        "limit_states": limit_states(run.case.seismic),
+        "sections": [astuple(one) for one in sections],
+        "reactions": [astuple(one) for one in supports[:SHOWN_REACTIONS]],
+        "more_reactions": max(len(supports) - SHOWN_REACTIONS, 0),
+        "sums": (sum(one.horizontal for one in supports), sum(one.vertical for one in supports)),
+        "multiplier": state.load_multiplier,
+    }

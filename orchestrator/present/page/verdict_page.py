@@ -1,0 +1,57 @@
+"""What the page says of the verdict: its sentence, and its table with values in their units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from orchestrator import storage
+from orchestrator.assessment.seismic.verification_record import in_its_unit
+from orchestrator.basis.printed import printed
+from orchestrator.present.page.phrases import in_language, phrases
+from orchestrator.present.verdict import COLUMNS, STRENGTH, Answered, Verdict, sentence, verdict
+from orchestrator.settings.case import Case
+from orchestrator.settings.project import Language
+
+
+def verdict_contents(found: Verdict, language: Language) -> dict[str, Any]:
+    """Return what the template of the verdict needs, in a language."""
+    least = (
+        None if found.governing is None or found.governing["safety_ratio"] == "" else found.governing["safety_ratio"]
+    )
+    return {
+        "sentence": in_language(sentence(found, phrases(language)), language),
+        "state": found.state,
+        "ratio": least,
+        "rows": [_row(row, language) for row in found.rows],
+    }
+
+
+def verdict_of(case: Case, summary: storage.Summary) -> Verdict:
+    """Return the verdict on a run of one load case from its summary."""
+    load = case.load
+    name = f"{load.direction} {load.distribution.replace('_', ' x ')}"
+    return verdict(summary.case, [Answered(name, load.direction, load.distribution, summary)])
+
+
+def write_verdict(folder: Path, found: Verdict) -> Path:
+    """Write verdict.csv into a run folder; return its path."""
+    path = folder / "verdict.csv"
+    storage.write_csv(path, COLUMNS, ([row[name] for name in COLUMNS] for row in found.rows))
+    return path
+
+
+def _row(row: dict[str, Any], language: Language) -> dict[str, Any]:
+    strength = row["limit_state"] == STRENGTH
+    shown = {"demand": "", "capacity": "", "ground": "", "ratio": ""}
+    if strength and row["capacity"] != "":
+        shown["capacity"] = f"{printed('force', row['capacity'])} kN (λ = {printed('multiplier', row['multiplier'])})"
+    elif row["safety_ratio"] != "":
+        shown = {
+            "demand": in_its_unit(row["demand"], row["unit"]),
+            "capacity": in_its_unit(row["capacity"], row["unit"]),
+            "ground": f"{row['capacity_ag_m_per_s2']:.3g} / {row['ag_m_per_s2']:.3g}",
+            "ratio": printed("ratio", row["safety_ratio"]),
+        }
+    keys = ("load_case", "limit_state", "check", "verified", "governs", "remarks")
+    return {key: row[key] for key in keys} | {key: in_language(text, language) for key, text in shown.items()}

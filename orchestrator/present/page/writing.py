@@ -1,0 +1,88 @@
+"""Stored run -> report.html (Jinja2, everything from the input escaped)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from orchestrator.basis.printed import FORMS, Figure, printed
+from orchestrator.present.environment import environment_of
+from orchestrator.present.page.contents import contents, picture
+from orchestrator.present.page.phrases import in_language, phrases
+from orchestrator.present.page.verdict_page import verdict_contents
+from orchestrator.present.verdict import Verdict
+from orchestrator.settings.project import Language
+from orchestrator.storage.files import plain, write_text
+from orchestrator.storage.stored_run import read_run
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+
+def write(folder: Path) -> Path:
+    """Write report.html of the run in `folder` and return its path. Raises CaseError where there is none."""
+    path = folder / "report.html"
+    write_text(path, render(contents(read_run(folder))))
+    return path
+
+
+def write_index(folder: Path, case: str, rows: Sequence[dict[str, Any]], found: Verdict, language: Language) -> Path:
+    """Write report.html of a run of several load cases: the verdict on them, their table (rows of load_cases.csv),
+    their curves (figures/curves), and a link to the report of each. Return its path."""
+    path = folder / "report.html"
+    reports = {row["load_case"]: f"{quote(row['load_case'])}/report.html" for row in rows if row["model"]}
+    curves = picture(folder / "figures" / "curves.png")
+    values = {"case": case, "rows": rows, "reports": reports, "curves": curves, "language": language}
+    values["verdict"] = verdict_contents(found, language)
+    write_text(path, _environment(language).get_template("load_cases.html.j2").render(values))
+    return path
+
+
+def render(values: dict[str, Any]) -> str:
+    """Return the page."""
+    return _environment(values["language"]).get_template("report.html.j2").render(plain_collapse(values))
+
+
+def _environment(language: Language) -> Environment:
+    environment = environment_of("orchestrator.present.page")
+    for name, filtering in (("shown", shown), ("fixed", fixed), ("small", small), ("printed", _printed)):
+        environment.filters[name] = _localised(filtering, language)
+    environment.globals |= {"t": phrases(language), "factor_of": _factor_of}
+    return environment
+
+
+def _localised(filtering: Callable[..., str], language: Language) -> Callable[..., str]:
+    return lambda *values, **options: in_language(filtering(*values, **options), language)
+
+
+def plain_collapse(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the values with the collapse as plain lists and numbers."""
+    return values | {"collapse": plain(values["collapse"])}
+
+
+def _factor_of(kind: Figure) -> float:
+    return FORMS[kind][0]
+
+
+def _printed(value: float | None, kind: Figure) -> str:
+    return printed(kind, value)
+
+
+def shown(value: float | None, digits: int = 4, factor: float = 1.0) -> str:
+    """Return a number with so many significant digits, a count as it is; a dash for none."""
+    if value is None or isinstance(value, int):
+        return "–" if value is None else str(value)
+    text = f"{value * factor:#.{digits}g}".removesuffix(".")
+    return text if "e" not in text else f"{value * factor:.{digits - 1}e}"
+
+
+def fixed(value: float, decimals: int = 3, factor: float = 1.0) -> str:
+    """Return a number with so many decimals, for columns of lengths."""
+    return f"{value * factor + 0.0:.{decimals}f}"
+
+
+def small(value: float | None) -> str:
+    """Return a residual, as in 2e-16."""
+    return "–" if value is None else f"{value:.1e}"

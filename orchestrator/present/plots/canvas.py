@@ -1,0 +1,187 @@
+"""What all pictures share: colours, a figure of the wall's proportions in m, text that cannot break out, saving.
+
+Colours of lines are those of Okabe and Ito (2008), distinguishable by colour-blind readers; where two kinds of line
+must be told apart in print without colour, their width or dashes differ too.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections import defaultdict
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patheffects import withStroke
+from matplotlib.textpath import TextPath
+from matplotlib.transforms import Affine2D
+
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.atomic_files import write_bytes
+
+STONE, SUPPORT, FAINT, INK = "#f2ece1", "#d5d5d5", "#b5b5b5", "#333333"
+VERMILLION, BLUE, GREEN, ORANGE, PURPLE = "#d55e00", "#0072b2", "#009e73", "#e69f00", "#cc79a7"
+DOTS_PER_INCH = 150
+LARGEST = (7.0, 7.5)
+"""largest drawing of a wall, inches"""
+SMALLEST_NUMBER = 3.0
+"""points"""
+DIGIT_WIDTH, DIGIT_HEIGHT = 0.636, 0.729
+"""of a font's size: from one digit to the next, and of a digit, in DejaVu Sans, which comes with matplotlib"""
+SMALLEST_WIDTH = 5.0
+"""inches; a title and a legend need them"""
+
+
+def wall_figure(points: FloatArray, title: str, name: str) -> tuple[Figure, Axes]:
+    """Return a figure with axes in m that shows all `points` (n, 2); `name` of the wall goes above the title."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.04 * float(np.max(high - low))
+    extent = high - low + 2 * margin
+    scale = min(LARGEST[0] / extent[0], LARGEST[1] / extent[1])
+    height = scale * extent[1] + 1.5 + 0.2 * title.count("\n")
+    figure = Figure(figsize=(max(SMALLEST_WIDTH, scale * extent[0] + 0.8), height))
+    figure.set_layout_engine("constrained")
+    axes = figure.add_subplot()
+    axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.ticklabel_format(useOffset=False)
+    write_title(axes, title, name)
+    return figure, axes
+
+
+def write_title(axes: Axes, title: str, name: str) -> None:
+    """Write the wall's name (shortened) and the lines of the title, wrapped to fit; `$` in a name is only a dollar."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    letters = int(figure.get_figwidth() * 11)
+    wrapped = [part for line in title.splitlines() for part in textwrap.wrap(line, letters)]
+    axes.set_title(
+        "\n".join([textwrap.shorten(name, letters, placeholder="…"), *wrapped]), fontsize=10, parse_math=False
+    )
+
+
+def draw_polygons(
+    axes: Axes, polygons: Sequence[FloatArray], fill: str | Sequence[str], edge: str = INK, width: float = 0.7
+) -> PolyCollection:
+    """Draw polygons, each (n, 2) in m, in one colour or one each."""
+    drawn = PolyCollection(list(polygons), facecolors=fill, edgecolors=edge, linewidths=width)
+    axes.add_collection(drawn, autolim=False)
+    return drawn
+
+
+def draw_supports(axes: Axes, polygons: Sequence[FloatArray]) -> PolyCollection:
+    """Draw supports, hatched."""
+    drawn = draw_polygons(axes, polygons, SUPPORT, "#777777")
+    drawn.set_hatch("////")
+    drawn.set_label("support")
+    return drawn
+
+
+def draw_segments(
+    axes: Axes, segments: FloatArray | Sequence[FloatArray], colour: str, width: float, label: str = ""
+) -> LineCollection:
+    """Draw segments (k, 2, 2) in m above everything that is filled."""
+    drawn = LineCollection(list(segments), colors=colour, linewidths=width, zorder=3, capstyle="round")
+    drawn.set_label(label or "_")
+    axes.add_collection(drawn, autolim=False)
+    return drawn
+
+
+def write_number(axes: Axes, position: FloatArray, number: int, size: float) -> None:
+    """Write a number at `position` (2,) in m, with a halo that keeps it readable on hatches and lines; size in
+    points."""
+    x, y = position
+    halo = [withStroke(linewidth=2.0, foreground="white", alpha=0.8)]
+    text = axes.text(x, y, str(number), ha="center", va="center", fontsize=size, zorder=4, path_effects=halo)
+    text.set_in_layout(False)  # it lies within the axes
+
+
+def write_numbers(axes: Axes, positions: Sequence[FloatArray], numbers: Sequence[int], size: float) -> None:
+    """Write numbers at `positions`, each (2,) in m; size in points.
+
+    The smallest ones, of walls of a thousand stones, go without a halo and as outlines of digits, one collection for
+    each digit and its place in a number: the picture of 1,460 stones takes 0.4 s of CPU for 1.8.
+    """
+    if size > SMALLEST_NUMBER:
+        for position, number in zip(positions, numbers, strict=True):
+            write_number(axes, position, number, size)
+        return
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    points_to_pixels = Affine2D().scale(1 / 72) + figure.dpi_scale_trans
+    where: dict[tuple[str, float], list[FloatArray]] = defaultdict(list)
+    for position, number in zip(positions, numbers, strict=True):
+        digits = str(number)
+        for k, digit in enumerate(digits):
+            where[digit, k - 0.5 * len(digits)].append(position)
+    for (digit, place), offsets in sorted(where.items()):
+        shape = TextPath((place * DIGIT_WIDTH * size, -0.5 * DIGIT_HEIGHT * size), digit, size=size)
+        drawn = PathCollection([shape], offsets=offsets, offset_transform=axes.transData, zorder=4)
+        drawn.set(transform=points_to_pixels, facecolor="black", linewidth=0, in_layout=False)
+        axes.add_collection(drawn, autolim=False)
+
+
+def number_size(polygons: Sequence[FloatArray], axes: Axes) -> float:
+    """Return the font size in points that suits the smallest side of the polygons' boxes, up to 9."""
+    smallest = min(float(np.min(np.ptp(polygon, axis=0))) for polygon in polygons)
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    points_per_metre = 72 * (figure.get_figwidth() - 0.8) / float(np.ptp(axes.get_xlim()))
+    return float(np.clip(0.4 * smallest * points_per_metre, SMALLEST_NUMBER, 9.0))
+
+
+def legend_below(axes: Axes, columns: int = 4) -> None:
+    """Put the legend of everything labelled below the axes."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    handles, labels = axes.get_legend_handles_labels()
+    more_rows = (len(labels) - 1) // columns
+    figure.set_figheight(figure.get_figheight() + 0.2 * more_rows)
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8, frameon=False)
+
+
+def stamp_not_valid(place: Figure | Axes, size: float = 56.0) -> None:
+    """Write NOT VALID across a picture, so that nobody who sees it can overlook it; size in points."""
+    text = place.text(0.5, 0.5, "NOT VALID", ha="center", va="center", rotation=30)
+    text.set(color=VERMILLION, alpha=0.35, fontsize=size, fontweight="bold", zorder=5)
+    if isinstance(place, Axes):
+        text.set_transform(place.transAxes)
+
+
+def label_of(text: str) -> str:
+    """Return a name from a file as the label of a legend: short, `$` only a dollar, and not left out for its `_`."""
+    short = textwrap.shorten(text, 40, placeholder="…").replace("$", r"\$")
+    return f" {short}" if short.startswith("_") else short
+
+
+def lay_out(figure: Figure) -> None:
+    """Make room for title, labels and legend.
+
+    Where a wall's height decides the scale, matplotlib measures the title over axes that it moves up only afterwards:
+    one pass cuts off its upper line by up to 10 pixels, three do not.
+    """
+    engine = figure.get_layout_engine()
+    if isinstance(engine, ConstrainedLayoutEngine):
+        for _ in range(3):
+            engine.execute(figure)
+
+
+def save(figure: Figure, folder: Path, name: str) -> list[Path]:
+    """Write `name`.png and `name`.svg to `folder`, whole or not at all; equal figures give equal files."""
+    lay_out(figure)
+    paths = []
+    for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
+        content = BytesIO()
+        with matplotlib.rc_context({"svg.hashsalt": name}):
+            figure.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
+        figure.set_layout_engine("none")  # laid out once, for both files
+        paths.append(folder / f"{name}.{kind}")
+        write_bytes(paths[-1], content.getvalue())
+    return paths

@@ -1,0 +1,106 @@
+"""Picture of what was given: numbered blocks by material, supports, loads, classes of joints, control line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.loads.block_loads import LoadSettings
+from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads, upper_edges
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.ties import Tie
+from orchestrator.masonry.wall import Wall
+from orchestrator.present.plots.canvas import (
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    VERMILLION,
+    draw_segments,
+    label_of,
+    legend_below,
+)
+from orchestrator.present.plots.wall_pictures import draw_blocks, draw_load, load_arrow, number_blocks, wall_canvas
+
+CLASSES = (BLUE, ORANGE, PURPLE, GREEN)
+DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1.5)), (0, (6, 1.5, 1.5, 1.5)))
+"""classes beyond the number of colours differ by their dashes"""
+DRAWN_LOAD = 0.035
+"""length of the arrows of an extra dead load, part of the wall's larger side"""
+ARROWS_APART = 0.02
+"""distance of the arrows of a line load, part of the wall's larger side"""
+
+
+def given(
+    assemblage: Assemblage, load: LoadSettings, class_of_joint: Sequence[str], ties: Sequence[Tie] = ()
+) -> Figure:
+    """Draw what an analysis is given. class_of_joint (k,): the class of each joint in words, drawn where there are
+    several; none: all joints alike."""
+    wall = assemblage.wall
+    free = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
+    size = float(np.ptp(free, axis=0).max())
+    arrow = load_arrow(free, load.sign, load.inclination)
+    above = free.max(axis=0) + [0.0, 2 * DRAWN_LOAD * size * bool(load.dead)]
+    ends = [point for tie in ties for point in (tie.start, tie.end)]
+    figure, axes = wall_canvas(wall, np.vstack([arrow, above, *ends]))
+    draw_blocks(axes, wall)
+    _draw_classes(axes, assemblage, class_of_joint)
+    for one in load.dead:
+        _draw_dead(axes, wall, one, size)
+    top = free[:, 1].max()
+    line = np.array([[[free[:, 0].min(), top], [free[:, 0].max(), top]]])
+    draw_segments(axes, line, "black", 2.5, "height of the control displacement").set_linestyle([(0, (0.1, 2.0))])
+    for strength in sorted({tie.strength for tie in ties}):
+        bars = [np.array([tie.start, tie.end]) for tie in ties if tie.strength == strength]
+        draw_segments(axes, bars, INK, 2.0, f"tie, {strength / 1e3:.4g} kN")
+    draw_load(axes, arrow, f"λ × {load.name}")
+    number_blocks(axes, wall)
+    legend_below(axes, 3)
+    return figure
+
+
+def _draw_classes(axes: Axes, assemblage: Assemblage, class_of_joint: Sequence[str]) -> None:
+    """Draw the joints in a colour for each class; of one class all are plain."""
+    classes = list(dict.fromkeys(class_of_joint))
+    if len(classes) < 2:
+        return
+    segments = np.stack([assemblage.start, assemblage.end], axis=1)
+    for number, one in enumerate(classes):
+        of_class = [k for k, name in enumerate(class_of_joint) if name == one]
+        drawn = draw_segments(axes, segments[of_class], CLASSES[number % len(CLASSES)], 1.6, label_of(one))
+        drawn.set_linestyle([DASHES[number // len(CLASSES) % len(DASHES)]])
+
+
+def _draw_dead(axes: Axes, wall: Wall, load: DeadLoad, size: float) -> None:
+    """Draw one extra dead load: arrows onto the tops it lies on, or one onto the centroid of each block."""
+    placed = extra_dead_loads(wall, (load,))
+    points = np.vstack(
+        [
+            _along(upper_edges(wall.blocks[k].polygon, tuple(between)), ARROWS_APART * size) if kind == "top" else [at]
+            for k, at, kind, between in zip(placed.block, placed.point, placed.spread, placed.stretch, strict=True)
+        ]
+    )
+    arrows = np.stack([points + [0.0, DRAWN_LOAD * size], points], axis=1)
+    total = float(placed.size.sum()) / 1e3
+    label = f"dead load {total:.4g} kN{', with its mass' * load.inertia}"
+    head = 0.25 * DRAWN_LOAD * size
+    barbs = [np.stack([points + [side * head, 1.6 * head], points], axis=1) for side in (-0.6, 0.6)]
+    drawn = LineCollection(list(np.concatenate([arrows, *barbs])), colors=VERMILLION, linewidths=0.9, zorder=4)
+    drawn.set_label(label)
+    axes.add_collection(drawn, autolim=False)
+
+
+def _along(edges: FloatArray, apart: float) -> FloatArray:
+    """Return points (p, 2) on edges (e, 2, 2), about `apart` (m) apart."""
+    found = []
+    for start, end in edges:
+        many = max(1, round(float(abs(end[0] - start[0])) / apart))
+        share = (np.arange(many) + 0.5) / many
+        found.append(start + share[:, None] * (end - start))
+    return np.vstack(found)

@@ -1,0 +1,246 @@
+"""Pictures of the pushover: the deformed wall with the state of its joints, and the capacity curves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import floor, log10
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+
+from orchestrator.assessment.capacity import Bilinear, Capacity
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.printed import printed
+from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.present.joint_pieces import (
+    DAMAGED,
+    HAIRLINE,
+    THIN,
+    front_loops,
+    interface_pieces,
+    nodes_of_contacts,
+    shown_status,
+)
+from orchestrator.present.plots.canvas import (
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    STONE,
+    VERMILLION,
+    draw_segments,
+    draw_supports,
+    legend_below,
+    stamp_not_valid,
+    wall_figure,
+    write_title,
+)
+from orchestrator.pushover.increments import ContactStatus, Increment, PushoverCurve
+from orchestrator.pushover.meshing import BodyMeshes
+
+DRAWN_DISPLACEMENT = 0.06
+"""largest displacement of a drawn deformed wall, part of the wall's height, where no factor is given"""
+LINES = {
+    ContactStatus.STICK: (INK, 0.8, "closed (stick)"),
+    ContactStatus.SLIP: (BLUE, 2.0, "slipping"),
+    THIN: (VERMILLION, 0.8, f"open by less than {1e3 * HAIRLINE:g} mm"),
+    ContactStatus.OPEN: (VERMILLION, 2.2, "open"),
+}
+BAND = 6.0
+"""points; width of the band under a damaged joint"""
+MODELS = ((BLUE, "-"), (VERMILLION, "--"), (GREEN, "-."), (PURPLE, ":"))
+
+
+def deformed(
+    bodies: Bodies,
+    meshes: BodyMeshes,
+    increment: Increment,
+    contact_points: FloatArray,
+    body_slave: IntArray,
+    body_master: IntArray,
+    name: str,
+    amplification: float | None = None,
+    under_gravity: float = 0.0,
+) -> Figure:
+    """Draw the outline of every body at z = 0, displaced times `amplification`, and its contacts coloured by status.
+
+    Bonded joints that are damaged have a band under them whose colour is their degree of damage.
+
+    contact_points (c, 2) or (c, 3) in m, undeformed; body_slave, body_master (c,): body numbers; all in the order of
+    Increment.status. Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
+    ten, never below 1). under_gravity: control displacement (m) that the one in the title is counted from.
+    """
+    plane = increment.displacement[: len(meshes.nodes), :2]
+    supports = [body.exterior for body in bodies.bodies[bodies.moving :]]
+    height = float(np.ptp(meshes.nodes[:, 1]))
+    factor = amplification or readable_factor(DRAWN_DISPLACEMENT * height, float(np.abs(plane).max()))
+    moved = meshes.nodes[:, :2] + factor * plane
+    title = (
+        f"Load multiplier {printed('multiplier', increment.load_multiplier)}, control displacement "
+        f"{printed('displacement', increment.control_displacement - under_gravity)} mm\n"
+        f"displacements drawn × {factor:g}"
+    )
+    figure, axes = wall_figure(np.vstack([moved, *supports]), title, name)
+    for number in range(bodies.moving):
+        axes.add_patch(PathPatch(outline(meshes, number, moved), facecolor=STONE, edgecolor="#888888", linewidth=0.5))
+    draw_supports(axes, supports)
+    nearest = nodes_of_contacts(meshes, contact_points[:, :2], body_slave)
+    _draw_contacts(axes, bodies, contact_points[:, :2], body_slave, body_master, increment, moved[nearest])
+    legend_below(axes, 3)
+    return figure
+
+
+def curves(
+    models: Mapping[str, tuple[PushoverCurve, Capacity]],
+    analysis: LimitAnalysis,
+    name: str,
+    not_valid: Sequence[str] = (),
+) -> Figure:
+    """Draw base shear against control displacement of all `models` (label -> curve, capacity), and micro-LA.
+
+    Displacements are relative to the state under gravity; the second axis is base shear / weight. not_valid: the
+    reasons why a curve is not, which nobody who sees the picture can then overlook.
+    """
+    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
+    axes = figure.add_subplot()
+    for (label, (curve, capacity)), (colour, style) in zip(models.items(), MODELS * len(models), strict=False):
+        draw_curve(axes, curve, colour, style, label)
+        peak = (1e3 * capacity.displacement_at_peak, capacity.peak_base_shear / 1e3)
+        said = f"peak {printed('force', capacity.peak_base_shear)} kN (λ = "
+        said += f"{printed('multiplier', capacity.peak_multiplier)}) at "
+        said += f"{printed('displacement', capacity.displacement_at_peak)} mm"
+        axes.plot(*peak, "o", color=colour, markeredgecolor="white", markersize=8, label=said, zorder=4)
+    draw_limit_analysis(axes, analysis)
+    _frame_curves(axes)
+    kilonewtons = analysis.horizontal_load / 1e3
+    multiplier = axes.secondary_yaxis("right", functions=(_times(1.0 / kilonewtons), _times(kilonewtons)))
+    of_weight = abs(analysis.horizontal_load - analysis.weight) < 1e-6 * analysis.weight
+    multiplier.set_ylabel(f"load multiplier λ = base shear / {'weight' if of_weight else 'horizontal live load'}")
+    direction = "+x" if analysis.load_direction > 0 else "−x"
+    wrong = [f"NOT VALID: {reason}" for reason in not_valid]
+    head = f"Pushover along {direction}, weight {analysis.weight / 1e3:.5g} kN"
+    write_title(axes, "\n".join([head, *wrong]), name)
+    if wrong:
+        stamp_not_valid(axes)
+    legend_below(axes, 2)
+    return figure
+
+
+def draw_curve(axes: Axes, curve: PushoverCurve, colour: str, style: str, label: str, width: float = 1.8) -> None:
+    """Draw the static states of a curve, its motion between them as thin dots, a cross where a part began to fall."""
+    moved = 1e3 * (curve.control_displacement_m - curve.control_displacement_m[0])
+    shear, moving = curve.base_shear_N / 1e3, curve.moving == 1
+    static = np.where(moving, np.nan, shear)
+    axes.plot(moved, static, style, color=colour, linewidth=width, label=label)
+    farthest = 1.05 * float(np.nanmax(np.where(moving, np.nan, moved)))
+    drawn = axes.get_xlim()[1] if len(axes.get_lines()) > 1 else 0.0
+    axes.set_xlim(0.0, max(farthest, drawn))  # what falls goes far beyond the wall's own displacements
+    if moving.any():
+        near = moving | np.append(moving[1:], False) | np.append(False, moving[:-1])
+        axes.plot(moved, np.where(near, shear, np.nan), ":", color=colour, linewidth=0.8, label=f"{label}, in motion")
+    rows = np.arange(len(moved))
+    last = np.maximum.accumulate(np.where(moving, 0, rows))
+    if (fell := last[1:][np.diff(curve.fallen_bodies) > 0]).size:
+        axes.plot(moved[fell], shear[fell], "x", color=colour, markersize=6, label=f"{label}, a part falls")
+
+
+def readable_factor(drawn: float, largest: float) -> float:
+    """Return 1, 2 or 5 times a power of ten, at least 1, so that factor x `largest` is at most `drawn` (both m)."""
+    if largest == 0.0 or drawn <= largest:
+        return 1.0
+    power = 10.0 ** floor(log10(drawn / largest))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= drawn / largest)
+
+
+def outline(meshes: BodyMeshes, body: int, positions: FloatArray) -> Path:
+    """Return the closed outlines, holes included, of a body's face at z = 0, with nodes at `positions` (m, 2)."""
+    loops = front_loops(meshes, body)
+    return Path.make_compound_path(*(Path(positions[[*loop, loop[0]]], closed=True) for loop in loops))
+
+
+def idealised(models: Mapping[str, tuple[PushoverCurve, Bilinear]], name: str) -> Figure:
+    """Draw base shear against control displacement of all `models` (label -> curve, bilinear) with the bilinear."""
+    figure = Figure(figsize=(7.0, 4.6), layout="constrained")
+    axes = figure.add_subplot()
+    for (label, (curve, bilinear)), (colour, style) in zip(models.items(), MODELS * len(models), strict=False):
+        draw_curve(axes, curve, colour, style, label, 1.0)
+        corners = 1e3 * np.array([0.0, bilinear.yield_displacement, bilinear.ultimate_displacement])
+        force = bilinear.yield_force / 1e3
+        ends = (bilinear.yield_displacement, bilinear.ultimate_displacement)
+        first, last = (printed("displacement", end) for end in ends)
+        said = f"bilinear: {printed('force', bilinear.yield_force)} kN, yields at {first} mm, ends at {last} mm"
+        axes.plot(corners, [0.0, force, force], style, color=colour, linewidth=2.2, marker="s", ms=5, label=said)
+    _frame_curves(axes)
+    write_title(axes, "Bilinear idealisation", name)
+    legend_below(axes, 2)
+    return figure
+
+
+def _draw_contacts(
+    axes: Axes,
+    bodies: Bodies,
+    points: FloatArray,
+    body_slave: IntArray,
+    body_master: IntArray,
+    increment: Increment,
+    drawn: FloatArray,
+) -> None:
+    """Draw every interface on its slave's displaced face (`drawn` (c, 2): displaced contacts), coloured by status."""
+    status = shown_status(increment)
+    contact, before, after = interface_pieces(bodies, points, body_slave, body_master)
+    corners = np.stack([0.5 * (drawn[before] + drawn[contact]), 0.5 * (drawn[contact] + drawn[after])], axis=1)
+    pieces = {name: corners[status[contact] == name] for name in LINES}
+    for name, (colour, width, label) in LINES.items():
+        draw_segments(axes, pieces[name], colour, width, label)
+    damage = increment.damage[contact]
+    if (damaged := damage > DAMAGED).any():
+        _draw_damage(axes, corners[damaged], damage[damaged])
+
+
+def _draw_damage(axes: Axes, segments: FloatArray, damage: FloatArray) -> None:
+    """Draw a band under the damaged pieces (k, 2, 2) of joints, coloured by their damage (k,), and its scale."""
+    band = LineCollection(list(segments), array=damage, cmap="YlGnBu", clim=(0.0, 1.0), linewidths=BAND, zorder=2)
+    axes.add_collection(band, autolim=False)
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    figure.colorbar(band, ax=axes, shrink=0.5, label="damage of bonded joints (1: broken)")
+
+
+def _frame_curves(axes: Axes) -> None:
+    """Label, limit and grid axes of base shear over control displacement; the curves are drawn."""
+    axes.set_xlabel("control displacement (mm)")
+    axes.set_ylabel("base shear (kN)")
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(0.0, 1.08 * axes.get_ylim()[1])
+    axes.grid(color="#dddddd", linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+def _times(factor: float) -> Callable[[npt.ArrayLike], npt.ArrayLike]:
+    return lambda values: np.asarray(values) * factor
+
+
+def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
+    """Draw the multipliers of micro limit analysis as base shear in kN."""
+    kilonewtons = analysis.horizontal_load / 1e3
+    associative, headline = analysis.bound, analysis.headline
+    which = "" if analysis.associative_left is None else " (without loose stones)"
+    said = f"micro-LA, associative{which}: λ = {printed('multiplier', associative.load_multiplier)}"
+    axes.axhline(associative.load_multiplier * kilonewtons, color=INK, linestyle=":", linewidth=1.2, label=said)
+    found = analysis.non_associative_range
+    if found is None:
+        return
+    rule, multiplier = headline.flow_rule.replace("_", " "), printed("multiplier", headline.load_multiplier)
+    said = f"micro-LA, non-associative ({rule}): λ = {multiplier}"
+    axes.axhline(headline.load_multiplier * kilonewtons, color=INK, linestyle="--", linewidth=1.2, label=said)
+    if found[1] > found[0]:
+        low, high = (printed("multiplier", end) for end in found)
+        said = f"micro-LA, non-associative range: λ = {low} to {high}"
+        axes.axhspan(found[0] * kilonewtons, found[1] * kilonewtons, color=ORANGE, alpha=0.35, linewidth=0, label=said)

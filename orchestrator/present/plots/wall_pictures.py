@@ -1,0 +1,295 @@
+"""Pictures of the wall before any finite element: blocks, mechanism of micro limit analysis, macroblocks."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.limit_analysis.paper.limit_state import LimitState, Mechanism
+from orchestrator.macroblocks.criteria import Partition
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.ties import Tie
+from orchestrator.masonry.wall import Block, Wall
+from orchestrator.present.plots.canvas import (
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    STONE,
+    VERMILLION,
+    draw_polygons,
+    draw_segments,
+    draw_supports,
+    label_of,
+    legend_below,
+    number_size,
+    wall_figure,
+    write_number,
+    write_numbers,
+)
+from orchestrator.present.plots.thrust import carrying, moved, thrust
+
+DRAWN_DISPLACEMENT = 0.08
+"""largest displacement of a drawn mechanism, part of the wall's height"""
+MOVING = 1e-2
+"""opening or slip of a joint that is marked, part of the mechanism's largest displacement"""
+BODY_COLOURS = (
+    "#99ddff", "#eedd88", "#44bb99", "#ffaabb", "#bbcc33", "#77aadd", "#ee8866", "#dddddd", "#aaaa00",
+)  # fmt: skip
+"""Paul Tol's light scheme: fills with dark text on them, distinguishable by colour-blind readers"""
+MATERIALS = (STONE, "#ee8866", "#77aadd", "#eedd88", "#44bb99", "#ffaabb", "#bbcc33", "#99ddff", "#aaaa00")
+"""fills of blocks by material: that of stone, then Tol's"""
+ARROW = 0.12
+"""length of the load arrow, part of the wall's largest dimension"""
+WIDEST, THINNEST = 5.0, 0.5
+"""points; width of the largest resultant and least width of any"""
+
+
+def blocks(wall: Wall, numbered: bool = False, marked: Sequence[int] = (), loose: Sequence[FloatArray] = ()) -> Figure:
+    """Draw the blocks as they stand, a colour for each material, supports hatched, with their ids if `numbered`; the
+    outlines of blocks with the ids `marked`, and of stones (n, 2) that were `loose`, in red."""
+    figure, axes = wall_canvas(wall)
+    draw_blocks(axes, wall)
+    for block in wall.blocks:
+        if block.id in marked:
+            axes.fill(*block.polygon.T, facecolor="none", edgecolor=VERMILLION, linewidth=2.5, zorder=5)
+    for number, outline in enumerate(loose):
+        label = f"loose, left out or glued ({len(loose)})" if number == 0 else None
+        style = {"edgecolor": VERMILLION, "linewidth": 1.5, "linestyle": "--", "zorder": 5}
+        axes.fill(*outline.T, facecolor="none", label=label, **style)
+    if numbered:
+        number_blocks(axes, wall)
+    legend_below(axes)
+    return figure
+
+
+def wall_canvas(wall: Wall, beside: FloatArray | None = None) -> tuple[Figure, Axes]:
+    """Return a figure of a wall's size that counts its blocks, with room for points (n, 2) `beside` it."""
+    free = sum(not block.fixed for block in wall.blocks)
+    supports = len(wall.blocks) - free
+    title = f"{free} block{'s' * (free != 1)}, {supports} support{'s' * (supports != 1)}"
+    corners = [block.polygon for block in wall.blocks]
+    return wall_figure(np.vstack(corners if beside is None else [*corners, beside]), title, wall.name)
+
+
+def draw_blocks(axes: Axes, wall: Wall) -> None:
+    """Draw the blocks as they stand, a colour for each material, supports hatched."""
+    materials = sorted({block.material for block in wall.blocks if not block.fixed})
+    for name, fill in zip(materials, MATERIALS * len(materials), strict=False):
+        stones = [b.polygon for b in wall.blocks if not b.fixed and b.material == name]
+        draw_polygons(axes, stones, fill).set_label(f"{label_of(name)} ({len(stones)})" if name else "block")
+    draw_supports(axes, [b.polygon for b in wall.blocks if b.fixed])
+
+
+def number_blocks(axes: Axes, wall: Wall) -> None:
+    """Write the blocks' ids."""
+    polygons = [block.polygon for block in wall.blocks]
+    centres = [centroid(polygon) for polygon in polygons]
+    write_numbers(axes, centres, [block.id for block in wall.blocks], number_size(polygons, axes))
+
+
+def mechanism(
+    assemblage: Assemblage,
+    state: LimitState,
+    load_direction: int,
+    load_inclination: float = 0.0,
+    load_name: str = "λ × weight",
+    answer: str = "",
+    loose: Collection[int] = (),
+    ties: Sequence[Tie] = (),
+) -> Figure:
+    """Draw the collapse mechanism: blocks displaced by their velocities times one factor, hinges and sliding joints.
+
+    The live load is an arrow at load_inclination (rad) above load_direction (+1 or -1 along x), with its name. `answer`
+    (none: the load multiplier) goes into the title. Stones `loose` (ids) have come loose before. Ends of ties move with
+    their blocks. A hinge
+    is a joint that opens at one end only (marked at the other end), a sliding joint one that slips while it carries
+    load; a joint that has come apart is left to be seen as a gap. Thrust: see thrust.py. Displacements are linear in
+    the velocities, as in the analysis: large rotations enlarge the blocks.
+    """
+    wall = assemblage.wall
+    height = float(np.ptp([y for block in wall.blocks for y in block.polygon[:, 1]]))
+    factor = DRAWN_DISPLACEMENT * height / state.mechanism.largest_displacement
+    velocities = factor * state.mechanism.velocities
+    displaced = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
+    before = [block.polygon for block in wall.blocks]
+    loaded = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
+    arrow = load_arrow(loaded, load_direction, load_inclination)
+    answer = answer or f"load multiplier {state.load_multiplier:.4f}"
+    title = (
+        f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}\n"
+        f"largest displacement drawn as "
+        f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
+    )
+    bars = [_displaced_tie(wall, tie, velocities) for tie in ties]
+    figure, axes = wall_figure(np.vstack([*before, *displaced, arrow, *bars]), title, wall.name)
+    draw_polygons(axes, before, "none", FAINT, 0.5).set_label("undeformed")
+    if loose:
+        gone = [block.polygon for block in wall.blocks if block.id in loose]
+        draw_polygons(axes, gone, VERMILLION + "80").set_label("comes loose before: local failure")
+    free = [not block.fixed for block in wall.blocks]
+    there = [p for p, b in zip(displaced, wall.blocks, strict=True) if not b.fixed and b.id not in loose]
+    draw_polygons(axes, there, STONE + "c0").set_label("displaced")
+    draw_supports(axes, [p for p, f in zip(displaced, free, strict=True) if not f])
+    _draw_thrust(axes, assemblage, state, velocities)
+    _mark_joints(axes, assemblage, state, velocities)
+    if bars:
+        draw_segments(axes, bars, INK, 2.0, "tie")
+    draw_load(axes, arrow, load_name)
+    legend_below(axes, 3)
+    return figure
+
+
+def macroblocks(assemblage: Assemblage, partition: Partition) -> Figure:
+    """Draw the bodies in colours that differ between neighbours, their numbers, and the interfaces thick."""
+    wall, body = assemblage.wall, partition.body_of_block
+    remaining = np.setdiff1d(np.arange(len(assemblage.block_i)), partition.vanished_joints)
+    polygons = [block.polygon for block in wall.blocks]
+    title = f"{partition.count} macroblocks, {len(remaining)} of {len(assemblage.block_i)} joints remain"
+    figure, axes = wall_figure(np.vstack(polygons), title, wall.name)
+    free = np.flatnonzero([not block.fixed for block in wall.blocks])
+    colours = body_colours(assemblage, partition)
+    fill = [colours[body[block]] for block in free]
+    draw_polygons(axes, [polygons[block] for block in free], fill, INK, 0.3)
+    draw_supports(axes, [block.polygon for block in wall.blocks if block.fixed])
+    segments = np.stack([assemblage.start, assemblage.end], axis=1)[remaining]
+    draw_segments(axes, segments, "black", 2.0, "interface")
+    for number in range(partition.count):
+        members = [wall.blocks[block] for block in np.flatnonzero(body == number)]
+        write_number(axes, label_position(members), number, 9.0)
+    legend_below(axes)
+    return figure
+
+
+def body_colours(assemblage: Assemblage, partition: Partition) -> list[str]:
+    """Return the fill of every moving body, different from those of its neighbours."""
+    body = partition.body_of_block
+    pairs = np.column_stack([body[assemblage.block_i], body[assemblage.block_j]])
+    apart = (pairs[:, 0] != pairs[:, 1]) & np.all(pairs < partition.count, axis=1)
+    return [BODY_COLOURS[k % len(BODY_COLOURS)] for k in colours_of_bodies(pairs[apart], partition.count)]
+
+
+def _displaced_tie(wall: Wall, tie: Tie, velocities: FloatArray) -> FloatArray:
+    """Return both ends (2, 2) in m of a tie; an anchor stays."""
+    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    ends = [np.array(end, float) for end in (tie.start, tie.end)]
+    for end, block in zip(ends, tie.blocks, strict=False):
+        position = place[block]
+        end += rigid_displacement(wall.blocks[position], velocities[position], end[None])[0]
+    return np.array(ends)
+
+
+def displaced_blocks(assemblage: Assemblage, mechanism: Mechanism, part: float) -> list[FloatArray]:
+    """Return the corners of all blocks, displaced so that the largest displacement is `part` of the wall's height."""
+    wall = assemblage.wall
+    height = float(np.ptp([y for block in wall.blocks for y in block.polygon[:, 1]]))
+    velocities = part * height / mechanism.largest_displacement * mechanism.velocities
+    return [b.polygon + rigid_displacement(b, v, b.polygon) for b, v in zip(wall.blocks, velocities, strict=True)]
+
+
+def centroid(polygon: FloatArray) -> FloatArray:
+    """Return the centroid (2,) of a simple polygon (n, 2) in m."""
+    from_corner = polygon - polygon[0]
+    following = np.roll(from_corner, -1, axis=0)
+    twice_area = from_corner[:, 0] * following[:, 1] - following[:, 0] * from_corner[:, 1]
+    return polygon[0] + ((from_corner + following) * twice_area[:, None]).sum(axis=0) / (3.0 * twice_area.sum())
+
+
+def rigid_displacement(block: Block, velocity: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the displacement (p, 2) of `points` (p, 2) moving with a block: u - w dy, v + w dx about its centroid."""
+    arm = points - centroid(block.polygon)
+    return velocity[:2] + velocity[2] * np.column_stack([-arm[:, 1], arm[:, 0]])
+
+
+def hinge_ends(opening: FloatArray, threshold: float) -> IntArray:
+    """Return for each joint the end it hinges about (0 start, 1 end) or -1; `opening` (k, 2) as in Mechanism."""
+    one_opens = (opening.max(axis=1) > threshold) & (np.abs(opening.min(axis=1)) <= threshold)
+    return np.where(one_opens, opening.argmin(axis=1), -1)
+
+
+def colours_of_bodies(pairs: IntArray, count: int) -> IntArray:
+    """Return a colour number (count,) per body so that bodies in a pair (p, 2) differ, spread over all colours.
+
+    Bodies are coloured in order with the least used colour that no coloured neighbour has.
+    """
+    chosen = np.full(count, -1)
+    used = np.zeros(max(len(BODY_COLOURS), count), dtype=int)
+    for body in range(count):
+        neighbours = pairs[np.any(pairs == body, axis=1)]
+        taken = {int(chosen[other]) for other in np.unique(neighbours)} - {-1}
+        free = [colour for colour in range(len(used)) if colour not in taken]
+        within = [colour for colour in free if colour < len(BODY_COLOURS)] or free
+        chosen[body] = min(within, key=lambda colour: (used[colour], colour))
+        used[chosen[body]] += 1
+    return chosen
+
+
+def label_position(members: list[Block]) -> FloatArray:
+    """Return where a body's number goes (2,): the centroid of its block nearest to the centroid of them all."""
+    centres = np.array([centroid(block.polygon) for block in members])
+    return centres[np.argmin(np.linalg.norm(centres - centres.mean(axis=0), axis=1))]
+
+
+def load_arrow(points: FloatArray, load_direction: int, inclination: float = 0.0) -> FloatArray:
+    """Return tail and tip (2, 2) of the load arrow: beside the wall the load pushes from, at mid height."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = float(np.max(high - low))
+    side = low[0] if load_direction > 0 else high[0]
+    direction = np.array([load_direction * np.cos(inclination), np.sin(inclination)])
+    middle = np.array([side - load_direction * (0.5 * ARROW + 0.02) * size, 0.5 * (low[1] + high[1])])
+    return middle + np.array([[-0.5], [0.5]]) * ARROW * size * direction
+
+
+def draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
+    """Draw the live load as an arrow from tail to tip (2, 2) in m, with its name."""
+    style = {"arrowstyle": "-|>,head_width=0.35,head_length=0.7", "color": VERMILLION, "linewidth": 2.5}
+    tail, tip = arrow
+    axes.annotate("", tip, tail, arrowprops=style, zorder=5)
+    middle = (float(arrow[:, 0].mean()), float(arrow[:, 1].max()))
+    axes.annotate(
+        load_name,
+        middle,
+        (0, 6),
+        textcoords="offset points",
+        ha="center",
+        color=VERMILLION,
+        fontsize=8,
+        zorder=5,
+    )
+
+
+def _draw_thrust(axes: Axes, assemblage: Assemblage, state: LimitState, displacements: FloatArray) -> None:
+    """Draw the struts between joints as wide as the resultants are large, moved with the blocks."""
+    drawn = thrust(assemblage, state.joint_forces)
+    largest = float(drawn.resultant.max())
+    widest_first = np.argsort(-drawn.resultant)  # the legend shows the first
+    segments = moved(assemblage, drawn, displacements)[widest_first]
+    lines = draw_segments(axes, segments, GREEN, WIDEST, f"thrust (widest: {largest / 1e3:.3g} kN)")
+    lines.set_linewidth(np.maximum(THINNEST, WIDEST * drawn.resultant[widest_first] / largest).tolist())
+
+
+def _mark_joints(axes: Axes, assemblage: Assemblage, state: LimitState, velocities: FloatArray) -> None:
+    """Mark hinges and sliding joints in the displaced wall, midway between the two faces."""
+    threshold = MOVING * state.mechanism.largest_displacement
+    ends = np.stack([_displaced(assemblage, p, velocities) for p in (assemblage.start, assemblage.end)], axis=1)
+    sliding = (np.abs(state.mechanism.slip) > threshold) & carrying(state.joint_forces)
+    draw_segments(axes, ends[sliding], BLUE, 2.0, "sliding joint")
+    end = hinge_ends(state.mechanism.opening, threshold)
+    hinges = ends[end >= 0, end[end >= 0]]
+    axes.plot(*hinges.T, "o", color="white", markeredgecolor=INK, markersize=5.5, zorder=4, label="hinge", mew=1.2)
+
+
+def _displaced(assemblage: Assemblage, points: FloatArray, velocities: FloatArray) -> npt.NDArray[np.float64]:
+    """Return one point (k, 2) per joint, moved by the mean of the two blocks that meet there."""
+    wall = assemblage.wall
+    centres = np.array([centroid(block.polygon) for block in wall.blocks])
+    moved = points.copy()
+    for side in (assemblage.block_i, assemblage.block_j):
+        arm, velocity = points - centres[side], velocities[side]
+        moved += 0.5 * (velocity[:, :2] + velocity[:, 2:] * np.column_stack([-arm[:, 1], arm[:, 0]]))
+    return moved

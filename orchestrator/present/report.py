@@ -1,0 +1,232 @@
+"""Values -> run folder and pictures, at the three moments when a run knows something worth keeping."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from orchestrator import storage
+from orchestrator.assessment.capacity import Capacity, find_capacity
+from orchestrator.assessment.seismic import StoredPushover, verify
+from orchestrator.basis.errors import naming
+from orchestrator.limit_analysis import LimitAnalysis, LimitState
+from orchestrator.macroblocks.bodies import Bodies, make_bodies, materials_of
+from orchestrator.macroblocks.criteria import Partition, one_body_per_block
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.wall import Wall
+from orchestrator.present import page, plots
+from orchestrator.pushover.increments import PushoverCurve
+from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.settings.case import Case, as_toml
+from orchestrator.storage.stored_run import read_run
+
+if TYPE_CHECKING:
+    from orchestrator.pushover.model import ContactModel
+
+CONTROL_COLUMNS = ("control_displacement_m", "base_shear_N")
+
+
+def write_segmentation(
+    output: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition, bodies: Bodies
+) -> None:
+    """Write what is known before the finite elements; the summary of an earlier run goes."""
+    output.mkdir(parents=True, exist_ok=True)
+    (output / "summary.json").unlink(missing_ok=True)
+    storage.write_case(output, as_run(case))
+    storage.write_blocks(output, assemblage.wall)
+    storage.write_joints(output, assemblage)
+    storage.write_limit_analysis(output, assemblage.wall, analysis)
+    storage.write_macroblocks(output, assemblage.wall, partition, bodies)
+    figures = output / "figures"
+    plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
+    write_mechanism(figures, case, assemblage, analysis)
+    plots.save(plots.macroblocks(assemblage, partition), figures, "macroblocks")
+
+
+def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:
+    """Draw the mechanism of the headline state, as picture and DXF, and write its forces beside the pictures' folder;
+    return the pictures."""
+    storage.write_forces(figures.parent, assemblage, analysis.headline)
+    storage.write_text(figures.parent / "mechanism.dxf", plots.mechanism_dxf(assemblage, analysis.headline))
+    loose = {stone for failure in analysis.local_failures for stone in failure.stones}
+    live = f"λ × {case.load.name}"
+    inclination = case.load.inclination
+    state, direction, ties = analysis.headline, analysis.load_direction, case.reinforcement.ties
+    figure = plots.mechanism(assemblage, state, direction, inclination, live, loose=loose, ties=ties)
+    return plots.save(figure, figures, "mechanism")
+
+
+def write_settlement(figures: Path, assemblage: Assemblage, state: LimitState, angle: float) -> list[Path]:
+    """Draw the mechanism of a support that gives way at `angle`; return the files."""
+    reaction = f"least reaction {-state.load_multiplier / 1e3:.4g} kN"
+    figure = plots.mechanism(assemblage, state, 1, angle, "settlement", reaction)
+    return plots.save(figure, figures, "settlement")
+
+
+def as_run(case: Case) -> str:
+    """Return case.toml of a run folder: all settings, and what they were run with."""
+    return "\n".join([as_toml(case, "blocks.json"), "# As run, with:", *_provenance(case), ""])
+
+
+def _provenance(case: Case) -> list[str]:
+    """Return comment lines: versions of everything, hashes of the inputs."""
+    lines = [f"# {name} {version}" for name, version in storage.versions().items()]
+    return lines + [f"# sha256 of {path.name}: {storage.hash_file(path)}" for path in (case.file, case.block_file)]
+
+
+def write_pushover(
+    store: storage.StateStore,
+    name: str,
+    wall: Wall,
+    bodies: Bodies,
+    model: ContactModel,
+    curve: PushoverCurve,
+    valid: bool,
+) -> None:
+    """Write the curve, the ParaView files, what pictures need, and the deformed wall at its peak and its end."""
+    storage.write_curve(store.folder, curve)
+    contacts = model.possible
+    derive, materials = storage.stress_and_pressure(model, bodies), materials_of(bodies, wall)
+    storage.write_paraview(store, model.meshes, contacts.point, derive, materials)
+    touching = model.tracking.touching if model.tracking else len(contacts)
+    places = storage.ContactPlaces(
+        point=contacts.point[:touching, :2],
+        slave_body=contacts.slave_body[:touching],
+        master_body=contacts.master_body[:touching],
+        interface=contacts.interface[:touching],
+    )
+    storage.write_geometry(store, model.meshes, places)
+    draw_moments(store, name, bodies, model.meshes, places, curve, valid)
+
+
+def draw_moments(
+    store: storage.StateStore,
+    name: str,
+    bodies: Bodies,
+    meshes: BodyMeshes,
+    places: storage.ContactPlaces,
+    curve: PushoverCurve,
+    valid: bool,
+) -> None:
+    """Draw the deformed wall at the end of the curve and at its peak; stamped where the curve is not valid."""
+    static = curve.static
+    moments = {"end": curve.step[-1], "peak": static.step[static.base_shear_N.argmax()]}
+    for moment, number in moments.items():
+        increment, title = store.read(int(number)), f"{name} FE at its {moment}"
+        contacts = (places.point, places.slave_body, places.master_body)
+        under_gravity = float(curve.control_displacement_m[0])
+        figure = plots.deformed(bodies, meshes, increment, *contacts, title, under_gravity=under_gravity)
+        if not valid:
+            plots.stamp_not_valid(figure)
+        plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}")
+
+
+def write_summary(
+    output: Path,
+    case: Case,
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    partition: Partition,
+    curves: Mapping[str, tuple[PushoverCurve, Capacity]],
+    pushovers: Sequence[storage.PushoverSummary],
+) -> storage.Summary:
+    """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
+    draw_curves(output / "figures", case.name, analysis, partition, curves, storage.reasons(pushovers))
+    summary = storage.summary(case.name, assemblage, analysis, partition, pushovers)
+    summary = replace(
+        summary, seismic=write_verification(output, case, assemblage, analysis, partition, curves, pushovers)
+    )
+    storage.write_summary(output, summary)
+    page.write_verdict(output, page.verdict_of(case, summary))
+    page.write(output)
+    return summary
+
+
+def write_verification(
+    output: Path,
+    case: Case,
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    partition: Partition,
+    curves: Mapping[str, tuple[PushoverCurve, Capacity]],
+    pushovers: Sequence[storage.PushoverSummary],
+) -> dict[str, Any] | None:
+    """Verify a run from what it has stored, draw it, and write the curves of the control point; return its part of the
+    summary, None where no verification is asked for. Raises CaseError."""
+    entries: dict[str, storage.PushoverSummary] = {pushed.model: pushed for pushed in pushovers}
+    models = []
+    for name, (curve, capacity) in curves.items():
+        store, meshes, contacts = storage.read_geometry(output / name)
+        bodies = make_bodies(assemblage, partition if name == "macro" else one_body_per_block(assemblage))
+        refused = _refused(entries[name], capacity, curve.stopped_because)
+        tolerance = case.contact.slip_tolerance
+        models.append(StoredPushover(name, bodies, meshes, contacts.interface, tolerance, curve, store.read, refused))
+    with naming(case.file):
+        found = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, models)
+    if found is None:
+        return None
+    record, observed = found
+    drawn = {name: (seen.displacement, curves[name][0].base_shear_N) for name, seen in observed.items()}
+    for name, columns in drawn.items():
+        storage.write_csv(output / name / "control_point.csv", CONTROL_COLUMNS, list(zip(*columns, strict=True)))
+    plots.save(plots.verification(record, drawn), output / "figures", "verification")
+    return record
+
+
+def _refused(pushed: storage.PushoverSummary, capacity: Capacity, stopped: str) -> str:
+    """Return why a curve may not be verified, or ""."""
+    if not pushed.valid:
+        return f"the curve is not valid: {pushed.not_valid_because}"
+    if not capacity.peak_reached:
+        carried = f"the wall carries at least {capacity.peak_base_shear / 1e3:.4g} kN"
+        return f"the curve ends before its peak ({carried}; {stopped}): follow it further"
+    return ""
+
+
+def draw_curves(
+    figures: Path,
+    name: str,
+    analysis: LimitAnalysis,
+    partition: Partition,
+    curves: Mapping[str, tuple[PushoverCurve, Capacity]],
+    reasons: Sequence[str],
+) -> None:
+    """Draw all curves in one picture, and their bilinear idealisations in another.
+
+    reasons: why curves are not valid, written into the picture.
+    """
+    labels = {"macro": f"macroblock FE ({partition.count} bodies)", "micro": "micro-FE (every stone)"}
+    labelled = {labels[model]: curve for model, curve in curves.items()}
+    plots.save(plots.curves(labelled, analysis, name, reasons), figures, "curves")
+    simple = {label: (curve, page.bilinear_of(curve)) for label, (curve, _) in labelled.items()}
+    if drawn := {label: (curve, bilinear) for label, (curve, bilinear) in simple.items() if bilinear}:
+        figure = plots.idealised(drawn, name)
+        if reasons:
+            plots.stamp_not_valid(figure)
+        plots.save(figure, figures, "bilinear")
+
+
+def rebuild(run: Path) -> Path:
+    """Draw all pictures of a finished run again, verify it again and write its report.html, from stored results alone.
+
+    Raises CaseError for a folder that holds no finished run.
+    """
+    stored = read_run(run)
+    figures, wall = run / "figures", stored.assemblage.wall
+    plots.save(plots.blocks(wall, numbered=True), figures, "blocks")
+    write_mechanism(figures, stored.case, stored.assemblage, stored.analysis)
+    plots.save(plots.macroblocks(stored.assemblage, stored.partition), figures, "macroblocks")
+    for model in stored.models:
+        draw_moments(
+            model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve, model.summary.valid
+        )
+    capacities = {model.name: (model.curve, find_capacity(model.curve)) for model in stored.models}
+    reasons = storage.reasons([model.summary for model in stored.models])
+    draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons)
+    found = (stored.case, stored.assemblage, stored.analysis, stored.partition, capacities, stored.summary.pushover)
+    summary = replace(stored.summary, seismic=write_verification(run, *found))
+    storage.write_summary(run, summary)
+    page.write_verdict(run, page.verdict_of(stored.case, summary))
+    return page.write(run)

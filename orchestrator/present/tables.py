@@ -1,0 +1,221 @@
+"""Tables that the commands print (rich), made from results; cli.py prints them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, ratio
+from orchestrator.assessment.sensitivity import value_of_range
+from orchestrator.basis.printed import Figure
+from orchestrator.limit_analysis import LimitAnalysis, LimitState
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.macroblocks.criteria import Partition
+from orchestrator.masonry.wall import Wall
+from orchestrator.present.verdict import Verdict
+from orchestrator.storage import PushoverSummary, Summary, printed
+
+STUDIED: dict[str, Figure] = {
+    "peak_multiplier": "multiplier", "peak_over_micro": "ratio",
+    "initial_stiffness_N_per_m": "stiffness", "stiffness_over_micro": "ratio",
+    "seconds": "seconds", "seconds_over_micro": "ratio",
+}  # fmt: skip
+"""figures of a row of a study's table"""
+
+
+def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
+    """Return multiplier, in brackets when not converged, base shear, effort and residuals of every rule."""
+    title = f"Micro limit analysis{', ' * bool(load_case)}{escape(load_case)}"
+    table = Table(
+        box=SIMPLE_HEAD,
+        padding=0,
+        title=f"{title}, {weight_words(analysis.weight, analysis.horizontal_load)}, {analysis.seconds:.2f} s",
+    )
+    columns = (
+        "", "multiplier", "shear\nkN", "tilt\ndeg", "LPs", "time\ns", "residual\nbalance", "\nyield", "\npower",
+    )  # fmt: skip
+    for column in columns:
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    path, left = analysis.path, analysis.associative_left
+    names = {
+        "associative, a bound": analysis.associative,
+        **({"without loose stones": left} if left else {}),
+        "met by loading" if path is None or path.converged else "last rest (no state)": path,
+        "the paper's value": analysis.sequence,
+        "lowest found": analysis.lowest,
+    }
+    for name, state in names.items():
+        table.add_row(name, *(_limit_row(state, analysis) if state else ["none"]))
+    return table
+
+
+def weight_words(weight: float, base_shear: float) -> str:
+    """Return the weight of the blocks (N) in words, with the base shear at a load multiplier of 1 where it is another:
+    floors whose mass the live load acts on, an inclined live load, given forces."""
+    if abs(base_shear - weight) <= 1e-6 * weight:
+        return f"weight {printed('weight', weight)} kN"
+    blocks, unit = printed("weight", weight), printed("weight", base_shear)
+    return f"weight of the blocks {blocks} kN, base shear at λ = 1 {unit} kN"
+
+
+def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
+    seconds = sum(record.seconds for record in state.records)
+    residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
+    shear = printed("force", state.load_multiplier * analysis.horizontal_load)
+    angle = analysis.tilt_angle(state)
+    tilt = "" if angle is None else f"{math.degrees(angle):.2f}"
+    multiplier = printed("limit multiplier", state.load_multiplier)
+    marked = multiplier if state.converged else f"({multiplier})"
+    effort = [str(len(state.records)), f"{seconds:.2f}", *(f"{residual:.0e}" for residual in residuals)]
+    return [marked, shear, tilt, *effort]
+
+
+def bodies_table(wall: Wall, partition: Partition, bodies: Bodies) -> Table:
+    """Return the macroblocks with the ids of their blocks, and their areas."""
+    title = f"{partition.count} macroblocks, {len(bodies.joint)} joints between them"
+    table = Table(box=SIMPLE_HEAD, padding=0, title=title)
+    for column in ("body", "blocks", "area m2"):
+        table.add_column(column, justify="right")
+    table.add_column("ids")
+    for body in bodies.bodies[: bodies.moving]:
+        ids = in_ranges([wall.blocks[block].id for block in body.blocks])
+        table.add_row(str(body.number), str(len(body.blocks)), f"{body.area:.4f}", ids)
+    return table
+
+
+def in_ranges(ids: Sequence[int]) -> str:
+    """Return whole numbers in words, neighbours as a range: 1-4, 7."""
+    ordered = np.sort(ids)
+    runs = np.split(ordered, np.flatnonzero(np.diff(ordered) > 1) + 1)
+    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
+
+
+def study_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
+    """Return the table of a study; the last row is micro-FE, to which ratios refer."""
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{name}: peak, stiffness and time as parts of micro-FE's")
+    columns = (
+        "tol_n", "tol_D\nmm", "bodies", "joints", "peak\nmultiplier", "of\nmicro", "stiffness\nkN/mm", "of\nmicro",
+        "time\ns", "of\nmicro",
+    )  # fmt: skip
+    for column in columns:
+        table.add_column(column, justify="right", no_wrap=True)
+    for row in rows:
+        distance = row["tol_D_m"]
+        table.add_row(
+            str(row["tol_n"]),
+            distance if isinstance(distance, str) else f"{1e3 * distance:g}",
+            str(row["bodies"]) + ", NOT VALID" * (row["valid"] is False),
+            str(row["joints"]),
+            *(printed(figure, row[key]) if row[key] != "" else "" for key, figure in STUDIED.items()),
+        )
+    return table
+
+
+def run_table(summary: Summary) -> Table:
+    """Return the short table at the end of a run."""
+    limit = summary.limit_analysis
+    horizontal_load = limit.base_shear / limit.multiplier
+    title = [f"{summary.case}: {weight_words(summary.wall.weight, horizontal_load)}"]
+    kinematics = dict.fromkeys(pushed.displacements for pushed in summary.pushover)
+    table = Table(box=SIMPLE_HEAD, padding=0, title=", ".join([*title, *(f"{k} displacements" for k in kinematics)]))
+    columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
+    for column in columns:
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    rows = {"associative": limit.associative, "non-assoc.": limit.non_associative}
+    for rule, multiplier in rows.items():
+        found = ["none found", ""]
+        if multiplier is not None:
+            found = [printed("multiplier", multiplier), printed("force", multiplier * horizontal_load)]
+        seconds = printed("seconds", limit.seconds) if rule == "associative" else ""
+        table.add_row(f"micro-LA {rule}", str(summary.wall.blocks), *found, "", "", seconds)
+    for pushed in summary.pushover:
+        table.add_row(*_pushover_row(pushed))
+    return table
+
+
+def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
+    """Return the seismic verification: one row per check; the numbers behind ratios are those of its notes."""
+    title = f"Seismic verification{', ' * bool(load_case)}{escape(load_case)}"
+    table = Table(box=SIMPLE_HEAD, padding=0, title=title)
+    for column in ("", "limit\nstate", "ag\nm/s2", "demand", "capacity", "ratio\n(e* = 1)", "notes"):
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    listed = notes(record)
+    for row in record["checks"]:
+        said = numbers(row, listed)
+        if "refused" in row:
+            table.add_row(row["approach"], row["limit_state"], "", "not", "verified", "", said)
+            continue
+        demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
+        table.add_row(
+            row["approach"], row["limit_state"], f"{row['ag_m_per_s2']:.4g}", demand, capacity, ratio(row), said
+        )
+    return table
+
+
+def verdict_table(found: Verdict) -> Table:
+    """Return all checks of all load cases; the row that governs is marked."""
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(found.case)}: verdict")
+    for column in ("load case", "limit\nstate", "check", "demand", "capacity", "safety\nratio", "verified", ""):
+        table.add_column(column, justify="right" if column in ("demand", "capacity", "safety\nratio") else "left")
+    for row in found.rows:
+        demand = capacity = ratio_said = ""
+        if row["safety_ratio"] != "":
+            demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
+            ratio_said = printed("ratio", row["safety_ratio"])
+        elif row["capacity"] != "":
+            capacity = f"{printed('force', row['capacity'])} kN"
+        governs = "governs" if row["governs"] else ""
+        texts = (escape(row["load_case"]), row["limit_state"], row["check"], demand, capacity, ratio_said)
+        table.add_row(*texts, row["verified"], governs)
+    return table
+
+
+def sensitivity_table(name: str, quantity: str, base: float | None, bars: Sequence[dict[str, Any]]) -> Table:
+    """Return the tornado: every range with its ends and the capacity at both, the one that matters most on top."""
+    given = "no answer" if base is None else f"{base:.4g}"
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(name)}: {quantity}, as given {given}")
+    for column in ("range", "low", "high", "at\nlow", "at\nhigh"):
+        table.add_column(column, justify="left" if column == "range" else "right", no_wrap=True)
+    for bar in bars:
+        ends = [value_of_range(bar["name"], bar[end]) for end in ("low", "high")]
+        found = ["no answer" if bar[f"at_{end}"] is None else f"{bar[f'at_{end}']:.4g}" for end in ("low", "high")]
+        table.add_row(bar["name"].replace("_", " "), *ends, *found)
+    return table
+
+
+def _pushover_row(pushed: PushoverSummary) -> list[str]:
+    return [
+        {"macro": "macroblock FE", "micro": "micro-FE"}[pushed.model] + ", NOT VALID" * (not pushed.valid),
+        str(pushed.bodies),
+        printed("multiplier", pushed.peak_multiplier),
+        printed("force", pushed.peak_base_shear),
+        printed("displacement", pushed.displacement_at_peak),
+        printed("stiffness", pushed.initial_stiffness),
+        printed("seconds", pushed.seconds["total"]),
+    ]
+
+
+def load_cases_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
+    """Return the table of several load cases, one row for each curve."""
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{name}: load cases")
+    table.add_column("")
+    table.add_column("", no_wrap=True)
+    for column in ("micro-LA\nassoc.", "\nnon-as.", "FE peak\nλ", "shear\nkN", "at\nmm", "stiffness\nkN/mm"):
+        table.add_column(column, justify="right", no_wrap=True)
+    figures: dict[str, Figure] = {
+        "associative": "multiplier", "non_associative": "multiplier", "peak_multiplier": "multiplier",
+        "peak_base_shear_N": "force", "displacement_at_peak_m": "displacement",
+        "initial_stiffness_N_per_m": "stiffness",
+    }  # fmt: skip
+    for row in rows:
+        model = f"{row['model']} FE" if row["model"] else "no curve"
+        marked = model + ", NOT VALID" * (row["valid"] is False)
+        cells = [printed(figure, row[key]) if row[key] != "" else "" for key, figure in figures.items()]
+        table.add_row(escape(row["load_case"]), marked, *cells)
+    return table

@@ -1,0 +1,172 @@
+"""The verdict over all load cases of a wall: one table, the check that governs, and one sentence that can be signed.
+
+strength      of every load case the base shear that counts: FE of every stone, else of macroblocks, where its curve
+              is valid; else the headline of limit analysis. The least base shear governs
+verification  where a ground acceleration is asked for: every check of every load case. A limit state is verified
+              where all its checks pass, and open where one of them could not be made. The least ratio governs
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from orchestrator.basis.printed import printed
+from orchestrator.masonry.wall import GRAVITY
+from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
+
+COLUMNS = (
+    "load_case", "direction", "distribution", "limit_state", "check", "ag_m_per_s2", "demand", "capacity", "unit",
+    "capacity_ag_m_per_s2", "safety_ratio", "verified", "governs", "multiplier", "clause", "remarks",
+)  # fmt: skip
+STRENGTH = "strength"
+"""what stands for the limit state in rows of base shear"""
+State = Literal["verified", "not verified", "open", "strength", "nothing"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Answered:
+    """What one load case has answered: its name, live load, and summary (None where there is none)."""
+
+    name: str
+    direction: str
+    distribution: str
+    summary: Summary | None
+    complaint: str = ""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Verdict:
+    """rows: those of the table (keys COLUMNS); state; governing: the row that governs, None where nothing counts."""
+
+    case: str
+    rows: tuple[dict[str, Any], ...]
+    state: State
+    governing: dict[str, Any] | None
+
+    @property
+    def load_cases(self) -> list[str]:
+        """Names of the load cases, each once."""
+        return list(dict.fromkeys(row["load_case"] for row in self.rows))
+
+    @property
+    def limit_states(self) -> list[str]:
+        """Limit states that were asked for, each once, in the order of the rows."""
+        return list(
+            dict.fromkeys(row["limit_state"] for row in self.rows if row["limit_state"] not in (STRENGTH, "all"))
+        )
+
+    @property
+    def not_made(self) -> int:
+        """How many checks could not be made."""
+        return sum(row["verified"] == "not made" for row in self.rows)
+
+
+def verdict(case: str, answers: Sequence[Answered]) -> Verdict:
+    """Return the verdict on load cases; `case` names the wall."""
+    rows = [row for answer in answers for row in _rows(answer)]
+    asked = [row for row in rows if row["limit_state"] != STRENGTH]
+    least, state = _governing(rows, asked)
+    governing = None if least is None else least | {"governs": "yes"}
+    marked = tuple(governing if row is least and governing is not None else row for row in rows)
+    return Verdict(case, marked, state, governing)
+
+
+def _governing(rows: Sequence[dict[str, Any]], asked: Sequence[dict[str, Any]]) -> tuple[dict[str, Any] | None, State]:
+    """Return the row that governs and what follows from all."""
+    ratios = [row for row in asked if row["safety_ratio"] != ""]
+    if not asked:
+        counted = [row for row in rows if row["capacity"] != ""]
+        if not counted:
+            return None, "nothing"
+        return min(counted, key=lambda row: float(row["capacity"])), "strength"
+    least = min(ratios, key=lambda row: float(row["safety_ratio"]), default=None)
+    if least is not None and least["safety_ratio"] < 1.0:
+        return least, "not verified"
+    unknown = any(row["verified"] == "not made" for row in rows)
+    return least, "open" if unknown else "verified"
+
+
+def _rows(answer: Answered) -> list[dict[str, Any]]:
+    about = {"load_case": answer.name, "direction": answer.direction, "distribution": answer.distribution}
+    row = dict.fromkeys(COLUMNS, "") | about
+    if answer.summary is None:
+        return [row | {"limit_state": STRENGTH, "verified": "not made", "remarks": answer.complaint}]
+    found = [row | _strength(answer.summary)]
+    checks = answer.summary.seismic["checks"] if answer.summary.seismic else ()
+    return found + [row | _check(check) for check in checks]
+
+
+def _check(check: Mapping[str, Any]) -> dict[str, Any]:
+    row = {"limit_state": check["limit_state"], "check": check["approach"]}
+    if "refused" in check:
+        return row | {"verified": "not made", "remarks": check["refused"]}
+    keys = ("ag_m_per_s2", "demand", "capacity", "unit", "capacity_ag_m_per_s2", "safety_ratio", "clause")
+    passed = "yes" if check["safety_ratio"] >= 1.0 else "no"
+    return row | {key: check[key] for key in keys} | {"verified": passed, "remarks": "; ".join(check["remarks"])}
+
+
+def _strength(summary: Summary) -> dict[str, Any]:
+    """Return the base shear of one load case that counts, and what it is from."""
+    row = {"limit_state": STRENGTH, "unit": "N"}
+    valid = {pushed.model: pushed for pushed in summary.pushover if pushed.valid}
+    if pushed := valid.get("micro") or valid.get("macro"):
+        return row | _of_curve(pushed)
+    return row | _of_limit_analysis(summary.limit_analysis, ["no curve is valid"] if summary.pushover else [])
+
+
+def _of_curve(pushed: PushoverSummary) -> dict[str, Any]:
+    check = "FE of every stone" if pushed.model == "micro" else "FE of macroblocks"
+    bound = "" if pushed.peak_reached else "the curve ends before its peak: a lower bound"
+    return {
+        "check": check,
+        "capacity": pushed.peak_base_shear,
+        "multiplier": pushed.peak_multiplier,
+        "remarks": bound,
+    }
+
+
+def _of_limit_analysis(limit: LimitSummary, doubts: list[str]) -> dict[str, Any]:
+    said = [*([] if limit.converged else ["an upper bound only"]), *doubts]
+    found = {"check": "limit analysis", "capacity": limit.base_shear, "multiplier": limit.multiplier}
+    return found | {"remarks": "; ".join(said), "verified": "not made" if said else ""}
+
+
+def sentence(found: Verdict, say: Callable[[str], str] = str) -> str:
+    """Return the verdict in one sentence: what was asked, whether it holds, what governs, and what is open.
+
+    say: a phrase in the language of the reader.
+    """
+    count, cases = len(found.load_cases), ", ".join(found.load_cases)
+    head = "{case}, 1 load case in the plane of the wall ({cases})"
+    if count > 1:
+        head = "{case}, {count} load cases in the plane of the wall ({cases})"
+    text = say(head).format(case=found.case, count=count, cases=cases) + ": " + _body(found, say)
+    if found.not_made:
+        doubt = "1 check could not be made" if found.not_made == 1 else "{count} checks could not be made"
+        text += "; " + say(doubt).format(count=found.not_made)
+    if found.state == "strength":
+        text += "; " + say("no ground acceleration was given, so nothing is verified")
+    return text + "."
+
+
+def _body(found: Verdict, say: Callable[[str], str]) -> str:
+    row = found.governing
+    if row is None:
+        return say("NOTHING CAN BE SAID")
+    if found.state == "strength":
+        said = say("{load_case} governs with the least base shear, {shear} kN (load multiplier {multiplier}, {check})")
+        values = {"shear": printed("force", row["capacity"]), "multiplier": printed("multiplier", row["multiplier"])}
+        remarks = f" ({row['remarks']})" if row["remarks"] else ""
+        return said.format(load_case=row["load_case"], check=say(row["check"]), **values) + remarks
+    words = {"verified": "VERIFIED", "not verified": "NOT VERIFIED", "open": "NOT YET VERIFIED"}[found.state]
+    said = say(
+        "{load_case} governs at {state} with {check}, safety ratio {ratio}: the wall passes up to a ground "
+        "acceleration of {passes} g, {asked} g is asked for"
+    ).format(
+        load_case=row["load_case"], state=row["limit_state"], check=say(row["check"]),
+        ratio=printed("ratio", row["safety_ratio"]),
+        passes=f"{row['capacity_ag_m_per_s2'] / GRAVITY:.3f}", asked=f"{row['ag_m_per_s2'] / GRAVITY:.3f}",
+    )  # fmt: skip
+    return f"{say(words)} ({', '.join(found.limit_states)}); {said}"

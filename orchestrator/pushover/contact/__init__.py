@@ -1,0 +1,1 @@
+"""Contact between bodies: where, which laws, cohesion and mortar (numpy only)."""

@@ -1,0 +1,159 @@
+"""Bonded joints: tension and cohesion that soften, besides Coulomb friction (numpy only).
+
+A contact of tributary area A carries, with f_t no more than c / mu (where Coulomb's cone ends) and damage d,
+
+    tension     p >= -T,  T = (1 - d) f_t A        p: net normal force, N, positive in compression
+    shear       |tau| <= max(mu p + (1 - d) c A, 0)
+    damage      d = the larger of opening and plastic slip over the softening displacement, never less than before
+
+so that 0 <= p + T, 0 <= gap, and their product is zero: the complementarity of contact with a force shifted by T. The
+joint is rigid until T is reached. A crack that closes again does so under the T that is left. A joint that only opens
+dissipates G_I = f_t delta / 2 per area, one that only slides G_II = c delta / 2 besides friction.
+
+Dissipation of the normal part: the free energy T(d) opening has the force f_t A x opening on the damage.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.pushover.contact.contact_search import Contacts
+from orchestrator.pushover.contact.faces import find_faces, sides_of_edges, touching_faces
+from orchestrator.pushover.meshing import BodyMeshes
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Bond:
+    """Strength of c contacts while intact, tension, cohesion (c,) in N, and their history; softening in m.
+
+    At the start of the increment: damage (c,), plastic slip (c,) and opening (c,) in m.
+    """
+
+    tension: FloatArray
+    cohesion: FloatArray
+    softening: float
+    damage: FloatArray
+    slip: FloatArray
+    opening: FloatArray
+
+    def at(self, rows: IntArray, damage: FloatArray, slip: FloatArray, gap: FloatArray) -> Bond:
+        """Return the bond of the contacts `rows`, with their history; all arrays (possible,), gap NaN where none is."""
+        return replace(
+            self,
+            tension=self.tension[rows],
+            cohesion=self.cohesion[rows],
+            damage=damage[rows],
+            slip=slip[rows],
+            opening=np.maximum(np.nan_to_num(gap[rows]), 0.0),
+        )
+
+    @property
+    def holds(self) -> npt.NDArray[np.bool_]:
+        """(c,): what still carried tension or cohesion at the start of the increment."""
+        return (self.damage < 1.0) & ((self.tension > 0.0) | (self.cohesion > 0.0))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BondResponse:
+    """What a bond gives at the end of an increment, arrays (c,).
+
+    damage; tension, cohesion in N that it leaves; tension_slope: d tension / d gap, cohesion_slope: d cohesion / d
+    plastic slip, N/m; plastic_slip in the increment, m; by_opening: whether opening governs, else slip; intact: bonded
+    at the start of the increment.
+    """
+
+    damage: FloatArray
+    tension: FloatArray
+    cohesion: FloatArray
+    tension_slope: FloatArray
+    cohesion_slope: FloatArray
+    plastic_slip: FloatArray
+    by_opening: npt.NDArray[np.bool_]
+    intact: npt.NDArray[np.bool_]
+    slip_tolerance: float
+
+
+def bond_response(bond: Bond, gap: FloatArray, trial_slip: FloatArray, slip_tolerance: float) -> BondResponse:
+    """Return what is left of the bond at gap (c,) in m and trial elastic slip (c, 2) in m."""
+    opening = np.maximum(gap, 0.0)
+    plastic = np.maximum(np.linalg.norm(trial_slip, axis=1) - slip_tolerance, 0.0)
+    by_opening = opening >= bond.slip + plastic
+    bonded = (bond.tension > 0.0) | (bond.cohesion > 0.0)  # others have nothing to lose
+    reached = np.where(bonded, np.maximum(opening, bond.slip + plastic) / bond.softening, 0.0)
+    damage = np.minimum(np.maximum(bond.damage, reached), 1.0)
+    grows = (reached > bond.damage) & (reached < 1.0)
+    return BondResponse(
+        damage=damage,
+        tension=bond.tension * (1.0 - damage),
+        cohesion=bond.cohesion * (1.0 - damage),
+        tension_slope=np.where(grows & by_opening, -bond.tension / bond.softening, 0.0),
+        cohesion_slope=np.where(grows & ~by_opening & (plastic > 0.0), -bond.cohesion / bond.softening, 0.0),
+        plastic_slip=plastic,
+        by_opening=by_opening,
+        intact=bond.holds,
+        slip_tolerance=slip_tolerance,
+    )
+
+
+def shear_limit(normal_force: FloatArray, friction: FloatArray, bond: Bond | None) -> tuple[FloatArray, FloatArray]:
+    """Return (c,) in N: the shear that contacts reach under their normal forces, and the cohesion in it."""
+    if bond is None:
+        return friction * np.maximum(normal_force, 0.0), np.zeros(len(normal_force))
+    cohesion = bond.holds * bond.cohesion * (1.0 - bond.damage)
+    pressed = friction * np.where(bond.holds, normal_force, np.maximum(normal_force, 0.0))
+    return np.maximum(pressed + cohesion, 0.0), cohesion
+
+
+def dissipation(bond: Bond, response: BondResponse, gap: FloatArray) -> FloatArray:
+    """Return what breaking takes (c,), J, beyond (cohesion left) x (plastic slip), which friction counts."""
+    before, after, width = bond.damage, response.damage, bond.softening
+    opening = np.where(response.by_opening, 0.5 * width * (before + after), 0.5 * (bond.opening + np.maximum(gap, 0.0)))
+    slid = bond.slip + response.plastic_slip
+    intact = np.clip(width * before, bond.slip, slid) - bond.slip
+    end = np.maximum(np.minimum(slid / width, 1.0), before)
+    softened = (end - 0.5 * end**2) - (before - 0.5 * before**2)
+    by_slip = (1.0 - before) * intact + width * softened
+    by_both = (1.0 - 0.5 * (before + after)) * response.plastic_slip
+    shear = np.where(response.by_opening, by_both, by_slip) - (1.0 - after) * response.plastic_slip
+    return bond.tension * opening * (after - before) + bond.cohesion * shear
+
+
+def stored(response: BondResponse, gap: FloatArray) -> float:
+    """Return the free energy of open cracks, J."""
+    return float(response.tension @ np.maximum(gap, 0.0))
+
+
+def find_bond(bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: int, softening: float) -> Bond | None:
+    """Return the bond of `possible` contacts, of which `contacts` come first and touch; None where joints have none."""
+    if not bodies.cohesion.any():
+        return None
+    ends = np.divide(
+        bodies.cohesion, bodies.friction, out=np.full(len(bodies.friction), np.inf), where=bodies.friction > 0
+    )
+    tensile = np.minimum(bodies.tensile_strength, ends)
+    faces = find_faces(bodies)
+    sides = sides_of_edges(faces, meshes)
+    touching = touching_faces(bodies, faces, sides)
+    places = zip(contacts.slave_node.tolist(), touching.master_face[contacts.interface].tolist(), strict=True)
+    row = {place: number for number, place in enumerate(places)}
+    strength = np.zeros((possible, 2))
+    for number, strengths in enumerate(zip(tensile, bodies.cohesion, strict=True)):
+        nodes, areas = tributary(sides[touching.slave_edge[number]], meshes.nodes)
+        rows = [row[node, int(touching.master_face[number])] for node in nodes.tolist()]
+        strength[rows] += areas[:, None] * np.array(strengths)
+    nothing = read_only(np.zeros(possible))
+    return Bond(read_only(strength[:, 0]), read_only(strength[:, 1]), softening, nothing, nothing, nothing)
+
+
+def tributary(triangles: IntArray, nodes: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the nodes (s,) of the triangles (t, 3), in ascending order, and their shares (s,) of the area in m2."""
+    edges = nodes[triangles[:, 1:]] - nodes[triangles[:, :1]]
+    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    found, place = np.unique(triangles, return_inverse=True)
+    shares: FloatArray = np.bincount(place.ravel(), np.repeat(area / 3, 3)).astype(float)
+    return found, shares

@@ -1,0 +1,141 @@
+"""Node-to-surface contacts: which slave node faces which master triangle, in the undeformed wall (numpy only).
+
+For a contact with slave node s, master nodes j with barycentric weights w_j, unit normal n (of the master, pointing to
+the slave), in-plane tangent t and z:
+
+    g = n . (u_s - sum_j w_j u_j)                 gap (joints touch by definition: no initial gap)
+    slip = (t, z) . (u_s - sum_j w_j u_j)
+
+Nodes and triangles of an interface are those of the ring edges that it is on both sides (faces.py). Supports are
+masters without degrees of freedom. A node at a T-junction has one contact with each master. Contacts are unique in
+(slave node, master's face): two interfaces on one face meet in a node, and two rows alike would make the system
+singular.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sparse
+
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.pushover.contact.faces import Touching, find_faces, sides_of_edges, touching_faces
+from orchestrator.pushover.meshing import BodyMeshes
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Contacts:
+    """c contacts, in the order of the interfaces.
+
+    slave_node (c,), slave_body, master_body (c,), interface (c,): numbers. master_nodes (c, 3), weights (c, 3): zero
+    weights where the master is a support, and slave node -1 where the slave is the corner of a support. normal, tangent
+    (c, 2). friction (c,). point (c, 3) in m. moving: normals and weights follow the bodies (contact_tracking.py).
+    """
+
+    slave_node: IntArray
+    slave_body: IntArray
+    master_body: IntArray
+    interface: IntArray
+    master_nodes: IntArray
+    weights: FloatArray
+    normal: FloatArray
+    tangent: FloatArray
+    friction: FloatArray
+    point: FloatArray
+    moving: bool = False
+
+    def __len__(self) -> int:
+        return len(self.slave_node)
+
+    def rows(self, direction: FloatArray, nodes: int) -> sparse.csr_matrix:
+        """Return (c, 3 nodes): the slave's displacement relative to the master along `direction` (c, 2) or (c, 1).
+
+        Two components are x and y, one is z. Zeros are stored where contacts move, so that the pattern
+        stays; entries of a support never.
+        """
+        count, components = len(self), direction.shape[1]
+        node = np.column_stack([np.maximum(self.slave_node, 0), self.master_nodes])
+        weight = np.column_stack([self.slave_node >= 0, -self.weights])
+        value = weight[:, :, None] * direction[:, None, :]
+        column = 3 * node[:, :, None] + (np.arange(2) if components == 2 else np.array([2]))
+        row = np.broadcast_to(np.arange(count)[:, None, None], value.shape)
+        keep = value != 0.0
+        if self.moving:
+            real = np.column_stack([self.slave_node >= 0, *[self.weights.any(axis=1)] * 3])
+            keep = np.broadcast_to(real[:, :, None], value.shape)
+        return sparse.csr_matrix((value[keep], (row[keep], column[keep])), shape=(count, 3 * nodes))
+
+    def normal_rows(self, nodes: int) -> sparse.csr_matrix:
+        """Return B_n (c, 3 nodes): gap = B_n u."""
+        return self.rows(self.normal, nodes)
+
+    def tangential_rows(self, nodes: int) -> sparse.csr_matrix:
+        """Return B_t (2 c, 3 nodes), rows interleaved: in-plane and out-of-plane slip of each contact."""
+        in_plane = self.rows(self.tangent, nodes)
+        out_of_plane = self.rows(np.ones((len(self), 1)), nodes)
+        order = np.arange(2 * len(self)).reshape(2, -1).T.ravel()
+        return sparse.vstack([in_plane, out_of_plane], format="csr")[order]
+
+
+def find_contacts(bodies: Bodies, meshes: BodyMeshes) -> Contacts:
+    """Return the contacts of all interfaces. Raises AssertionError if a slave node faces no master triangle."""
+    faces = find_faces(bodies)
+    sides = sides_of_edges(faces, meshes)
+    touching = touching_faces(bodies, faces, sides)
+    parts = [_of_interface(k, bodies, meshes.nodes, touching, sides) for k in range(len(bodies.body_i))]
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    place = np.column_stack([columns["slave_node"], touching.master_face[columns["interface"]]])
+    first = np.sort(np.unique(place, axis=0, return_index=True)[1])
+    return Contacts(**{name: read_only(values[first], values.dtype) for name, values in columns.items()}, moving=False)
+
+
+def _of_interface(
+    number: int, bodies: Bodies, nodes: FloatArray, touching: Touching, sides: list[IntArray]
+) -> dict[str, npt.NDArray]:
+    slave_nodes = np.unique(sides[touching.slave_edge[number]])
+    count, master, tangent = len(slave_nodes), int(touching.master[number]), touching.tangent[number]
+    if master < bodies.moving:
+        triangles = sides[touching.master_edge[number]]
+        master_nodes, weights = _project(nodes[slave_nodes], nodes, triangles, tangent)
+    else:
+        master_nodes, weights = np.zeros((count, 3), np.int64), np.zeros((count, 3))
+    return {
+        "slave_node": slave_nodes,
+        "slave_body": np.full(count, touching.slave[number]),
+        "master_body": np.full(count, master),
+        "interface": np.full(count, number),
+        "master_nodes": master_nodes,
+        "weights": weights,
+        "normal": np.tile(touching.normal[number], (count, 1)),
+        "tangent": np.tile(tangent, (count, 1)),
+        "friction": np.full(count, bodies.friction[number]),
+        "point": nodes[slave_nodes],
+    }
+
+
+def _project(
+    points: FloatArray, nodes: FloatArray, triangles: IntArray, tangent: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Return for points (p, 3) the triangle each falls in (p, 3) and its barycentric weights (p, 3)."""
+    flat = np.stack([nodes[..., :2] @ tangent, nodes[..., 2]], axis=-1)
+    target = np.stack([points[:, :2] @ tangent, points[:, 2]], axis=-1)
+    weights = barycentric(flat[triangles], target[:, None])
+    best = weights.min(axis=2).argmax(axis=1)
+    chosen = weights[np.arange(len(points)), best]
+    assert chosen.min() > -1e-3, "a slave node lies outside the master's surface: the edges of an interface differ"
+    chosen = np.where(chosen < 1e-9, 0.0, chosen)
+    return triangles[best], chosen / chosen.sum(axis=1, keepdims=True)
+
+
+def barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:
+    """Return weights (..., 3) of points (..., 2) in triangles with corners (..., 3, 2)."""
+    a, b, c = (corners[..., k, :] for k in range(3))
+    doubled = _cross(b - a, c - a)
+    return np.stack([_cross(q - points, r - points) / doubled for q, r in ((b, c), (c, a), (a, b))], axis=-1)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

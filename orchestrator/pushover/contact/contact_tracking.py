@@ -1,0 +1,265 @@
+"""Contacts of bodies that have moved: which of the possible contacts exist, where, and in which direction (numpy only).
+
+possible_contacts.py lists the possible ones, primary and corner contacts of pairs of faces. In a displaced wall every
+body has a frame of its own, the rotation and translation that fit its nodes best. A slave point is pulled back into its
+master's frame, where face and triangles are those of the undeformed body. A primary contact exists while its point lies
+within the master's face; when the slave slides over the end of the face, the corner contact there takes over, and when
+it reaches another face along the line, the contacts with that one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.pushover.contact.contact_search import Contacts, barycentric
+from orchestrator.pushover.contact.faces import Faces
+from orchestrator.pushover.meshing import BodyMeshes
+
+END = 3.78e-3
+"""a slave node may lie so far beyond the end of a face; this and the next three are shares of the square root of the
+smaller body's area, which is 0.26 m for a stone of 0.4 m x 0.175 m. (It makes a wall of such stones 0.4 % stronger; ten
+times as much 10 %. From 1e-3 down nothing is added, but courses that slide for long come and go with their contacts,
+and running bond of 3 x 5 blocks stops after 6 mm.)"""
+COVER = 7.56e-3
+"""an enabled primary contact within this distance of a face's end stands for the corner contact there"""
+REACH = 0.075
+"""wider gaps cannot close within an increment"""
+DEEPEST = -7.5e-3
+"""a point that lies deeper in a body than this belongs to another of its faces"""
+OUTSIDE = 1e-2
+"""a point may lie outside its triangle by this barycentric weight: the connection stays while a node slides a little"""
+SUPPORT_POINT = -1
+"""slave node of a corner contact whose corner belongs to a support"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Frames:
+    """Rigid motion of each body that fits its nodes best: x = R X + t in the wall's plane.
+
+    angle (b,) in rad, counter-clockwise; rotation (b, 2, 2); translation (b, 2) in m; supports included, at rest.
+    """
+
+    angle: FloatArray
+    rotation: FloatArray
+    translation: FloatArray
+
+
+def fit_frames(meshes: BodyMeshes, displacement: FloatArray, bodies: int) -> Frames:
+    """Return the frames of `bodies` bodies (the moving ones first); displacement (>= m, 3) in m, nodes first."""
+    body, reference = meshes.body_of_node, meshes.nodes[:, :2]
+    moved = reference + displacement[: len(reference), :2]
+    count = np.maximum(np.bincount(body, minlength=bodies), 1.0)
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.stack([np.bincount(body, values[:, k], bodies) for k in range(2)], axis=1) / count[:, None]
+
+    old, new = mean(reference), mean(moved)
+    arm, turned = reference - old[body], moved - new[body]
+    sine = np.bincount(body, arm[:, 0] * turned[:, 1] - arm[:, 1] * turned[:, 0], bodies)
+    cosine = np.bincount(body, np.sum(arm * turned, axis=1), bodies)
+    angle = np.arctan2(sine, cosine)
+    rotation = np.stack(
+        [np.stack([np.cos(angle), -np.sin(angle)], -1), np.stack([np.sin(angle), np.cos(angle)], -1)], 1
+    )
+    return Frames(angle, rotation, new - np.einsum("bij,bj->bi", rotation, old))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tracking:
+    """Everything about possible contacts that does not change.
+
+    slave_of_pair, master_of_pair (p,): faces of each pair; size_of_pair (p,) in m: what END and the like are shares of.
+    possible: all contacts, undeformed, those that touch there first (`touching` of them). For each: pair (c,) of faces,
+    master_face (c,), corner (c,): 0 primary, 1 or 2 the corner at the start or end of the pair's master face, level
+    (c,): number of its z. first_triangle, triangles (c,): the master's triangles on its face as a range of rows of
+    `triangle` (t, 3), none for a support. stand_in, stand_in_of (d,): corner contacts and the primary ones that touch
+    at the same point in the undeformed wall, and contacts of one point with one face in several pairs. twins (t, 2):
+    numbers of contacts and of the point and face that they share with others, only where there are others. rest (c,) in
+    m: height over the straight face of points that touch the body in the undeformed wall, 0 for those that do not.
+    end_node (f, 2, levels): node at the start and at the end of each face at each z, -1 of supports.
+    """
+
+    faces: Faces
+    slave_of_pair: IntArray
+    master_of_pair: IntArray
+    size_of_pair: FloatArray
+    possible: Contacts
+    touching: int
+    pair: IntArray
+    master_face: IntArray
+    corner: IntArray
+    triangle: IntArray
+    first_triangle: IntArray
+    triangles: IntArray
+    level: IntArray
+    stand_in: IntArray
+    stand_in_of: IntArray
+    twins: IntArray
+    rest: FloatArray
+    end_node: IntArray
+
+    def handed_over(self, rows: IntArray, values: FloatArray) -> FloatArray:
+        """Return `values` (possible, ...) with those of contacts that are not in `rows` moved to their stand-ins there.
+
+        A corner contact and the primary contact of the node that touched that corner stand in for each other, and so do
+        contacts of one point with one face.
+        """
+        exists = np.zeros(len(values), bool)
+        exists[rows] = True
+        moved = values.copy()
+        for old, new in ((self.stand_in_of, self.stand_in), (self.stand_in, self.stand_in_of)):
+            change = np.flatnonzero(~exists[old] & exists[new])
+            change = change[np.unique(old[change], return_index=True)[1]]
+            moved[new[change]] += values[old[change]]
+            moved[old[change]] = 0.0
+        return moved
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tracked:
+    """The contacts that exist in a displaced wall: rows (c,) of the possible ones, and their gaps (c,) in m."""
+
+    rows: IntArray
+    contacts: Contacts
+    gap: FloatArray
+
+
+def track(
+    tracking: Tracking,
+    meshes: BodyMeshes,
+    frames: Frames,
+    displacement: FloatArray,
+    gone: npt.NDArray[np.bool_] | None = None,
+    closed: FloatArray | None = None,
+) -> Tracked:
+    """Return the contacts of the wall displaced by `displacement` (>= m, 3) in m, but for those that are `gone` (c,).
+
+    closed (c,): by how much mortar has closed, m; points of its two faces may lie that much deeper in the other body.
+
+    Bodies turn in the wall's plane only, so that equilibrium out of it is that of the undeformed wall: points keep
+    their z. (A slave's z taken with its displacement, its master's without, once made a leaning wall sway for ever.)
+    """
+    possible, faces = tracking.possible, tracking.faces
+    moved = meshes.nodes + displacement[: len(meshes.nodes)] * [1.0, 1.0, 0.0]
+    on_support = possible.slave_node == SUPPORT_POINT
+    point = np.where(on_support[:, None], possible.point, moved[possible.slave_node])
+    home = _pulled_back(point, frames, possible.master_body)
+    face = tracking.master_face
+    position = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.tangent[face])
+    height = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.normal[face]) - tracking.rest
+    size = tracking.size_of_pair[tracking.pair]
+    near = (height < REACH * size) & (height > DEEPEST * size)
+    if closed is not None:
+        deepest = np.zeros(len(tracking.slave_of_pair))
+        np.maximum.at(deepest, tracking.pair, closed)
+        near = (height < REACH * size) & (height > DEEPEST * size - deepest[tracking.pair])
+    if gone is not None:
+        near &= ~gone
+    within = _within(tracking, frames, position, _shifted_ends(tracking, meshes, frames, moved))
+    rows = np.flatnonzero(_without_twins(tracking, near & within))
+    master_nodes, weights = _project(tracking, meshes, home[rows], rows)
+    turn = frames.rotation[possible.master_body[rows]]
+    normal = np.einsum("cij,cj->ci", turn, possible.normal[rows])
+    on_master = np.einsum("cj,cji->ci", weights, moved[master_nodes])
+    fixed = ~weights.any(axis=1)
+    gap = np.where(fixed, height[rows], np.einsum("ci,ci->c", normal, (point[rows] - on_master)[:, :2]))
+    contacts = Contacts(
+        slave_node=possible.slave_node[rows],
+        slave_body=possible.slave_body[rows],
+        master_body=possible.master_body[rows],
+        interface=possible.interface[rows],
+        master_nodes=master_nodes,
+        weights=weights,
+        normal=normal,
+        tangent=np.einsum("cij,cj->ci", turn, possible.tangent[rows]),
+        friction=possible.friction[rows],
+        point=point[rows],
+        moving=True,
+    )
+    return Tracked(rows, contacts, gap)
+
+
+def _pulled_back(point: FloatArray, frames: Frames, body: IntArray) -> FloatArray:
+    """Return points (c, 3) in the undeformed frames of the bodies (c,)."""
+    plane = np.einsum("cji,cj->ci", frames.rotation[body], point[:, :2] - frames.translation[body])
+    return np.column_stack([plane, point[:, 2]])
+
+
+def _shifted_ends(tracking: Tracking, meshes: BodyMeshes, frames: Frames, moved: FloatArray) -> FloatArray:
+    """Return (f, 2, levels) in m: how far the nodes at the ends of each face lie along it from where the frame says.
+
+    Bodies deform, and turn about the vertical a little: front and back of a block then slide over an end one by one.
+    """
+    faces, node = tracking.faces, tracking.end_node
+    body = np.broadcast_to(faces.body[:, None, None], node.shape)
+    at_home = _pulled_back(moved[node.ravel()], frames, body.ravel()) - meshes.nodes[node.ravel()]
+    along = np.einsum("feli,fi->fel", at_home[:, :2].reshape(*node.shape, 2), faces.tangent)
+    return np.where(node < 0, 0.0, along)
+
+
+def _within(tracking: Tracking, frames: Frames, position: FloatArray, shift: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which possible contacts lie within their master's face, corners only where no primary contact is near."""
+    low, high = shift[tracking.master_face, :, tracking.level].T
+    position, length = position - low, tracking.faces.length[tracking.master_face] + high - low
+    primary, end = tracking.corner == 0, END * tracking.size_of_pair[tracking.pair]
+    overlapping = (_overlap(tracking, frames) > END * tracking.size_of_pair)[tracking.pair]
+    inside = (position >= -end) & (position <= length + end) & overlapping
+    place = tracking.pair, tracking.level
+    covered = np.zeros((int(tracking.pair.max()) + 1, int(tracking.level.max()) + 1, 3), bool)
+    for corner, distance in ((1, position), (2, length - position)):
+        close = primary & inside & (np.abs(distance) <= COVER * tracking.size_of_pair[tracking.pair])
+        covered[tracking.pair[close], tracking.level[close], corner] = True
+    strictly = (position > end) & (position < length - end)
+    hidden = covered[*place, tracking.corner] & ~primary
+    row, point_and_face = tracking.twins.T
+    hidden[row] |= np.isin(point_and_face, point_and_face[hidden[row]])
+    return np.where(primary, inside, (strictly | inside) & ~hidden)
+
+
+def _without_twins(tracking: Tracking, exists: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return `exists` (c,) with one contact only of those of one point with one face: two rows alike are singular."""
+    row, place = tracking.twins.T
+    row, place = row[exists[row]], place[exists[row]]
+    single = exists.copy()
+    single[row] = False
+    single[row[np.unique(place, return_index=True)[1]]] = True
+    return single
+
+
+def _overlap(tracking: Tracking, frames: Frames) -> FloatArray:
+    """Return by how much (m) the slave's face of each pair overlaps the master's, (p,)."""
+    faces, slave, master = tracking.faces, tracking.slave_of_pair, tracking.master_of_pair
+    body = faces.body[slave]
+    ends = []
+    for end in (faces.start[slave], faces.end[slave]):
+        now = np.einsum("cij,cj->ci", frames.rotation[body], end) + frames.translation[body]
+        home = np.einsum(
+            "cji,cj->ci", frames.rotation[faces.body[master]], now - frames.translation[faces.body[master]]
+        )
+        ends.append(np.einsum("ci,ci->c", home - faces.start[master], faces.tangent[master]))
+    low, high = np.minimum(*ends), np.maximum(*ends)
+    return np.minimum(high, faces.length[master]) - np.maximum(low, 0.0)
+
+
+def _project(tracking: Tracking, meshes: BodyMeshes, home: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return master nodes and weights (c, 3): the first triangle that nearly holds the point, else the nearest one."""
+    count = tracking.triangles[rows]
+    tangent = tracking.faces.tangent[tracking.master_face[rows]]
+    nodes = np.zeros((len(rows), 3), np.int64)
+    weights = np.zeros((len(rows), 3))
+    best = np.full(len(rows), -np.inf)
+    for k in range(int(count.max(initial=0))):
+        open_ = np.flatnonzero((count > k) & (best < -OUTSIDE))
+        triangle = tracking.triangle[tracking.first_triangle[rows[open_]] + k]
+        corners = meshes.nodes[triangle]
+        flat = np.stack([np.einsum("cai,ci->ca", corners[..., :2], tangent[open_]), corners[..., 2]], axis=-1)
+        target = np.stack([np.einsum("ci,ci->c", home[open_, :2], tangent[open_]), home[open_, 2]], axis=-1)
+        found = barycentric(flat, target)
+        better = found.min(axis=1) > best[open_]
+        chosen = open_[better]
+        nodes[chosen], weights[chosen], best[chosen] = triangle[better], found[better], found[better].min(axis=1)
+    return nodes, weights

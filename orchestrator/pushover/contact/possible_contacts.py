@@ -1,0 +1,238 @@
+"""Contacts that are possible while bodies move, listed once from the outlines of the undeformed bodies (set-up only).
+
+Two faces of two bodies that look at each other, lie nearly on one line, and overlap or are less than a face apart, give
+
+    primary contacts    every node of the slave's face against the master's face
+    corner contacts     the end nodes of the master's face against the slave's face (a support's end is a fixed point)
+
+contact_tracking.py says which of them exist in a displaced wall.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.pushover.contact.contact_search import Contacts
+from orchestrator.pushover.contact.contact_tracking import SUPPORT_POINT, Tracking
+from orchestrator.pushover.contact.faces import Faces, find_faces, sides_of_edges, sides_of_faces, touching_faces
+from orchestrator.pushover.meshing import BodyMeshes
+
+TURNED = 0.1
+"""rad; faces may be turned so far towards each other for one to slide onto the other (drawings are healed, arches have
+facets)"""
+OFFSET = 0.05
+"""share of the shorter face by which the lines of such faces may lie apart"""
+
+
+def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contacts) -> Tracking:
+    """Return the contacts `touching` in the undeformed wall and all that sliding along their lines may bring."""
+    faces = find_faces(bodies)
+    surface = _Surface(bodies, meshes, faces)
+    rows: list[dict[str, npt.NDArray]] = []
+    pairs = surface.slave_and_master_faces()
+    for number, (slave, master) in enumerate(pairs):
+        rows.append(surface.contacts(slave, surface.nodes[slave], master, 0, number))
+        for corner, vertex in ((1, faces.begin[master]), (2, faces.stop[master])):
+            rows.append(surface.contacts(master, surface.nodes_at(master, vertex), slave, corner, number))
+    columns = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
+    known = surface.rows_of(columns, pairs, touching)
+    order = np.concatenate([known, np.setdiff1d(np.arange(len(columns["pair"])), known)])
+    columns = {name: values[order] for name, values in columns.items()}
+    interface = surface.nearest_interface(columns)
+    interface[: len(touching)] = touching.interface
+    possible = Contacts(
+        slave_node=read_only(columns["slave_node"], np.int64),
+        slave_body=read_only(columns["slave_body"], np.int64),
+        master_body=read_only(columns["master_body"], np.int64),
+        interface=read_only(interface, np.int64),
+        master_nodes=read_only(np.zeros((len(order), 3)), np.int64),
+        weights=read_only(np.zeros((len(order), 3))),
+        normal=read_only(columns["normal"]),
+        tangent=read_only(columns["tangent"]),
+        friction=read_only(bodies.friction[interface]),
+        point=read_only(columns["point"]),
+        moving=True,
+    )
+    rest = np.einsum("ci,ci->c", possible.point[:, :2] - faces.start[columns["master_face"]], possible.normal)
+    rest[len(touching) :] = 0.0
+    triangle, first_triangle, triangles = surface.triangle_table(columns["master_face"])
+    slave_of_pair, master_of_pair = np.array(pairs, np.int64).T
+    standing_in, stood_for = _stand_ins(columns)
+    return Tracking(
+        faces=faces,
+        slave_of_pair=read_only(slave_of_pair, np.int64),
+        master_of_pair=read_only(master_of_pair, np.int64),
+        size_of_pair=read_only(_sizes(bodies, faces.body[slave_of_pair], faces.body[master_of_pair])),
+        possible=possible,
+        touching=len(touching),
+        **{n: read_only(columns[n], np.int64) for n in ("pair", "master_face", "corner")},
+        triangle=read_only(triangle, np.int64),
+        first_triangle=read_only(first_triangle, np.int64),
+        triangles=read_only(triangles, np.int64),
+        level=read_only(columns["level"], np.int64),
+        stand_in=read_only(standing_in, np.int64),
+        stand_in_of=read_only(stood_for, np.int64),
+        twins=read_only(_twins(columns), np.int64),
+        rest=read_only(rest),
+        end_node=read_only(surface.end_nodes(), np.int64),
+    )
+
+
+def _sizes(bodies: Bodies, first: IntArray, second: IntArray) -> FloatArray:
+    """Return the square root of the smaller moving body's area of each pair of bodies (p,), in m."""
+    size = np.array([body.area**0.5 if body.number < bodies.moving else np.inf for body in bodies.bodies])
+    return np.minimum(size[first], size[second])
+
+
+def _stand_ins(columns: dict[str, npt.NDArray]) -> tuple[IntArray, IntArray]:
+    """Return corner contacts and the primary contact of the same pair at the same point, then other pairs of twins."""
+    keys = list(zip(columns["pair"].tolist(), columns["place"].tolist(), columns["level"].tolist(), strict=True))
+    primary = columns["corner"] == 0
+    found = {key: row for row, key in enumerate(keys) if primary[row] and key[1] >= 0}
+    both = [(row, found[key]) for row, key in enumerate(keys) if not primary[row] and key in found]
+    corner, of = np.reshape(both, (-1, 2)).astype(np.int64).T
+    row, place = _twins(columns).T
+    leads = np.unique(place, return_index=True)[1]
+    first = row[leads][np.searchsorted(place[leads], place)]
+    return np.append(corner, row[row != first]), np.append(of, first[row != first])
+
+
+def _twins(columns: dict[str, npt.NDArray]) -> IntArray:
+    """Return rows (t, 2) of contacts that are not the only one of their point with their master's face: which contact,
+    and a number of point and face, in ascending order of the contacts."""
+    support = columns["slave_node"] == SUPPORT_POINT
+    node = np.where(support, -1 - columns["place"], columns["slave_node"])
+    keys = np.column_stack([node, np.where(support, columns["level"], 0), columns["master_face"]])
+    _, place, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    row = np.flatnonzero(count[place] > 1)
+    return np.column_stack([row, place[row]])
+
+
+def _facing(faces: Faces, moving: int) -> list[tuple[int, int]]:
+    """Return pairs of faces that look at each other, nearly on one line, less than the shorter one apart."""
+    lines = shapely.linestrings(np.stack([faces.start, faces.end], axis=1))
+    first, second = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=faces.length)
+    keep = (first < second) & (faces.body[first] != faces.body[second])
+    keep &= (faces.body[first] < moving) | (faces.body[second] < moving)
+    keep &= np.einsum("ki,ki->k", faces.normal[first], faces.normal[second]) < -np.cos(TURNED)
+    first, second = first[keep], second[keep]
+    one_way, other_way = _along(faces, first, second), _along(faces, second, first)
+    apart, offset = np.maximum(one_way, other_way)
+    shorter = np.minimum(faces.length[first], faces.length[second])
+    keep = (offset < OFFSET * shorter) & (apart < shorter)
+    return list(zip(first[keep].tolist(), second[keep].tolist(), strict=True))
+
+
+def _along(faces: Faces, first: IntArray, second: IntArray) -> FloatArray:
+    """Return (2, p) in m: how far second faces lie from first ones along them (negative: overlap) and off them."""
+    from_start = np.stack([faces.start[second] - faces.start[first], faces.end[second] - faces.start[first]])
+    height = np.einsum("aki,ki->ak", from_start, faces.normal[first])
+    along = np.einsum("aki,ki->ak", from_start, faces.tangent[first])
+    apart = np.maximum(along.min(axis=0) - faces.length[first], -along.max(axis=0))
+    crossing = height[0] * height[1] < 0.0
+    return np.stack([apart, np.where(crossing, 0.0, np.abs(height).min(axis=0))])
+
+
+class _Surface:
+    """Nodes and triangles of each face, and the rows of possible contacts made of them (set-up only)."""
+
+    def __init__(self, bodies: Bodies, meshes: BodyMeshes, faces: Faces) -> None:
+        self.bodies, self.meshes, self.faces = bodies, meshes, faces
+        self.triangles = sides_of_faces(faces, meshes)
+        self.nodes = [np.unique(triangles) for triangles in self.triangles]
+        sides = sides_of_edges(faces, meshes)
+        of_edge = [np.unique(triangles) for triangles in sides]
+        self.nodes_of_vertex = [np.intersect1d(of_edge[k], of_edge[other]) for k, other in enumerate(faces.before)]
+        self.touching = touching_faces(bodies, faces, sides)
+        self.heights, self.level = np.unique(np.round(meshes.nodes[:, 2], 9), return_inverse=True)
+        self.place_of_vertex = np.unique(faces.vertex, axis=0, return_inverse=True)[1]
+        self.place = np.full(len(meshes.nodes), -1)
+        for nodes, place in zip(self.nodes_of_vertex, self.place_of_vertex, strict=True):
+            self.place[nodes] = place
+
+    def slave_and_master_faces(self) -> list[tuple[int, int]]:
+        """Return all pairs of faces, the slave's first: as in the two bodies' interfaces, or that of more nodes."""
+        touching, body = self.touching, self.faces.body
+        known = np.column_stack([touching.slave, touching.master, touching.slave_face, touching.master_face]).tolist()
+        slaves = {(slave, master, face) for slave, master, *both in known for face in both}
+        touch = {(min(both), max(both)) for _, _, *both in known}
+        pairs = []
+        for pair in sorted(touch.union(_facing(self.faces, self.bodies.moving))):
+            one, other = sorted(pair, key=lambda face: int(body[face]))
+            i, j = int(body[one]), int(body[other])
+            is_slave, is_master = ({(*bodies, one), (*bodies, other)} & slaves for bodies in ((i, j), (j, i)))
+            more = len(self.nodes[other]) > len(self.nodes[one])
+            pairs.append((other, one) if is_master or (more and not is_slave) else (one, other))
+        return pairs
+
+    def nodes_at(self, face: int, vertex: int) -> IntArray:
+        """Return the nodes of the face at one of its ends; a support has one fixed point per level of nodes."""
+        if self.faces.body[face] >= self.bodies.moving:
+            return np.full(len(self.heights), SUPPORT_POINT)
+        return self.nodes_of_vertex[vertex]
+
+    def end_nodes(self) -> IntArray:
+        """Return the nodes (f, 2, levels) at both ends of each face, -1 of supports."""
+        found = np.full((len(self.faces), 2, len(self.heights)), -1)
+        for face, ends in enumerate(zip(self.faces.begin, self.faces.stop, strict=True)):
+            for end, vertex in enumerate(ends):
+                nodes = self.nodes_of_vertex[vertex]
+                found[face, end, self.level[nodes]] = nodes
+        return found
+
+    def contacts(self, slave: int, nodes: IntArray, master: int, corner: int, pair: int) -> dict[str, npt.NDArray]:
+        """Return the rows of `nodes` of the slave's face against the master's face."""
+        count, faces = len(nodes), self.faces
+        if count and nodes[0] == SUPPORT_POINT:
+            vertex = faces.begin[slave] if corner == 1 else faces.stop[slave]
+            level, place = np.arange(count), np.full(count, self.place_of_vertex[vertex])
+            point = np.column_stack([np.tile(faces.vertex[vertex], (count, 1)), self.heights])
+        else:
+            level, place, point = self.level[nodes], self.place[nodes], self.meshes.nodes[nodes]
+        return {
+            "slave_node": nodes,
+            "slave_body": np.full(count, faces.body[slave]),
+            "master_body": np.full(count, faces.body[master]),
+            "normal": np.tile(faces.normal[master], (count, 1)),
+            "tangent": np.tile(faces.tangent[master], (count, 1)),
+            "point": point,
+            "level": level,
+            "place": place,
+            "master_face": np.full(count, master),
+            "corner": np.full(count, corner),
+            "pair": np.full(count, pair),
+        }
+
+    def rows_of(self, columns: dict[str, npt.NDArray], pairs: list[tuple[int, int]], touching: Contacts) -> IntArray:
+        """Return the primary row of each touching contact."""
+        number_of = {pair: number for number, pair in enumerate(pairs)}
+        known = zip(self.touching.slave_face.tolist(), self.touching.master_face.tolist(), strict=True)
+        pair_of = np.array([number_of[pair] for pair in known])
+        primary = np.flatnonzero(columns["corner"] == 0)
+        nodes = len(self.meshes.nodes)
+        keys = columns["pair"][primary] * nodes + columns["slave_node"][primary]
+        wanted = pair_of[touching.interface] * nodes + touching.slave_node
+        order = np.argsort(keys)
+        return primary[order[np.searchsorted(keys, wanted, sorter=order)]]
+
+    def nearest_interface(self, columns: dict[str, npt.NDArray]) -> IntArray:
+        """Return for each row the interface whose middle is nearest, one between the same bodies if there is one."""
+        bodies = self.bodies
+        middle = 0.5 * (bodies.start + bodies.end)
+        pair = np.sort(np.column_stack([columns["slave_body"], columns["master_body"]]), axis=1)
+        known = np.sort(np.column_stack([bodies.body_i, bodies.body_j]), axis=1)
+        nearest = shapely.STRtree(shapely.points(middle)).nearest(shapely.points(columns["point"][:, :2]))
+        by_pair: dict[tuple[int, int], int] = {}
+        for number, (i, j) in enumerate(known.tolist()):
+            by_pair.setdefault((i, j), number)
+        return np.array([by_pair.get((i, j), n) for (i, j), n in zip(pair.tolist(), nearest.tolist(), strict=True)])
+
+    def triangle_table(self, master_face: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+        """Return all faces' triangles (t, 3), and for each row where those of its master's face begin and how many."""
+        count = np.array([len(triangles) for triangles in self.triangles])
+        begin = np.cumsum(count) - count
+        return np.concatenate(self.triangles), begin[master_face], count[master_face]

@@ -1,0 +1,296 @@
+"""Tetrahedral meshes of the moving bodies: outlines extruded over the thickness, joint ends imprinted (gmsh)."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import logging
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from time import perf_counter
+from typing import Annotated, Any
+
+import numpy as np
+from annotated_types import Ge, Gt
+
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.atomic_files import replacing, sealed, unsealed, write_bytes
+from orchestrator.basis.units import Unit
+from orchestrator.macroblocks.bodies import Bodies, Body
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class MeshSettings:
+    """Element size in the wall's plane and number of element layers through the thickness."""
+
+    size: Annotated[float, Unit("m"), Gt(0)] = 0.2
+    """largest edge of an element in the wall's plane; joint ends are nodes whatever the size"""
+    layers: Annotated[int, Ge(1)] = 1
+    """elements through the thickness"""
+    matching_faces: bool = False
+    """both sides of a joint get the same triangles: the contact patch test is exact, not 2 % off, but all diagonals
+    lean one way, and walls whose courses slide take many more increments"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BodyMeshes:
+    """One mesh of disconnected components: no node is shared by two bodies.
+
+    nodes (m, 3) in m, x and y in the wall's plane, z from 0 to the thickness; tetrahedra (t, 4), positively oriented;
+    body_of_node (m,), body_of_tetrahedron (t,); nodes and tetrahedra of a body are contiguous, bodies in order.
+    side_triangles (f, 3): boundary triangles on the extruded outline, outward orientation (right-hand rule);
+    body_of_side (f,); side_edge (f,): the edge of its body's rings that each lies on (numbered as in bodies.py).
+    unit_weight (bodies,) in N/m3 of the moving bodies.
+    distinct_shapes: how many different meshes were generated.
+    """
+
+    nodes: FloatArray
+    tetrahedra: IntArray
+    body_of_node: IntArray
+    body_of_tetrahedron: IntArray
+    side_triangles: IntArray
+    body_of_side: IntArray
+    side_edge: IntArray
+    unit_weight: FloatArray
+    distinct_shapes: int
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ShapeMesh:
+    """Mesh of one shape, first vertex of its outline at (0, 0): nodes (m, 3) in m, tetrahedra (t, 4), sides (f, 3).
+
+    side_edge (f,): the edge of the shape's rings that each side lies on.
+    """
+
+    nodes: FloatArray
+    tetrahedra: IntArray
+    sides: IntArray
+    side_edge: IntArray
+
+
+Shape = tuple[tuple[tuple[float, float], ...], ...]
+"""rings of vertices relative to the first vertex of the outline, rounded to 1e-9 m"""
+
+
+def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = None) -> BodyMeshes:
+    """Return the meshes of the moving bodies; equal shapes are meshed once, and kept in the folder `cache`."""
+    began = perf_counter()
+    moving = bodies.bodies[: bodies.moving]
+    shapes = [_shape(body) for body in moving]
+    known = _meshes(dict.fromkeys(shapes), bodies.thickness, settings, cache)
+    meshes = [known[shape] for shape in shapes]
+    first_node = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
+    origins = [np.append(body.exterior[0], 0.0) for body in moving]
+    number = np.arange(len(moving))
+    return BodyMeshes(
+        nodes=read_only(np.concatenate([m.nodes + origin for m, origin in zip(meshes, origins, strict=True)])),
+        tetrahedra=read_only(
+            np.concatenate([m.tetrahedra + n for m, n in zip(meshes, first_node, strict=False)]), np.int64
+        ),
+        body_of_node=read_only(np.repeat(number, [len(m.nodes) for m in meshes]), np.int64),
+        body_of_tetrahedron=read_only(np.repeat(number, [len(m.tetrahedra) for m in meshes]), np.int64),
+        side_triangles=read_only(
+            np.concatenate([m.sides + n for m, n in zip(meshes, first_node, strict=False)]), np.int64
+        ),
+        body_of_side=read_only(np.repeat(number, [len(m.sides) for m in meshes]), np.int64),
+        side_edge=read_only(np.concatenate([m.side_edge for m in meshes]), np.int64),
+        unit_weight=read_only([body.unit_weight for body in moving]),
+        distinct_shapes=len(known),
+        seconds=perf_counter() - began,
+    )
+
+
+def _shape(body: Body) -> Shape:
+    rings = (np.round(ring - body.exterior[0], 9) + 0.0 for ring in (body.exterior, *body.holes))
+    return tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings)
+
+
+def _meshes(
+    shapes: dict[Shape, None], thickness: float, settings: MeshSettings, cache: Path | None
+) -> dict[Shape, ShapeMesh]:
+    """Return a mesh for each shape, from the cache where it is there."""
+    files = {shape: cache and cache / f"{_content_hash(shape, thickness, settings)}.npz" for shape in shapes}
+    meshes = {shape: mesh for shape, file in files.items() if (mesh := _cached(file)) is not None}
+    missing = [shape for shape in shapes if shape not in meshes]
+    if missing:
+        with gmsh_session(settings) as gmsh:
+            for shape in missing:
+                meshes[shape] = _mesh_shape(gmsh, shape, thickness, settings)
+                _keep(meshes[shape], files[shape])
+    return meshes
+
+
+@contextmanager
+def gmsh_session(settings: MeshSettings) -> Iterator[Any]:
+    """Hold gmsh's global state: silent, one thread, no element larger than the settings' size."""
+    import gmsh  # 130 MB that check, limit and segment do not need
+
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", settings.size)
+        yield gmsh
+    finally:
+        gmsh.finalize()
+
+
+def _mesh_shape(gmsh: Any, shape: Shape, thickness: float, settings: MeshSettings) -> ShapeMesh:
+    """Triangulate the outline, extrude it, and return its tetrahedra."""
+    gmsh.model.add("body")
+    geometry = gmsh.model.geo
+    rings = [_add_ring(geometry, np.array(ring), settings.size) for ring in shape]
+    surface = geometry.addPlaneSurface([geometry.addCurveLoop(ring) for ring in rings])
+    if not settings.matching_faces:
+        geometry.extrude([(2, surface)], 0.0, 0.0, thickness, [settings.layers])
+    geometry.synchronize()
+    gmsh.model.mesh.generate(2 if settings.matching_faces else 3)
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    _, _, elements = gmsh.model.mesh.getElements(2 if settings.matching_faces else 3)
+    edges = _elements_of_edges(gmsh, [line for ring in rings for line in ring], surface, settings.matching_faces)
+    gmsh.model.remove()
+    tags, order = np.unique(np.asarray(tags, np.int64), return_index=True)
+    nodes = np.asarray(coordinates).reshape(-1, 3)[order]
+    assert len(elements) == 1, "the outline must be triangles only, the body tetrahedra only"
+    tetrahedra = np.searchsorted(tags, np.asarray(elements[0], np.int64)).reshape(
+        -1, 3 if settings.matching_faces else 4
+    )
+    on_edge = [np.searchsorted(tags, of_edge) for of_edge in edges]
+    if settings.matching_faces:
+        levels = np.linspace(0.0, thickness, settings.layers + 1)
+        tetrahedra = _extruded(nodes[:, :2], tetrahedra, settings.layers)
+        on_edge = [_extruded_lines(lines, len(nodes), settings.layers) for lines in on_edge]
+        nodes = np.column_stack([np.tile(nodes[:, :2], (len(levels), 1)), np.repeat(levels, len(nodes))])
+    tetrahedra = _positive(nodes, tetrahedra)
+    return ShapeMesh(nodes, tetrahedra, *_sides(tetrahedra, on_edge))
+
+
+def _elements_of_edges(gmsh: Any, lines: list[int], surface: int, matching_faces: bool) -> list[IntArray]:
+    """Return the node tags of the triangles (f, 3) over each of the `lines`, or of the lines' own elements (f, 2)."""
+    if matching_faces:
+        found = [gmsh.model.mesh.getElements(1, line)[2] for line in lines]
+    else:
+        above = [[face for face in gmsh.model.getAdjacencies(1, line)[0] if face != surface] for line in lines]
+        assert all(len(faces) == 1 for faces in above), "extrusion makes one surface over each line"
+        found = [gmsh.model.mesh.getElements(2, faces[0])[2] for faces in above]
+    assert all(len(elements) == 1 for elements in found), "the sides must be triangles only"
+    return [np.asarray(elements[0], np.int64).reshape(-1, 2 if matching_faces else 3) for elements in found]
+
+
+def _extruded_lines(lines: IntArray, above: int, layers: int) -> IntArray:
+    """Return all triangles (f, 3) that the extrusion of `lines` (f, 2) may have, with either diagonal."""
+    a, b = lines.T
+    layer = np.concatenate([np.column_stack(corners) for corners in combinations((a, b, a + above, b + above), 3)])
+    return np.concatenate([layer + number * above for number in range(layers)])
+
+
+def _extruded(plane: FloatArray, triangles: IntArray, layers: int) -> IntArray:
+    """Return three tetrahedra of each prism over the triangles (t, 3), (3 t layers, 4); level k begins at node k m.
+
+    The diagonal of every side runs from its left (or lower) edge at the bottom of the layer to the other edge at the
+    top, whichever body it belongs to: two bodies that share a joint have the same triangles there, and node-to-surface
+    contact passes the patch test. J. Dompierre et al., 8th Int. Meshing Roundtable (1999) 195-204; order: x, then y.
+    """
+    rank = np.empty(len(plane), np.int64)
+    rank[np.lexsort(np.round(plane, 6).T[::-1])] = np.arange(len(plane))
+    ordered = np.take_along_axis(triangles, np.argsort(rank[triangles], axis=1), axis=1)
+    a, b, c = ordered.T
+    above = len(plane)
+    layer = np.concatenate(
+        [
+            np.column_stack([a, b, c, c + above]),
+            np.column_stack([a, b, b + above, c + above]),
+            np.column_stack([a, a + above, b + above, c + above]),
+        ]
+    )
+    return np.concatenate([layer + number * above for number in range(layers)])
+
+
+def _add_ring(geometry: Any, ring: FloatArray, size: float) -> list[int]:
+    """Add a closed ring of straight lines; a line no longer than `size` stays one element edge."""
+    points = [geometry.addPoint(x, y, 0.0, size) for x, y in ring]
+    lines = [geometry.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
+    for line, length in zip(lines, np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1), strict=True):
+        geometry.mesh.setTransfiniteCurve(line, max(1, math.ceil(length / size - 1e-6)) + 1)
+    return lines
+
+
+def _positive(nodes: FloatArray, tetrahedra: IntArray) -> IntArray:
+    """Return the tetrahedra with positive volume (extruded ones may come out negative)."""
+    return np.where((volumes(nodes, tetrahedra) > 0)[:, None], tetrahedra, tetrahedra[:, [0, 2, 1, 3]])
+
+
+def volumes(nodes: FloatArray, tetrahedra: IntArray) -> FloatArray:
+    """Return signed volumes (t,) in m3."""
+    a, b, c, d = (nodes[tetrahedra[:, k]] for k in range(4))
+    return np.einsum("ti,ti->t", b - a, np.cross(c - a, d - a)) / 6.0
+
+
+def _sides(tetrahedra: IntArray, on_edge: list[IntArray]) -> tuple[IntArray, IntArray]:
+    """Return the boundary triangles (f, 3), outward, that are among those of an edge (f, 3), and these edges (f,)."""
+    faces = np.concatenate([tetrahedra[:, k] for k in ([1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1])])
+    known = np.concatenate(on_edge)
+    edge = np.repeat(np.arange(len(on_edge)), [len(triangles) for triangles in on_edge])
+    _, position, count = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
+    boundary = faces[count[position] == 1]
+    _, position = np.unique(np.sort(np.concatenate([known, boundary]), axis=1), axis=0, return_inverse=True)
+    edge_of = np.full(position.max() + 1, -1)
+    edge_of[position[: len(known)]] = edge
+    side_edge = edge_of[position[len(known) :]]
+    return boundary[side_edge >= 0], side_edge[side_edge >= 0]
+
+
+def _content_hash(shape: Shape, thickness: float, settings: MeshSettings) -> str:
+    from importlib.metadata import version
+
+    content = [shape, thickness, settings.size, settings.layers, settings.matching_faces, version("gmsh"), "edges"]
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
+
+
+def _cached(file: Path | None) -> ShapeMesh | None:
+    """Return the mesh kept in `file`; None where there is none or it was damaged (it is then made again)."""
+    if file is None or not file.exists():
+        return None
+    try:
+        with np.load(io.BytesIO(unsealed(file.read_bytes())), allow_pickle=False) as stored:
+            return ShapeMesh(stored["nodes"], stored["tetrahedra"], stored["sides"], stored["side_edge"])
+    except (OSError, ValueError, KeyError) as error:
+        logger.warning("%s: cannot be read (%s); the mesh is made again", file, error)
+        return None
+
+
+def _keep(mesh: ShapeMesh, file: Path | None) -> None:
+    if file is None:
+        return
+    content = io.BytesIO()
+    np.savez_compressed(
+        content, nodes=mesh.nodes, tetrahedra=mesh.tetrahedra, sides=mesh.sides, side_edge=mesh.side_edge
+    )
+    try:
+        write_bytes(file, sealed(content.getvalue()))
+    except OSError as error:
+        logger.warning("%s: %s; the mesh is not kept for the next run", file, error.strerror)
+
+
+def write_mesh(meshes: BodyMeshes, path: Path) -> None:
+    """Write the mesh in the format of the suffix (.msh is gmsh 4.1, .vtu, .xdmf), body number as cell data."""
+    import meshio
+
+    mesh = meshio.Mesh(
+        meshes.nodes, [("tetra", meshes.tetrahedra)], cell_data={"body": [meshes.body_of_tetrahedron.astype(np.int32)]}
+    )
+    if path.suffix == ".xdmf":  # writes a second file, named after the first
+        mesh.write(path)
+        return
+    options = {".msh": {"file_format": "gmsh", "binary": True}}.get(path.suffix, {"file_format": path.suffix[1:]})
+    with replacing(path) as temporary:
+        mesh.write(temporary, **options)

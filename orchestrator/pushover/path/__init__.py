@@ -1,0 +1,1 @@
+"""From increment to increment: step control, prediction, motion, what is kept, checks."""

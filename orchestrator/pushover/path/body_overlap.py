@@ -1,0 +1,47 @@
+"""How deep displaced bodies overlap, from their outlines alone: a check on contacts that knows nothing of them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.pushover.increments import BodyMask
+from orchestrator.pushover.meshing import BodyMeshes
+
+
+def largest_overlap(
+    bodies: Bodies, meshes: BodyMeshes, displacement: FloatArray, fallen: BodyMask, closed: float = 0.0
+) -> tuple[float, float]:
+    """Return the largest depth in m of the overlap of two bodies displaced by `displacement` (>= m, 3) in m.
+
+    And that over the size of the smaller body, the square root of its area. The depth of an overlap is its area over
+    half its perimeter: the mean thickness of a sliver. Bodies that are `fallen` (b,) do not count, nor does the depth
+    (m) by which mortar has `closed`.
+    """
+    place = meshes.nodes[:, :2] + displacement[: len(meshes.nodes), :2]
+    outlines = [_outline(meshes, body, place) for body in range(bodies.moving) if not fallen[body]]
+    outlines += [shapely.Polygon(body.exterior) for body in bodies.bodies[bodies.moving :]]
+    moving = int(bodies.moving - fallen.sum())
+    first, second = shapely.STRtree(outlines).query(outlines, predicate="intersects")
+    pairs = (first < second) & (first < moving)
+    shapes = np.array(outlines, dtype=object)
+    common = shapely.intersection(shapes[first[pairs]], shapes[second[pairs]])
+    area, length = shapely.area(common), shapely.length(common)
+    depth = np.maximum(2.0 * area / np.where(length > 0.0, length, 1.0) - closed, 0.0)
+    sizes = shapely.area(shapes)
+    smaller = np.sqrt(np.minimum(sizes[first[pairs]], sizes[second[pairs]]))
+    return float(np.max(depth, initial=0.0)), float(np.max(depth / smaller, initial=0.0))
+
+
+def _outline(meshes: BodyMeshes, body: int, place: FloatArray) -> shapely.Geometry:
+    """Return the displaced outline of a body's face at z = 0, holes included; place (m, 2) of its nodes in m."""
+    triangles = meshes.side_triangles[meshes.body_of_side == body]
+    edges = np.vstack([triangles[:, list(pair)] for pair in pairwise((0, 1, 2, 0))])
+    front = meshes.nodes[:, 2] <= 1e-9 * float(np.ptp(meshes.nodes[:, 2]))
+    lines = shapely.linestrings(place[edges[front[edges].all(axis=1)]])
+    rings = shapely.get_parts(shapely.polygonize([*lines]))
+    return shapely.union_all(rings) if len(rings) == 1 else max(rings, key=shapely.area)

@@ -1,0 +1,45 @@
+"""The pushover of bodies increment by increment, for use from Python: no communicator, no files, no checks.
+
+    for increment in pushover_increments(make_bodies(assemblage, partition)): ...
+
+Every process works for itself. `push` (pushed.py) takes all loads and checks the curve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from orchestrator.basis.parallel import this_rank
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies
+from orchestrator.pushover.model import build_model
+from orchestrator.pushover.path.stepping import Pushover
+from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.pushover.solve.linear_system import LinearSystem
+
+
+def pushover_increments(
+    bodies: Bodies,
+    mesh: MeshSettings | BodyMeshes | None = None,
+    elastic: ElasticSettings | None = None,
+    contact: ContactSettings | None = None,
+    newton: NewtonSettings | None = None,
+    stepping: SteppingSettings | None = None,
+    direction: int = 1,
+    expected_multiplier: float | None = None,
+) -> Iterator[Increment]:
+    """Yield the increments: gravity, load control, displacement control, and motion between static states.
+
+    mesh: settings, or meshes of `mesh_bodies`. direction: load along +x (1) or -x (-1). A body has one density, that of
+    its stones in the mean. expected_multiplier: what limit analysis expects, the measure of load increments; without it
+    0.3 x weight / horizontal load. Raises ConvergenceError when no further increment converges, CollapseError when a
+    large part of the wall has fallen; what was yielded stays valid.
+    """
+    stepping, alone = stepping or SteppingSettings(), this_rank()
+    meshes = mesh if isinstance(mesh, BodyMeshes) else mesh_bodies(bodies, mesh or MeshSettings(), None)
+    elastic, contact = elastic or ElasticSettings(), contact or ContactSettings()
+    model = build_model(bodies, meshes, elastic, contact, direction, alone, stepping.large_displacement)
+    with LinearSystem(model, alone) as system:
+        expected = expected_multiplier or 0.3 * model.weight / model.horizontal_load
+        yield from Pushover(model, system, newton or NewtonSettings(), stepping, expected).increments()

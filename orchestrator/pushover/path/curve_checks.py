@@ -1,0 +1,54 @@
+"""Separate "it ran" from "it is valid": what every finished curve must satisfy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from orchestrator.basis.errors import ResultError
+from orchestrator.pushover.increments import PushoverCurve
+
+EQUILIBRIUM = 1e-3
+"""largest |multiplier x horizontal load - base shear| / horizontal load along the curve"""
+ENERGY = 0.01
+"""largest imbalance of work and energies / (stored energy + friction + live load's work)"""
+OVERLAP = 5e-3
+"""largest depth by which the displaced outlines of two bodies overlap, over the size of the smaller one"""
+BEYOND = 5e-3
+"""share by which the peak may exceed the associative multiplier, which no static state exceeds"""
+
+
+def equilibrium_error(curve: PushoverCurve) -> float:
+    """Return the largest |multiplier x horizontal load - base shear| of static rows, over the largest base shear."""
+    static = curve.moving == 0
+    missing = np.abs(curve.load_multiplier * curve.horizontal_load_N - curve.base_shear_N)[static]
+    return float(np.max(missing) / np.max(np.abs(curve.base_shear_N[static])))
+
+
+def check_curve(
+    curve: PushoverCurve,
+    overlap: float,
+    energy_error: float,
+    highest: float | None,
+) -> None:
+    """Raise ResultError if the curve is not in balance, its bodies penetrate each other, or its peak is not static.
+
+    overlap: of displaced outlines over the smaller body's size; energy_error: share of the energies. highest: base
+    shear in N that limit analysis says no static state exceeds, None where that does not hold. The error names every
+    check that failed; a value that is not a number fails.
+    """
+    static = curve.base_shear_N[curve.moving == 0]
+    beyond = -1.0 if highest is None else float(static.max()) / highest - 1.0
+    found = {
+        "equilibrium": (equilibrium_error(curve), EQUILIBRIUM, "of the peak is missing at the supports"),
+        "penetration": (overlap, OVERLAP, "of the smaller body's size is the depth to which two bodies overlap"),
+        "energy balance": (energy_error, ENERGY, "of stored energy, friction and the live load's work is missing"),
+        "static theorem": (beyond, BEYOND, "is what the peak is above the associative multiplier"),
+    }
+    failed = {
+        name: f"{value:.2e} {meaning}; at most {bound:g} is acceptable"
+        for name, (value, bound, meaning) in found.items()
+        if not value <= bound
+    }
+    if failed:
+        first, *others = failed
+        raise ResultError(first, ", and ".join([failed[first], *(f"{name}: {failed[name]}" for name in others)]))

@@ -1,0 +1,105 @@
+"""Where no static state is near: motion against mass and viscous contacts, until the wall rests."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import ConvergenceError
+from orchestrator.pushover.increments import Attempt, Increment
+from orchestrator.pushover.model import ContactModel
+from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
+from orchestrator.pushover.path.moving import body_motion, body_size
+from orchestrator.pushover.path.prediction import carried_on
+
+REAL = 2e-3
+"""motion over the size of a body from which it is more than a slip that comes to rest"""
+LONGEST = 100
+"""steps of a motion that has gone nowhere after which it is kept as it is"""
+FASTEST = 0.05
+"""largest motion of a body in an increment, over its size"""
+VISCOUS_FORCE = 0.01
+"""a contact that slides by the length of a step of motion resists with this share of the weight"""
+INERTIA = 0.1
+"""a body that moves by the length of a step of motion resists with this share of its weight"""
+FASTER = 5.0
+"""largest ratio of the lengths of two steps of motion"""
+RECOVERY = 1.7
+"""after a failure that ratio begins at 1 and grows by this factor from step to step"""
+SLOWER = 3.0
+"""a step of motion that fails is made shorter by this factor"""
+NEAR_REST = 10.0
+"""rest is looked for when the out-of-balance forces have fallen to this many times what counts as static"""
+FIRST = 0.1
+"""length of the first step of a motion over the last increment"""
+TRIES = 20
+"""times that a step of motion is made shorter"""
+EASY = 8
+"""iterations up to which an increment or a step is easy"""
+GROW = 1.4
+"""how much larger the next increment is after an easy one, and the next step after one that was not"""
+
+
+def motion(solver: IncrementSolver, state: Increment, aim: Aim) -> list[Increment]:
+    """Return the states of a motion from a static state: until it rests, or is more than a slip."""
+    length = aim.size if aim.phase == "displacement" else float(body_motion(solver.model, state.change.ravel()).max())
+    moved = replace(state, step=(max(FIRST * length, solver.model.slip_tolerance), FASTER), moving=True)
+    rows: list[Increment] = []
+    while moved.moving and not is_real(solver.model, state, (moved.displacement - state.displacement).ravel()):
+        moved = step_of_motion(solver, moved, aim, goes_on=bool(rows))
+        rows.append(moved)
+        if len(rows) == LONGEST:
+            break
+    return rows
+
+
+def is_real(model: ContactModel, state: Increment, change: FloatArray) -> bool:
+    """Return whether a body moves by more in a change (n,) than a slip that comes to rest does."""
+    return bool(np.max(body_motion(model, change) * ~state.fallen / body_size(model)) > REAL)
+
+
+def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on: bool = True) -> Increment:
+    """Return the state after one step of motion against mass and viscous contacts, or where the wall rests.
+
+    goes_on: the last change is a step of the same motion, from which this one is expected to go on.
+    """
+    length, faster = state.step
+    model, attempts = solver.model_of(state), list[Attempt]()
+    here = state.displacement.ravel()
+    predicted = carried_on(solver.model, here, state.change.ravel(), 1.0) if goes_on else here
+    gravity = model.weight / float(solver.model.body_mass.sum())
+    for _ in range(TRIES):
+        viscosity = min(VISCOUS_FORCE * model.weight / length, 3 * model.contact_stiffness)
+        time_step = float(np.sqrt(length / (INERTIA * gravity)))
+        reached = aim
+        if aim.phase == "displacement":
+            reached = replace(aim, value=min(aim.value, state.mean_displacement + length))
+        try:
+            moved = solver.solved(state, reached, predicted, viscosity, time_step)
+            break
+        except ConvergenceError as error:
+            attempts.append(Attempt(str(error), length, "a shorter step", error.iterations))
+            length, faster, predicted = length / SLOWER, 1.0, here
+    else:
+        spent = sum(attempt.iterations for attempt in attempts)
+        raise ConvergenceError("Newton", f"no motion is found: {attempts[-1].cause}", spent)
+    slows = np.linalg.norm(moved.change) <= np.linalg.norm(state.change)
+    if slows and reached == aim and moved.out_of_balance <= NEAR_REST * solver.stepping.out_of_balance:
+        try:
+            rest = solver.static(moved, replace(aim, size=0.0))
+            if not rest.moving:
+                iterations = moved.iterations + rest.iterations
+                return replace(rest, number=moved.number, attempts=tuple(attempts), iterations=iterations)
+            attempts.append(Attempt("it does not rest", length, "moved on", rest.iterations))
+        except ConvergenceError as error:
+            attempts.append(Attempt(str(error), length, "moved on", error.iterations))
+    motions = body_motion(solver.model, moved.change.ravel())
+    far = float(np.max(motions / body_size(solver.model)))
+    if far < FASTEST / FASTER and length >= state.step[0]:
+        easy = moved.iterations <= EASY
+        length, faster = length * (faster if easy else GROW), min(RECOVERY * faster, FASTER) if easy else faster
+    length *= min(1.0, FASTEST / far) if far else 1.0
+    gone = read_only(state.gone + motions)
+    return replace(moved, moving=True, gone=gone, attempts=tuple(attempts), step=(length, faster))

@@ -1,0 +1,76 @@
+"""Which bodies move: speeds of the bodies, how much of the wall takes part, what has come off (numpy only)."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sparse
+import scipy.sparse.csgraph as graphs
+
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.pushover.increments import BodyMask
+from orchestrator.pushover.model import ContactModel
+
+TAKES_PART = 0.1
+"""a body that moves by this share of what the moving part does belongs to it"""
+
+
+def body_motion(model: ContactModel, change: FloatArray) -> FloatArray:
+    """Return (b,) in m: how far each moving body goes in a change of displacement (n,), the root mean square of its
+    nodes in the wall's plane."""
+    body = model.meshes.body_of_node
+    square = np.sum(change.reshape(-1, 3)[: len(body), :2] ** 2, axis=1)
+    return np.sqrt(np.bincount(body, square, model.bodies) / np.bincount(body, minlength=model.bodies))
+
+
+def body_size(model: ContactModel) -> FloatArray:
+    """Return (b,) in m: the square root of the box round each moving body."""
+    nodes, body = model.meshes.nodes, model.meshes.body_of_node
+    low, high = np.full((model.bodies, 2), np.inf), np.full((model.bodies, 2), -np.inf)
+    np.minimum.at(low, body, nodes[:, :2])
+    np.maximum.at(high, body, nodes[:, :2])
+    return np.sqrt(np.prod(high - low, axis=1))
+
+
+def participation(model: ContactModel, motion: FloatArray) -> float:
+    """Return the share of the mass that takes part in a motion of the bodies (b,).
+
+    (sum m d)^2 / (M sum m d^2) is the mass share of a part that moves alone, and 1 where all move alike.
+    """
+    mass = model.body_mass
+    square = float(mass @ motion**2)
+    return float(np.square(mass @ motion)) / (float(mass.sum()) * square) if square > 0.0 else 1.0
+
+
+def moving_part(model: ContactModel, motion: FloatArray) -> BodyMask:
+    """Return the bodies (b,) that take part in a motion (b,): no slower than a tenth of its mean speed, by momentum."""
+    mass = model.body_mass
+    momentum = float(mass @ motion)
+    mean = float(mass @ motion**2) / momentum if momentum > 0.0 else 0.0
+    return motion >= TAKES_PART * mean
+
+
+def without_hold(
+    model: ContactModel, normal_force: FloatArray, fallen: BodyMask, tie_force: FloatArray | None = None
+) -> BodyMask:
+    """Return the bodies (b,) not `fallen` that no chain of contact forces (possible contacts, N) and ties (m, N)
+    connects to a support."""
+    closed = normal_force != 0.0
+    slave, master = (np.minimum(body[closed], model.bodies) for body in model.pairs)
+    if tie_force is not None and model.ties is not None:
+        ends = model.ties.body[tie_force != 0.0]
+        one, other = np.where(ends < 0, model.bodies, ends).T  # an anchor holds as a support does
+        slave, master = np.append(slave, one), np.append(master, other)
+    count = model.bodies + 1  # all supports are one
+    graph = sparse.coo_matrix((np.ones(len(slave)), (slave, master)), shape=(count, count))
+    _, part = graphs.connected_components(graph, directed=False)
+    return (part[:-1] != part[-1]) & ~fallen
+
+
+def out_of_balance(model: ContactModel, force: FloatArray) -> float:
+    """Return the largest force (n,) in N on a body that equilibrium does not explain, over the body's weight.
+
+    The forces on the nodes of a body are added up by their size, so that those that turn it count too.
+    """
+    node = np.linalg.norm(force.reshape(-1, 3)[:, :2], axis=1)
+    of_body = np.bincount(model.body, node, model.bodies)
+    return float(np.max(of_body[: model.bodies] / model.body_weight, initial=0.0))

@@ -1,0 +1,353 @@
+"""From the unloaded wall to its collapse: static increments, and damped motion wherever no static state is near.
+
+Every increment solves R_u = 0 of newton.py from the state before it, u_n, with u_ref = u_n: backward Euler of an
+overdamped flow. One quantity is prescribed, by phase:
+
+    gravity         the share of the weight
+    load            the load multiplier
+    displacement    the mean displacement of the bodies that are driven; the multiplier is an unknown
+
+The load is prescribed until a part of the wall moves for good; what moves then is driven. An increment is static when
+the proximal term carries less than `out_of_balance` of the weight of every body. Where no static state is found near,
+the prescribed quantity is held and the wall moves against viscous contacts and its mass (motion.py) until it rests.
+
+A part of less than `local_share` of the wall's mass that does not come to rest is a local failure: its motion is kept,
+it is taken out when it has lost its hold, and the wall goes on.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CollapseError, ConvergenceError
+from orchestrator.pushover.increments import Attempt, BodyMask, ContactStatus, Increment, Phase
+from orchestrator.pushover.model import ContactModel, driven_by
+from orchestrator.pushover.path.increment_record import scattered
+from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
+from orchestrator.pushover.path.motion import FASTEST, is_real, motion, step_of_motion
+from orchestrator.pushover.path.moving import body_motion, body_size, moving_part, participation, without_hold
+from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
+from orchestrator.pushover.solve.linear_system import LinearSystem
+
+logger = logging.getLogger(__name__)
+
+FALLING = 0.05
+"""a part that moves by this share of the wall's height under its own weight falls"""
+SHRINK = 0.25
+CUTS = {"gravity": 1, "load": 0, "displacement": 2}
+"""times that an increment is made smaller before the wall is left to move (only once under displacement control: motion
+where the curve has a kink that a sixteenth of the increment follows, and up to three times the iterations)"""
+ONSET = 1 / 64
+"""a local failure is looked for in load increments down to this share of the largest"""
+OUT = 0.5
+"""a body that has moved by this share of its size since the wall was static has lost its hold"""
+BENT = 0.5
+"""an increment that departs from the one before by this share of its length, or more, is followed by one as large"""
+RESTED = "moved until it rested"
+"""what an attempt says that was followed by motion to a state of rest"""
+
+
+def at_rest(model: ContactModel) -> Increment:
+    """Return the stress-free wall without weight, the start of gravity (number 0)."""
+    count, nodes = len(model.possible), len(model.body)
+    zero = read_only(np.zeros(count))
+    return Increment(
+        number=0,
+        phase="gravity",
+        time=0.0,
+        load_multiplier=0.0,
+        displacement=read_only(np.zeros((nodes, 3))),
+        change=read_only(np.zeros((nodes, 3))),
+        normal_force=zero,
+        elastic_slip=read_only(np.zeros((count, 2))),
+        slip=zero,
+        damage=zero,
+        closing=zero,
+        tie_force=read_only(np.zeros(len(model.ties or ()))),
+        tie_rest=read_only(np.zeros(len(model.ties or ()))),
+        gap=zero,
+        overlap=read_only(scattered(np.zeros(count), model.rows, model.gap_offset)),  # joints touch by definition
+        status=read_only(np.full(count, ContactStatus.STICK), np.int64),
+        base_shear=0.0,
+        horizontal_load=model.horizontal_load,
+        control_displacement=0.0,
+        mean_displacement=0.0,
+        internal_energy=0.0,
+        dissipated_energy=0.0,
+        external_work=0.0,
+        other_work=0.0,
+        live_work=0.0,
+        lost_in_motion=0.0,
+        energy_error=0.0,
+        largest_base_shear=0.0,
+        out_of_balance=0.0,
+        moving=False,
+        driven=read_only(np.ones(model.bodies, bool), np.bool_),
+        fallen=read_only(np.zeros(model.bodies, bool), np.bool_),
+        gone=read_only(np.zeros(model.bodies)),
+        equilibrium_residual=0.0,
+        iterations=0,
+        step=(0.0, 0.0),
+    )
+
+
+def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
+    """Return why the curve ends with this increment: displacement, drop of the base shear, or number; else None."""
+    if state.number >= stepping.largest_increments:
+        return f"{stepping.largest_increments} increments done"
+    if state.moving:
+        return None
+    if state.control_displacement >= stepping.final_displacement * (1 - 1e-3):
+        return f"final displacement of {1e3 * stepping.final_displacement:g} mm reached"
+    dropped = state.base_shear < (1 - stepping.final_drop) * state.largest_base_shear
+    if state.phase == "displacement" and dropped:
+        return f"base shear {100 * stepping.final_drop:g} % below its peak"
+    return None
+
+
+@dataclass(frozen=True)
+class Pushover:
+    """A contact model, its linear system and the settings; expected_multiplier: what limit analysis expects."""
+
+    model: ContactModel
+    system: LinearSystem
+    newton: NewtonSettings
+    stepping: SteppingSettings
+    expected_multiplier: float = 0.3
+
+    @cached_property
+    def solver(self) -> IncrementSolver:
+        """What solves its increments."""
+        return IncrementSolver(self.model, self.system, self.newton, self.stepping)
+
+    def increments(self, last: Increment | None = None) -> Iterator[Increment]:
+        """Yield the increments from gravity to the end of the curve, or those after `last`.
+
+        Raises ConvergenceError when no further increment converges, CollapseError when a large part of the wall has
+        fallen; everything yielded before stays valid.
+        """
+        state = last or at_rest(self.model)
+        while not self.finished(state):
+            if state.phase == "gravity" and state.number >= self.stepping.largest_increments and not self._rests(state):
+                raise ConvergenceError("gravity", "the wall keeps moving under its own weight")
+            for following in self._after(state):
+                state = following
+                yield state
+
+    def finished(self, state: Increment) -> bool:
+        """Return whether the curve has reached its end."""
+        return state.phase != "gravity" and end_of_curve(state, self.stepping) is not None
+
+    def _after(self, state: Increment) -> Iterator[Increment]:
+        """Yield what follows `state`: one increment, static or in motion, or several when a motion is kept."""
+        if state.phase == "gravity" and self._rests(state):
+            state = replace(state, phase="load", time=0.0, step=(self._largest("load"), 0.0))
+        if state.moving:
+            change = state.change.ravel()
+            driving = self._driving_what_moves(state, change) if is_real(self.model, state, change) else None
+            if driving is None:
+                yield self._without_what_fell(step_of_motion(self.solver, state, self._held(state)))
+                return
+            state = driving
+        size, cuts = state.step[0] or self._largest(state.phase), 0
+        attempts: tuple[Attempt, ...] = ()
+        while True:
+            aim = self._aim(state, size)
+            size = aim.size
+            try:
+                solved = self.solver.static(state, aim)
+            except ConvergenceError as error:
+                failure, spent = str(error), error.iterations
+            else:
+                retreat = self._retreats(state, solved)
+                if not solved.moving and retreat is None:
+                    growth = 1.0 if cuts else self._growth(state, solved, aim)
+                    grown = min(growth * aim.size, self._resolved(state, solved))
+                    yield replace(solved, attempts=attempts, step=(grown, aim.size))
+                    return
+                failure, spent = "a part of the wall moves", solved.iterations
+                if retreat is not None:
+                    attempts += (Attempt("a local part moves and the wall goes back", size, "no longer driven", spent),)
+                    state, size, cuts = retreat, retreat.step[0], 0
+                    continue
+            in_turn = _rested(state) and size <= 2.0 * state.step[1]
+            if cuts < CUTS[state.phase] and not in_turn and size > ONSET * self._largest(state.phase):
+                attempts += (Attempt(failure, size, f"retried with {SHRINK * size:g}", spent),)
+                size, cuts = SHRINK * size, cuts + 1
+                continue
+            rows, tried = motion(self.solver, state, aim), spent
+            spent += sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
+            if not rows[-1].moving:
+                attempts += (Attempt(failure, size, RESTED, spent - rows[-1].iterations),)
+                yield replace(rows[-1], number=state.number + 1, attempts=attempts, step=self._anew(aim, state))
+                return
+            driving = self._driving_what_moves(state, rows[-1].change.ravel())
+            if driving is not None:
+                attempts += (Attempt(failure, size, "what moves is driven", spent),)
+                state, size, cuts = driving, driving.step[0], 0
+                continue
+            if state.phase == "load" and size > ONSET * self._largest("load"):
+                attempts += (Attempt(failure, size, f"a local part moves; retried with {SHRINK * size:g}", spent),)
+                size *= SHRINK
+                continue
+            attempts += (Attempt(failure, size, "a local part moves", tried),)
+            yield replace(rows[0], attempts=attempts + rows[0].attempts)
+            yield from rows[1:]
+            return
+
+    def _without_what_fell(self, state: Increment) -> Increment:
+        """Return the state without the bodies that have lost their hold. Raises CollapseError for a large part."""
+        if not state.moving:
+            return replace(state, step=self._anew(self._held(state), state))
+        if state.phase == "gravity":
+            self._refuse_what_falls(state)
+            return state
+        moves = moving_part(self.model, body_motion(self.model, state.change.ravel()))
+        out = state.gone > OUT * body_size(self.model)
+        free = without_hold(self.model, state.normal_force, state.fallen, state.tie_force)
+        lost = (free | (moves & out)) & ~state.fallen
+        if not lost.any():
+            return state
+        names = [self.model.body_names[body] for body in np.flatnonzero(lost)]
+        logger.info("%s fell at a multiplier of %.5f", ", ".join(names), state.load_multiplier)
+        mass = self.model.body_mass
+        if mass[lost].sum() >= self.stepping.local_share * mass.sum() or (lost | state.fallen).all():
+            raise CollapseError(", ".join(names), 1e3 * state.control_displacement)
+        fallen = read_only(state.fallen | lost, np.bool_)
+        force = np.where(self._touching(fallen), 0.0, state.normal_force)
+        driven = state.driven & ~fallen
+        state = replace(state, fallen=fallen, normal_force=read_only(force))
+        return self._driving(state, driven if driven.any() else ~fallen)
+
+    def _touching(self, fallen: BodyMask) -> BodyMask:
+        slave, master = (np.minimum(body, self.model.bodies) for body in self.model.pairs)
+        gone = np.append(fallen, False)
+        return gone[slave] | gone[master]
+
+    def _driving_what_moves(self, state: Increment, change: FloatArray) -> Increment | None:
+        """Return the state from which what moves in a change (n,) is driven; None where that is local, or driven."""
+        if state.phase == "gravity":
+            return None
+        motion = body_motion(self.model, change) * ~state.fallen
+        if participation(self.model, motion) < self.stepping.local_share:
+            return None
+        part = moving_part(self.model, motion) & ~state.fallen & state.driven
+        mass = self.model.body_mass
+        if state.phase == "displacement" and mass[part & state.driven].sum() > 0.5 * mass[part].sum():
+            return None
+        if not part.any() or float(driven_by(self.model, part).mean_row @ change) <= 0.0:
+            return None
+        driving = self._driving(replace(state, phase="displacement", moving=False), part)
+        largest = self._largest("displacement")
+        last = float(self.solver.model_of(driving).mean_row @ state.change.ravel())
+        return replace(driving, step=(min(max(SHRINK * last, 1e-2 * largest), largest), 0.0))
+
+    def _driving(self, state: Increment, driven: BodyMask) -> Increment:
+        state = replace(state, driven=read_only(driven, np.bool_))
+        return replace(
+            state, mean_displacement=float(self.solver.model_of(state).mean_row @ state.displacement.ravel())
+        )
+
+    def _retreats(self, state: Increment, solved: Increment) -> Increment | None:
+        """Return the state with its load prescribed where a local part moves and the rest goes back, else None."""
+        if state.phase != "displacement" or solved.base_shear >= state.base_shear:
+            return None
+        motion = body_motion(self.model, solved.change.ravel()) * ~state.fallen
+        if participation(self.model, motion) >= self.stepping.local_share:
+            return None
+        driven = state.driven & (motion < 0.1 * motion.max())
+        mass = self.model.body_mass
+        if mass[driven].sum() < self.stepping.local_share * mass.sum() or (driven == state.driven).all():
+            return None
+        state = self._driving(state, driven)
+        return replace(state, phase="load", step=(ONSET * self._largest("load"), 0.0))
+
+    def _largest(self, phase: Phase) -> float:
+        """Return the largest increment of a phase, in its unit."""
+        if phase == "gravity":
+            return 1.0 / self.stepping.gravity_increments
+        if phase == "load":
+            return self.stepping.load_increment * self.expected_multiplier
+        return self.solver.largest_displacement
+
+    def _anew(self, aim: Aim, before: Increment) -> tuple[float, float]:
+        """Return the next increment after a slip or a motion, and the last one, in the unit of the phase.
+
+        Where a displacement is prescribed it is not known yet how the wall moves on: it begins with the elastic slip.
+        Where one slip follows another it grows, so that no wall creeps.
+        """
+        if aim.phase == "displacement":
+            size = 2.0 * aim.size if _rested(before) else self.model.slip_tolerance
+            return min(size, self._largest(aim.phase)), aim.size
+        size = aim.size or SHRINK**2 * self._largest(aim.phase)
+        return size, size
+
+    def _growth(self, state: Increment, solved: Increment, aim: Aim) -> float:
+        """Return by what factor the next increment is larger, at most 2: the less this one departs from the one before.
+
+        Not by the number of iterations, which rounding changes where Newton's matrix is nearly singular.
+        """
+        share = self.solver.share(state, aim)
+        if not share:
+            return 2.0
+        change = solved.change.ravel()
+        departed = float(np.linalg.norm(change - share * state.change.ravel()))
+        return float(np.clip(BENT * np.linalg.norm(change) / max(departed, 1e-300), 1.0, 2.0))
+
+    def _resolved(self, state: Increment, solved: Increment) -> float:
+        """Return the increment up to which the curve after a static increment is resolved, in its phase's unit.
+
+        Under displacement control neither the top moves by more than the largest displacement nor the multiplier by
+        more than its largest increment; a part that slides without either, inside the wall, may go farther.
+        """
+        largest = self._largest(solved.phase)
+        if solved.phase != "displacement":
+            return largest
+        mean_change, control_change = self.solver.last_changes(solved)
+        carries_more = abs(solved.load_multiplier - state.load_multiplier) / self._largest("load")
+        share = max(abs(control_change) / largest, carries_more)
+        return max(largest, mean_change / share) if share > 0.0 else np.inf
+
+    def _aim(self, state: Increment, size: float) -> Aim:
+        if state.phase == "gravity":
+            return Aim("gravity", min(state.time + size, 1.0), size)
+        if state.phase == "load":
+            return Aim("load", state.load_multiplier + size, size)
+        mean_change, control_change = self.solver.last_changes(state)
+        if self.solver.was_driven(state):
+            left = self.stepping.final_displacement - state.control_displacement
+            if control_change > 0:
+                size = min(size, max(left * mean_change / control_change, 1e-3 * size))
+            fastest = float(np.max(body_motion(self.model, state.change.ravel()) / body_size(self.model)))
+            size = min(size, max(FASTEST * mean_change / fastest, 1e-3 * size))
+        return Aim("displacement", state.mean_displacement + size, size)
+
+    def _held(self, state: Increment) -> Aim:
+        """Return the aim that holds what a state in motion prescribes."""
+        held = {"gravity": state.time, "load": state.load_multiplier, "displacement": state.mean_displacement}
+        return Aim(state.phase, held[state.phase], 0.0)
+
+    def _refuse_what_falls(self, state: Increment) -> None:
+        """Raise ConvergenceError for a wall of which a part moves far under its own weight: it cannot stand."""
+        nodes = self.model.meshes.nodes
+        moved = np.linalg.norm(state.displacement[: len(nodes)], axis=1)
+        if moved.max() > FALLING * np.ptp(nodes[:, 1]):
+            name = self.model.body_names[self.model.meshes.body_of_node[moved.argmax()]]
+            raise ConvergenceError("gravity", f"the wall does not stand under its own weight: {name} falls")
+
+    def _rests(self, state: Increment) -> bool:
+        """Return whether all weight acts and the proximal term has faded below Newton's tolerance."""
+        inertia = self.model.mass @ state.change.ravel() / np.square(self.solver.time_step(Aim("gravity", 1.0, 0.0)))
+        quiet = np.linalg.norm(inertia) < self.newton.residual * np.linalg.norm(self.model.gravity)
+        return state.time >= 1.0 and not state.moving and bool(quiet)
+
+
+def _rested(state: Increment) -> bool:
+    """Return whether a state was found after a slip; where joints stick and slip in turn, one slip follows another."""
+    return bool(state.attempts) and state.attempts[-1].action == RESTED

@@ -1,0 +1,1 @@
+"""The bodies as elastic solids: stiffness, mass, nodal loads, tie bars."""

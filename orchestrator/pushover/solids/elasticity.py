@@ -1,0 +1,170 @@
+"""Stiffness and consistent mass of the bodies, assembled by dolfinx.
+
+    a(u, v) = int 2 mu eps(u) : eps(v) + lambda tr eps(u) tr eps(v) dx        stiffness K, N/m
+    m(u, v) = int rho u . v dx                                                mass M, kg
+
+on 4-node tetrahedra; all bodies are one mesh of disconnected components, each body owned by one rank.
+
+With 10-node tetrahedra the displacement of a middle node is the mean of its edge's ends plus a departure of its own,
+and the departures are the additional unknowns (hierarchical basis). Edges on the outline stay straight (no unknown), so
+that contact sees plane triangles between corner nodes, whatever the order. Node rows come first, edge rows after them.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import dolfinx
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sparse
+import ufl
+from dolfinx import cpp, fem
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.masonry.wall import GRAVITY
+from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.pushover.solids.dolfinx_versions import cell_space, matrix_of, mesh_of, rows, vector_space
+from orchestrator.pushover.solids.edges import TETRAHEDRON_EDGES, edges_of, on_outline
+from orchestrator.pushover.solids.elastic_constants import ElasticConstants
+
+assert PETSc.ScalarType is np.float64, "this program needs PETSc built for real numbers (python3-dolfinx-real)"
+
+
+@contextmanager
+def _quiet_compiler() -> Iterator[None]:
+    """Keep the form compiler's command lines off the terminal (the first run on a machine compiles)."""
+    before = logging.root.manager.disable
+    logging.disable(logging.INFO)
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Elasticity:
+    """K (N/m) and M (kg), both (n, n), n = 3 x (nodes + curved edges); body (n / 3,): of each node and edge."""
+
+    stiffness: sparse.csr_matrix
+    mass: sparse.csr_matrix
+    body: IntArray
+
+
+@_quiet_compiler()
+def assemble(meshes: BodyMeshes, constants: ElasticConstants, element_order: int, comm: MPI.Comm) -> Elasticity:
+    """Return stiffness and mass in the node order of `meshes`, the same on every rank."""
+    mesh = _distributed_mesh(meshes, comm)
+    space = vector_space(mesh, element_order)
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    first, second = _lame(mesh, meshes, constants)
+    strain_u, strain_v = ufl.sym(ufl.grad(u)), ufl.sym(ufl.grad(v))
+    stiffness = 2 * second * ufl.inner(strain_u, strain_v) + first * ufl.tr(strain_u) * ufl.tr(strain_v)
+    inertia = _of_cells(mesh, meshes, meshes.unit_weight / GRAVITY) * ufl.inner(u, v)
+    edges = edges_of(meshes.tetrahedra) if element_order == 2 else np.zeros((0, 2), np.int64)
+    numbering = _input_numbering(space, edges, len(meshes.nodes))
+    curved = ~on_outline(edges, meshes)
+    basis = _hierarchical_basis(edges, curved, len(meshes.nodes))
+
+    def matrix(form: ufl.Form) -> sparse.csr_matrix:
+        nodal = _gathered(form * ufl.dx, numbering, comm)
+        return (basis.T @ nodal @ basis).tocsr() if len(edges) else nodal
+
+    body = np.concatenate([meshes.body_of_node, meshes.body_of_node[edges[curved, 0]]])
+    return Elasticity(matrix(stiffness), matrix(inertia), body)
+
+
+def _hierarchical_basis(edges: IntArray, curved: npt.NDArray[np.bool_], nodes: int) -> sparse.csr_matrix:
+    """Return T: displacements of nodes and middle nodes = T (displacements of nodes, departures of curved edges)."""
+    middle = nodes + np.arange(len(edges))
+    departs = np.flatnonzero(curved)
+    row = np.concatenate([np.arange(nodes), np.repeat(middle, 2), middle[departs]])
+    column = np.concatenate([np.arange(nodes), edges.ravel(), nodes + np.arange(len(departs))])
+    value = np.concatenate([np.ones(nodes), np.full(2 * len(edges), 0.5), np.ones(len(departs))])
+    shape = (nodes + len(edges), nodes + len(departs))
+    return sparse.kron(sparse.csr_matrix((value, (row, column)), shape), sparse.identity(3), format="csr")
+
+
+def _lame(mesh: dolfinx.mesh.Mesh, meshes: BodyMeshes, constants: ElasticConstants) -> tuple[Any, Any]:
+    """Return lambda and mu: constants where all bodies have the same, else functions that are constant on each cell.
+
+    Plain numbers would be written into the generated code with too few digits, and compiled anew for every modulus.
+    """
+    moving = len(meshes.unit_weight)
+    modulus, ratio = constants.elastic_modulus[:moving], constants.poisson_ratio[:moving]
+    first, second = modulus * ratio / ((1 + ratio) * (1 - 2 * ratio)), modulus / (2 * (1 + ratio))
+    if np.ptp(modulus) == 0.0 and np.ptp(ratio) == 0.0:
+        return fem.Constant(mesh, float(first[0])), fem.Constant(mesh, float(second[0]))
+    return _of_cells(mesh, meshes, first), _of_cells(mesh, meshes, second)
+
+
+def _distributed_mesh(meshes: BodyMeshes, comm: MPI.Comm) -> dolfinx.mesh.Mesh:
+    """Hand the mesh over from rank 0; no body is cut: bodies go to ranks in contiguous groups of equal size."""
+    cells, nodes = meshes.tetrahedra, meshes.nodes
+    rank_of_cell = _rank_of_body(meshes.body_of_tetrahedron, comm.size)[meshes.body_of_tetrahedron]
+    if comm.rank > 0:
+        cells, nodes, rank_of_cell = cells[:0], nodes[:0], rank_of_cell[:0]
+
+    def by_body(*_: object) -> cpp.graph.AdjacencyList_int32:
+        return cpp.graph.AdjacencyList_int32(rank_of_cell.astype(np.int32).reshape(-1, 1))
+
+    return mesh_of(comm, cells, nodes, by_body)
+
+
+def _rank_of_body(body_of_tetrahedron: IntArray, ranks: int) -> IntArray:
+    elements = np.bincount(body_of_tetrahedron)
+    before = np.cumsum(elements) - elements
+    return before * ranks // len(body_of_tetrahedron)
+
+
+def _of_cells(mesh: dolfinx.mesh.Mesh, meshes: BodyMeshes, of_body: FloatArray) -> fem.Function:
+    """Return values (bodies,) on each cell. Rank 0 handed over all cells, so original numbers are the input's."""
+    values = fem.Function(cell_space(mesh))
+    body = meshes.body_of_tetrahedron[np.array(mesh.topology.original_cell_index)]
+    values.x.array[:] = of_body[body]
+    return values
+
+
+def _input_numbering(space: Any, edges: IntArray, nodes: int) -> IntArray:
+    """Return the input node, or `nodes` + the edge, of each dof owned here (dofs are not numbered like the input)."""
+    mesh = space.mesh
+    corners = np.array(mesh.geometry.input_global_indices)[rows(mesh.geometry.dofmap, 4)]
+    numbers = corners
+    if len(edges):
+        pairs = np.sort(corners[:, TETRAHEDRON_EDGES], axis=2)
+        found = np.searchsorted(edges @ [nodes, 1], pairs @ [nodes, 1])
+        numbers = np.column_stack([corners, nodes + found])
+    dof_of_cell = rows(space.dofmap.list, numbers.shape[1])
+    number_of_dof = np.zeros(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, np.int64)
+    number_of_dof[dof_of_cell] = numbers
+    return number_of_dof[: space.dofmap.index_map.size_local]
+
+
+def _gathered(form: ufl.Form, numbering: IntArray, comm: MPI.Comm) -> sparse.csr_matrix:
+    """Return the assembled matrix on every rank, rows and columns in input order."""
+    matrix = matrix_of(form)
+    indptr, columns, values = matrix.getValuesCSR()
+    matrix.destroy()
+    node = np.concatenate(comm.allgather(numbering))
+    dof = (3 * node[:, None] + np.arange(3)).ravel()
+    row_of_value = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
+    local_dof = (3 * numbering[:, None] + np.arange(3)).ravel()
+    parts = comm.allgather((local_dof[row_of_value], dof[columns], values))
+    row, column, value = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    assembled = sparse.csr_matrix((value, (row, column)), shape=(len(dof), len(dof)))
+    assembled.sort_indices()
+    return assembled
+
+
+def gravity_and_lateral_loads(mass: sparse.csr_matrix, nodes: int, direction: int) -> tuple[FloatArray, FloatArray]:
+    """Return forces (n,) in N: own weight, and the weight turned to +x or -x (load multiplier 1)."""
+    unit = (np.arange(mass.shape[0] // 3) < nodes).astype(float)  # edges do not depart in a translation
+    vertical = np.kron(unit, [0.0, -GRAVITY, 0.0])
+    horizontal = np.kron(unit, [direction * GRAVITY, 0.0, 0.0])
+    return mass @ vertical, mass @ horizontal

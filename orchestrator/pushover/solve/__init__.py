@@ -1,0 +1,1 @@
+"""One increment's equations, Newton's method on them, the linear system (PETSc)."""

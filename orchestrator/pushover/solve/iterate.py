@@ -1,0 +1,212 @@
+"""State of a trial solution of one increment: residuals and contact response (equations in newton.py)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.pushover.contact.cohesion import Bond, BondResponse, bond_response
+from orchestrator.pushover.contact.contact_law import FrictionResponse, friction_response
+from orchestrator.pushover.contact.mortar import Mortar
+from orchestrator.pushover.increments import ContactStatus
+from orchestrator.pushover.model import ContactModel
+from orchestrator.pushover.solids.tie_bars import TieHistory, TieResponse, tie_response
+
+EPSILON = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Target:
+    """What one increment asks for (n displacements, c contacts).
+
+    gravity_share: part of the own weight that acts. displacement (n,) and elastic_slip (c, 2) at the start, m.
+    inertia_reference (n,) = u_ref, time_step dt in s: inertia M (u - u_ref)/dt^2. Either `mean_displacement` (m) is
+    prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
+    that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
+    contacts that were closed at the start (damped (c,)) resist slip by viscosity x (slip since then) besides friction,
+    whether they stay closed or not: a force that came and went with the contact could leave a step without a solution.
+    Bonded ones resist opening likewise. bond: strengths and history of the contacts, None where no joint has any;
+    mortar: stiffness, strength and history likewise. ties: history of the ties, None without any.
+    """
+
+    gravity_share: float
+    displacement: FloatArray
+    elastic_slip: FloatArray
+    inertia_reference: FloatArray
+    time_step: float
+    mean_displacement: float | None
+    reference_force: float = 0.0
+    viscosity: float = 0.0
+    damped: npt.NDArray[np.bool_] | None = None
+    bond: Bond | None = None
+    mortar: Mortar | None = None
+    ties: TieHistory | None = None
+
+    @property
+    def shear_stiffness(self) -> FloatArray | None:
+        """Shear stiffness of each contact (c,) in N/m, None where no joint has any."""
+        return None if self.mortar is None else self.mortar.shear_stiffness
+
+    def viscosities(self, contacts: int) -> FloatArray:
+        """Return the viscosity of each contact (c,) in N/m."""
+        return self.viscosity * (np.ones(contacts) if self.damped is None else self.damped.astype(float))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Iterate:
+    """displacement (n,), normal_force (c,), load multiplier, and what follows from them.
+
+    force_residual (n,) in N, gap (c,) in m (what mortar leaves of it), active (c,): closed, crushes (c,): of those.
+    strength in N: what they crush at (c,), or infinity. `norms`: force residual / weight, largest |gap| of an active
+    contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). rounding: what
+    summing K u leaves of the force residual / weight in double precision, a bound that thin walls reach. pull (c,) in
+    N: tension that a contact carries when it opens, its slope pull_slope (c,) in N/m; bond: the rest of that, or None.
+    as_before: contacts have the states from before the increment, not their own.
+    """
+
+    displacement: FloatArray
+    normal_force: FloatArray
+    load_multiplier: float
+    force_residual: FloatArray
+    gap: FloatArray
+    active: npt.NDArray[np.bool_]
+    response: FrictionResponse
+    norms: tuple[float, float, float, float]
+    rounding: float
+    pull: FloatArray
+    pull_slope: FloatArray
+    bond: BondResponse | None
+    crushes: npt.NDArray[np.bool_]
+    strength: FloatArray | float
+    damped: npt.NDArray[np.bool_] | None = None
+    ties: TieResponse | None = None
+    number: int = 0
+    as_before: bool = False
+
+    @property
+    def carrying(self) -> npt.NDArray[np.bool_]:
+        """(c,): contacts that take shear: closed ones, those whose bond is intact, those whose slip is damped."""
+        taking = self.active if self.bond is None else self.active | self.bond.intact
+        return taking if self.damped is None else taking | self.damped
+
+    def within(self, force: FloatArray) -> FloatArray:
+        """Return forces (c,) in N brought within what contacts carry."""
+        return np.minimum(np.maximum(force, 0.0), self.strength)
+
+
+def evaluate(
+    model: ContactModel, problem: Target, displacement: FloatArray, normal_force: FloatArray, multiplier: float
+) -> Iterate:
+    """Return residuals and contact response of a trial state."""
+    gap = model.normal_rows @ displacement + model.gap_offset
+    mortar = problem.mortar
+    if mortar is not None:
+        gap = mortar.opened(gap, normal_force)
+    slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
+    trial = problem.elastic_slip + slip
+    response = friction_response(
+        trial, normal_force, model.contacts.friction, model.slip_tolerance, problem.shear_stiffness
+    )
+    bond = None
+    pull = pull_slope = np.zeros(len(gap))
+    if problem.bond is not None:
+        bond, holds = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
+        response = response.bonded(trial, normal_force, model.contacts.friction, bond)
+        pull = bond.tension + problem.viscosity * holds * (gap - problem.bond.opening)
+        pull_slope = bond.tension_slope + problem.viscosity * holds
+    pressed = normal_force - model.contact_stiffness * gap
+    active = normal_force + pull - model.contact_stiffness * gap >= 0.0
+    strength = np.inf if mortar is None else mortar.strength
+    crushes = active & (pressed >= strength)
+    response = response.damped(slip, problem.viscosities(len(gap)))
+    strained = displacement - model.rigid
+    residual = (
+        model.stiffness @ strained
+        + model.mass @ (displacement - problem.inertia_reference) / np.square(problem.time_step)
+        - problem.gravity_share * model.gravity
+        - multiplier * model.lateral
+        - model.normal_columns @ normal_force
+        + model.tangential_columns @ response.traction.ravel()
+    )
+    ties = None
+    if model.ties is not None and problem.ties is not None:
+        ties = tie_response(model.ties, problem.ties, displacement)
+        residual = residual + model.ties.rows.T @ ties.force
+    weight = float(np.linalg.norm(model.gravity))
+    return Iterate(
+        displacement=displacement,
+        normal_force=normal_force,
+        load_multiplier=multiplier,
+        force_residual=residual,
+        gap=gap,
+        active=active,
+        response=response,
+        norms=(
+            float(np.linalg.norm(residual)) / weight,
+            float(np.max(np.abs(gap[active & ~crushes]), initial=0.0)),
+            float(np.max(np.abs(_off(normal_force, pull, crushes, strength)[~active | crushes]), initial=0.0))
+            / model.weight,
+            abs(control_error(model, problem, displacement)),
+        ),
+        rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(strained))) / weight,
+        pull=pull,
+        pull_slope=pull_slope,
+        bond=bond,
+        crushes=crushes,
+        strength=strength,
+        damped=problem.damped if problem.viscosity > 0.0 else None,
+        ties=ties,
+    )
+
+
+def _off(
+    normal_force: FloatArray, pull: FloatArray, crushes: npt.NDArray[np.bool_], strength: FloatArray | float
+) -> FloatArray:
+    """Return what the force of contacts (c,) that are open or crush differs from the one that is given there, N."""
+    return np.where(crushes, normal_force - np.where(crushes, strength, 0.0), normal_force + pull)
+
+
+def as_before(model: ContactModel, problem: Target, first: Iterate, before: FloatArray) -> Iterate:
+    """Return a first iterate whose contacts are open, stick or slide as they did before the increment.
+
+    A prediction is exact to some micrometres only, but friction is mobilised within the slip tolerance, one micrometre:
+    its own contact states, those of a wall that shakes, would lead Newton astray. before (c, 3): 1 for the
+    ContactStatus a contact had, 0 for all three where it is new and its own state counts. The traction of a contact
+    that sticks is linear in its slip here, without a limit.
+    """
+    was = before > 0.0
+    sticks = was[:, ContactStatus.STICK, None]
+    response = first.response
+    tolerance = response.tolerance[:, None]
+    slip = (model.tangential_rows @ (first.displacement - problem.displacement)).reshape(-1, 2)
+    stiffness = response.limit[:, None] / tolerance
+    viscosity = problem.viscosities(len(slip))
+    elastic = stiffness * (problem.elastic_slip + slip) + viscosity[:, None] * slip
+    traction = np.where(sticks, elastic, response.traction)
+    pressed = np.where(first.normal_force > 0.0, model.contacts.friction, 0.0)[:, None]
+    pressed = np.where(response.elastic[:, None], 0.0, pressed)
+    slope = np.where(sticks, pressed * problem.elastic_slip / tolerance, response.pressure_slope)
+    tangent = (stiffness + viscosity[:, None])[:, :, None] * np.eye(2)
+    return replace(
+        first,
+        active=np.where(was.any(axis=1), ~was[:, ContactStatus.OPEN], first.active),
+        crushes=first.crushes if problem.mortar is None else problem.mortar.crushed,
+        force_residual=first.force_residual + model.tangential_columns @ (traction - response.traction).ravel(),
+        response=replace(
+            response,
+            traction=traction,
+            slip_stiffness=np.where(sticks[:, :, None], tangent, response.slip_stiffness),
+            pressure_slope=slope,
+        ),
+        as_before=True,
+    )
+
+
+def control_error(model: ContactModel, problem: Target, displacement: FloatArray) -> float:
+    """Return what the mean displacement is short of the prescribed one, m."""
+    if problem.mean_displacement is None:
+        return 0.0
+    return problem.mean_displacement - float(model.mean_row @ displacement)

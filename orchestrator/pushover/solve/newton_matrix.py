@@ -1,0 +1,313 @@
+"""The Newton matrix of one increment, and the matrix that is factorised in its place (numpy only).
+
+Unknowns x = (du, dlambda / kappa, dalpha), kappa = contact stiffness, which brings all entries to one magnitude:
+
+    [ K + M/dt^2 + B_t^T T B_t   kappa (-B_n^T + B_t^T S)   -f_h ]
+    [ kappa P B_n                kappa N                      0  ]
+    [ kappa mean row | 0         0             0 | kappa         ]   displacement control | load prescribed
+
+T (2, 2) = d tau / d slip, S (2,) = d tau / d lambda. Where a contact is active P = 1, N = kappa x (compliance of its
+mortar, 0 without), elsewhere P = d (tension of an open contact) / d gap over kappa, which is 0 without bond, and N = 1
+(1 + d tension / d gap x compliance in mortar that is bonded).
+
+The multipliers are eliminated contact by contact after N has been replaced by Z, where active no less than 1 /
+`PENALTY`: an augmented Lagrangian. What remains is as large as the bodies' own K, has no zeros on its diagonal, and
+each contact adds to it one 3 x 3 matrix, weighted for each pair of its nodes (slave weight 1, master weights -w_j):
+
+    weight_i weight_j (n, t, z) [ kappa P / Z                0 ] (n, t, z)^T
+                                [ -kappa S P / Z             T ]
+
+so that a wall that moves keeps its pattern, with new weights, until a contact comes, goes, or meets another triangle.
+Each rank makes the rows of its own nodes only. linear_system.py corrects for the penalty by iterative refinement.
+
+M. Fortin, R. Glowinski, Augmented Lagrangian Methods, North-Holland 1983.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sparse
+
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.pushover.contact.contact_law import FrictionResponse
+from orchestrator.pushover.contact.contact_search import Contacts
+from orchestrator.pushover.model import ContactModel
+
+PENALTY = 1e7
+"""stiffness of an active contact in the factorised matrix over kappa, about what a refinement divides errors by"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Coefficients:
+    """What changes from one Newton iteration to the next, for c contacts.
+
+    slip_stiffness (c, 2, 2) in N/m = T, pressure_slope (c, 2) = S, gap_slope (c,) = P, softness (c,) = N; active (c,).
+    tie_stiffness (m,) in N/m: of ties, where they are elastic.
+    """
+
+    slip_stiffness: FloatArray
+    pressure_slope: FloatArray
+    gap_slope: FloatArray
+    softness: FloatArray
+    active: npt.NDArray[np.bool_]
+    displacement_control: bool
+    tie_stiffness: FloatArray | None = None
+
+    @property
+    def compliance(self) -> FloatArray:
+        """Z (c,): N, in active contacts no less than 1 / PENALTY."""
+        return np.where(self.active, np.maximum(self.softness, 1.0 / PENALTY), self.softness)
+
+
+def coefficients(
+    response: FrictionResponse,
+    active: npt.NDArray[np.bool_],
+    carrying: npt.NDArray[np.bool_],
+    pull_slope: FloatArray,
+    displacement_control: bool,
+    compliance: FloatArray | None = None,
+    tie_stiffness: FloatArray | None = None,
+) -> Coefficients:
+    """Return the coefficients of c contacts.
+
+    active (c,): contacts that are closed and do not crush; carrying (c,): those that take shear; pull_slope (c,):
+    d (tension of an open contact) / d gap over kappa; compliance (c,): of mortar, times kappa.
+    """
+    given = np.zeros(len(active)) if compliance is None else compliance
+    return Coefficients(
+        slip_stiffness=response.slip_stiffness * carrying[:, None, None],
+        pressure_slope=response.pressure_slope,
+        gap_slope=np.where(active, 1.0, pull_slope),
+        softness=np.where(active, given, 1.0 + pull_slope * given),
+        active=active,
+        displacement_control=displacement_control,
+        tie_stiffness=tie_stiffness,
+    )
+
+
+def product(model: ContactModel, contact: Coefficients, time_step: float, x: FloatArray) -> FloatArray:
+    """Return the Newton matrix (the exact one) times x (unknowns,)."""
+    n, kappa = len(model.gravity), model.contact_stiffness
+    change, multiplier, alpha = x[:n], x[n:-1], x[-1]
+    slip = (model.tangential_rows @ change).reshape(-1, 2)
+    traction = np.einsum("cij,cj->ci", contact.slip_stiffness, slip)
+    traction = traction + kappa * contact.pressure_slope * multiplier[:, None]
+    forces = (
+        model.stiffness @ change
+        + model.mass @ (change / np.square(time_step))
+        + model.tangential_columns @ traction.ravel()
+        - model.normal_columns @ (kappa * multiplier)
+    )
+    if model.ties is not None and contact.tie_stiffness is not None:
+        forces = forces + model.ties.rows.T @ (contact.tie_stiffness * (model.ties.rows @ change))
+    gap = contact.gap_slope * (model.normal_rows @ change) + contact.softness * multiplier
+    if contact.displacement_control:
+        lateral = model.lateral / model.height
+        return np.concatenate([forces - alpha * lateral, kappa * gap, [kappa * float(model.mean_row @ change)]])
+    return np.concatenate([forces, kappa * gap, [kappa * alpha]])
+
+
+def condensed_right(model: ContactModel, contact: Coefficients, right: FloatArray) -> FloatArray:
+    """Return the right-hand side (n + 1,) of the factorised matrix for that of all unknowns."""
+    n = len(model.gravity)
+    multiplier = right[n:-1] / contact.compliance
+    pressed = (contact.pressure_slope * multiplier[:, None]).ravel()
+    forces = right[:n] + model.normal_columns @ multiplier - model.tangential_columns @ pressed
+    return np.append(forces, right[-1])
+
+
+def expanded(model: ContactModel, contact: Coefficients, right: FloatArray, solution: FloatArray) -> FloatArray:
+    """Return all unknowns for the solution (n + 1,) of the factorised matrix."""
+    n = len(model.gravity)
+    force = right[n:-1] / model.contact_stiffness - contact.gap_slope * (model.normal_rows @ solution[:n])
+    return np.concatenate([solution[:n], force / contact.compliance, solution[n:]])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pattern:
+    """CSR rows of the factorised matrix that belong to the nodes `first` to `last` (the last node's rank has alpha's).
+
+    indptr, indices: int32, columns of the whole matrix. place (9 b,): where the entries of the b node blocks (3 x 3)
+    stand among the values. border (k,), border_values (k,): places and values of the entries that are there under
+    displacement control, corner: the one that is there else (empty on other ranks). elastic: numbers of the blocks
+    of K that belong here; block_of_elastic: their place among the blocks. mass (b,) in kg. pairs (p,): numbers
+    contact x 16 + i x 4 + j of the pairs of nodes of contacts; weights (b, c): products of weights, in CSR form with
+    `weight_order`. tied (b, m): likewise of ties.
+    """
+
+    first: int
+    last: int
+    indptr: IntArray
+    indices: IntArray
+    place: IntArray
+    border: IntArray
+    border_values: FloatArray
+    corner: IntArray
+    elastic: slice
+    block_of_elastic: IntArray
+    mass: FloatArray
+    pairs: IntArray
+    weights: sparse.csr_matrix
+    tied: sparse.csr_matrix | None = None
+
+
+def _nodes_and_weights(contacts: Contacts) -> tuple[IntArray, FloatArray]:
+    """Return nodes and weights (c, 4) of each contact, slave first; -1 where there is none."""
+    slave = contacts.slave_node >= 0
+    master = contacts.weights.any(axis=1)
+    nodes = np.where(
+        np.column_stack([slave, master, master, master]),
+        np.column_stack([contacts.slave_node, contacts.master_nodes]),
+        -1,
+    )
+    weights = np.column_stack([np.ones(len(slave)), -contacts.weights])
+    if not contacts.moving:  # what is zero stays zero
+        nodes = np.where(weights == 0.0, -1, nodes)
+    return nodes, weights
+
+
+def _pair_weights(contacts: Contacts, pairs: IntArray) -> FloatArray:
+    _, weights = _nodes_and_weights(contacts)
+    return (weights[:, :, None] * weights[:, None, :]).ravel()[pairs]
+
+
+def make_pattern(model: ContactModel, first: int, last: int) -> Pattern:
+    """Build the rows of nodes first <= node < last; whoever has the last node has the load multiplier's row too."""
+    count = len(model.body)
+    elastic = model.stiffness
+    nodes, _ = _nodes_and_weights(model.contacts)
+    row, column = (np.broadcast_to(k, (len(nodes), 4, 4)).ravel() for k in (nodes[:, :, None], nodes[:, None, :]))
+    pairs = np.flatnonzero((row >= first) & (row < last) & (column >= 0))
+    blocks = slice(int(elastic.indptr[first]), int(elastic.indptr[last]))
+    elastic_row = np.repeat(np.arange(first, last, dtype=np.int64), np.diff(elastic.indptr[first : last + 1]))
+    key = np.concatenate([elastic_row * count + elastic.indices[blocks], row[pairs] * count + column[pairs]])
+    tie, one, other, product = _pairs_of_ties(model, first, last)
+    slots, slot = np.unique(np.concatenate([key, one * count + other]), return_inverse=True)
+    elastic_slot, pair_slot, tie_slot = np.split(slot, [len(elastic_row), len(key)])
+    layout = _layout(model, first, last, slots)
+    inertia = model.mass[3 * first : 3 * last : 3, ::3].tocoo()
+    mass_key = (inertia.row.astype(np.int64) + first) * count + inertia.col
+    mass_slot = np.searchsorted(slots, mass_key)
+    assert np.array_equal(slots[mass_slot], mass_key), "masses stand where stiffness does"
+    mass = np.bincount(mass_slot, inertia.data, len(slots))
+    order = np.lexsort((pairs // 16, pair_slot))
+    pairs, pair_slot = pairs[order], pair_slot[order]
+    return Pattern(
+        first=first,
+        last=last,
+        **layout,
+        elastic=blocks,
+        block_of_elastic=elastic_slot,
+        mass=mass.astype(float),
+        pairs=pairs,
+        weights=sparse.csr_matrix(
+            (
+                _pair_weights(model.contacts, pairs),
+                (pairs // 16).astype(np.int32),
+                np.searchsorted(pair_slot, np.arange(len(slots) + 1)).astype(np.int32),
+            ),
+            shape=(len(slots), len(model.contacts)),
+        ),
+        tied=sparse.csr_matrix((product, (tie_slot, tie)), (len(slots), len(model.ties))) if model.ties else None,
+    )
+
+
+def _pairs_of_ties(model: ContactModel, first: int, last: int) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
+    """Return tie, both nodes and the product of their weights of all pairs of nodes of ties, the first in the rows."""
+    found: list[tuple[IntArray, IntArray, IntArray, FloatArray]] = []
+    for tie in range(len(model.ties or ())):
+        assert model.ties is not None
+        row = model.ties.weights[tie]
+        nodes = row.indices.astype(np.int64)
+        one, other = (k.ravel() for k in np.meshgrid(nodes, nodes, indexing="ij"))
+        here = (one >= first) & (one < last)
+        weight = np.outer(row.data, row.data).ravel()[here]
+        found.append((np.full(len(weight), tie), one[here], other[here], weight))
+    if not found:
+        nothing = np.zeros(0, np.int64)
+        return nothing, nothing, nothing, np.zeros(0)
+    tie_, one_, other_, weight_ = (np.concatenate(part) for part in zip(*found, strict=True))
+    return tie_, one_, other_, weight_
+
+
+def _layout(model: ContactModel, first: int, last: int, slots: IntArray) -> dict[str, npt.NDArray]:
+    """Return where in the CSR rows the entries of node blocks (keys `slots`, in order) and of the border stand."""
+    count, alpha = len(model.body), len(model.gravity)
+    node, other = slots // count, slots % count
+    of_node = np.bincount(node - first, minlength=last - first)
+    loaded = model.lateral != 0.0
+    length = np.repeat(3 * of_node, 3) + loaded[3 * first : 3 * last]
+    driven = np.flatnonzero(loaded) if last == count else np.zeros(0, np.int64)
+    if last == count:
+        length = np.append(length, len(driven) + 1)
+    indptr = np.concatenate([[0], np.cumsum(length)])
+    before = np.arange(len(slots)) - np.repeat(np.cumsum(of_node) - of_node, of_node)
+    row = 3 * (node - first)[:, None] + np.arange(3)
+    place = (indptr[row][:, :, None] + 3 * before[:, None, None] + np.arange(3)).ravel()
+    indices = np.zeros(indptr[-1], np.int32)
+    indices[place] = np.broadcast_to(3 * other[:, None, None] + np.arange(3), (len(slots), 3, 3)).ravel()
+    own = np.flatnonzero(loaded[3 * first : 3 * last])
+    column_place = indptr[own + 1] - 1
+    indices[column_place] = alpha
+    row_place = indptr[-1] - 1 - len(driven) + np.arange(len(driven))
+    indices[row_place] = driven
+    corner = np.array([indptr[-1] - 1] if last == count else [], np.int64)
+    indices[corner] = alpha
+    lateral = -model.lateral[3 * first + own] / model.height
+    mean = model.contact_stiffness * model.mean_row[driven]
+    return {
+        "indptr": indptr.astype(np.int32),
+        "indices": indices,
+        "place": place,
+        "border": np.concatenate([column_place, row_place]),
+        "border_values": np.concatenate([lateral, mean]),
+        "corner": corner,
+    }
+
+
+def with_values_of(pattern: Pattern, model: ContactModel) -> Pattern:
+    """Return the pattern with the weights of a model whose contacts connect the same nodes."""
+    old = pattern.weights
+    weights = sparse.csr_matrix((_pair_weights(model.contacts, pattern.pairs), old.indices, old.indptr), old.shape)
+    return replace(pattern, weights=weights)
+
+
+def connect_alike(first: ContactModel, second: ContactModel) -> bool:
+    """Return whether two states of a model have one pattern: the same contacts, on the same nodes, and loads."""
+    same_nodes = np.array_equal(first.contacts.master_nodes, second.contacts.master_nodes)
+    same_load = first.lateral is second.lateral and first.mean_row is second.mean_row
+    return np.array_equal(first.rows, second.rows) and same_nodes and same_load
+
+
+def values(pattern: Pattern, model: ContactModel, contact: Coefficients, time_step: float) -> FloatArray:
+    """Return the values of the pattern's entries."""
+    blocks = (pattern.weights @ _contact_matrices(model, contact).reshape(-1, 9)).reshape(-1, 3, 3)
+    blocks[pattern.block_of_elastic] += model.stiffness.data[pattern.elastic]
+    if pattern.tied is not None and model.ties is not None and contact.tie_stiffness is not None:
+        along = model.ties.along
+        stretched = contact.tie_stiffness[:, None, None] * along[:, :, None] * along[:, None, :]
+        blocks[:, :2, :2] += (pattern.tied @ stretched.reshape(-1, 4)).reshape(-1, 2, 2)
+    diagonal = np.arange(3)
+    blocks[:, diagonal, diagonal] += pattern.mass[:, None] / np.square(time_step)
+    found = np.zeros(len(pattern.indices))
+    found[pattern.place] = blocks.ravel()
+    if contact.displacement_control:
+        found[pattern.border] = pattern.border_values
+    else:
+        found[pattern.corner] = model.contact_stiffness
+    return found
+
+
+def _contact_matrices(model: ContactModel, contact: Coefficients) -> FloatArray:
+    """Return the 3 x 3 matrix of each contact in the wall's axes, (c, 3, 3) in N/m."""
+    count = len(model.contacts)
+    axes = np.zeros((count, 3, 3))
+    axes[:, 0, :2], axes[:, 1, :2], axes[:, 2, 2] = model.contacts.normal, model.contacts.tangent, 1.0
+    own = np.zeros((count, 3, 3))
+    own[:, 0, 0] = model.contact_stiffness * contact.gap_slope / contact.compliance
+    own[:, 1:, 0] = -own[:, 0, 0, None] * contact.pressure_slope
+    own[:, 1:, 1:] = contact.slip_stiffness
+    return axes.transpose(0, 2, 1) @ own @ axes

@@ -1,0 +1,255 @@
+"""Case file (TOML) -> Case: everything the user asked, defaults filled in, units converted, bounds checked.
+
+Each section is a settings dataclass declared beside the mechanics that use it; this module nests them, sections.py
+checks each against its dataclass. `inf` (or "none") switches a macroblock tolerance off.
+"""
+
+from __future__ import annotations
+
+import tomllib
+import typing
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tomli_w
+from annotated_types import Gt, MinLen
+from pydantic import BaseModel, ConfigDict, ValidationError, create_model
+
+from orchestrator.assessment.seismic import SeismicSettings, limit_states
+from orchestrator.assessment.seismic.control import named_point
+from orchestrator.assessment.seismic.settings import refuse_building
+from orchestrator.assessment.seismic.spectrum import spectrum_of
+from orchestrator.assessment.sensitivity import SensitivitySettings
+from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.units import Unit
+from orchestrator.limit_analysis import LimitAnalysisSettings
+from orchestrator.loads import LoadSettings
+from orchestrator.loads.block_loads import ENVELOPE
+from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings
+from orchestrator.macroblocks.tolerance_grid import StudySettings
+from orchestrator.masonry.block_classes import BlockClass, with_classes
+from orchestrator.masonry.joints import JointSettings
+from orchestrator.masonry.sources.block_files import read_blocks, refuse_what_is_no_file, refuse_what_is_not_utf8
+from orchestrator.masonry.ties import TieSettings
+from orchestrator.masonry.wall import Wall
+from orchestrator.pushover.meshing import MeshSettings
+from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.pushover.solids.nodal_loads import refuse_upright
+from orchestrator.pushover.solids.tie_bars import refuse_rigid
+from orchestrator.settings.project import ProjectSettings
+from orchestrator.settings.sections import as_settings, first_complaint, row_type, section_model, written
+
+ModelName = Literal["macro", "micro"]
+MAY_BE_INFINITE = ("macroblocks", "study", "seismic")
+LARGEST_FILE = 1_000_000  # bytes
+
+
+@dataclass(frozen=True, slots=True)
+class WallSettings:
+    """Where the blocks come from; the other values, where given, replace the block file's."""
+
+    blocks: Annotated[str, MinLen(1)]
+    """path of the block file, relative to the case file"""
+    thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
+    """of the wall, out of its plane"""
+    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    """of every block, those with a value of their own too"""
+    friction: Annotated[float, Gt(0)] | None = None
+    """coefficient of friction (tangent of the friction angle) of every joint; [joints] may change some"""
+    classes: tuple[BlockClass, ...] = ()
+    """blocks of one material, each a table [[wall.classes]] with `material` (blocks have it in the block file) and what
+    it has of its own: `unit_weight`, `thickness`, `friction`, `elastic_modulus`, `poisson_ratio`"""
+
+
+@dataclass(frozen=True, slots=True)
+class RunSettings:
+    """Which partitions the FE pushover is run on: macroblocks, every stone (micro), or both."""
+
+    models: Annotated[tuple[ModelName, ...], MinLen(1)] = ("macro", "micro")
+    """"macro": macroblocks; "micro": every stone is a body; they run in this order"""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A case as read; `file` is where it came from."""
+
+    wall: WallSettings
+    name: str = ""
+    project: ProjectSettings = field(default_factory=ProjectSettings)
+    load: LoadSettings = field(default_factory=LoadSettings)
+    joints: JointSettings = field(default_factory=JointSettings)
+    reinforcement: TieSettings = field(default_factory=TieSettings)
+    limit_analysis: LimitAnalysisSettings = field(default_factory=LimitAnalysisSettings)
+    macroblocks: MacroblockSettings = field(default_factory=MacroblockSettings)
+    mesh: MeshSettings = field(default_factory=MeshSettings)
+    elastic: ElasticSettings = field(default_factory=ElasticSettings)
+    contact: ContactSettings = field(default_factory=ContactSettings)
+    newton: NewtonSettings = field(default_factory=NewtonSettings)
+    stepping: SteppingSettings = field(default_factory=SteppingSettings)
+    run: RunSettings = field(default_factory=RunSettings)
+    study: StudySettings = field(default_factory=StudySettings)
+    sensitivity: SensitivitySettings = field(default_factory=SensitivitySettings)
+    seismic: SeismicSettings = field(default_factory=SeismicSettings)
+    file: Path = field(default=Path(), compare=False)
+
+    @property
+    def block_file(self) -> Path:
+        """Path of the block file."""
+        return self.file.parent / self.wall.blocks
+
+
+def read(path: Path, overrides: Sequence[str] = ()) -> Case:
+    """Return the case in `path`: a case file, or a block file (.json) with the default of every setting.
+
+    overrides: "section.key=value" each. Raises CaseError.
+    """
+    try:
+        refuse_what_is_not_utf8(str(path), "")
+        record = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else toml_record(path)
+        for override in overrides:
+            overridden(record, override)
+        case = _case(record)
+    except CaseError as error:
+        raise error.in_file(str(path)) from None
+    return replace(case, file=path, name=case.name or path.stem)
+
+
+def read_wall(case: Case) -> Wall:
+    """Return the wall of a case, by its name: its block file with the replacements and block classes of [wall].
+
+    A block file that is the case keeps its own name. Raises CaseError.
+    """
+    wall, given = read_blocks(case.block_file), case.wall
+    if case.file != case.block_file:
+        wall = replace(wall, name=case.name)
+    if given.unit_weight is not None:
+        wall = replace(wall, blocks=tuple(replace(block, unit_weight=given.unit_weight) for block in wall.blocks))
+    replaced = {name: value for name in ("thickness", "friction") if (value := getattr(given, name)) is not None}
+    with naming(case.file):
+        return with_classes(replace(wall, **replaced), given.classes)
+
+
+def refuse_what_only_limit_analysis_takes(case: Case) -> None:
+    """Raise CaseError for loads that the FE pushover would silently leave out."""
+    with naming(case.file):
+        refuse_upright(case.load)
+
+
+def refuse_ties(case: Case, command: str) -> None:
+    """Raise CaseError for ties that `command` would leave out."""
+    if case.reinforcement.ties:
+        remedy = "use the commands check and limit, run --model micro, or leave them out"
+        raise CaseError("reinforcement.ties", f"{command} takes no ties yet", remedy, str(case.file))
+
+
+def refuse_ties_of_macroblocks(case: Case) -> None:
+    """Raise CaseError for ties in a run of macroblocks, or without stiffness."""
+    if case.reinforcement.ties and "macro" in case.run.models:
+        problem = "macroblocks know no ties yet"
+        raise CaseError("reinforcement.ties", problem, "use run --model micro, or leave them out", str(case.file))
+    with naming(case.file):
+        refuse_rigid(case.reinforcement.ties)
+        if case.reinforcement.ties and limit_states(case.seismic):
+            remedy = "leave out the ties, or [seismic]"
+            raise CaseError("reinforcement.ties", "walls with ties are not verified yet", remedy)
+
+
+def refuse_seismic(case: Case) -> None:
+    """Raise CaseError for a verification that lacks a setting or names what is not there, before anything is run."""
+    with naming(case.file):
+        for state in limit_states(case.seismic):
+            spectrum_of(case.seismic, state, state.peak_ground_acceleration, case.seismic.damping)
+            refuse_building(case.seismic)
+            named_point(case.seismic, read_wall(case))
+
+
+def as_toml(case: Case, block_file: str) -> str:
+    """Return a case file that reads back as `case` with its blocks in `block_file`; all defaults filled in."""
+    record: dict[str, Any] = {"name": case.name}
+    for section in section_types():
+        record[section] = written(getattr(case, section))
+    record["wall"]["blocks"] = block_file
+    return tomli_w.dumps(record)
+
+
+def section_types() -> dict[str, type]:
+    """Return the settings dataclass of each section of a case file."""
+    hints = typing.get_type_hints(Case)
+    return {f.name: hints[f.name] for f in fields(Case) if f.name not in ("name", "file")}
+
+
+def table_types() -> dict[str, type]:
+    """Return the settings dataclass of each list of tables, as in "load.dead", those within tables too."""
+    found: dict[str, type] = {}
+    waiting = list(section_types().items())
+    while waiting:
+        name, kind = waiting.pop(0)
+        hints = typing.get_type_hints(kind)
+        rows = [(f"{name}.{f.name}", row) for f in fields(kind) if (row := row_type(hints[f.name]))]
+        found |= dict(rows)
+        waiting += rows
+    return found
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of the case file as pydantic knows it: quantities as numbers in SI."""
+    return _model().model_json_schema()
+
+
+def toml_record(path: Path) -> dict[str, Any]:
+    """Return what a case file holds, unchecked. Raises CaseError."""
+    try:
+        refuse_what_is_no_file(path, LARGEST_FILE, "is this a case file?")
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise CaseError("", "no such file", "give the path of a case file (.toml) or a block file (.json)") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise CaseError("", f"cannot be read ({error})", "give the path of a case file") from None
+    except (ValueError, RecursionError) as error:  # not only TOMLDecodeError: numbers of 5000 digits
+        raise CaseError("", f"is not TOML ({error})", "see templates/benchmark1.toml for an example") from None
+
+
+def overridden(record: dict[str, Any], override: str) -> None:
+    """Set section.key in the record; the value is TOML where it can be, else text."""
+    key, equals, text = override.partition("=")
+    *sections, name = key.strip().split(".")
+    if not equals or len(sections) > 1 or not all((*sections, name)):
+        raise CaseError("--set", f"{override!r} is not of the form section.key=value", "as in --set mesh.size=100mm")
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        value = text.strip()
+    target = record
+    for section in sections:
+        target = target.setdefault(section, {})
+        if not isinstance(target, dict):
+            raise CaseError(section, "is not a section", f"write [{section}]")
+    target[name] = value
+
+
+def _case(record: dict[str, Any]) -> Case:
+    try:
+        validated = _model().model_validate(record)
+    except ValidationError as error:
+        raise first_complaint(error, {"name": str, **section_types()}) from None
+    sections = {name: as_settings(kind, getattr(validated, name)) for name, kind in section_types().items()}
+    given = validated.macroblocks.model_fields_set  # type: ignore[attr-defined]
+    if "choose" not in given and given & set(TOLERANCES):
+        sections["macroblocks"] = replace(sections["macroblocks"], choose="tolerances")
+    load = sections["load"]
+    if load.envelope:
+        sections["load"] = replace(load, cases=(*ENVELOPE, *load.cases), envelope=False)
+    return Case(name=validated.name, **sections)  # type: ignore[attr-defined]
+
+
+@cache
+def _model() -> type[BaseModel]:
+    """Return the pydantic model of a case file, made from the settings dataclasses."""
+    parts: dict[str, Any] = {"name": (str, "")}
+    for name, kind in section_types().items():
+        part = section_model(kind, name in MAY_BE_INFINITE)
+        parts[name] = (part, ...) if name == "wall" else (part, part())
+    return create_model("CaseFile", __config__=ConfigDict(extra="forbid"), **parts)

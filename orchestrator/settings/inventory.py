@@ -1,0 +1,228 @@
+"""What a case holds, counted: loads with their resultants, materials and classes of joints with all their values.
+
+Weights are sums over the blocks that can move. The base shear at a load multiplier of 1 is the horizontal resultant of
+the live load: every base shear of this program is the load multiplier times it.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from math import dist
+
+import numpy as np
+
+from orchestrator.assessment.seismic.control import candidates, named_point
+from orchestrator.assessment.seismic.settings import LimitStateSettings, limit_states
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.errors import CaseError
+from orchestrator.loads import LoadSettings, loads_on
+from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads
+from orchestrator.masonry.block_properties import block_areas, block_weights
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.wall import Block, Wall
+from orchestrator.settings.case import Case
+
+Range = tuple[float, float]
+"""lowest and highest value"""
+
+
+@dataclass(frozen=True, slots=True)
+class ExtraLoad:
+    """One extra dead load: what it is, on how many blocks, resultant in N, and whether the live load acts on it too."""
+
+    name: str
+    blocks: int
+    resultant: float
+    inertia: bool
+
+
+@dataclass(frozen=True, slots=True)
+class LoadSums:
+    """Loads of one load case in N. weight: of the blocks; dead: with the extra loads; base_shear: at multiplier 1."""
+
+    direction: str
+    distribution: str
+    weight: float
+    extra: tuple[ExtraLoad, ...]
+    dead: float
+    base_shear: float
+
+
+@dataclass(frozen=True, slots=True)
+class MaterialSums:
+    """Blocks of one material: how many, area (m2), weight (N), and the range of each of their values (SI)."""
+
+    name: str
+    blocks: int
+    area: float
+    weight: float
+    unit_weight: Range
+    thickness: Range
+    friction: Range
+    elastic_modulus: Range
+    poisson_ratio: Range
+
+
+@dataclass(frozen=True, slots=True)
+class JointSums:
+    """Joints between two materials ("support" is one) that have the same values: how many, total length (m)."""
+
+    between: tuple[str, str]
+    orientation: str
+    joints: int
+    length: float
+    friction: float
+    cohesion: float
+    tensile_strength: float
+    compressive_strength: float
+    normal_stiffness: float
+    shear_stiffness: float
+
+
+def load_sums(wall: Wall, load: LoadSettings) -> LoadSums:
+    """Return the loads of one load case. Raises CaseError (key only)."""
+    free = np.array([not block.fixed for block in wall.blocks])
+    loads = loads_on(wall, load)
+    return LoadSums(
+        direction=load.direction,
+        distribution=load.distribution,
+        weight=float(block_weights(wall)[free].sum()),
+        extra=tuple(_extra(wall, one) for one in load.dead),
+        dead=-float(loads.dead[free, 1].sum()),
+        base_shear=abs(float(loads.live(load.sign)[free, 0].sum())),
+    )
+
+
+def _extra(wall: Wall, load: DeadLoad) -> ExtraLoad:
+    placed = extra_dead_loads(wall, (load,))
+    size = f"{load.line_load / 1e3:g} kN/m" if load.line_load is not None else f"{(load.force or 0.0) / 1e3:g} kN"
+    size += " each" * (len(load.blocks) > 1 and load.force is not None)
+    place = f"level {load.level:g} m" if load.level is not None else f"block{'s' * (len(load.blocks) > 1)} "
+    if load.level is None:
+        place += ", ".join(map(str, load.blocks[:4])) + ", ..." * (len(load.blocks) > 4)
+    if load.stretch:
+        place += f", x = {load.stretch[0]:g} to {load.stretch[1]:g} m"
+    if load.at:
+        place += f" at ({load.at[0]:g}, {load.at[1]:g}) m"
+    return ExtraLoad(f"{size} on {place}", len(np.unique(placed.block)), float(placed.size.sum()), load.inertia)
+
+
+def materials(case: Case, wall: Wall) -> list[MaterialSums]:
+    """Return the materials of the blocks that can move, the one of most blocks first."""
+    area, weight = block_areas(wall), block_weights(wall)
+    members: dict[str, list[int]] = defaultdict(list)
+    for position, block in enumerate(wall.blocks):
+        if not block.fixed:
+            members[block.material].append(position)
+    found = [
+        MaterialSums(
+            name=name,
+            blocks=len(inside),
+            area=float(area[inside].sum()),
+            weight=float(weight[inside].sum()),
+            unit_weight=_range(wall, inside, "unit_weight", 0.0),
+            thickness=_range(wall, inside, "thickness", wall.thickness),
+            friction=_range(wall, inside, "friction", wall.friction),
+            elastic_modulus=_range(wall, inside, "elastic_modulus", case.elastic.elastic_modulus),
+            poisson_ratio=_range(wall, inside, "poisson_ratio", case.elastic.poisson_ratio),
+        )
+        for name, inside in members.items()
+    ]
+    return sorted(found, key=lambda material: (-material.blocks, material.name))
+
+
+def _range(wall: Wall, positions: list[int], name: str, otherwise: float) -> Range:
+    given = [getattr(wall.blocks[position], name) for position in positions]
+    values = [otherwise if value is None else value for value in given]
+    return min(values), max(values)
+
+
+def joint_classes(assemblage: Assemblage) -> list[JointSums]:
+    """Return the joints by the two materials that meet and by their values, those of most length first."""
+    found = [
+        JointSums(between, " and ".join(sorted({*orientations})), len(lengths), sum(lengths), *values)
+        for (between, values), (orientations, lengths) in _grouped(assemblage).items()
+    ]
+    return sorted(found, key=lambda one: (-one.length, one.between))
+
+
+def class_of_joint(assemblage: Assemblage) -> list[JointSums]:
+    """Return for each joint (k,) the class that it is of."""
+    of_key = {(one.between, values_of(one)): one for one in joint_classes(assemblage)}
+    return [of_key[key] for key in _keys(assemblage)]
+
+
+def values_of(one: JointSums) -> tuple[float, ...]:
+    """Return friction, cohesion, tensile and compressive strength, normal and shear stiffness of a class."""
+    return tuple(getattr(one, name) for name in VALUES)
+
+
+VALUES = (
+    "friction", "cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness",
+)  # fmt: skip
+Key = tuple[tuple[str, str], tuple[float, ...]]
+
+
+def _grouped(assemblage: Assemblage) -> dict[Key, tuple[list[str], list[float]]]:
+    run = np.abs(assemblage.end - assemblage.start)
+    grouped: dict[Key, tuple[list[str], list[float]]] = {}
+    for k, key in enumerate(_keys(assemblage)):
+        orientations, lengths = grouped.setdefault(key, ([], []))
+        orientations.append("bed" if run[k, 0] > run[k, 1] else "head")
+        lengths.append(float(assemblage.length[k]))
+    return grouped
+
+
+def _keys(assemblage: Assemblage) -> list[Key]:
+    blocks = assemblage.wall.blocks
+    values: FloatArray = np.column_stack([getattr(assemblage, name) for name in VALUES])
+    keys: list[Key] = []
+    for i, j, row in zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), values.tolist(), strict=True):
+        one, other = sorted((_named(blocks[i]), _named(blocks[j])))
+        keys.append(((one, other), tuple(row)))
+    return keys
+
+
+def _named(block: Block) -> str:
+    return "support" if block.fixed else block.material or "block"
+
+
+def control_words(case: Case, assemblage: Assemblage) -> list[str]:
+    """Return, in words, where the abscissa of the curves is measured, and that of N2 where a verification is asked."""
+    top = max(float(block.polygon[:, 1].max()) for block in assemblage.wall.blocks if not block.fixed)
+    said = [f"control displacement of the curves: mean of the top edge, y = {top:.4g} m"]
+    if asked_states(case):
+        said.append(f"control point of N2: {_control_point(case, assemblage)}")
+    return said
+
+
+def _control_point(case: Case, assemblage: Assemblage) -> str:
+    try:
+        named = named_point(case.seismic, assemblage.wall)
+    except CaseError as error:
+        return error.problem
+    places = "; ".join(point.name for point in candidates(assemblage, case.load))
+    return named.name if named else f"what moves most in the mechanism, of: {places}"
+
+
+def tie_words(case: Case) -> list[str]:
+    """Return every tie in words."""
+    said = []
+    for number, tie in enumerate(case.reinforcement.ties, 1):
+        x, y = tie.end
+        other = f"block {tie.blocks[1]}" if len(tie.blocks) > 1 else f"an anchor at ({x:g}, {y:g}) m"
+        long = f"{dist(tie.start, tie.end):.4g} m long, yields at {tie.strength / 1e3:.3f} kN"
+        long += "" if tie.stiffness is None else f", stiffness {tie.stiffness / 1e6:.4g} kN/mm"
+        long += f", pretension {tie.pretension / 1e3:.3f} kN" if tie.pretension else ""
+        long += ", pushes too" if tie.pushes else ""
+        said.append(f"tie {number}: block {tie.blocks[0]} to {other}, {long}")
+    return said
+
+
+def asked_states(case: Case) -> tuple[LimitStateSettings, ...]:
+    """Return the limit states that are verified, none where `run` refuses what is asked."""
+    try:
+        return limit_states(case.seismic)
+    except CaseError:
+        return ()

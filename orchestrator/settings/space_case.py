@@ -1,0 +1,155 @@
+"""Case file of a wall in space -> SpaceCase. Same form as a plane wall's, with sections of its own.
+
+A case is one in space where its [wall] has a `generator`, its block file has blocks in space, or its load points out of
+the plane: a vector, "+y", "-z" and so on, or an angle in plan. Everything else goes the plane's way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from annotated_types import Gt
+
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.units import Unit
+from orchestrator.masonry.sources.block_files import json_in, refuse_what_is_not_utf8
+from orchestrator.settings.case import overridden, toml_record
+from orchestrator.settings.sections import settings_from
+from orchestrator.space.analysis import SpaceLimitSettings
+from orchestrator.space.block_files import LARGEST_FILE, is_in_space, read_wall
+from orchestrator.space.contacts import FaceContactSettings
+from orchestrator.space.floors import FloorSettings, with_floors
+from orchestrator.space.generators import GENERATORS, build
+from orchestrator.space.loads import SpaceLoadSettings
+from orchestrator.space.ties import TieSettings
+from orchestrator.space.wall import SpaceWall
+
+SECTIONS = {
+    "load": SpaceLoadSettings,
+    "contact": FaceContactSettings,
+    "reinforcement": TieSettings,
+    "limit_analysis": SpaceLimitSettings,
+}
+IN_PLANE = ("+x", "-x")
+
+
+@dataclass(frozen=True, slots=True)
+class Replaced:
+    """What a case file may change in its block file."""
+
+    friction: Annotated[float, Gt(0)] | None = None
+    """coefficient of friction of every joint"""
+    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    """of every block"""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SpaceCase:
+    """A case in space as read; `file` is where it came from."""
+
+    name: str
+    wall: SpaceWall
+    file: Path
+    load: SpaceLoadSettings = field(default_factory=SpaceLoadSettings)
+    contact: FaceContactSettings = field(default_factory=FaceContactSettings)
+    reinforcement: TieSettings = field(default_factory=TieSettings)
+    limit_analysis: SpaceLimitSettings = field(default_factory=SpaceLimitSettings)
+
+
+def spatial(path: Path, overrides: Sequence[str] = ()) -> bool:
+    """Return whether a case is one in space; False, too, for what cannot be read: the plane's reader then says why."""
+    try:
+        record = _record(path, overrides)
+        wall, load = record.get("wall", {}), record.get("load", {})
+        if not isinstance(wall, dict) or not isinstance(load, dict):
+            return False
+        if "generator" in wall or "angle" in load or load.get("direction", "+x") not in IN_PLANE:
+            return "generator" in wall or _is_direction(load)
+        file = path.parent / str(wall.get("blocks", ""))
+        return file.is_file() and is_in_space(json_in(file, "a block file", LARGEST_FILE, "see docs/space.md"))
+    except (CaseError, OSError, ValueError):
+        return False
+
+
+def refuse_space(path: Path, overrides: Sequence[str], command: str) -> None:
+    """Raise CaseError for a case in space, which `command` does not take."""
+    if spatial(path, overrides):
+        problem = f"is a wall in space, which {command} does not take yet"
+        raise CaseError("", problem, "use check or limit, or a load in the wall's plane", str(path))
+
+
+def _is_direction(load: dict[str, Any]) -> bool:
+    """Return whether the load is one that only a wall in space can have; a misspelt one stays with the plane."""
+    direction = load.get("direction")
+    return "angle" in load or isinstance(direction, list) or direction in ("+y", "-y", "+z", "-z")
+
+
+def read(path: Path, overrides: Sequence[str] = ()) -> SpaceCase:
+    """Return the case in `path`, its wall made or read but not checked. Raises CaseError."""
+    try:
+        refuse_what_is_not_utf8(str(path), "")
+        record = _record(path, overrides)
+        for key in record:
+            if key not in ("name", "wall", *SECTIONS):
+                known = ", ".join(("name", "wall", *SECTIONS))
+                raise CaseError(key, "is not a section of a wall in space", f"use {known}")
+        sections = {name: _section(kind, name, record.get(name, {})) for name, kind in SECTIONS.items()}
+        wall = _wall(record.get("wall"), path)
+    except CaseError as error:
+        raise error.in_file(str(path)) from None
+    name = str(record.get("name", "")) or wall.name or path.stem
+    return SpaceCase(name, replace(wall, name=name), path, **sections)
+
+
+def _record(path: Path, overrides: Sequence[str]) -> dict[str, Any]:
+    record: dict[str, Any] = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else toml_record(path)
+    for override in overrides:
+        overridden(record, override)
+    return record
+
+
+def _section(kind: type, name: str, values: Any) -> Any:
+    if not isinstance(values, dict):
+        raise CaseError(name, f"{values!r} is not accepted", f"it is a section: write [{name}] and its keys below")
+    try:
+        return settings_from(kind, values)
+    except CaseError as error:
+        raise CaseError(f"{name}.{error.key}", error.problem, error.remedy) from None
+
+
+def _wall(values: Any, path: Path) -> SpaceWall:
+    """Return the wall of a generator or of a block file with its replacements."""
+    if not isinstance(values, dict) or ("generator" in values) == ("blocks" in values):
+        raise CaseError("wall", "needs a generator or a block file", 'write generator = "u" or blocks = "FILE.json"')
+    given = dict(values)
+    floors: FloorSettings = _section(FloorSettings, "wall", _part(given, FloorSettings))
+    given.pop("floors", None)
+    return with_floors(_without_floors(given, path), floors.floors)
+
+
+def _without_floors(given: dict[str, Any], path: Path) -> SpaceWall:
+    if "generator" in given:
+        kind = given.pop("generator")
+        if kind not in GENERATORS:
+            raise CaseError("wall.generator", f"{kind!r} is none", f"use {', '.join(GENERATORS)}")
+        kinds = GENERATORS[kind].settings
+        known = [name for one in kinds for name in one.__dataclass_fields__]
+        for key in given:
+            if key not in known:
+                raise CaseError(f"wall.{key}", f"is not a key of the generator {kind!r}", f"use {', '.join(known)}")
+        return build(kind, [_section(one, "wall", _part(given, one)) for one in kinds])
+    wall = read_wall(path.parent / str(given.pop("blocks")))
+    changed: Replaced = _section(Replaced, "wall", given)
+    if changed.unit_weight is not None:
+        wall = replace(wall, blocks=tuple(replace(b, unit_weight=changed.unit_weight) for b in wall.blocks))
+    if changed.friction is not None:
+        blocks = tuple(replace(block, friction=None) for block in wall.blocks)
+        wall = replace(wall, blocks=blocks, friction=changed.friction)
+    return wall
+
+
+def _part(values: dict[str, Any], kind: Any) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if name in kind.__dataclass_fields__}

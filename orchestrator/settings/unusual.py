@@ -1,0 +1,139 @@
+"""Values that are possible but unusual: mostly one taken for another unit.
+
+The ranges are wide and are this program's own. What they were widened from: unit weights of building stones and timber,
+3.5 to 31 kN/m3 (EN 1991-1-1, tables A.2 and A.3); friction 0.4 of bed joints (EN 1996-1-1, 3.6.2); seismicity below
+a_g = 0.39 m/s2 counts as very low (EN 1998-1, 3.2.1(5)). Sizes are compared with the wall, not with lengths.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from orchestrator.masonry.wall import Wall
+from orchestrator.settings.case import Case
+from orchestrator.settings.inventory import JointSums, LoadSums, MaterialSums, asked_states
+
+LEAST_LOAD = 1e-3
+"""part of the wall's weight below which an extra dead load is probably given in another unit"""
+SLENDEREST, THICKEST = 1 / 100, 1.0
+"""thickness over the larger of height and length of a wall"""
+
+
+@dataclass(frozen=True, slots=True)
+class Usual:
+    """The usual range of a quantity in a unit; `factor`: SI over that unit. `meant`: other readings of a number in SI,
+    as it was typed, each with its value in SI."""
+
+    low: float
+    high: float
+    unit: str
+    factor: float = 1.0
+    meant: tuple[tuple[str, Callable[[float], float]], ...] = ()
+
+    def complaint(self, name: str, value: float) -> str | None:
+        """Return what is unusual about a value in SI, or None."""
+        if self._holds(value):
+            return None
+        shown = f"{value / self.factor:.4g} {self.unit}".strip()
+        usual = f"{self.low:g} to {self.high:g} {self.unit}".strip()
+        read = [
+            text.format(f"{value:g}", f"{value / self.factor:g}") for text, f in self.meant if self._holds(f(value))
+        ]
+        question = f"; is {' or '.join(read)} meant?" if read else ""
+        return f"UNUSUAL: {name} {shown}, usual are {usual}{question}"
+
+    def _holds(self, value: float) -> bool:
+        return self.low <= value / self.factor <= self.high
+
+
+UNIT_WEIGHT = Usual(3.0, 32.0, "kN/m3", 1e3, (("{0} kN/m3", lambda x: 1e3 * x), ("{1} N/m3", lambda x: 1e-3 * x)))
+FRICTION = Usual(0.2, 1.5, "", 1.0, (("an angle of {0} degrees", lambda x: math.tan(math.radians(x))),))
+STRESSES = (("{0} MPa", lambda x: 1e6 * x), ("{0} GPa", lambda x: 1e9 * x), ("{0} kPa", lambda x: 1e3 * x))
+ELASTIC_MODULUS = Usual(0.05, 220.0, "GPa", 1e9, STRESSES[:2])
+BOND = Usual(1e-3, 10.0, "MPa", 1e6, STRESSES)
+CRUSHING = Usual(0.1, 400.0, "MPa", 1e6, STRESSES)
+STIFFNESS = Usual(1e-2, 1e4, "N/mm3", 1e9, (("{0} N/mm3", lambda x: 1e9 * x), ("{0} MN/m3", lambda x: 1e6 * x)))
+GROUND_ACCELERATION = Usual(0.39, 9.81, "m/s2", 1.0, (("{0} g", lambda x: 9.81 * x),))
+
+
+def unusual(
+    case: Case, wall: Wall, loads: list[LoadSums], materials: list[MaterialSums], joints: list[JointSums]
+) -> list[str]:
+    """Return what is unusual about a case, in sentences that begin with UNUSUAL."""
+    said = [
+        *_of_materials(materials),
+        *_of_joints(joints),
+        *_of_sizes(case, wall),
+        *(text for one in loads for text in _of_loads(one)),
+        *_of_earthquake(case),
+    ]
+    return list(dict.fromkeys(said))
+
+
+def _of_materials(materials: list[MaterialSums]) -> Iterator[str]:
+    for one in materials:
+        name = f" of {one.name}" if one.name else ""
+        for usual, text, values in (
+            (UNIT_WEIGHT, "unit weight", one.unit_weight),
+            (ELASTIC_MODULUS, "elastic modulus", one.elastic_modulus),
+        ):
+            yield from filter(None, (usual.complaint(f"{text}{name}", value) for value in dict.fromkeys(values)))
+    for k, one in enumerate(materials):
+        for other in materials[:k]:
+            if (one.unit_weight, one.elastic_modulus) == (other.unit_weight, other.elastic_modulus):
+                names = f"{one.name or 'blocks without a material'} and {other.name or 'blocks without a material'}"
+                weight = f"{one.unit_weight[0] / 1e3:g} kN/m3, {one.elastic_modulus[0] / 1e9:g} GPa"
+                yield (
+                    f"UNUSUAL: {names} have the same unit weight and elastic modulus ({weight}); [[wall.classes]] "
+                    "gives a material its own"
+                )
+
+
+def _of_joints(joints: list[JointSums]) -> Iterator[str]:
+    for usual, name, without in (
+        (FRICTION, "friction", None),
+        (BOND, "cohesion", 0.0),
+        (BOND, "tensile_strength", 0.0),
+        (CRUSHING, "compressive_strength", math.inf),
+        (STIFFNESS, "normal_stiffness", math.inf),
+        (STIFFNESS, "shear_stiffness", math.inf),
+    ):
+        many: Counter[float] = Counter()
+        for one in joints:
+            many[getattr(one, name)] += one.joints
+        for value, count in many.items():
+            if value != without and (said := usual.complaint(f"{name.replace('_', ' ')} of {count} joints", value)):
+                yield said
+
+
+def _of_sizes(case: Case, wall: Wall) -> Iterator[str]:
+    free = [block.polygon for block in wall.blocks if not block.fixed]
+    length, height = np.ptp(np.vstack(free), axis=0)
+    size = float(max(length, height))
+    if not SLENDEREST * size <= wall.thickness <= THICKEST * size:
+        usual = f"usual are {SLENDEREST * size:.3g} to {THICKEST * size:.3g} m"
+        yield f"UNUSUAL: thickness {wall.thickness:g} m of a wall of {length:.3g} x {height:.3g} m, {usual}"
+    if case.mesh.size > size:
+        yield f"UNUSUAL: mesh.size {case.mesh.size:g} m is larger than the wall; is {case.mesh.size:g} mm meant?"
+    moved = case.stepping.final_displacement
+    if moved > height:
+        yield f"UNUSUAL: stepping.final_displacement {moved:g} m is more than the wall's height; is {moved:g} mm meant?"
+
+
+def _of_loads(loads: LoadSums) -> Iterator[str]:
+    for one in loads.extra:
+        if one.resultant < LEAST_LOAD * loads.weight:
+            share = f"{one.resultant:.3g} N in all, {one.resultant / loads.weight:.1g} of the wall's weight"
+            yield f"UNUSUAL: extra dead load {one.name}: {share}; is kN meant?"
+
+
+def _of_earthquake(case: Case) -> Iterator[str]:
+    for state in asked_states(case):
+        name = f"ground acceleration a_g of {state.name}"
+        if said := GROUND_ACCELERATION.complaint(name, state.peak_ground_acceleration):
+            yield said

@@ -1,0 +1,142 @@
+"""Meshes -> SpaceWall: OBJ (one block a group or object), PLY and STL (one block a file; a folder holds many).
+
+STL and PLY come as triangles whose corners are repeated: corners nearer than MERGED of the block's size become one.
+None of these formats has a unit, so it must be given. Several closed bodies in one file or group become blocks of
+their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CaseError, naming
+from orchestrator.geometry.polyhedra import Polyhedron
+from orchestrator.space.sources.material import SpaceMaterial, oriented
+from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
+
+SUFFIXES = (".obj", ".ply", ".stl")
+MERGED = 1e-5
+"""Part of a mesh's size below which corners are one: STL holds seven digits."""
+Faces = list[tuple[int, ...]]
+
+
+def read_meshes(path: Path, length: float, material: SpaceMaterial) -> SpaceWall:
+    """Return the wall in a mesh file or in a folder of them; `length` (m) is their unit. Raises CaseError."""
+    files = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES) if path.is_dir() else [path]
+    if not files:
+        raise CaseError("", "holds no .obj, .ply or .stl files", "give a folder with one mesh a block")
+    blocks: list[SpaceBlock] = []
+    for file in files:
+        with naming(file):
+            for corners, faces in _meshes(file):
+                for body in bodies_in(corners * length, faces):
+                    blocks.append(SpaceBlock(len(blocks) + 1, body, False, material.unit_weight))
+    return SpaceWall(path.stem, tuple(blocks), material.friction, read_only(UPRIGHT))
+
+
+def _meshes(file: Path) -> Iterator[tuple[FloatArray, Faces]]:
+    if file.suffix.lower() == ".obj":
+        yield from _obj(file)
+        return
+    import meshio
+
+    try:
+        mesh = meshio.read(file)
+    except (Exception, SystemExit) as error:  # meshio raises its own errors and ends the program on some files
+        raise CaseError("", f"cannot be read ({str(error)[:80]})", "export it again, binary or ASCII") from None
+    faces = [tuple(int(k) for k in row) for cells in mesh.cells for row in cells.data if len(row) >= 3]
+    if not faces:
+        raise CaseError("", "holds no faces", "export the surface of the block")
+    yield np.asarray(mesh.points, dtype=float)[:, :3], faces
+
+
+def _obj(file: Path) -> Iterator[tuple[FloatArray, Faces]]:
+    """Yield corners and faces of every object or group that has faces."""
+    corners: list[list[float]] = []
+    groups: list[Faces] = [[]]
+    try:
+        for line in file.read_text(encoding="utf-8", errors="replace").splitlines():
+            word, *rest = line.split() or [""]
+            if word == "v":
+                corners.append([float(value) for value in rest[:3]])
+            elif word in ("o", "g") and groups[-1]:
+                groups.append([])
+            elif word == "f":
+                places = [int(part.split("/")[0]) for part in rest]
+                face = tuple(place - 1 if place > 0 else len(corners) + place for place in places)
+                if len(face) < 3 or min(face) < 0 or max(face) >= len(corners):
+                    raise ValueError(line)
+                groups[-1].append(face)
+    except (ValueError, OSError) as error:
+        raise CaseError("", f"cannot be read ({str(error)[:60]})", "export it again as Wavefront OBJ") from None
+    if not any(groups):
+        raise CaseError("", "holds no faces", "export the surfaces of the blocks")
+    for faces in groups:
+        if faces:
+            yield np.array(corners), faces
+
+
+def bodies_in(corners: FloatArray, faces: Faces) -> Iterator[Polyhedron]:
+    """Yield the closed bodies of a mesh: corners merged, faces without area dropped, split where no edge connects."""
+    used = np.unique(np.concatenate([np.array(face) for face in faces]))
+    size = float(np.linalg.norm(np.ptp(corners[used], axis=0)))
+    pairs = cKDTree(corners[used]).query_pairs(MERGED * size, output_type="ndarray")
+    shape = 2 * (len(used),)
+    _, merged = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), shape=shape), directed=False)
+    _, first = np.unique(merged, return_index=True)
+    number = dict(zip(used.tolist(), merged.tolist(), strict=True))
+    points, kept = corners[used][first], list[tuple[int, ...]]()
+    for face in faces:
+        ring = [number[k] for k in face]
+        ring = [k for k, before in zip(ring, [ring[-1], *ring[:-1]], strict=True) if k != before]
+        if len(ring) >= 3:
+            kept.append(tuple(ring))
+    for group in map(_consistent, _connected(kept)):
+        mine = sorted({k for face in group for k in face})
+        place = {k: n for n, k in enumerate(mine)}
+        yield oriented(Polyhedron(read_only(points[mine]), tuple(tuple(place[k] for k in face) for face in group)))
+
+
+def _connected(faces: Faces) -> Iterator[Faces]:
+    """Yield the faces of every body: those that edges connect. Raises CaseError where more than two meet at an edge."""
+    at_edge: dict[tuple[int, int], list[int]] = {}
+    for k, face in enumerate(faces):
+        for start, end in zip(face, (*face[1:], face[0]), strict=True):
+            at_edge.setdefault((min(start, end), max(start, end)), []).append(k)
+    if any(len(meeting) > 2 for meeting in at_edge.values()):
+        raise CaseError("", "stones that touch share edges in it", "export one file, or one OBJ group, a stone")
+    pairs = np.array([meeting for meeting in at_edge.values() if len(meeting) == 2]).reshape(-1, 2)
+    shape = 2 * (len(faces),)
+    count, group = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), shape=shape), directed=False)
+    for number in range(count):
+        yield [face for face, own in zip(faces, group, strict=True) if own == number]
+
+
+def _consistent(faces: Faces) -> Faces:
+    """Return the faces of one body all run the same way round: every edge once each way, where that is possible."""
+    at_edge: dict[tuple[int, int], list[int]] = {}
+    for k, face in enumerate(faces):
+        for start, end in _edges(face):
+            at_edge.setdefault((min(start, end), max(start, end)), []).append(k)
+    turned: dict[int, bool] = {0: False}
+    waiting = [0]
+    while waiting:
+        k = waiting.pop()
+        for start, end in _edges(faces[k]):
+            for other in at_edge[min(start, end), max(start, end)]:
+                if other not in turned:
+                    same_way = (start, end) in _edges(faces[other])
+                    turned[other] = turned[k] != same_way
+                    waiting.append(other)
+    return [face[::-1] if turned.get(k, False) else face for k, face in enumerate(faces)]
+
+
+def _edges(face: tuple[int, ...]) -> list[tuple[int, int]]:
+    return [*zip(face, (*face[1:], face[0]), strict=True)]

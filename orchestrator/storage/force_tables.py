@@ -1,0 +1,54 @@
+"""Tables of forces of a collapse state: joints, sections of piers and spandrels, reactions; SI units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from orchestrator.assessment.section_forces import forces_on_j, reactions, section_forces
+from orchestrator.limit_analysis.paper.limit_state import LimitState
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.storage.files import write_csv
+
+JOINT_FORCE_COLUMNS = (
+    "joint", "block_i", "block_j", "start_x_m", "start_y_m", "end_x_m", "end_y_m", "normal_start_N", "normal_end_N",
+    "normal_N", "shear_N", "force_on_j_x_N", "force_on_j_y_N", "opening_rate_start", "opening_rate_end", "slip_rate",
+)  # fmt: skip
+SECTION_COLUMNS = ("panel", "section", "x_m", "y_m", "depth_m", "N_N", "V_N", "M_Nm")
+REACTION_COLUMNS = ("support", "x_m", "y_m", "horizontal_N", "vertical_N", "moment_Nm")
+
+
+def write_forces(folder: Path, assemblage: Assemblage, state: LimitState) -> list[Path]:
+    """Write joint_forces.csv, section_forces.csv and reactions.csv of a state; return their paths.
+
+    Rates are over the largest displacement of the mechanism; compression is positive.
+    """
+    ids = [block.id for block in assemblage.wall.blocks]
+    names = ("joint_forces.csv", "section_forces.csv", "reactions.csv")
+    paths = [folder / name for name in names]
+    write_csv(paths[0], JOINT_FORCE_COLUMNS, _joints(ids, assemblage, state))
+    sections = (
+        (one.panel, one.section, one.x, one.y, one.depth, one.normal, one.shear, one.moment)
+        for one in section_forces(assemblage, state.joint_forces)
+    )
+    write_csv(paths[1], SECTION_COLUMNS, sections)
+    supports = (
+        (one.block, one.x, one.y, one.horizontal, one.vertical, one.moment)
+        for one in reactions(assemblage, state.joint_forces)
+    )
+    write_csv(paths[2], REACTION_COLUMNS, supports)
+    return paths
+
+
+def _joints(ids: list[int], assemblage: Assemblage, state: LimitState) -> list[tuple[object, ...]]:
+    forces, largest = state.joint_forces, state.mechanism.largest_displacement
+    normal = forces[:, :2].sum(axis=1)
+    on_j = forces_on_j(assemblage, forces)
+    columns = [
+        assemblage.start[:, 0], assemblage.start[:, 1], assemblage.end[:, 0], assemblage.end[:, 1],
+        forces[:, 0], forces[:, 1], normal, forces[:, 2], on_j[:, 0], on_j[:, 1],
+        state.mechanism.opening[:, 0] / largest, state.mechanism.opening[:, 1] / largest,
+        state.mechanism.slip / largest,
+    ]  # fmt: skip
+    pairs = zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), strict=True)
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return [(k, ids[i], ids[j], *row) for k, ((i, j), row) in enumerate(zip(pairs, rows, strict=True))]

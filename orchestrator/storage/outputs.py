@@ -1,0 +1,43 @@
+"""Where results go: whether they can be written, and what is there already."""
+
+from __future__ import annotations
+
+import errno
+import os
+import tempfile
+from pathlib import Path
+
+from orchestrator.basis.errors import CaseError
+
+OF_A_RUN = ("summary.json", "macro", "micro", "load_cases.json")
+"""what only a run leaves in its folder; pictures of `check` and `limit` may be there before"""
+
+
+def try_folder(folder: Path) -> None:
+    """Raise OSError naming `folder` unless it, or what it will be made in, takes files; CaseError for a name that no
+    folder can have. Leaves nothing behind."""
+    try:
+        place = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    except OSError as error:  # a name that no folder can have
+        raise CaseError("--output", (error.strerror or "").lower(), "give another name", folder.name[:40]) from None
+    if not place.is_dir():
+        number = errno.EEXIST if place == folder else errno.ENOTDIR
+        raise OSError(number, os.strerror(number), str(place))
+    try:
+        with tempfile.TemporaryFile(dir=place):
+            pass
+    except OSError as error:
+        raise OSError(error.errno, os.strerror(error.errno or errno.EIO), str(folder)) from None
+
+
+def refuse_overwriting_run(folder: Path) -> None:
+    """Raise CaseError for a folder that holds the results of a run, finished or not."""
+    if any((folder / name).exists() for name in OF_A_RUN):
+        remedy = "give another --output, go on with --resume, or overwrite it with --force"
+        raise CaseError("--output", "holds the results of a run", remedy, str(folder))
+
+
+def refuse_overwriting_file(path: Path) -> None:
+    """Raise CaseError for a file that exists."""
+    if path.exists():
+        raise CaseError("", "exists already", "give another name, or overwrite it with --force", str(path))

@@ -1,0 +1,315 @@
+"""summary.json as values: the figures that scripts outside this repository read; the keys stay. All SI."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from orchestrator.assessment.capacity import Capacity
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
+from orchestrator.macroblocks.criteria import Partition
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.storage.files import write_json
+
+TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
+"""what `seconds` of a pushover holds, in s"""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Bodies that fell while the wall went on: their names, share of the mass, the load multiplier and base shear (N)
+    of the last static state before, and in which increment they had left their neighbours."""
+
+    bodies: tuple[str, ...]
+    mass_share: float
+    load_multiplier: float
+    base_shear: float
+    increment: int
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """What a pushover cost: folded from all its increments, gravity included.
+
+    newton_iterations counts those of failed attempts too; moving_steps: increments in which the wall moves. rescues:
+    what was done about failed attempts, and how often. energy_error: the largest imbalance of work and energies
+    (increment_record.py), over stored energy plus friction at the end plus the largest work of the live load: on a
+    block that rocks dead and live work cancel, and stored energy measures nothing. events: local failures, in order.
+    """
+
+    steps: int
+    moving_steps: int
+    newton_iterations: int
+    rescues: dict[str, int]
+    energy_error: float
+    events: tuple[Event, ...]
+
+
+def effort_of(increments: Iterable[Increment], names: Sequence[str], mass: FloatArray) -> Effort:
+    """Fold increments, one at a time, into their effort; names and mass (b,) in kg of the bodies."""
+    steps = moving = iterations = 0
+    imbalance = turned_over = driven = 0.0
+    rescues: Counter[str] = Counter()
+    events: list[Event] = []
+    static = (0.0, 0.0)
+    fallen = np.zeros(len(mass), bool)
+    for increment in increments:
+        steps, moving = steps + 1, moving + increment.moving
+        iterations += increment.iterations + sum(attempt.iterations for attempt in increment.attempts)
+        rescues.update(attempt.action for attempt in increment.attempts)
+        turned_over = increment.internal_energy + increment.dissipated_energy
+        driven = max(driven, abs(increment.live_work))
+        imbalance = float(np.maximum(imbalance, abs(increment.energy_error)))  # max() would lose a nan
+        if (gone := np.flatnonzero(increment.fallen & ~fallen)).size:
+            share = float(mass[gone].sum() / mass.sum())
+            events.append(Event(tuple(names[body] for body in gone), share, *static, increment.number))
+        fallen = increment.fallen
+        if not increment.moving:
+            static = (increment.load_multiplier, increment.base_shear)
+    measure = turned_over + driven
+    error = imbalance / measure if measure else 0.0
+    return Effort(steps, moving, iterations, dict(rescues), error, tuple(events))
+
+
+@dataclass(frozen=True, slots=True)
+class PushoverSummary:
+    """One pushover: size of its model, effort (`Effort`), capacity (`Capacity`), cost, and whether it is valid."""
+
+    model: Literal["macro", "micro"]
+    bodies: int
+    nodes: int
+    tetrahedra: int
+    contacts: int
+    displacements: Literal["large", "small"]
+    ranks: int
+    steps: int
+    moving_steps: int
+    newton_iterations: int
+    rescues: dict[str, int]
+    energy_error: float | None
+    """None where it is not a number"""
+    events: tuple[Event, ...]
+    max_penetration: float
+    """largest overlap of displaced outlines, m"""
+    max_penetration_over_size: float
+    """and over the smaller body's size"""
+    peak_base_shear: float
+    peak_multiplier: float
+    displacement_at_peak: float
+    final_displacement: float
+    initial_stiffness: float
+    equilibrium_residual: float | None
+    """None where it is not a number"""
+    peak_reached: bool
+    seconds: dict[str, float]
+    """exactly the keys of TIMINGS"""
+    peak_memory: int
+    """bytes"""
+    stopped_because: str
+    complaint: str | None
+    """why the curve ended early or is not valid; None for a good one"""
+    valid: bool
+    not_valid_because: str | None
+    """the checks of the result that failed (pushover.checks), in words"""
+    toe_error: float = 0.0
+    """how far the resultant of a toe that crushes may lie off at the peak, over its joint"""
+    tension_inside: float = 0.0
+    """largest tension at the peak in bodies of several blocks, Pa"""
+
+
+@dataclass(frozen=True, slots=True)
+class WallSummary:
+    """Blocks without supports, joints, and weight of the blocks (N)."""
+
+    blocks: int
+    joints: int
+    weight: float
+
+
+@dataclass(frozen=True, slots=True)
+class LooseStones:
+    """Stones (ids) that come loose before the wall fails, their share of the weight, and the lowest and highest
+    multiplier at which they do."""
+
+    stones: tuple[int, ...]
+    share: float
+    multipliers: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class LimitSummary:
+    """Multipliers of micro limit analysis (`LimitAnalysis` says what they are), None where there is none.
+
+    non_associative: the headline, where there is more than a bound; papers_value: of the paper's sequence.
+    """
+
+    associative: float
+    non_associative: float | None
+    non_associative_range: tuple[float, float] | None
+    iterations: int
+    converged: bool
+    equilibrium_residual: float
+    base_shear: float
+    """of the headline, N"""
+    seconds: float
+    associative_left: float | None = None
+    path: float | None = None
+    last_rest: float | None = None
+    soft_from: float | None = None
+    interval: tuple[float, float] | None = None
+    papers_value: float | None = None
+    lowest: float | None = None
+    highest: float | None = None
+    local_failures: tuple[LooseStones, ...] = ()
+
+    @property
+    def multiplier(self) -> float:
+        """The multiplier that counts."""
+        return self.associative if self.non_associative is None else self.non_associative
+
+
+@dataclass(frozen=True, slots=True)
+class MacroblockSummary:
+    """The partition; a tolerance is None where it is infinite or there is none."""
+
+    count: int
+    joints: int
+    tol_n: float | None
+    tol_d: float | None
+    trivial: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """A run. macroblocks: None where it stopped before them; pushover may be empty; seismic: the verification."""
+
+    case: str
+    wall: WallSummary
+    limit_analysis: LimitSummary
+    macroblocks: MacroblockSummary | None
+    pushover: tuple[PushoverSummary, ...]
+    seismic: dict[str, Any] | None = None
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What summary.json holds; `seismic` only where something was verified."""
+        found = asdict(self)
+        return found if self.seismic is not None else {key: found[key] for key in found if key != "seismic"}
+
+
+def pushover_summary(
+    model: Literal["macro", "micro"],
+    meshes: BodyMeshes,
+    contacts: int,
+    effort: Effort,
+    capacity: Capacity,
+    stopped_because: str,
+    *,
+    overlap: tuple[float, float],
+    toe_error: float,
+    tension_inside: float,
+    large_displacement: bool,
+    ranks: int,
+    seconds: Mapping[str, float],
+    peak_memory: int,
+    complaint: str | None,
+    not_valid_because: str | None,
+) -> PushoverSummary:
+    """Return the summary of one pushover. overlap: of displaced outlines in m, and over the smaller body's size."""
+    assert set(seconds) == set(TIMINGS), f"timings {sorted(seconds)}, not {sorted(TIMINGS)}"
+    return PushoverSummary(
+        model=model,
+        bodies=len(meshes.unit_weight),
+        nodes=len(meshes.nodes),
+        tetrahedra=len(meshes.tetrahedra),
+        contacts=contacts,
+        displacements="large" if large_displacement else "small",
+        ranks=ranks,
+        **{one.name: getattr(value, one.name) for value in (effort, capacity) for one in fields(value)},
+        max_penetration=overlap[0],
+        max_penetration_over_size=overlap[1],
+        seconds={name: float(seconds[name]) for name in TIMINGS},
+        peak_memory=int(peak_memory),
+        stopped_because=stopped_because,
+        complaint=complaint,
+        valid=not_valid_because is None,
+        not_valid_because=not_valid_because,
+        toe_error=toe_error,
+        tension_inside=tension_inside,
+    )
+
+
+def summary(
+    case: str,
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    partition: Partition | None,
+    pushovers: Sequence[PushoverSummary],
+) -> Summary:
+    """Return the summary of a run that is not verified (yet)."""
+    blocks = sum(not block.fixed for block in assemblage.wall.blocks)
+    wall = WallSummary(blocks, len(assemblage.block_i), analysis.weight)
+    merged = None if partition is None else _macroblocks(partition, len(assemblage.block_i))
+    return Summary(case, wall, limit_summary(analysis), merged, tuple(pushovers))
+
+
+def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
+    """Return the summary of a limit analysis."""
+    headline = analysis.headline
+    found = analysis.non_associative_range
+    return LimitSummary(
+        associative=analysis.associative.load_multiplier,
+        associative_left=_multiplier(analysis.associative_left),
+        non_associative=headline.load_multiplier if found else None,
+        non_associative_range=found,
+        path=_multiplier(analysis.path),
+        last_rest=analysis.last_rest,
+        soft_from=analysis.soft_from,
+        interval=analysis.interval,
+        papers_value=_multiplier(analysis.sequence),
+        lowest=_multiplier(analysis.lowest),
+        highest=analysis.highest,
+        local_failures=tuple(
+            LooseStones(failure.stones, failure.share, failure.multipliers) for failure in analysis.local_failures
+        ),
+        iterations=len(headline.records),
+        converged=found is not None and headline.converged,
+        equilibrium_residual=headline.equilibrium_residual,
+        base_shear=headline.load_multiplier * analysis.horizontal_load,
+        seconds=analysis.seconds,
+    )
+
+
+def _multiplier(state: LimitState | None) -> float | None:
+    return None if state is None else state.load_multiplier
+
+
+def _macroblocks(partition: Partition, joints: int) -> MacroblockSummary:
+    tolerances = partition.tolerances
+    return MacroblockSummary(
+        count=partition.count,
+        joints=joints - len(partition.vanished_joints),
+        tol_n=None if tolerances is None else tolerances.normal,
+        tol_d=None if tolerances is None else tolerances.centre_distance,
+        trivial=partition.count == 1,
+    )
+
+
+def write_summary(folder: Path, found: Summary) -> None:
+    """Write summary.json."""
+    write_json(folder / "summary.json", found.record)
+
+
+def read_summary(folder: Path) -> Summary:
+    """Return what `write_summary` wrote. Raises OSError, and ValueError for a file that holds something else."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(Summary).validate_json((folder / "summary.json").read_bytes())
