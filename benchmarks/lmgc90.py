@@ -3,9 +3,9 @@
     python -m venv build/lmgc90 && build/lmgc90/bin/pip install compas_lmgc90
     .venv/bin/python benchmarks/lmgc90.py build/lmgc90/bin/python [block groove U T L]
 
-LMGC90 runs in a Python of its own (it is no dependency): this file calls itself there. Forces on all blocks grow with
-time, 4 s to 1.15 times the associative multiplier; the largest base shear over the weight is compared
-with the range. Blocks move while they are pushed, so it is 1 to 3 % above the first state. Writes
+LMGC90 runs in a Python of its own (it is no dependency): this file calls itself there, also for lmgc90_plane.py.
+Forces on all blocks grow with time, 4 s to 1.15 times the associative multiplier; the largest base shear over the
+weight is compared with the range. Blocks move while they are pushed, so it is 1 to 3 % above the first state. Writes
 benchmarks/lmgc90.csv.
 """
 
@@ -63,22 +63,9 @@ def compared(name: str, python: str) -> dict[str, Any]:
     wall, direction = walls()[name]
     assemblage = find_joints(wall)
     analysis = analyse(assemblage, loads_on(wall, SpaceLoadSettings(direction=direction)))
-    given = {
-        "vertices": [block.shape.vertices.tolist() for block in wall.blocks],
-        "faces": [[list(face) for face in block.shape.faces] for block in wall.blocks],
-        "fixed": wall.fixed.tolist(),
-        "weights": wall.weights.tolist(),
-        "direction": direction,
-        "friction": wall.friction,
-        "density": wall.blocks[0].unit_weight / GRAVITY,
-        "multiplier": 1.15 * analysis.associative.load_multiplier,
-    }
-    path = HERE.parent / "build" / f"lmgc90_{name}.json"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps(given))
     started = perf_counter()
-    done = subprocess.run([python, __file__, "--simulate", str(path)], capture_output=True, text=True, check=True)
-    peak = float(done.stdout.split("peak")[-1])
+    motion = simulated(python, name, wall, direction, 1.15 * analysis.associative.load_multiplier)
+    peak = float(abs(motion["shear"]).max())
     low, high = analysis.range or (np.nan, np.nan)
     assert analysis.headline is not None
     return {
@@ -93,12 +80,50 @@ def compared(name: str, python: str) -> dict[str, Any]:
     }
 
 
-def simulate(path: Path) -> float:
-    """Run LMGC90; return the largest base shear along the load over the weight."""
+def simulated(
+    python: str,
+    name: str,
+    wall: Any,
+    direction: tuple[float, float, float],
+    multiplier: float,
+    seconds: float = SECONDS,
+    rest: float = 0.0,
+    until: float = np.inf,
+) -> dict[str, np.ndarray]:
+    """Run LMGC90 on a space wall: `rest` s under its weight, then a load that grows to `multiplier` in `seconds`.
+
+    It ends before, when the centre of mass has moved by `until` m along the load. Returns the end of every step of
+    STEP s: multiplier (s,), shear (s,): base shear along the load over the weight, and centre (s, b, 3): centres of
+    the blocks in m.
+    """
+    given = {
+        "vertices": [block.shape.vertices.tolist() for block in wall.blocks],
+        "faces": [[list(face) for face in block.shape.faces] for block in wall.blocks],
+        "fixed": wall.fixed.tolist(),
+        "weights": wall.weights.tolist(),
+        "direction": direction,
+        "friction": wall.friction,
+        "density": wall.blocks[0].unit_weight / GRAVITY,
+        "multiplier": multiplier,
+        "seconds": seconds,
+        "rest": rest,
+        "until": until,
+    }
+    path = HERE.parent / "build" / f"lmgc90_{name}.json"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(json.dumps(given))
+    subprocess.run([python, __file__, "--simulate", str(path)], capture_output=True, check=True)
+    return dict(np.load(path.with_suffix(".npz")))
+
+
+def simulate(path: Path) -> None:
+    """Run LMGC90 on what `simulated` wrote; write what it returns beside it."""
     from compas_lmgc90.solver import Solver
 
     given = json.loads(path.read_text())
     fixed, direction = given["fixed"], np.array(given["direction"])
+    times = np.array([0.0, given["rest"], given["rest"] + given["seconds"], 1e3])[0 if given["rest"] else 1 :]
+    shares = np.array([0.0, 0.0, 1.0, 1.0])[-len(times) :]
     solver = Solver(dt=STEP, density=given["density"])
     solver.geometry_from_v_f(
         [{"vertices": v, "faces": f} for v, f in zip(given["vertices"], given["faces"], strict=True)]
@@ -110,28 +135,33 @@ def simulate(path: Path) -> float:
         for axis, part in zip("xyz", direction, strict=True):
             if part:
                 force = part * given["multiplier"] * given["weights"][k]
-                solver.apply_force(k, f"F{axis}", np.array([[0.0, SECONDS, 1e3], [0.0, force, force]]))
+                solver.apply_force(k, f"F{axis}", np.array([times, force * shares]))
     solver.supports = fixed
     solver.contact_law("IQS_CLB", given["friction"])
     solver.preprocess()
     weight = sum(w for w, held in zip(given["weights"], fixed, strict=True) if not held)
     supports = {k + 1 for k, held in enumerate(fixed) if held}
-    largest = 0.0
-    for _ in range(round(SECONDS / STEP)):
-        solver.run(1)
-        result = solver.last_result
+    time = STEP * np.arange(1, round(times[-2] / STEP) + 1)
+    shares_of_mass = np.where(fixed, 0.0, given["weights"]) / weight
+    shears, centres = list[float](), list[np.ndarray]()
+    for _ in time:
+        result = solver.lmgc90.compute_one_step()
         shear = np.zeros(3)
         for bodies, force in zip(result.interaction_bodies, result.interaction_force_global, strict=True):
             if supports & set(bodies):
                 shear += np.array(force) * (1.0 if bodies[0] in supports else -1.0)
-        largest = max(largest, abs(float(shear @ direction)) / weight)
-    return largest
+        shears.append(shear @ direction / weight)
+        centres.append(np.array([body[:3] for body in result.bodies]))
+        if shares_of_mass @ (centres[-1] - centres[0]) @ direction > given["until"]:
+            break
+    multiplier = given["multiplier"] * np.interp(time[: len(shears)], times, shares)
+    np.savez(path.with_suffix(".npz"), multiplier=multiplier, shear=shears, centre=centres)
 
 
 def main() -> None:
     """Compare all walls named, or all."""
     if "--simulate" in sys.argv:
-        print("peak", simulate(Path(sys.argv[-1])))
+        simulate(Path(sys.argv[-1]))
         return
     rows = []
     for name in sys.argv[2:] or list(walls()):
