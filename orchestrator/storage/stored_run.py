@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from orchestrator import storage
@@ -11,6 +11,7 @@ from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import Partition, one_body_per_block
 from orchestrator.masonry.joints import Assemblage, find_joints
+from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.settings import case as cases
@@ -49,7 +50,8 @@ def read_run(folder: Path) -> StoredRun:
         raise CaseError("", "holds no finished run (no summary.json)", "give the folder that `run` wrote", str(folder))
     case = cases.read(folder / "case.toml")
     try:
-        assemblage = find_joints(cases.read_wall(case), case.joints)
+        name = read_blocks(case.block_file).name  # what the run drew it with: the case's, or the block file's own
+        assemblage = find_joints(replace(cases.read_wall(case), name=name), case.joints)
         summary = storage.read_summary(folder)
         analysis = storage.read_limit_analysis(folder)
         partition = storage.read_macroblocks(folder, assemblage.wall)

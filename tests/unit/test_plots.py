@@ -37,6 +37,7 @@ from orchestrator.present.plots.wall_pictures import (
     hinge_ends,
     load_arrow,
     rigid_displacement,
+    settlement_arrow,
 )
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
@@ -238,6 +239,17 @@ def test_mechanism_shows_the_load_beside_the_wall_it_pushes(assemblage, state, d
     assert height == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("left", [-1.0, 8.0])
+def test_the_arrow_of_a_settlement_points_down_beside_the_support_that_sinks(left):
+    wall = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [0.0, 6.0]])
+    support = np.array([[left, -0.5], [left + 3.0, -0.5], [left + 3.0, 0.0], [left, 0.0]])
+    tail, tip = settlement_arrow(support, wall, -np.pi / 2)
+    assert tip[1] < tail[1]
+    assert tip[0] == pytest.approx(tail[0])
+    assert tail[0] < left if left < 0.0 else tail[0] > left + 3.0
+    assert 0.5 * (tail[1] + tip[1]) == pytest.approx(-0.25)
+
+
 @pytest.mark.parametrize("direction", [1, -1])
 def test_load_arrow_turns_with_the_load_and_keeps_clear_of_the_wall(direction):
     points = np.array([[0.0, 0.0], [2.0, 1.0]])
@@ -369,7 +381,7 @@ def increment(model):
         7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), *3 * [none],
         *2 * [np.zeros(0)], gap, none,
         status, 100.0, 400.0, 0.0123, 0.01, 1.0, *6 * [0.0], 100.0, 0.0, False, np.ones(2, bool), np.zeros(2, bool),
-        0.0, 3, (0.1,),
+        np.zeros(2), 0.0, 3, (0.1,),
     )  # fmt: skip
 
 

@@ -119,7 +119,11 @@ def mechanism(
     displaced = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
     before = [block.polygon for block in wall.blocks]
     loaded = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
-    arrow = load_arrow(loaded, load_direction, load_inclination)
+    sinking = [b.polygon for b, v in zip(wall.blocks, state.mechanism.velocities, strict=True) if b.fixed and v.any()]
+    if sinking:
+        arrow = settlement_arrow(np.vstack(sinking), loaded, load_inclination)
+    else:
+        arrow = load_arrow(loaded, load_direction, load_inclination)
     answer = answer or f"load multiplier {state.load_multiplier:.4f}"
     title = (
         f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}\n"
@@ -243,6 +247,15 @@ def load_arrow(points: FloatArray, load_direction: int, inclination: float = 0.0
     direction = np.array([load_direction * np.cos(inclination), np.sin(inclination)])
     middle = np.array([side - load_direction * (0.5 * ARROW + 0.02) * size, 0.5 * (low[1] + high[1])])
     return middle + np.array([[-0.5], [0.5]]) * ARROW * size * direction
+
+
+def settlement_arrow(support: FloatArray, wall: FloatArray, inclination: float) -> FloatArray:
+    """Return tail and tip (2, 2) of the arrow beside a `support` (n, 2) that gives way, away from the wall."""
+    low, high, size = support.min(axis=0), support.max(axis=0), float(np.max(np.ptp(wall, axis=0)))
+    outwards = 1.0 if support[:, 0].mean() >= wall[:, 0].mean() else -1.0
+    side = high[0] if outwards > 0 else low[0]
+    middle = np.array([side + outwards * (0.5 * ARROW + 0.02) * size, 0.5 * (low[1] + high[1])])
+    return middle + np.array([[-0.5], [0.5]]) * ARROW * size * np.array([np.cos(inclination), np.sin(inclination)])
 
 
 def draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
