@@ -49,7 +49,7 @@ PYTEST = $(PYTHON) -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorde
 test: lint
 	$(PYTEST) tests
 
-# The tests that take less than a second each: a minute.
+# The tests that tests/seconds.csv does not list as slow: many minutes, for it does not yet list all that are.
 quick: setup
 	$(PYTEST) -m fast tests
 

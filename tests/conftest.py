@@ -3,7 +3,7 @@
     mpi     its file starts processes by mpirun (tests.support.ranks or .killing)
     fe      its file uses the finite elements (orchestrator.pushover)
     slow    it took more than SLOW CPU seconds when seconds.csv was written
-    fast    it took less: `make quick`
+    fast    it took less, or was not there: `make quick`
 
 `pytest --store-seconds`, in one process, writes what its tests took, with the processes they started, into seconds.csv.
 """
