@@ -77,9 +77,10 @@ class Tracking:
     master_face (c,), corner (c,): 0 primary, 1 or 2 the corner at the start or end of the pair's master face, level
     (c,): number of its z. first_triangle, triangles (c,): the master's triangles on its face as a range of rows of
     `triangle` (t, 3), none for a support. stand_in, stand_in_of (d,): corner contacts and the primary ones that touch
-    at the same point in the undeformed wall, and contacts of one point with one face in several pairs. twins (t, 2):
-    numbers of contacts and of the point and face that they share with others, only where there are others. rest (c,) in
-    m: height over the straight face of points that touch the body in the undeformed wall, 0 for those that do not.
+    at the same point in the undeformed wall, contacts of one point with one face in several pairs, and rivals. twins
+    (t, 2): numbers of contacts and of the point and face that they share with others, only where there are others.
+    rivals (r, 2): contacts of one node with two faces of one body that are turned little against each other. rest (c,)
+    in m: height over the straight face of points that touch the body in the undeformed wall, 0 for others.
     end_node (f, 2, levels): node at the start and at the end of each face at each z, -1 of supports.
     """
 
@@ -99,6 +100,7 @@ class Tracking:
     stand_in: IntArray
     stand_in_of: IntArray
     twins: IntArray
+    rivals: IntArray
     rest: FloatArray
     end_node: IntArray
 
@@ -106,7 +108,7 @@ class Tracking:
         """Return `values` (possible, ...) with those of contacts that are not in `rows` moved to their stand-ins there.
 
         A corner contact and the primary contact of the node that touched that corner stand in for each other, and so do
-        contacts of one point with one face.
+        contacts of one point with one face, and of one node with two faces that are nearly one.
         """
         exists = np.zeros(len(values), bool)
         exists[rows] = True
@@ -159,8 +161,11 @@ def track(
         near = (height < REACH * size) & (height > DEEPEST * size - deepest[tracking.pair])
     if gone is not None:
         near &= ~gone
-    within = _within(tracking, frames, position, _shifted_ends(tracking, meshes, frames, moved))
-    rows = np.flatnonzero(_without_twins(tracking, near & within))
+    low, high = _shifted_ends(tracking, meshes, frames, moved)[face, :, tracking.level].T
+    before, beyond = position - low, faces.length[face] + high - position
+    within = _within(tracking, frames, before, beyond)
+    single = _without_twins(tracking, near & within)
+    rows = np.flatnonzero(_without_rivals(tracking, single, np.minimum(before, beyond)))
     master_nodes, weights = _project(tracking, meshes, home[rows], rows)
     turn = frames.rotation[possible.master_body[rows]]
     normal = np.einsum("cij,cj->ci", turn, possible.normal[rows])
@@ -201,19 +206,20 @@ def _shifted_ends(tracking: Tracking, meshes: BodyMeshes, frames: Frames, moved:
     return np.where(node < 0, 0.0, along)
 
 
-def _within(tracking: Tracking, frames: Frames, position: FloatArray, shift: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return which possible contacts lie within their master's face, corners only where no primary contact is near."""
-    low, high = shift[tracking.master_face, :, tracking.level].T
-    position, length = position - low, tracking.faces.length[tracking.master_face] + high - low
+def _within(tracking: Tracking, frames: Frames, before: FloatArray, beyond: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which possible contacts lie within their master's face, corners only where no primary contact is near.
+
+    before, beyond (c,): distances in m from the start and to the end of the master's face, negative off it.
+    """
     primary, end = tracking.corner == 0, END * tracking.size_of_pair[tracking.pair]
     overlapping = (_overlap(tracking, frames) > END * tracking.size_of_pair)[tracking.pair]
-    inside = (position >= -end) & (position <= length + end) & overlapping
+    inside = (before >= -end) & (beyond >= -end) & overlapping
     place = tracking.pair, tracking.level
     covered = np.zeros((int(tracking.pair.max()) + 1, int(tracking.level.max()) + 1, 3), bool)
-    for corner, distance in ((1, position), (2, length - position)):
+    for corner, distance in ((1, before), (2, beyond)):
         close = primary & inside & (np.abs(distance) <= COVER * tracking.size_of_pair[tracking.pair])
         covered[tracking.pair[close], tracking.level[close], corner] = True
-    strictly = (position > end) & (position < length - end)
+    strictly = (before > end) & (beyond > end)
     hidden = covered[*place, tracking.corner] & ~primary
     row, point_and_face = tracking.twins.T
     hidden[row] |= np.isin(point_and_face, point_and_face[hidden[row]])
@@ -227,6 +233,20 @@ def _without_twins(tracking: Tracking, exists: npt.NDArray[np.bool_]) -> npt.NDA
     single = exists.copy()
     single[row] = False
     single[row[np.unique(place, return_index=True)[1]]] = True
+    return single
+
+
+def _without_rivals(tracking: Tracking, exists: npt.NDArray[np.bool_], inside: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return `exists` (c,) with one contact only of a node with faces that are nearly one: that farthest inside its
+    face. inside (c,): distance in m from the nearer end of the face.
+
+    Two would hold the node as a wedge of some hundredths of a radian does, and with friction such a wedge may have no
+    state: it pulls where it is closed, and overlaps where it is open (two rubble joints that meet at a kink).
+    """
+    rivals = tracking.rivals[exists[tracking.rivals].all(axis=1)]
+    loser = np.where(inside[rivals[:, 0]] < inside[rivals[:, 1]], rivals[:, 0], rivals[:, 1])
+    single = exists.copy()
+    single[loser] = False
     return single
 
 

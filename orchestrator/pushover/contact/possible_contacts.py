@@ -10,6 +10,8 @@ contact_tracking.py says which of them exist in a displaced wall.
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -61,7 +63,8 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
     rest[len(touching) :] = 0.0
     triangle, first_triangle, triangles = surface.triangle_table(columns["master_face"])
     slave_of_pair, master_of_pair = np.array(pairs, np.int64).T
-    standing_in, stood_for = _stand_ins(columns)
+    rivals = _rivals(columns, faces)
+    standing_in, stood_for = _stand_ins(columns, rivals)
     return Tracking(
         faces=faces,
         slave_of_pair=read_only(slave_of_pair, np.int64),
@@ -77,6 +80,7 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
         stand_in=read_only(standing_in, np.int64),
         stand_in_of=read_only(stood_for, np.int64),
         twins=read_only(_twins(columns), np.int64),
+        rivals=read_only(rivals, np.int64),
         rest=read_only(rest),
         end_node=read_only(surface.end_nodes(), np.int64),
     )
@@ -88,8 +92,8 @@ def _sizes(bodies: Bodies, first: IntArray, second: IntArray) -> FloatArray:
     return np.minimum(size[first], size[second])
 
 
-def _stand_ins(columns: dict[str, npt.NDArray]) -> tuple[IntArray, IntArray]:
-    """Return corner contacts and the primary contact of the same pair at the same point, then other pairs of twins."""
+def _stand_ins(columns: dict[str, npt.NDArray], rivals: IntArray) -> tuple[IntArray, IntArray]:
+    """Return corner contacts and the primary contact of the same pair at the same point, other twins, and rivals."""
     keys = list(zip(columns["pair"].tolist(), columns["place"].tolist(), columns["level"].tolist(), strict=True))
     primary = columns["corner"] == 0
     found = {key: row for row, key in enumerate(keys) if primary[row] and key[1] >= 0}
@@ -98,7 +102,21 @@ def _stand_ins(columns: dict[str, npt.NDArray]) -> tuple[IntArray, IntArray]:
     row, place = _twins(columns).T
     leads = np.unique(place, return_index=True)[1]
     first = row[leads][np.searchsorted(place[leads], place)]
-    return np.append(corner, row[row != first]), np.append(of, first[row != first])
+    other = row != first
+    return np.concatenate([corner, row[other], rivals[:, 1]]), np.concatenate([of, first[other], rivals[:, 0]])
+
+
+def _rivals(columns: dict[str, npt.NDArray], faces: Faces) -> IntArray:
+    """Return pairs of contacts (r, 2) of one node with two faces of one body that are turned by less than `TURNED`."""
+    row = np.flatnonzero((columns["corner"] == 0) & (columns["slave_node"] != SUPPORT_POINT))
+    row = row[np.lexsort((row, columns["master_body"][row], columns["slave_node"][row]))]
+    key = np.column_stack([columns["slave_node"][row], columns["master_body"][row]])
+    begins = np.flatnonzero(np.any(np.diff(key, axis=0, prepend=-1), axis=1))
+    pairs = [pair for group in np.split(row, begins[1:]) for pair in combinations(group.tolist(), 2)]
+    first, second = np.reshape(pairs, (-1, 2)).astype(np.int64).T
+    one, other = columns["master_face"][first], columns["master_face"][second]
+    alike = np.einsum("ri,ri->r", faces.normal[one], faces.normal[other]) > np.cos(TURNED)
+    return np.column_stack([first, second])[alike & (one != other)]
 
 
 def _twins(columns: dict[str, npt.NDArray]) -> IntArray:
