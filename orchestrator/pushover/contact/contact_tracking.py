@@ -25,7 +25,10 @@ smaller body's area, which is 0.26 m for a stone of 0.4 m x 0.175 m. (It makes a
 times as much 10 %. From 1e-3 down nothing is added, but courses that slide for long come and go with their contacts,
 and running bond of 3 x 5 blocks stops after 6 mm.)"""
 COVER = 7.56e-3
-"""an enabled primary contact within this distance of a face's end stands for the corner contact there"""
+"""a node and a corner within this distance of each other have one contact: that of the node, or of the corner where that
+lies deeper by DEEPER. (Two that are so near, on faces that are turned against each other, hold bodies as a wedge of a
+few hundredths of a radian does; with friction such a wedge may have no state.)"""
+DEEPER = 1e-6
 REACH = 0.075
 """wider gaps cannot close within an increment"""
 DEEPEST = -7.5e-3
@@ -163,7 +166,7 @@ def track(
         near &= ~gone
     low, high = _shifted_ends(tracking, meshes, frames, moved)[face, :, tracking.level].T
     before, beyond = position - low, faces.length[face] + high - position
-    within = _within(tracking, frames, before, beyond)
+    within = _within(tracking, frames, before, beyond, height)
     single = _without_twins(tracking, near & within)
     rows = np.flatnonzero(_without_rivals(tracking, single, np.minimum(before, beyond)))
     master_nodes, weights = _project(tracking, meshes, home[rows], rows)
@@ -206,24 +209,35 @@ def _shifted_ends(tracking: Tracking, meshes: BodyMeshes, frames: Frames, moved:
     return np.where(node < 0, 0.0, along)
 
 
-def _within(tracking: Tracking, frames: Frames, before: FloatArray, beyond: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return which possible contacts lie within their master's face, corners only where no primary contact is near.
+def _within(
+    tracking: Tracking, frames: Frames, before: FloatArray, beyond: FloatArray, height: FloatArray
+) -> npt.NDArray[np.bool_]:
+    """Return which possible contacts lie within their master's face; of a corner and of nodes near it the deepest only.
 
-    before, beyond (c,): distances in m from the start and to the end of the master's face, negative off it.
+    before, beyond (c,): distances in m from the start and to the end of the master's face, negative off it. height (c,)
+    over it in m.
     """
-    primary, end = tracking.corner == 0, END * tracking.size_of_pair[tracking.pair]
-    overlapping = (_overlap(tracking, frames) > END * tracking.size_of_pair)[tracking.pair]
+    pair, level, corner = tracking.pair, tracking.level, tracking.corner
+    size = tracking.size_of_pair[pair]
+    primary, end = corner == 0, END * size
+    overlapping = (_overlap(tracking, frames) > END * tracking.size_of_pair)[pair]
     inside = (before >= -end) & (beyond >= -end) & overlapping
-    place = tracking.pair, tracking.level
-    covered = np.zeros((int(tracking.pair.max()) + 1, int(tracking.level.max()) + 1, 3), bool)
-    for corner, distance in ((1, before), (2, beyond)):
-        close = primary & inside & (np.abs(distance) <= COVER * tracking.size_of_pair[tracking.pair])
-        covered[tracking.pair[close], tracking.level[close], corner] = True
     strictly = (before > end) & (beyond > end)
-    hidden = covered[*place, tracking.corner] & ~primary
+    ends = [(at, primary & inside & (np.abs(distance) <= COVER * size)) for at, distance in ((1, before), (2, beyond))]
+    lowest = np.full((int(pair.max()) + 1, int(level.max()) + 1, 3), np.inf)
+    for at, close in ends:
+        np.minimum.at(lowest[:, :, at], (pair[close], level[close]), height[close])
+    node = lowest[pair, level, corner]
+    leads = ~primary & (strictly | inside) & (height < node - DEEPER * size)
+    hidden = ~primary & (node < np.inf) & ~leads
     row, point_and_face = tracking.twins.T
     hidden[row] |= np.isin(point_and_face, point_and_face[hidden[row]])
-    return np.where(primary, inside, (strictly | inside) & ~hidden)
+    leads &= ~hidden
+    led = np.zeros(lowest.shape, bool)
+    led[pair[leads], level[leads], corner[leads]] = True
+    for at, close in ends:
+        hidden |= close & led[pair, level, at]
+    return (inside | (strictly & ~primary)) & ~hidden
 
 
 def _without_twins(tracking: Tracking, exists: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
