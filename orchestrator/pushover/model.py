@@ -242,19 +242,24 @@ def support_side(contacts: Contacts, moving: int) -> IntArray:
     return (contacts.master_body >= moving).astype(int) - (contacts.slave_body >= moving).astype(int)
 
 
-def displaced(model: ContactModel, displacement: FloatArray, closed: FloatArray | None = None) -> ContactModel:
+def displaced(
+    model: ContactModel,
+    displacement: FloatArray,
+    closed: FloatArray | None = None,
+    known: npt.NDArray[np.bool_] | None = None,
+) -> ContactModel:
     """Return the model of the wall displaced by `displacement` (n,) in m: corotational bodies, contacts found anew.
 
     With R the rotation that fits a body's nodes best, its internal forces are R K R^T (u - (R X + t - X)). Mass and
     loads do not change. `model` is the undeformed one; without tracking it is returned as it is. closed (possible,): by
-    how much mortar has closed, m.
+    how much mortar has closed, m. known (possible,): contacts that existed before (contact_tracking.py).
     """
     if model.tracking is None:
         return model
     nodal = displacement.reshape(-1, 3)
     frames = fit_frames(model.meshes, nodal, model.tracking.possible.master_body.max() + 1)
     gone = _touches(model.fallen, model.tracking.possible)
-    tracked = track(model.tracking, model.meshes, frames, nodal, gone, closed)
+    tracked = track(model.tracking, model.meshes, frames, nodal, gone, closed, known)
     normal_rows = tracked.contacts.normal_rows(len(nodal))
     return replace(
         model,

@@ -25,9 +25,9 @@ smaller body's area, which is 0.26 m for a stone of 0.4 m x 0.175 m. (It makes a
 times as much 10 %. From 1e-3 down nothing is added, but courses that slide for long come and go with their contacts,
 and running bond of 3 x 5 blocks stops after 6 mm.)"""
 COVER = 7.56e-3
-"""a node and a corner within this distance of each other have one contact: that of the node, or of the corner where that
-lies deeper by DEEPER. (Two that are so near, on faces that are turned against each other, hold bodies as a wedge of a
-few hundredths of a radian does; with friction such a wedge may have no state.)"""
+"""a node and a corner within this distance of each other have one contact: that of the node, or of the corner where it
+lies deeper by DEEPER. (Two that are so near, on faces that are turned against each other, hold bodies as a wedge of
+some hundredths of a radian does; with friction such a wedge may have no state.)"""
 DEEPER = 1e-6
 REACH = 0.075
 """wider gaps cannot close within an increment"""
@@ -140,10 +140,13 @@ def track(
     displacement: FloatArray,
     gone: npt.NDArray[np.bool_] | None = None,
     closed: FloatArray | None = None,
+    known: npt.NDArray[np.bool_] | None = None,
 ) -> Tracked:
     """Return the contacts of the wall displaced by `displacement` (>= m, 3) in m, but for those that are `gone` (c,).
 
     closed (c,): by how much mortar has closed, m; points of its two faces may lie that much deeper in the other body.
+    known (c,): contacts that existed before; where the displacement is only expected, their points may lie at any
+    depth. (A block that tips onto a slope would otherwise go through it.)
 
     Bodies turn in the wall's plane only, so that equilibrium out of it is that of the undeformed wall: points keep
     their z. (A slave's z taken with its displacement, its master's without, once made a leaning wall sway for ever.)
@@ -157,11 +160,13 @@ def track(
     position = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.tangent[face])
     height = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.normal[face]) - tracking.rest
     size = tracking.size_of_pair[tracking.pair]
-    near = (height < REACH * size) & (height > DEEPEST * size)
+    deepest = np.zeros(len(tracking.slave_of_pair))
     if closed is not None:
-        deepest = np.zeros(len(tracking.slave_of_pair))
         np.maximum.at(deepest, tracking.pair, closed)
-        near = (height < REACH * size) & (height > DEEPEST * size - deepest[tracking.pair])
+    near = height > DEEPEST * size - deepest[tracking.pair]
+    if known is not None:
+        near |= known
+    near &= height < REACH * size
     if gone is not None:
         near &= ~gone
     low, high = _shifted_ends(tracking, meshes, frames, moved)[face, :, tracking.level].T
@@ -228,7 +233,8 @@ def _within(
     for at, close in ends:
         np.minimum.at(lowest[:, :, at], (pair[close], level[close]), height[close])
     node = lowest[pair, level, corner]
-    leads = ~primary & (strictly | inside) & (height < node - DEEPER * size)
+    on_face = (before >= 0.0) & (beyond >= 0.0)
+    leads = ~primary & (strictly | inside) & on_face & (height < node - DEEPER * size)
     hidden = ~primary & (node < np.inf) & ~leads
     row, point_and_face = tracking.twins.T
     hidden[row] |= np.isin(point_and_face, point_and_face[hidden[row]])

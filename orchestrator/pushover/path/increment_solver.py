@@ -127,8 +127,9 @@ class IncrementSolver:
         if undeformed.mortar is not None:
             mortar = replace(undeformed.mortar, closing=state.closing)
             opening, closed = mortar.opened(opening, state.normal_force), mortar.closed_by(state.normal_force)
+        known = ~np.isnan(state.gap)
         for _ in range(GEOMETRY_PASSES):
-            model = without_jumps(displaced(undeformed, predicted, closed), state)
+            model = without_jumps(displaced(undeformed, predicted, closed, known), state)
             self.system.follow(model)
             bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, opening)
             touch = model.on_its_contacts((state.normal_force != 0.0).astype(float)) > 0.0

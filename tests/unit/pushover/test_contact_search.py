@@ -11,6 +11,7 @@ from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.contact.contact_search import find_contacts
 from orchestrator.pushover.contact.faces import STRAIGHT, find_faces, sides_of_edges, sides_of_faces, touching_faces
+from orchestrator.pushover.contact.possible_contacts import TURNED
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import displaced
 from tests.support.pushover_chain import assemblage_of, model_of, rectangle
@@ -35,12 +36,12 @@ def test_a_node_in_a_bend_has_one_contact_where_the_joint_is_nearly_straight(hei
     """0.2 m on both sides: the joint bends by 10 times its height per metre, 1e-5 rad to 0.2 rad."""
     assert (10 * height < STRAIGHT) == (faces == 1)
     model = model_of(bent(height), mesh_size=0.25, large_displacement=True)
-    touching = model.tracking.touching
-    assert model.rows.tolist() == list(range(touching)), "what touches, and nothing else"
+    assert set(model.rows.tolist()) <= set(range(model.tracking.touching)), "what touches, and nothing else"
     between = (model.contacts.slave_body < 2) & (model.contacts.master_body < 2)
     middle = between & (np.abs(model.contacts.point[:, 0]) < 1e-9)
-    assert middle.sum() == 2 * faces, "front and back"
-    assert between.sum() == 2 * (2 + faces)
+    of_a_node = 1 if 10 * height < TURNED else 2
+    assert middle.sum() == 2 * of_a_node, "front and back"
+    assert between.sum() == 2 * (2 + of_a_node)
     assert np.abs(model.gap_offset).max() < 1e-9
     rows = model.normal_rows.toarray()
     assert np.linalg.matrix_rank(rows) == len(rows)

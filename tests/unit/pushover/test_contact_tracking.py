@@ -40,3 +40,23 @@ def test_a_block_that_slides_over_the_end_of_another_is_held_there_all_the_way(y
         for side in (1, -1):
             at_end = between & (side * contacts.point[:, 0] > 0.19)
             assert set(np.round(contacts.point[at_end, 2], 6)) == {0.0, 0.1}, (slid, side)
+
+
+@pytest.mark.parametrize("turn", [-0.02, -0.005, 0.005, 0.02])
+def test_of_two_corners_that_meet_the_deeper_one_is_held(turn):
+    """The upper block has slid until it rests on the last 2 mm of the lower one, turned about the middle of these.
+
+    Turned counter-clockwise (turn > 0) its own corner sinks in, 1 mm to the left; else that of the lower block does.
+    """
+    model = model_of(stack((0.4, 0.3), (0.4, 0.3), friction=0.6), large_displacement=True)
+    nodes, body = model.meshes.nodes, model.meshes.body_of_node
+    upper, moved = body == 1, np.zeros_like(nodes)
+    corner = np.array([0.199, 0.3]) - [0.398, 0.0]  # what comes to lie at x = 0.199 m, the middle of the 2 mm
+    arm = nodes[upper, :2] - corner
+    turned = np.column_stack(
+        [np.cos(turn) * arm[:, 0] - np.sin(turn) * arm[:, 1], np.sin(turn) * arm[:, 0] + np.cos(turn) * arm[:, 1]]
+    )
+    moved[upper, :2] = [0.199, 0.3] + turned - nodes[upper, :2]
+    contacts = displaced(model, moved.ravel()).contacts
+    between = (contacts.slave_body < 2) & (contacts.master_body < 2)
+    assert contacts.point[between, 0] == pytest.approx([0.198 if turn > 0 else 0.2] * 2, abs=1e-5)
