@@ -14,7 +14,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.cohesion import Bond, find_bond
 from orchestrator.pushover.contact.contact_search import Contacts, find_contacts
-from orchestrator.pushover.contact.contact_tracking import Frames, Tracking, fit_frames, track
+from orchestrator.pushover.contact.contact_tracking import Frames, Tracking, fit_frames, handed_over, track
 from orchestrator.pushover.contact.mortar import Mortar, find_mortar
 from orchestrator.pushover.contact.possible_contacts import find_possible_contacts
 from orchestrator.pushover.meshing import BodyMeshes
@@ -34,8 +34,9 @@ class ContactModel:
     horizontal_load: horizontal part of the live load in N, what base shears are read against.
     normal_rows B_n (c, n), tangential_rows B_t (2 c, n). direction: load along +x (1) or -x (-1).
     rigid (n,) in m: displacement that causes no stress; gap_offset (c,) in m: gap = B_n u + gap_offset; both zero while
-    the wall is undeformed. rows (c,): numbers of these contacts among all `possible` ones. support_side (c,): 1 where
-    the master is a support, -1 where the slave is one, else 0. tracking: None for small displacements.
+    the wall is undeformed. rows (c,): numbers of these contacts among all `possible` ones. heirs (h, 2): of those that
+    gave way, and of what carries for them (contact_tracking.py). support_side (c,): 1 where the master is a support, -1
+    where the slave is one, else 0. tracking: None for small displacements.
     bond: strengths of all `possible` contacts, or None; mortar: their stiffness and what crushes them, or None; ties or
     None.
     body_mass, body_weight (b,): of the moving bodies, kg and N (dead load included). fallen (b,): those taken out.
@@ -67,6 +68,7 @@ class ContactModel:
     gap_offset: FloatArray
     overlap: FloatArray
     rows: IntArray
+    heirs: IntArray
     bodies: int
     body_names: tuple[str, ...]
     elastic: ElasticConstants
@@ -100,7 +102,7 @@ class ContactModel:
 
     def on_its_contacts(self, values: FloatArray) -> FloatArray:
         """Return the part (c, ...) of `values` (possible, ...); what a contact that has gone carried is handed over."""
-        return (self.tracking.handed_over(self.rows, values) if self.tracking else values)[self.rows]
+        return handed_over(values, self.heirs)[self.rows]
 
     @property
     def pairs(self) -> tuple[IntArray, IntArray]:
@@ -157,6 +159,7 @@ def build_model(
         gap_offset=np.zeros(len(contacts)),
         overlap=np.zeros(len(contacts)),
         rows=np.arange(len(contacts)),
+        heirs=np.zeros((0, 2), np.int64),
         body_mass=_of_bodies(elasticity.mass @ np.ones(len(gravity)), elasticity.body, bodies.moving),
         body_weight=_of_bodies(-gravity, elasticity.body, bodies.moving),
         fallen=np.zeros(bodies.moving, bool),
@@ -272,6 +275,7 @@ def displaced(
         gap_offset=tracked.gap - normal_rows @ displacement,
         overlap=np.zeros(len(tracked.rows)),
         rows=tracked.rows,
+        heirs=tracked.heirs,
         ties=model.ties and model.ties.displaced(displacement),
     )
 

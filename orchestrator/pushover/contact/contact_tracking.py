@@ -13,28 +13,32 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.pushover.contact.contact_search import Contacts, barycentric
 from orchestrator.pushover.contact.faces import Faces
 from orchestrator.pushover.meshing import BodyMeshes
 
-END = 3.78e-3
-"""a slave node may lie so far beyond the end of a face; this and the next three are shares of the square root of the
-smaller body's area, which is 0.26 m for a stone of 0.4 m x 0.175 m. (It makes a wall of such stones 0.4 % stronger; ten
-times as much 10 %. From 1e-3 down nothing is added, but courses that slide for long come and go with their contacts,
-and running bond of 3 x 5 blocks stops after 6 mm.)"""
+END = 1e-4
+"""a point may lie so far beyond the end of a face; this and the next four are shares of the square root of the smaller
+body's area, which is 0.26 m for a stone of 0.4 m x 0.175 m. (What deforms must find its contact; corners that catch on
+each other beyond their faces make a wall stronger: with 4e-3 one of irregular courses by 17 %.)"""
 COVER = 7.56e-3
-"""a node and a corner within this distance of each other have one contact: that of the node, or of the corner where it
-lies deeper by DEEPER. (Two that are so near, on faces that are turned against each other, hold bodies as a wedge of
-some hundredths of a radian does; with friction such a wedge may have no state.)"""
+"""two bodies touch at one point only within this distance, on faces that are nearly parallel: the deepest. (Two points,
+on faces turned against each other, hold bodies as a wedge of some hundredths of a radian does; with friction such a
+wedge may have no state.)"""
 DEEPER = 1e-6
+"""of points whose depths differ by less than about this the first in the list of possible contacts stays"""
 REACH = 0.075
 """wider gaps cannot close within an increment"""
 DEEPEST = -7.5e-3
 """a point that lies deeper in a body than this belongs to another of its faces"""
 OUTSIDE = 1e-2
 """a point may lie outside its triangle by this barycentric weight: the connection stays while a node slides a little"""
+TURNED = 0.1
+"""rad; faces may be turned so far towards each other for one to slide onto the other (drawings are healed, arches have
+facets), and count as nearly parallel"""
 SUPPORT_POINT = -1
 """slave node of a corner contact whose corner belongs to a support"""
 
@@ -79,11 +83,8 @@ class Tracking:
     possible: all contacts, undeformed, those that touch there first (`touching` of them). For each: pair (c,) of faces,
     master_face (c,), corner (c,): 0 primary, 1 or 2 the corner at the start or end of the pair's master face, level
     (c,): number of its z. first_triangle, triangles (c,): the master's triangles on its face as a range of rows of
-    `triangle` (t, 3), none for a support. stand_in, stand_in_of (d,): corner contacts and the primary ones that touch
-    at the same point in the undeformed wall, contacts of one point with one face in several pairs, and rivals. twins
-    (t, 2): numbers of contacts and of the point and face that they share with others, only where there are others.
-    rivals (r, 2): contacts of one node with two faces of one body that are turned little against each other. rest (c,)
-    in m: height over the straight face of points that touch the body in the undeformed wall, 0 for others.
+    `triangle` (t, 3), none for a support. rest (c,) in m: height over the straight face of points that touch the body
+    in the undeformed wall, 0 for others.
     end_node (f, 2, levels): node at the start and at the end of each face at each z, -1 of supports.
     """
 
@@ -100,37 +101,30 @@ class Tracking:
     first_triangle: IntArray
     triangles: IntArray
     level: IntArray
-    stand_in: IntArray
-    stand_in_of: IntArray
-    twins: IntArray
-    rivals: IntArray
     rest: FloatArray
     end_node: IntArray
-
-    def handed_over(self, rows: IntArray, values: FloatArray) -> FloatArray:
-        """Return `values` (possible, ...) with those of contacts that are not in `rows` moved to their stand-ins there.
-
-        A corner contact and the primary contact of the node that touched that corner stand in for each other, and so do
-        contacts of one point with one face, and of one node with two faces that are nearly one.
-        """
-        exists = np.zeros(len(values), bool)
-        exists[rows] = True
-        moved = values.copy()
-        for old, new in ((self.stand_in_of, self.stand_in), (self.stand_in, self.stand_in_of)):
-            change = np.flatnonzero(~exists[old] & exists[new])
-            change = change[np.unique(old[change], return_index=True)[1]]
-            moved[new[change]] += values[old[change]]
-            moved[old[change]] = 0.0
-        return moved
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tracked:
-    """The contacts that exist in a displaced wall: rows (c,) of the possible ones, and their gaps (c,) in m."""
+    """The contacts that exist in a displaced wall: rows (c,) of the possible ones, and their gaps (c,) in m.
+
+    heirs (h, 2): rows of contacts that give way, and of those near them that take over what they carried.
+    """
 
     rows: IntArray
     contacts: Contacts
     gap: FloatArray
+    heirs: IntArray
+
+
+def handed_over(values: FloatArray, heirs: IntArray) -> FloatArray:
+    """Return `values` (possible, ...) with those of contacts that give way added to what their heirs (h, 2) have."""
+    moved = values.copy()
+    old, new = heirs.T
+    np.add.at(moved, new, values[old])
+    moved[old] = 0.0
+    return moved
 
 
 def track(
@@ -170,30 +164,35 @@ def track(
     if gone is not None:
         near &= ~gone
     low, high = _shifted_ends(tracking, meshes, frames, moved)[face, :, tracking.level].T
-    before, beyond = position - low, faces.length[face] + high - position
-    within = _within(tracking, frames, before, beyond, height)
-    single = _without_twins(tracking, near & within)
-    rows = np.flatnonzero(_without_rivals(tracking, single, np.minimum(before, beyond)))
+    inside = np.minimum(position - low, faces.length[face] + high - position)
+    overlapping = (_overlap(tracking, frames) > END * tracking.size_of_pair)[tracking.pair]
+    overlapping |= (tracking.corner > 0) & (inside > END * size)
+    rows = np.flatnonzero(near & overlapping & (inside >= -COVER * size))
     master_nodes, weights = _project(tracking, meshes, home[rows], rows)
     turn = frames.rotation[possible.master_body[rows]]
     normal = np.einsum("cij,cj->ci", turn, possible.normal[rows])
     on_master = np.einsum("cj,cji->ci", weights, moved[master_nodes])
     fixed = ~weights.any(axis=1)
     gap = np.where(fixed, height[rows], np.einsum("ci,ci->c", normal, (point[rows] - on_master)[:, :2]))
+    off = inside[rows] < -END * size[rows]
+    rank = np.argsort(np.lexsort((rows, np.round(gap / (DEEPER * size[rows])), off)))
+    stays, heirs = _deepest(rank, off, *_at_one_place(tracking, rows, point[rows], normal))
+    heirs = rows[heirs]
+    rows, turn = rows[stays], turn[stays]
     contacts = Contacts(
         slave_node=possible.slave_node[rows],
         slave_body=possible.slave_body[rows],
         master_body=possible.master_body[rows],
         interface=possible.interface[rows],
-        master_nodes=master_nodes,
-        weights=weights,
-        normal=normal,
+        master_nodes=master_nodes[stays],
+        weights=weights[stays],
+        normal=normal[stays],
         tangent=np.einsum("cij,cj->ci", turn, possible.tangent[rows]),
         friction=possible.friction[rows],
         point=point[rows],
         moving=True,
     )
-    return Tracked(rows, contacts, gap)
+    return Tracked(rows, contacts, gap[stays], heirs)
 
 
 def _pulled_back(point: FloatArray, frames: Frames, body: IntArray) -> FloatArray:
@@ -214,60 +213,44 @@ def _shifted_ends(tracking: Tracking, meshes: BodyMeshes, frames: Frames, moved:
     return np.where(node < 0, 0.0, along)
 
 
-def _within(
-    tracking: Tracking, frames: Frames, before: FloatArray, beyond: FloatArray, height: FloatArray
-) -> npt.NDArray[np.bool_]:
-    """Return which possible contacts lie within their master's face; of a corner and of nodes near it the deepest only.
+def _at_one_place(
+    tracking: Tracking, rows: IntArray, point: FloatArray, normal: FloatArray
+) -> tuple[IntArray, IntArray]:
+    """Return pairs (p,), (p,) of the contacts `rows` (c,) at one place: point (c, 3) in m, normal (c, 2).
 
-    before, beyond (c,): distances in m from the start and to the end of the master's face, negative off it. height (c,)
-    over it in m.
+    A corner of each body, a node against two faces of one body that meet at a kink, a node against one face in two
+    pairs of faces. Different nodes of one body are different places.
     """
-    pair, level, corner = tracking.pair, tracking.level, tracking.corner
-    size = tracking.size_of_pair[pair]
-    primary, end = corner == 0, END * size
-    overlapping = (_overlap(tracking, frames) > END * tracking.size_of_pair)[pair]
-    inside = (before >= -end) & (beyond >= -end) & overlapping
-    strictly = (before > end) & (beyond > end)
-    ends = [(at, primary & inside & (np.abs(distance) <= COVER * size)) for at, distance in ((1, before), (2, beyond))]
-    lowest = np.full((int(pair.max()) + 1, int(level.max()) + 1, 3), np.inf)
-    for at, close in ends:
-        np.minimum.at(lowest[:, :, at], (pair[close], level[close]), height[close])
-    node = lowest[pair, level, corner]
-    on_face = (before >= 0.0) & (beyond >= 0.0)
-    leads = ~primary & (strictly | inside) & on_face & (height < node - DEEPER * size)
-    hidden = ~primary & (node < np.inf) & ~leads
-    row, point_and_face = tracking.twins.T
-    hidden[row] |= np.isin(point_and_face, point_and_face[hidden[row]])
-    leads &= ~hidden
-    led = np.zeros(lowest.shape, bool)
-    led[pair[leads], level[leads], corner[leads]] = True
-    for at, close in ends:
-        hidden |= close & led[pair, level, at]
-    return (inside | (strictly & ~primary)) & ~hidden
+    possible, size = tracking.possible, tracking.size_of_pair[tracking.pair[rows]]
+    one, other = cKDTree(point).query_pairs(COVER * size.max(initial=0.0), output_type="ndarray").T
+    slave, master, level = possible.slave_body[rows], possible.master_body[rows], tracking.level[rows]
+    bodies = np.sort(np.column_stack([slave, master]), axis=1)
+    distance = np.linalg.norm(point[one] - point[other], axis=1)
+    same = (bodies[one] == bodies[other]).all(axis=1) & (level[one] == level[other])
+    same &= distance <= COVER * np.minimum(size[one], size[other])
+    same &= (slave[one] != slave[other]) | (distance == 0.0)
+    same &= np.abs(np.einsum("pi,pi->p", normal[one], normal[other])) > np.cos(TURNED)
+    return one[same], other[same]
 
 
-def _without_twins(tracking: Tracking, exists: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Return `exists` (c,) with one contact only of those of one point with one face: two rows alike are singular."""
-    row, place = tracking.twins.T
-    row, place = row[exists[row]], place[exists[row]]
-    single = exists.copy()
-    single[row] = False
-    single[row[np.unique(place, return_index=True)[1]]] = True
-    return single
+def _deepest(rank: IntArray, off: npt.NDArray[np.bool_], one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
+    """Return which contacts (c,) stay, of all at one place the first by rank, and which of them take over (h, 2).
 
-
-def _without_rivals(tracking: Tracking, exists: npt.NDArray[np.bool_], inside: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return `exists` (c,) with one contact only of a node with faces that are nearly one: that farthest inside its
-    face. inside (c,): distance in m from the nearer end of the face.
-
-    Two would hold the node as a wedge of some hundredths of a radian does, and with friction such a wedge may have no
-    state: it pulls where it is closed, and overlaps where it is open (two rubble joints that meet at a kink).
+    off (c,): they give way in any case. one, other (p,): pairs at one place.
     """
-    rivals = tracking.rivals[exists[tracking.rivals].all(axis=1)]
-    loser = np.where(inside[rivals[:, 0]] < inside[rivals[:, 1]], rivals[:, 0], rivals[:, 1])
-    single = exists.copy()
-    single[loser] = False
-    return single
+    winner, loser = np.where(rank[one] < rank[other], [one, other], [other, one])
+    stays, heirs = ~off, [np.zeros((0, 2), np.int64)]
+    while len(winner):
+        leads = stays.copy()
+        leads[loser] = False
+        settled = leads[winner]
+        heirs.append(np.column_stack([loser, winner])[settled])
+        stays[loser[settled]] = False
+        left = stays[winner] & ~settled
+        winner, loser = winner[left], loser[left]
+    pairs = np.concatenate(heirs)
+    pairs = pairs[np.lexsort((rank[pairs[:, 1]], pairs[:, 0]))]
+    return np.flatnonzero(stays), pairs[np.unique(pairs[:, 0], return_index=True)[1]]
 
 
 def _overlap(tracking: Tracking, frames: Frames) -> FloatArray:

@@ -10,8 +10,6 @@ contact_tracking.py says which of them exist in a displaced wall.
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -19,13 +17,10 @@ import shapely
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import Contacts
-from orchestrator.pushover.contact.contact_tracking import SUPPORT_POINT, Tracking
+from orchestrator.pushover.contact.contact_tracking import SUPPORT_POINT, TURNED, Tracking
 from orchestrator.pushover.contact.faces import Faces, find_faces, sides_of_edges, sides_of_faces, touching_faces
 from orchestrator.pushover.meshing import BodyMeshes
 
-TURNED = 0.1
-"""rad; faces may be turned so far towards each other for one to slide onto the other (drawings are healed, arches have
-facets)"""
 OFFSET = 0.05
 """share of the shorter face by which the lines of such faces may lie apart"""
 
@@ -63,8 +58,6 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
     rest[len(touching) :] = 0.0
     triangle, first_triangle, triangles = surface.triangle_table(columns["master_face"])
     slave_of_pair, master_of_pair = np.array(pairs, np.int64).T
-    rivals = _rivals(columns, faces)
-    standing_in, stood_for = _stand_ins(columns, rivals)
     return Tracking(
         faces=faces,
         slave_of_pair=read_only(slave_of_pair, np.int64),
@@ -77,10 +70,6 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
         first_triangle=read_only(first_triangle, np.int64),
         triangles=read_only(triangles, np.int64),
         level=read_only(columns["level"], np.int64),
-        stand_in=read_only(standing_in, np.int64),
-        stand_in_of=read_only(stood_for, np.int64),
-        twins=read_only(_twins(columns), np.int64),
-        rivals=read_only(rivals, np.int64),
         rest=read_only(rest),
         end_node=read_only(surface.end_nodes(), np.int64),
     )
@@ -90,44 +79,6 @@ def _sizes(bodies: Bodies, first: IntArray, second: IntArray) -> FloatArray:
     """Return the square root of the smaller moving body's area of each pair of bodies (p,), in m."""
     size = np.array([body.area**0.5 if body.number < bodies.moving else np.inf for body in bodies.bodies])
     return np.minimum(size[first], size[second])
-
-
-def _stand_ins(columns: dict[str, npt.NDArray], rivals: IntArray) -> tuple[IntArray, IntArray]:
-    """Return corner contacts and the primary contact of the same pair at the same point, other twins, and rivals."""
-    keys = list(zip(columns["pair"].tolist(), columns["place"].tolist(), columns["level"].tolist(), strict=True))
-    primary = columns["corner"] == 0
-    found = {key: row for row, key in enumerate(keys) if primary[row] and key[1] >= 0}
-    both = [(row, found[key]) for row, key in enumerate(keys) if not primary[row] and key in found]
-    corner, of = np.reshape(both, (-1, 2)).astype(np.int64).T
-    row, place = _twins(columns).T
-    leads = np.unique(place, return_index=True)[1]
-    first = row[leads][np.searchsorted(place[leads], place)]
-    other = row != first
-    return np.concatenate([corner, row[other], rivals[:, 1]]), np.concatenate([of, first[other], rivals[:, 0]])
-
-
-def _rivals(columns: dict[str, npt.NDArray], faces: Faces) -> IntArray:
-    """Return pairs of contacts (r, 2) of one node with two faces of one body that are turned by less than `TURNED`."""
-    row = np.flatnonzero((columns["corner"] == 0) & (columns["slave_node"] != SUPPORT_POINT))
-    row = row[np.lexsort((row, columns["master_body"][row], columns["slave_node"][row]))]
-    key = np.column_stack([columns["slave_node"][row], columns["master_body"][row]])
-    begins = np.flatnonzero(np.any(np.diff(key, axis=0, prepend=-1), axis=1))
-    pairs = [pair for group in np.split(row, begins[1:]) for pair in combinations(group.tolist(), 2)]
-    first, second = np.reshape(pairs, (-1, 2)).astype(np.int64).T
-    one, other = columns["master_face"][first], columns["master_face"][second]
-    alike = np.einsum("ri,ri->r", faces.normal[one], faces.normal[other]) > np.cos(TURNED)
-    return np.column_stack([first, second])[alike & (one != other)]
-
-
-def _twins(columns: dict[str, npt.NDArray]) -> IntArray:
-    """Return rows (t, 2) of contacts that are not the only one of their point with their master's face: which contact,
-    and a number of point and face, in ascending order of the contacts."""
-    support = columns["slave_node"] == SUPPORT_POINT
-    node = np.where(support, -1 - columns["place"], columns["slave_node"])
-    keys = np.column_stack([node, np.where(support, columns["level"], 0), columns["master_face"]])
-    _, place, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    row = np.flatnonzero(count[place] > 1)
-    return np.column_stack([row, place[row]])
 
 
 def _facing(faces: Faces, moving: int) -> list[tuple[int, int]]:
