@@ -176,7 +176,7 @@ def track(
     gap = np.where(fixed, height[rows], np.einsum("ci,ci->c", normal, (point[rows] - on_master)[:, :2]))
     off = inside[rows] < -END * size[rows]
     rank = np.argsort(np.lexsort((rows, np.round(gap / (DEEPER * size[rows])), off)))
-    stays, heirs = _deepest(rank, off, *_at_one_place(tracking, rows, point[rows], normal))
+    stays, heirs = _deepest(rank, off, *_at_one_place(tracking, rows, point[rows]))
     heirs = rows[heirs]
     rows, turn = rows[stays], turn[stays]
     contacts = Contacts(
@@ -213,13 +213,12 @@ def _shifted_ends(tracking: Tracking, meshes: BodyMeshes, frames: Frames, moved:
     return np.where(node < 0, 0.0, along)
 
 
-def _at_one_place(
-    tracking: Tracking, rows: IntArray, point: FloatArray, normal: FloatArray
-) -> tuple[IntArray, IntArray]:
-    """Return pairs (p,), (p,) of the contacts `rows` (c,) at one place: point (c, 3) in m, normal (c, 2).
+def _at_one_place(tracking: Tracking, rows: IntArray, point: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return pairs (p,), (p,) of the contacts `rows` (c,) at one place: point (c, 3) in m.
 
     A corner of each body, a node against two faces of one body that meet at a kink, a node against one face in two
-    pairs of faces. Different nodes of one body are different places.
+    pairs of faces. Different nodes of one body are different places, and so are faces that were not nearly parallel in
+    the undeformed wall.
     """
     possible, size = tracking.possible, tracking.size_of_pair[tracking.pair[rows]]
     one, other = cKDTree(point).query_pairs(COVER * size.max(initial=0.0), output_type="ndarray").T
@@ -229,6 +228,7 @@ def _at_one_place(
     same = (bodies[one] == bodies[other]).all(axis=1) & (level[one] == level[other])
     same &= distance <= COVER * np.minimum(size[one], size[other])
     same &= (slave[one] != slave[other]) | (distance == 0.0)
+    normal = possible.normal[rows]
     same &= np.abs(np.einsum("pi,pi->p", normal[one], normal[other])) > np.cos(TURNED)
     return one[same], other[same]
 
