@@ -252,7 +252,7 @@ def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Conso
         outcome = driver.run(case, output, options.resume, comm, report)
     assert outcome.summary is not None, "a run without any curve raises"
     console.print(tables.run_table(outcome.summary))
-    for remark in storage.remarks(outcome.summary.pushover):
+    for remark in storage.remarks(outcome.summary):
         console.print(remark, soft_wrap=True, markup=False)
     for reason in storage.reasons(outcome.summary.pushover):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)

@@ -54,7 +54,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
     points = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     free = np.array([not block.fixed for block in wall.blocks])
     settings = tomllib.loads((run.folder / "case.toml").read_text(encoding="utf-8"))
-    pushed = storage.remarks([model.summary for model in run.models])
+    pushed = storage.remarks(run.summary)
     remarks = [*run.analysis.remarks, *run.partition.remarks, *pushed]
     return {
         "summary": run.summary,
