@@ -213,7 +213,6 @@ def _settle(options: argparse.Namespace, case: cases.Case, output: Path, console
 
 def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
     case = cases.read(options.case, options.set)
-    cases.refuse_ties(case, "segment")
     output = options.output or Path("results") / options.case.stem
     storage.try_folder(output)
     for name, one in load_case_runs.each(case).items():
