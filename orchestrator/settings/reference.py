@@ -14,13 +14,11 @@ from typing import Any, Literal
 
 import annotated_types as bounds
 
-from orchestrator.basis.units import FACTORS
+from orchestrator.basis.units import FACTORS, quantity
 from orchestrator.settings import case as cases
 from orchestrator.settings.sections import unit_of
 
 REQUIRED = "required"
-READ_AT_A_GLANCE = ("mm", "MPa", "GPa", "kN", "kN/m", "kN/m3", "deg")
-"""units that defaults are stated in beside those of the SI"""
 USUAL = {
     "wall": ("blocks", "thickness", "unit_weight", "friction"),
     "project": ("client", "author", "date", "place", "language"),
@@ -176,17 +174,7 @@ def _toml(value: Any, unit: str = "") -> str:
         return '"none"'
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    return f'"{_quantity(value, unit)}"' if unit else repr(value)
-
-
-def _quantity(value: float, unit: str) -> str:
-    """Return a value given in the SI unit, in that of its units which makes the shortest text without an exponent."""
-    texts = [f"{value:g} {unit}" if float(f"{value:g}") == value else f"{value!r} {unit}"]
-    for other, factor in FACTORS[unit].items():
-        number = f"{value / factor:g}"
-        if other in READ_AT_A_GLANCE and float(number) * factor == value:
-            texts.append(f"{number} {other}")
-    return min(texts, key=lambda text: ("e" in text.split()[0], len(text)))
+    return f'"{quantity(value, unit)}"' if unit else repr(value)
 
 
 def _range(hint: Any) -> str:
