@@ -109,6 +109,21 @@ def test_a_stone_that_slides_past_its_neighbour_meets_the_next_one_out_of_line(s
     assert {(1, 2), (2, 1)} & met
 
 
+@pytest.mark.parametrize(("slid", "meets"), [(0.3e-3, False), (3e-3, True)])
+def test_a_stone_that_reaches_the_next_one_rests_on_more_than_its_edge(slid, meets):
+    """Beds of 0.4 m side by side, a stone of 0.4 m x 0.2 m (size 0.28 m) on the first: 0.1 % and 1 % of it slid over."""
+    support, upper = rectangle(-1.0, -0.2, 2.0, 0.2), rectangle(-0.4, 0.2, 0.4, 0.2)
+    model = model_of(
+        wall_of(support, rectangle(-0.4, 0.0, 0.4, 0.2), rectangle(0.0, 0.0, 0.4, 0.2), upper), large_displacement=True
+    )
+    moved = np.zeros_like(model.meshes.nodes)
+    moved[model.meshes.body_of_node == 2, 0] = slid
+    contacts = displaced(model, moved.ravel()).contacts
+    met = {(int(s), int(m)) for s, m in zip(contacts.slave_body, contacts.master_body, strict=True)}
+    assert {(0, 2), (2, 0)} & met
+    assert bool({(1, 2), (2, 1)} & met) == meets
+
+
 @pytest.mark.parametrize("scale", [0.1, 10.0])
 def test_a_displaced_wall_and_its_similitude_have_the_same_contacts(scale):
     assert contacts_of_a_displaced_wall(scale) == contacts_of_a_displaced_wall(1.0)
