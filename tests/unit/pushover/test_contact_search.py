@@ -111,7 +111,7 @@ def test_a_stone_that_slides_past_its_neighbour_meets_the_next_one_out_of_line(s
 
 @pytest.mark.parametrize(("slid", "meets"), [(0.3e-3, False), (3e-3, True)])
 def test_a_stone_that_reaches_the_next_one_rests_on_more_than_its_edge(slid, meets):
-    """Beds of 0.4 m side by side, a stone of 0.4 m x 0.2 m (size 0.28 m) on the first: 0.1 % and 1 % of it slid over."""
+    """Beds of 0.4 m side by side, a stone of size 0.28 m on the first slides over by 0.1 % and by 1 % of it."""
     support, upper = rectangle(-1.0, -0.2, 2.0, 0.2), rectangle(-0.4, 0.2, 0.4, 0.2)
     model = model_of(
         wall_of(support, rectangle(-0.4, 0.0, 0.4, 0.2), rectangle(0.0, 0.0, 0.4, 0.2), upper), large_displacement=True
