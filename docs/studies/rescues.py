@@ -47,7 +47,7 @@ WITHOUT = {
     "a local part that slides is no longer driven": lambda: _set(stepping.Pushover, _retreats=lambda *_: None),
     "no quarter where one slip follows another": lambda: _set(stepping, _rested=lambda _: False),
     "elastic slip as first increment after a motion": lambda: _set(
-        stepping.Pushover, _anew=lambda self, aim: (self._largest(aim.phase) / 16, 0.0)
+        stepping.Pushover, _anew=lambda self, aim, _before: (self._largest(aim.phase) / 16, 0.0)
     ),
     "contact states from before the increment": lambda: _set(
         increment_solver, as_before=lambda _model, _problem, first, _before: first
