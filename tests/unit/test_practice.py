@@ -7,14 +7,18 @@ import json
 import re
 from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 
 import ezdxf
 import numpy as np
 import pytest
 
 from orchestrator.app import driver
+from orchestrator.basis.errors import CollapseError
 from orchestrator.present.page.phrases import in_language, phrases, table
 from orchestrator.present.verdict import sentence
+from orchestrator.pushover.path.stepping import end_of_curve
+from orchestrator.pushover.settings import SteppingSettings
 from orchestrator.settings import case as cases
 from tests.unit.test_verdict import check, of, summary
 
@@ -26,10 +30,51 @@ PIERS = [[[x, y], [x + 0.5, y], [x + 0.5, y + 0.5], [x, y + 0.5]] for x in (0, 1
 
 def test_every_phrase_of_the_templates_is_in_the_table():
     said = {
-        phrase for path in TEMPLATES.glob("*.j2") for phrase in re.findall(r'\bt\("([^"]+)"\)', path.read_text("utf-8"))
+        phrase
+        for path in TEMPLATES.glob("*.j2")
+        for phrase in re.findall(r'\bt\("([^"]+)"[,)]', path.read_text("utf-8"))
     }
-    assert len(said) > 100
+    assert len(said) > 150
     assert said <= set(table())
+
+
+def ends(**values):
+    """Words for the end of a curve, as stepping makes them, at an increment with these values."""
+    state = {"number": 9, "moving": 0, "control_displacement": 0.0, "base_shear": 1.0, "largest_base_shear": 1.0}
+    return end_of_curve(SimpleNamespace(phase="displacement", **state | values), SteppingSettings())
+
+
+@pytest.mark.parametrize(
+    ("english", "italian"),
+    [
+        (ends(control_displacement=1.0), "raggiunto lo spostamento finale di 20 mm"),
+        (ends(number=10**6), f"eseguiti {SteppingSettings().largest_increments} incrementi"),
+        (
+            ends(base_shear=0.0),
+            f"taglio alla base inferiore al massimo del {100 * SteppingSettings().final_drop:g} %",
+        ),
+        (str(CollapseError("body 3", 12.345)), "body 3: caduta dopo 12,35 mm, senza più contatti"),
+        ("0.25", "0,25"),
+        ("body 0.25 of v1.2", "body 0.25 of v1.2"),
+        (
+            "least safety ratio 1.25 (N2, micro-FE, SD)",
+            "minimo coefficiente di sicurezza 1,25 (N2, EF pietra per pietra, SD)",
+        ),
+    ],
+)
+def test_a_finished_sentence_is_told_by_the_phrase_whose_places_it_fills(english, italian):
+    assert phrases("it")(english) == italian
+    assert phrases("en")(english) == english
+
+
+def test_of_two_phrases_that_fit_the_one_with_more_words_of_its_own_tells_it():
+    two = (
+        "chosen automatically: multiplier as rigid bodies 0.1 (every stone 0.2) and 0.3 (every stone 0.4), margin 0.01"
+    )
+    assert phrases("it")(two) == (
+        "scelti automaticamente: moltiplicatore come corpi rigidi 0,1 (pietra per pietra 0,2) e 0,3 (pietra per pietra "
+        "0,4), margine 0,01"
+    )
 
 
 def test_phrases_keep_their_places_and_differ_from_each_other():

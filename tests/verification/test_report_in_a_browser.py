@@ -176,7 +176,56 @@ def test_the_seismic_verification_is_one_page_of_a4(page):
         assert text in section.text, text
 
 
-def test_rows_of_damage_and_settings_print_on_one_line_in_every_language(run, browser, tmp_path):
+LANGUAGES = ("en", "it", "pt")
+TEXTS = """
+const walker = document.createTreeWalker(document, NodeFilter.SHOW_TEXT), texts = [];
+while (walker.nextNode()) {
+  const node = walker.currentNode;
+  if (!node.parentElement.closest("script, style, #input table, #versions table, td.clause")) texts.push(node.data);
+}
+for (const name of ["alt", "aria-label"])
+  for (const one of document.querySelectorAll(`[${name}]`)) texts.push(one.getAttribute(name));
+return texts.map((text) => text.replace(/\\s+/g, " ").trim());
+"""
+"""what a reader reads of the page, but for clauses, settings as written in a case file, versions and hashes"""
+MATERIAL = "</script><script>document.title = 'run'</script><img src=x …"
+EQUAL = {EVIL, MATERIAL, "+x mass", "area (m²)"}
+"""what may be equal in two languages: names from the input, a load case by names of settings, one Italian word"""
+
+
+@pytest.fixture(scope="module")
+def spoken(run, tmp_path_factory):
+    """The report of the run in every language, by language."""
+    pages = {language: tmp_path_factory.mktemp("spoken") / language for language in LANGUAGES}
+    for language, folder in pages.items():
+        shutil.copytree(run, folder)
+        case = folder / "case.toml"
+        case.write_text(case.read_text(encoding="utf-8").replace('language = "en"', f'language = "{language}"'))
+        assert main(["report", str(folder)]) == 0
+    return {language: (folder / "report.html").as_uri() for language, folder in pages.items()}
+
+
+def read_aloud(browser, address):
+    """Every text with a word of three small letters that a reader meets on the page, at rest and while it plays."""
+    browser.get(address)
+    texts = browser.execute_script(TEXTS)
+    set_slider(browser, 0)
+    browser.find_element("id", "play").click()
+    texts += browser.execute_script(TEXTS)
+    browser.find_element("id", "play").click()
+    assert browser.get_log("browser") == []
+    return {text for text in texts if re.search("[a-zà-ü]{3}", text)}
+
+
+@pytest.mark.parametrize("language", ["it", "pt"])
+def test_no_english_phrase_is_left_in_a_report_of_another_language(spoken, browser, language):
+    english, told = read_aloud(browser, spoken["en"]), read_aloud(browser, spoken[language])
+    assert len(english) > 200
+    assert len(told) > 200
+    assert english & told - EQUAL == set()
+
+
+def test_rows_of_damage_and_settings_print_on_one_line_in_every_language(spoken, browser):
     """Longer heads of columns must not squeeze what stands below them: it made the Italian PDF two pages longer."""
     rows = "return [...document.querySelectorAll('#damage tbody tr, #input tbody tr')].map((r) => r.offsetHeight)"
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
@@ -184,12 +233,8 @@ def test_rows_of_damage_and_settings_print_on_one_line_in_every_language(run, br
         "Emulation.setDeviceMetricsOverride", {"width": 688, "height": 900, "deviceScaleFactor": 1, "mobile": False}
     )  # 182 mm, A4 without its margins
     try:
-        for language in ("en", "it", "pt"):
-            shutil.copytree(run, tmp_path / language)
-            case = tmp_path / language / "case.toml"
-            case.write_text(case.read_text(encoding="utf-8").replace('language = "en"', f'language = "{language}"'))
-            assert main(["report", str(tmp_path / language)]) == 0
-            browser.get((tmp_path / language / "report.html").as_uri())
+        for language, address in spoken.items():
+            browser.get(address)
             assert browser.execute_script("return document.documentElement.lang") == language
             heights = sorted(browser.execute_script(rows))
             assert len(heights) > 100

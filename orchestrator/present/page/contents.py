@@ -19,6 +19,7 @@ from orchestrator.loads import LoadSettings
 from orchestrator.masonry.block_properties import block_areas, block_weights
 from orchestrator.present.page.collapse import collapse
 from orchestrator.present.page.damage import Damage, damage_sequence
+from orchestrator.present.page.phrases import phrases
 from orchestrator.present.page.practice import practice_contents
 from orchestrator.present.page.seismic_page import LABELS, seismic_contents
 from orchestrator.present.page.verdict_page import verdict_contents, verdict_of
@@ -56,6 +57,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
     free = np.array([not block.fixed for block in wall.blocks])
     settings = tomllib.loads((run.folder / "case.toml").read_text(encoding="utf-8"))
     pushed = storage.remarks(run.summary)
+    say = phrases(run.case.project.language)
     remarks = [*run.analysis.remarks, *run.partition.remarks, *pushed]
     return {
         "summary": run.summary,
@@ -90,7 +92,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "hashes": {name: storage.hash_file(run.folder / name) for name in FILES if (run.folder / name).exists()},
         "collapse": {
             "models": [
-                {"name": LABELS[m.name]}
+                {"name": say(LABELS[m.name])}
                 | collapse(m.store, m.bodies, m.meshes, m.contacts, m.curve, ROOM // len(models))
                 for m in models
             ],

@@ -1,6 +1,6 @@
 """The phrases of the page in English, Italian and Portuguese, and numbers as each language writes them.
 
-English is the key. What is not here is shown in English: remarks of the mechanics, clauses, names from the input.
+English is the key. What is not here is shown in English: most remarks of the mechanics, clauses, names from the input.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from importlib.resources import files
 
 from orchestrator.settings.project import Language
 
+NUMBER = re.compile(r"[-+]?\d+\.\d+")
+
 
 @cache
 def table() -> dict[str, tuple[str, str]]:
@@ -23,13 +25,43 @@ def table() -> dict[str, tuple[str, str]]:
 
 
 def phrases(language: Language) -> Callable[[str], str]:
-    """Return what turns an English phrase into one of a language; what it does not know it leaves in English."""
+    """Return what turns an English phrase into one of a language; what it does not know it leaves in English.
+
+    A phrase with places, as in "{count} more", keeps them. A sentence that was finished elsewhere, as in "5 more", is
+    told by the phrase with places that it fits, of several by the one with most words of its own; so is what stands
+    in its places. A number alone is written as the language writes it.
+    """
     if language == "en":
         return str
-    place = ("it", "pt").index(language)
-    return lambda text: table()[text][place] if text in table() else text
+    column = ("it", "pt").index(language)
+
+    def say(text: str) -> str:
+        if text in table():
+            return table()[text][column]
+        if NUMBER.fullmatch(text):
+            return in_language(text, language)
+        for fits, english in _with_places():
+            if found := fits.fullmatch(text):
+                return table()[english][column].format(**{name: say(part) for name, part in found.groupdict().items()})
+        return text
+
+    return say
 
 
 def in_language(text: str, language: Language) -> str:
     """Return a text with its numbers as a language writes them: decimal commas in Italian and Portuguese."""
     return text if language == "en" else re.sub(r"(?<=\d)\.(?=\d)", ",", text)
+
+
+@cache
+def _with_places() -> list[tuple[re.Pattern[str], str]]:
+    """Return the phrases with places, each with what it looks like when they are filled, most words first."""
+    phrases = [english for english in table() if "{" in english]
+    own = {english: len(re.sub(r"{\w+}", "", english)) for english in phrases}
+    return [(_filled(english), english) for english in sorted(phrases, key=lambda english: -own[english])]
+
+
+def _filled(english: str) -> re.Pattern[str]:
+    """Return what a phrase looks like when something stands in each of its places."""
+    parts = re.split(r"{(\w+)}", english)
+    return re.compile("".join(f"(?P<{part}>.+)" if n % 2 else re.escape(part) for n, part in enumerate(parts)))

@@ -7,7 +7,7 @@ from textwrap import shorten
 from typing import Any
 
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, verdict
-from orchestrator.present.page.phrases import in_language
+from orchestrator.present.page.phrases import in_language, phrases
 from orchestrator.storage.stored_run import StoredRun
 
 LABELS = {"macro": "Macroblock FE", "micro": "Micro-FE"}
@@ -24,14 +24,14 @@ def seismic_contents(run: StoredRun, live_load: str) -> dict[str, Any] | None:
         return None
     rows = [row for row in record["checks"] if "refused" not in row]
     failed, refused = sum(row["safety_ratio"] < 1.0 for row in rows), len(record["checks"]) - len(rows)
-    listed = notes(record)
+    listed, say = notes(record), phrases(run.case.project.language)
     return {
         "record": record,
         "labels": LABELS,
         "failed": failed,
         "refused": refused,
-        "verdict": verdict(record),
-        "inputs": _inputs(run, record, live_load),
+        "verdict": "; ".join(map(say, verdict(record).split("; "))),
+        "inputs": _inputs(run, record, say(live_load)),
         "materials": _materials(run),
         "notes": listed,
         "numbers": partial(numbers, of=listed),

@@ -49,8 +49,18 @@ def _environment(language: Language) -> Environment:
     environment = environment_of("orchestrator.present.page")
     for name, filtering in (("shown", shown), ("fixed", fixed), ("small", small), ("printed", _printed)):
         environment.filters[name] = _localised(filtering, language)
-    environment.globals |= {"t": phrases(language), "factor_of": _factor_of}
+    environment.globals |= {"t": _told(phrases(language)), "factor_of": _factor_of}
     return environment
+
+
+def _told(say: Callable[[str], str]) -> Callable[..., str]:
+    """Return what the templates call: a phrase in the language of the page, its places filled with what is given.
+
+    The phrase is escaped, and so is what fills it, as everywhere on the page; what a macro made is not escaped again.
+    """
+    from markupsafe import escape  # comes with jinja2
+
+    return lambda text, **values: escape(say(text)).format(**values) if values else say(text)
 
 
 def _localised(filtering: Callable[..., str], language: Language) -> Callable[..., str]:

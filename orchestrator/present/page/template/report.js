@@ -1,11 +1,16 @@
 "use strict";
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
+  const words = JSON.parse(document.getElementById("words").textContent);
   const byId = (id) => document.getElementById(id);
   const [picture, chart, slider, play, factor] = ["picture", "chart", "slider", "play", "factor"].map(byId);
   const states = ["open", "stick", "slip", "hair"];
   const colours = ["#0072b2", "#d55e00"];
   let model = 0, timer = null, bodies = [], joints = [], damaged = [];
+
+  // a phrase with its places filled; numbers as the language of the page writes them
+  const local = (number) => document.documentElement.lang === "en" ? String(number) : String(number).replace(".", ",");
+  const filled = (phrase, values) => phrase.replace(/{(\w+)}/g, (_, name) => values[name]);
 
   function element(parent, name, attributes, text) {
     const made = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -56,8 +61,8 @@
     slider.max = shown.frames.length - 1;
     const peak = shown.frames.reduce((best, frame, k) => (frame.shear > shown.frames[best].shear ? k : best), 0);
     slider.value = peak;
-    byId("thinned").textContent = shown.frames.length < shown.increments
-      ? `· ${shown.frames.length} of ${shown.increments} increments are kept in this page` : `· all ${shown.increments} increments`;
+    byId("thinned").textContent = filled(shown.frames.length < shown.increments ? words.thinned : words.all,
+      { shown: shown.frames.length, all: shown.increments });
     draw();
   }
 
@@ -79,10 +84,13 @@
     lines.forEach((line, k) => joints[k].setAttribute("d", line));
     damaged.forEach((path, k) => path.setAttribute("d", bands[k + 1]));
     const broken = [...frame.damage].filter((digit) => digit === "9").length, some = [...frame.damage].filter((digit) => digit !== "0").length;
-    byId("state").textContent = `Increment ${frame.increment} (${frame.row === 0 ? "gravity" : frame.phase}): λ = ${frame.multiplier.toFixed(4)}, `
-      + `base shear ${(frame.shear / 1e3).toPrecision(4)} kN at ${(1e3 * frame.moved).toPrecision(4)} mm; `
-      + `${count[0] + count[3]} open (${count[3]} by less than 0.01 mm), ${count[2]} slipping of ${shown.pieces.length} contact points`
-      + `${some ? `, ${some} damaged (${broken} broken)` : ""}; displacements drawn × ${times}`;
+    const said = filled(words.state, {
+      number: frame.increment, phase: frame.row === 0 ? words.gravity : words[frame.phase] ?? frame.phase,
+      multiplier: local(frame.multiplier.toFixed(4)), shear: local((frame.shear / 1e3).toPrecision(4)),
+      moved: local((1e3 * frame.moved).toPrecision(4)), open: count[0] + count[3], hair: count[3],
+      limit: local("0.01"), slip: count[2], points: shown.pieces.length,
+    });
+    byId("state").textContent = said + (some ? filled(words.damaged, { some, broken }) : "") + filled(words.drawn, { times });
     mark(frame);
   }
 
@@ -103,15 +111,15 @@
   function drawChart() {
     for (const x of ticks(axes.x)) {
       element(chart, "line", { x1: across(x), x2: across(x), y1: box.top, y2: box.bottom, stroke: "#e6e9ec" });
-      element(chart, "text", { x: across(x), y: box.bottom + 16, "text-anchor": "middle" }, x);
+      element(chart, "text", { x: across(x), y: box.bottom + 16, "text-anchor": "middle" }, local(x));
     }
     for (const y of ticks(axes.y)) {
       element(chart, "line", { x1: box.left, x2: box.right, y1: up(y), y2: up(y), stroke: "#e6e9ec" });
-      element(chart, "text", { x: box.left - 6, y: up(y) + 4, "text-anchor": "end" }, y);
+      element(chart, "text", { x: box.left - 6, y: up(y) + 4, "text-anchor": "end" }, local(y));
     }
     element(chart, "path", { d: `M${box.left} ${box.top}V${box.bottom}H${box.right}`, fill: "none", stroke: "#5d6873" });
-    element(chart, "text", { x: 0.5 * (box.left + box.right), y: 320, "text-anchor": "middle" }, "control displacement (mm)");
-    element(chart, "text", { transform: `translate(14 ${0.5 * (box.top + box.bottom)}) rotate(-90)`, "text-anchor": "middle" }, "base shear (kN)");
+    element(chart, "text", { x: 0.5 * (box.left + box.right), y: 320, "text-anchor": "middle" }, words.across);
+    element(chart, "text", { transform: `translate(14 ${0.5 * (box.top + box.bottom)}) rotate(-90)`, "text-anchor": "middle" }, words.up);
     const limit = up(data.limit.associative / 1e3);
     element(chart, "path", { d: `M${box.left} ${limit}H${box.right}`, stroke: "#333", "stroke-dasharray": "2 3", fill: "none" });
     data.curves.forEach((curve, k) => {
@@ -123,7 +131,7 @@
     });
     const y = box.bottom - 14;
     element(chart, "path", { d: `M${box.right - 162} ${y - 4}h26`, fill: "none", stroke: "#333", "stroke-dasharray": "2 3" });
-    element(chart, "text", { x: box.right - 130, y }, "micro-LA, associative");
+    element(chart, "text", { x: box.right - 130, y }, words.limit);
     return element(chart, "circle", { id: "point", r: 6, stroke: "#fff", "stroke-width": 2 });
   }
 
@@ -137,7 +145,7 @@
   function stop() {
     clearInterval(timer);
     timer = null;
-    play.textContent = "Play";
+    play.textContent = words.play;
   }
 
   data.models.forEach((shown, k) => {
@@ -150,7 +158,7 @@
   for (const value of ["auto", 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]) {
     const option = document.createElement("option");
     option.value = value;
-    option.textContent = value === "auto" ? `${automatic} (auto)` : value;
+    option.textContent = value === "auto" ? filled(words.automatic, { factor: automatic }) : value;
     factor.append(option);
   }
   slider.addEventListener("input", () => { stop(); draw(); });
@@ -158,7 +166,7 @@
   play.addEventListener("click", () => {
     if (timer) return stop();
     if (slider.value === slider.max) slider.value = 0;
-    play.textContent = "Stop";
+    play.textContent = words.stop;
     timer = setInterval(() => {
       slider.value = Number(slider.value) + 1;
       draw();
