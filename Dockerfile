@@ -1,4 +1,5 @@
 # The program in a container, with what `make setup` installs on Debian: apt-packages.txt and constraints.txt.
+# Not tried yet: no image was built of it. The same lists and the same `make setup` were, on bare Debian 12 and 13.
 #
 #   docker build -t orchestrator .                                        # Debian 13: --build-arg RELEASE=trixie
 #   docker run --rm -v "$PWD:/work" orchestrator limit wall.json

@@ -47,7 +47,8 @@ def _mathml(tex: str, alone: bool) -> str:
     number = TAG.search(tex)
     shown = convert(TAG.sub("", tex).strip(), display="block" if alone else "inline")
     shown = BOLD.sub(lambda found: f"<mi>{_bold(html.unescape(found[1]))}</mi>", shown)
-    return f'{shown}<div style="text-align: right">({number[1]})</div>' if number else shown
+    beside = f'<div style="text-align: right">({number[1]})</div>' if number else ""
+    return f'<div style="overflow: auto hidden">{shown}</div>{beside}' if alone else shown + beside
 
 
 def _bold(letters: str) -> str:

@@ -213,7 +213,6 @@ def _settle(options: argparse.Namespace, case: cases.Case, output: Path, console
 
 def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
     case = cases.read(options.case, options.set)
-    cases.refuse_ties(case, "segment")
     output = options.output or Path("results") / options.case.stem
     storage.try_folder(output)
     for name, one in load_case_runs.each(case).items():
@@ -252,7 +251,7 @@ def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Conso
         outcome = driver.run(case, output, options.resume, comm, report)
     assert outcome.summary is not None, "a run without any curve raises"
     console.print(tables.run_table(outcome.summary))
-    for remark in storage.remarks(outcome.summary.pushover):
+    for remark in storage.remarks(outcome.summary):
         console.print(remark, soft_wrap=True, markup=False)
     for reason in storage.reasons(outcome.summary.pushover):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)

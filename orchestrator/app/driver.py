@@ -10,7 +10,7 @@ Under MPI rank 0 does everything, but all ranks share a pushover of more than ne
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -31,7 +31,7 @@ from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, one_body_per_block
 from orchestrator.masonry.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.masonry.sources.drawing import implausible, refuse_implausible_size
-from orchestrator.masonry.ties import with_ties
+from orchestrator.masonry.ties import idle_ties, with_ties
 from orchestrator.masonry.wall import check_wall
 from orchestrator.pushover.contact.mortar import refuse_bonded_mortar
 from orchestrator.settings.case import (
@@ -39,7 +39,7 @@ from orchestrator.settings.case import (
     ModelName,
     read_wall,
     refuse_seismic,
-    refuse_ties_of_macroblocks,
+    refuse_ties_of_run,
     refuse_what_only_limit_analysis_takes,
 )
 
@@ -93,7 +93,7 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
         refuse_what_cannot_be_analysed(tied, case.load.sign, loads)
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
     if case.reinforcement.ties:
-        said.append("WARNING: check, limit and run --model micro take ties; macroblocks, study and export do not yet")
+        said.append("WARNING: check, limit, segment and run take ties; study and export do not yet")
     try:
         refuse_what_only_limit_analysis_takes(case)
         refuse_seismic(case)
@@ -175,19 +175,18 @@ def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[Li
 
 
 def segment(case: Case) -> Segmented:
-    """Run everything before the finite elements; where there are ties every stone is a body."""
-    assemblage, analysis = limit(case)
-    if case.reinforcement.ties:
-        untied = check(case)
-        every_stone = one_body_per_block(untied)
-        analysis = of_first_joints(analysis, len(untied.block_i))
-        return Segmented(untied, analysis, every_stone, make_bodies(untied, every_stone))
+    """Run everything before the finite elements. Ties are no joints: nothing after limit analysis has them as such."""
+    tied, analysis = limit(case)
+    assemblage = check(case) if case.reinforcement.ties else tied
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
         criteria = case.macroblocks
         if criteria.choose == "automatic":  # a case file that says so and has tolerances has them for `study`
             criteria = MacroblockSettings(margin=criteria.margin)
-        partition = macroblocks_of(assemblage, analysis, criteria, loads)
+        partition = macroblocks_of(assemblage, analysis, criteria, loads, tied)
+    idle = idle_ties(assemblage.wall, case.reinforcement.ties, partition.body_of_block)
+    partition = replace(partition, remarks=(*partition.remarks, *idle))
+    analysis = of_first_joints(analysis, len(assemblage.block_i))
     return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
 
 
@@ -198,7 +197,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
-    on_root(comm, refuse_ties_of_macroblocks, case)
+    on_root(comm, refuse_ties_of_run, case)
     on_root(comm, refuse_seismic, case)
     segmented = on_root(comm, segment, case)
     on_root(comm, refuse_what_cannot_be_pushed, case, segmented.assemblage)

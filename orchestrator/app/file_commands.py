@@ -61,12 +61,13 @@ def add_commands(commands: Any) -> None:
     """Add the commands of this module to argparse's sub-parsers."""
     _add_import(commands)
     new = _command(
-        commands, "new", _new, "write a commented case file with every default", "new my_wall --output build"
+        commands, "new", _new, "write a commented case file with what most walls change", "new my_wall --output build"
     )
     new.add_argument("name", metavar="NAME", help="name of the case; the file is NAME.toml")
     new.add_argument(
         "--blocks", metavar="FILE", help="block file of the wall (default: a wall of two blocks is written)"
     )
+    new.add_argument("--all-keys", action="store_true", help="with every setting, its default and its meaning")
     new.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="where to (default: here)")
     _add_force(new)
     schema = _command(
@@ -182,7 +183,8 @@ def _new(options: argparse.Namespace, _: None, console: Console) -> int:
     for path in (case_file, *(() if options.blocks else (example,))):
         if not options.force:
             storage.refuse_overwriting_file(path)
-    storage.write_text(case_file, reference.commented_case(name, blocks))
+    stated = reference.commented_case if options.all_keys else reference.short_case
+    storage.write_text(case_file, stated(name, blocks))
     if not options.blocks:
         storage.write_json(example, EXAMPLE | {"name": name})
     console.print(f"{case_file}; next: python -m orchestrator check {case_file}", soft_wrap=True, markup=False)

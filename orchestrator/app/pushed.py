@@ -159,7 +159,6 @@ def judged(
     from orchestrator.pushover.contact.mortar import coarse_toes, largest_closing
     from orchestrator.pushover.path.body_overlap import largest_overlap
     from orchestrator.pushover.path.stepping import end_of_curve
-    from orchestrator.pushover.stress import element_stress, tension_inside
 
     if isinstance(complaint, ConvergenceError):
         complaint = _located(model, complaint, last)
@@ -177,7 +176,6 @@ def judged(
         overlap = largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen, closed)
     highest_static = _peak(curve)
     at_peak = next(one for one in increments() if one.number == highest_static)
-    stress = element_stress(contact_model.meshes, contact_model.elastic, at_peak.displacement, large)
     highest = None if large else expected * contact_model.horizontal_load
     invalid = _invalid(model, curve, overlap[1], effort.energy_error, highest, failures)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
@@ -190,7 +188,6 @@ def judged(
         stopped,
         overlap=overlap,
         toe_error=coarse_toes(bodies, contact_model.contacts, at_peak),
-        tension_inside=tension_inside(bodies, contact_model.meshes, stress),
         large_displacement=large,
         ranks=ranks,
         seconds=seconds,

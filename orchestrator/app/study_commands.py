@@ -68,7 +68,6 @@ def sensitivity(options: argparse.Namespace, comm: MPI.Intracomm | None, console
     case = on_root(comm, cases.read, options.case, options.set)
     if case.sensitivity.analysis != "limit":
         refuse_missing("sensitivity")
-        cases.refuse_ties(case, "sensitivity")
     output = options.output or Path("results") / f"{options.case.stem}-sensitivity"
     on_root(comm, storage.try_folder, output)
     logging.getLogger("orchestrator").propagate = False

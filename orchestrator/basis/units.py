@@ -19,6 +19,8 @@ FACTORS = {
 }
 """units that may be written, by the SI unit a quantity is stored in"""
 
+READ_AT_A_GLANCE = ("mm", "MPa", "GPa", "kN", "kN/m", "kN/m3", "deg")
+"""units that values are stated in beside those of the SI"""
 QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf)\s*([A-Za-z0-9/]*)\s*")
 
 
@@ -47,6 +49,16 @@ class Unit:
             found = f"unit {symbol!r}" if symbol else "a text without a unit"
             raise ValueError(f"{found} does not fit; use one of {', '.join(known)}")
         return known[symbol]
+
+
+def quantity(value: float, unit: str) -> str:
+    """Return a value given in the SI unit, in that of its units which makes the shortest text without an exponent."""
+    texts = [f"{value:g} {unit}" if float(f"{value:g}") == value else f"{value!r} {unit}"]
+    for other, factor in FACTORS[unit].items():
+        number = f"{value / factor:g}"
+        if other in READ_AT_A_GLANCE and float(number) * factor == value:
+            texts.append(f"{number} {other}")
+    return min(texts, key=lambda text: ("e" in text.split()[0], len(text)))
 
 
 def as_number(value: float) -> float:

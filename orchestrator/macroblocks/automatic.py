@@ -28,6 +28,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, Mechanism
 from orchestrator.limit_analysis.paper.equilibrium import block_areas, block_centroids, block_weights
+from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.search.loading import joints_left, part_of
 from orchestrator.limit_analysis.search.lower_states import BALANCE, TwoPrograms, descent
@@ -170,14 +171,19 @@ def macroblocks_of(
     analysis: LimitAnalysis,
     criteria: MacroblockSettings | None = None,
     loads: Loads | None = None,
+    tied: Assemblage | None = None,
 ) -> Partition:
     """Return macroblocks by the criteria's tolerances (`merged`, which may raise CaseError) where they say so or one is
-    not the default; else, without criteria too, those that are `chosen` under the loads of the analysis."""
+    not the default; else, without criteria too, those that are `chosen` under the loads of the analysis.
+
+    tied: with ties after the joints of `assemblage`, where the analysis has them: they hold bodies, and join none.
+    """
     criteria = criteria or MacroblockSettings()
     given = any(getattr(criteria, name) != getattr(MacroblockSettings(), name) for name in TOLERANCES)
     if criteria.choose == "tolerances" or given:
-        return merged(assemblage, analysis.headline.mechanism, criteria)
-    return chosen(assemblage, analysis, criteria.margin, loads)
+        of_joints = of_first_joints(analysis, len(assemblage.block_i))
+        return merged(assemblage, of_joints.headline.mechanism, criteria)
+    return chosen(assemblage, analysis, criteria.margin, loads, tied)
 
 
 def states_to_keep(analysis: LimitAnalysis) -> list[LimitState]:
@@ -188,13 +194,20 @@ def states_to_keep(analysis: LimitAnalysis) -> list[LimitState]:
     return [headline, paper]
 
 
-def chosen(assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads: Loads | None = None) -> Partition:
+def chosen(
+    assemblage: Assemblage,
+    analysis: LimitAnalysis,
+    margin: float,
+    loads: Loads | None = None,
+    tied: Assemblage | None = None,
+) -> Partition:
     """Return the partition with the fewest bodies found that keeps the states of micro-LA within `margin`, part of it.
 
-    Every stone stays a body where nothing coarser does; a wall of one block is one body.
+    tied: as in `macroblocks_of`. Every stone stays a body where nothing coarser does; a wall of one block is one body.
     """
+    tied = tied or assemblage
     if analysis.local_failures:
-        return _chosen_without_loose_stones(assemblage, analysis, margin, loads or loads_on(assemblage.wall))
+        return _chosen_without_loose_stones(assemblage, analysis, margin, loads or loads_on(assemblage.wall), tied)
     states = states_to_keep(analysis)
     mechanisms = [state.mechanism for state in states]
 
@@ -203,7 +216,7 @@ def chosen(assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads
         found = []
         logger.info("macroblocks: trying %d bodies", partition.count)
         for state in states:
-            multiplier = kept_multiplier(assemblage, analysis, state, partition, margin, loads)
+            multiplier = kept_multiplier(tied, analysis, state, partition, margin, loads)
             if multiplier is None:
                 break
             found.append(multiplier)
@@ -225,7 +238,7 @@ def chosen(assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads
 
 
 def _chosen_without_loose_stones(
-    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads: Loads
+    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads: Loads, tied: Assemblage
 ) -> Partition:
     """Return the partition chosen for the wall without the stones of local failures: these stay bodies of their own.
 
@@ -233,8 +246,7 @@ def _chosen_without_loose_stones(
     """
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
     left = np.array([block.id not in loose for block in assemblage.wall.blocks])
-    joints = joints_left(assemblage, left)
-
+    joints = joints_left(tied, left)
     state = analysis.headline
     mechanism = replace(
         state.mechanism,
@@ -248,6 +260,7 @@ def _chosen_without_loose_stones(
         replace(analysis, path=of_left, sequence=None, local_failures=()),
         margin,
         Loads(loads.dead[left], loads.along_x[left], loads.upright[left]),
+        part_of(tied, left),
     )
     group = len(left) + np.arange(len(left))
     group[left] = part.body_of_block

@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 from annotated_types import Ge, Gt, MinLen
 
-from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.block_properties import block_areas, block_thicknesses
@@ -56,7 +56,7 @@ class Tie:
 
 @dataclass(frozen=True, slots=True)
 class TieSettings:
-    """Ties and anchors, for limit analysis and the FE pushover of every stone."""
+    """Ties and anchors, for limit analysis and the FE pushover."""
 
     ties: tuple[Tie, ...] = ()
     """each a table [[reinforcement.ties]] with `blocks`, `start`, `end`, `strength`, and for `run` `stiffness`"""
@@ -99,6 +99,17 @@ def with_ties(assemblage: Assemblage, ties: Sequence[Tie]) -> Assemblage:
         for name, values in added.items()
     }
     return replace(assemblage, outlines=None, edge=None, **merged)
+
+
+def idle_ties(wall: Wall, ties: Sequence[Tie], body_of_block: IntArray) -> list[str]:
+    """Return a remark on every tie between two blocks of one body (n,): its ends keep their distance."""
+    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    bodies = [{int(body_of_block[place[name]]) for name in tie.blocks} for tie in ties]
+    return [
+        f"tie {number} joins two stones of one macroblock: it holds nothing that could part there"
+        for number, (tie, joined) in enumerate(zip(ties, bodies, strict=True), 1)
+        if len(tie.blocks) == 2 and len(joined) == 1
+    ]
 
 
 def _refuse(wall: Wall, tie: Tie, key: str) -> None:

@@ -63,16 +63,6 @@ def in_fixed_axes(meshes: BodyMeshes, stress: FloatArray, displacement: FloatArr
     return turn @ stress @ turn.transpose(0, 2, 1)
 
 
-def tension_inside(bodies: Bodies, meshes: BodyMeshes, stress: FloatArray) -> float:
-    """Return the largest tension in bodies of several blocks, Pa, of stress tensors (t, 3, 3); 0 without such bodies.
-
-    Their inner joints are gone, and with them the limit that joints set to tension.
-    """
-    merged = np.array([len(body.blocks) > 1 for body in bodies.bodies[: bodies.moving]])
-    inside = merged[meshes.body_of_tetrahedron]
-    return float(np.max(principal(stress[inside])[:, -1], initial=0.0))
-
-
 def contact_forces(model: ContactModel, increment: Increment) -> FloatArray:
     """Return the forces (c, 3) in N on the slaves of all possible contacts; the masters have them with the other sign.
 

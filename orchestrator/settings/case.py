@@ -141,20 +141,19 @@ def refuse_what_only_limit_analysis_takes(case: Case) -> None:
 def refuse_ties(case: Case, command: str) -> None:
     """Raise CaseError for ties that `command` would leave out."""
     if case.reinforcement.ties:
-        remedy = "use the commands check and limit, run --model micro, or leave them out"
+        remedy = "use the commands check, limit, segment and run, or leave them out"
         raise CaseError("reinforcement.ties", f"{command} takes no ties yet", remedy, str(case.file))
 
 
-def refuse_ties_of_macroblocks(case: Case) -> None:
-    """Raise CaseError for ties in a run of macroblocks, or without stiffness."""
-    if case.reinforcement.ties and "macro" in case.run.models:
-        problem = "macroblocks know no ties yet"
-        raise CaseError("reinforcement.ties", problem, "use run --model micro, or leave them out", str(case.file))
+def refuse_ties_of_run(case: Case) -> None:
+    """Raise CaseError for ties without stiffness, or in a wall that is to be verified: what a mechanism withstands ends
+    where a tie breaks (C8.7.1.2.1.6), and no tie says where that is."""
     with naming(case.file):
         refuse_rigid(case.reinforcement.ties)
         if case.reinforcement.ties and limit_states(case.seismic):
             remedy = "leave out the ties, or [seismic]"
-            raise CaseError("reinforcement.ties", "walls with ties are not verified yet", remedy)
+            problem = "walls with ties are not verified, as it is not known at which elongation a tie breaks"
+            raise CaseError("reinforcement.ties", problem, remedy)
 
 
 def refuse_seismic(case: Case) -> None:

@@ -8,17 +8,28 @@ import math
 import textwrap
 import types
 import typing
-from collections.abc import Iterator
-from dataclasses import MISSING, Field, dataclass, fields
+from collections.abc import Iterator, Sequence
+from dataclasses import MISSING, Field, dataclass, fields, replace
 from typing import Any, Literal
 
 import annotated_types as bounds
 
-from orchestrator.basis.units import FACTORS
+from orchestrator.basis.units import FACTORS, quantity
 from orchestrator.settings import case as cases
 from orchestrator.settings.sections import unit_of
 
 REQUIRED = "required"
+USUAL = {
+    "wall": ("blocks", "thickness", "unit_weight", "friction"),
+    "project": ("client", "author", "date", "place", "language"),
+    "load": ("direction", "distribution", "dead"),
+    "mesh": ("size",),
+    "elastic": ("elastic_modulus", "poisson_ratio"),
+    "stepping": ("final_displacement",),
+    "run": ("models",),
+    "seismic": ("peak_ground_acceleration", "spectrum", "ground"),
+}
+"""sections and keys of a short case file"""
 QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*({units})\s*$"
 
 
@@ -63,14 +74,31 @@ def tables() -> tuple[CaseSection, ...]:
 
 def commented_case(name: str, block_file: str) -> str:
     """Return a case file for the wall in `block_file` that states every default, its unit and its meaning."""
+    opening = "Every setting has its default: what you do not change may be deleted."
+    return _stated(name, block_file, opening, sections())
+
+
+def short_case(name: str, block_file: str) -> str:
+    """Return a case file for the wall in `block_file` with the settings that most walls change (`USUAL`) alone."""
+    usual = [
+        replace(section, settings=tuple(one for one in section.settings if one.key in USUAL[section.name]))
+        for section in sections()
+        if section.name in USUAL
+    ]
+    where = "`new NAME --all-keys` writes all settings, and the page Settings of the documentation explains them."
+    return _stated(name, block_file, f"What most walls change; {where}", usual)
+
+
+def _stated(name: str, block_file: str, opening: str, shown: Sequence[CaseSection]) -> str:
+    """Return a case file with the settings of some sections, each under its meaning, unit and range."""
     lines = [
-        f"# {name}. Every setting has its default: what you do not change may be deleted.",
+        *_comment(f"{name}. {opening}"),
         '# A value with a unit is text, as in "450 mm"; a bare number is in the SI unit. Check it with',
         f"#     python -m orchestrator check {name}.toml",
         "",
         f"name = {_toml(name)}",
     ]
-    for section in sections():
+    for section in shown:
         lines += ["", *_comment(section.meaning), f"[{section.name}]"]
         for setting in section.settings:
             about = [setting.meaning, f"unit {setting.unit}" if setting.unit else "", setting.range]
@@ -146,7 +174,7 @@ def _toml(value: Any, unit: str = "") -> str:
         return '"none"'
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    return f'"{value!r} {unit}"' if unit else repr(value)
+    return f'"{quantity(value, unit)}"' if unit else repr(value)
 
 
 def _range(hint: Any) -> str:

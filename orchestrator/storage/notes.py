@@ -1,14 +1,23 @@
-"""What is said of pushovers besides their figures: why they are not valid, what fell, what to do about it."""
+"""What is said of pushovers besides their figures: why they are not valid, what fell, what to do about it.
+
+Macroblocks are elastic inside and carry tension where their inner joints could not. How much depends on the mesh, and
+it says nothing of the wall: the stones may carry the same load another way. Whether they can is told by the static
+theorem. If the weight and the load at the associative multiplier are each in balance with forces that no joint
+refuses, so is every load between. A peak up to that multiplier therefore asks no joint inside a macroblock for
+tension; a peak beyond it rests on strength that the stones do not have.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from orchestrator.basis.printed import printed
-from orchestrator.storage.summary import PushoverSummary
+from orchestrator.storage.summary import PushoverSummary, Summary
 
 COARSE = 0.01
 """part of a joint by which the resultant of its toe may lie off before that is told"""
+BEYOND = 5e-3
+"""share by which a peak may exceed the associative multiplier for the mesh (pushover/path/curve_checks.py)"""
 TOLD = 5
 """local failures that are told one by one"""
 
@@ -18,14 +27,14 @@ def reasons(pushovers: Sequence[PushoverSummary]) -> list[str]:
     return [f"{pushed.model} FE: {pushed.not_valid_because}" for pushed in pushovers if not pushed.valid]
 
 
-def remarks(pushovers: Sequence[PushoverSummary]) -> list[str]:
-    """Return what pushovers have to say beside their figures: local failures, tension inside macroblocks, a peak that
-    was not reached.
+def remarks(summary: Summary) -> list[str]:
+    """Return what pushovers have to say beside their figures: local failures, macroblocks that carry more than their
+    stones can, a peak that was not reached.
 
     Many events are told in short: the first ones, and how many there were.
     """
-    said = []
-    for pushed in pushovers:
+    bound, said = summary.limit_analysis.bound, []
+    for pushed in summary.pushover:
         for event in pushed.events[:TOLD]:
             bodies, share = ", ".join(event.bodies), 100 * event.mass_share
             said.append(
@@ -40,10 +49,11 @@ def remarks(pushovers: Sequence[PushoverSummary]) -> list[str]:
                 f"{100 * pushed.toe_error:.2g} % of its joint, "
                 "as elements are longer than what crushes; lower mesh.size"
             )
-        if pushed.tension_inside > 0.0:
+        if pushed.model == "macro" and pushed.peak_multiplier > (1.0 + BEYOND) * bound:
             said.append(
-                f"{pushed.model} FE: macroblocks hold together by up to {printed('stress', pushed.tension_inside)} MPa "
-                "of tension inside at the peak, which their joints might not carry; --model micro tells"
+                f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than the stones can carry "
+                f"without tension inside macroblocks ({printed('multiplier', bound)}, as drawn); "
+                "take --model micro, or smaller tolerances"
             )
         if not pushed.peak_reached:
             multiplier = printed("multiplier", pushed.peak_multiplier)

@@ -121,8 +121,6 @@ class PushoverSummary:
     """the checks of the result that failed (pushover.checks), in words"""
     toe_error: float = 0.0
     """how far the resultant of a toe that crushes may lie off at the peak, over its joint"""
-    tension_inside: float = 0.0
-    """largest tension at the peak in bodies of several blocks, Pa"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,6 +173,11 @@ class LimitSummary:
         """The multiplier that counts."""
         return self.associative if self.non_associative is None else self.non_associative
 
+    @property
+    def bound(self) -> float:
+        """Highest load multiplier of any state of the stones that do not come loose before, by the static theorem."""
+        return self.associative if self.associative_left is None else self.associative_left
+
 
 @dataclass(frozen=True, slots=True)
 class MacroblockSummary:
@@ -215,7 +218,6 @@ def pushover_summary(
     *,
     overlap: tuple[float, float],
     toe_error: float,
-    tension_inside: float,
     large_displacement: bool,
     ranks: int,
     seconds: Mapping[str, float],
@@ -243,7 +245,6 @@ def pushover_summary(
         valid=not_valid_because is None,
         not_valid_because=not_valid_because,
         toe_error=toe_error,
-        tension_inside=tension_inside,
     )
 
 

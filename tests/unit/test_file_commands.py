@@ -127,6 +127,20 @@ def test_a_new_case_file_states_every_default(tmp_path):
         assert set(kind.__dataclass_fields__) <= stated, section
 
 
+def test_new_writes_what_most_walls_change_and_every_key_on_demand(tmp_path):
+    """Both are the case with nothing but defaults; the short one is read at a glance and says where the rest stands."""
+    assert call("new", "north", "--output", tmp_path) == 0
+    text = (tmp_path / "north.toml").read_text()
+    short = cases.read(tmp_path / "north.toml")
+    assert call("new", "north", "--all-keys", "--force", "--output", tmp_path) == 0
+    whole = (tmp_path / "north.toml").read_text()
+    assert cases.read(tmp_path / "north.toml") == short
+    assert len(text.splitlines()) < 80 < len(whole.splitlines())
+    assert "--all-keys" in text
+    assert 'elastic_modulus = "3.5 GPa"' in text
+    assert not re.search(r'"[\d.]*e[-+]\d+ m"|\d{6}', text)
+
+
 @pytest.mark.parametrize("name", ["a/b", "", "..\ud800", "a\nb"])
 def test_a_name_that_is_none_is_refused(tmp_path, capsys, name):
     assert call("new", name, "--output", tmp_path) == 2

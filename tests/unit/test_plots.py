@@ -250,6 +250,21 @@ def test_the_arrow_of_a_settlement_points_down_beside_the_support_that_sinks(lef
     assert 0.5 * (tail[1] + tip[1]) == pytest.approx(-0.25)
 
 
+@pytest.mark.parametrize("name", ["settlement", "λ × weight × height, as given on named blocks"])
+def test_the_name_of_a_load_stands_within_the_frame(assemblage, state, name):
+    """However long it is, and beside an upright arrow at the edge of the picture, too."""
+    for inclination in (0.0, -np.pi / 2):
+        figure = plots.mechanism(assemblage, state, 1, inclination, name)
+        FigureCanvasAgg(figure)
+        lay_out(figure)
+        figure.set_layout_engine("none")
+        axes = figure.axes[0]
+        (text,) = [one for one in axes.texts if one.get_text() == name]
+        written, frame = text.get_window_extent(), axes.get_window_extent()
+        assert frame.x0 < written.x0 < written.x1 < frame.x1
+        assert frame.y0 < written.y0 < written.y1 < frame.y1
+
+
 @pytest.mark.parametrize("direction", [1, -1])
 def test_load_arrow_turns_with_the_load_and_keeps_clear_of_the_wall(direction):
     points = np.array([[0.0, 0.0], [2.0, 1.0]])

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator.basis.units import Unit
+from orchestrator.basis.units import Unit, quantity
 
 
 @pytest.mark.parametrize(
@@ -42,3 +42,19 @@ def test_anything_else_is_refused_with_a_remedy(text):
 def test_a_unit_of_another_kind_is_named_with_those_that_fit():
     with pytest.raises(ValueError, match=r"^unit 'kPa' does not fit; use one of N/m3, kN/m3, MN/m3, GN/m3, N/mm3$"):
         Unit("N/m3").parse("25 kPa")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (3.5e9, "Pa", "3.5 GPa"),
+        (1e-5, "m", "0.01 mm"),
+        (0.45, "m", "0.45 m"),
+        (0.0, "rad", "0 rad"),
+        (1 / 3, "m", None),
+    ],
+)
+def test_a_value_is_stated_so_that_it_reads_back_as_it_is(value, unit, text):
+    stated = quantity(value, unit)
+    assert Unit(unit).parse(stated) == value
+    assert text is None or stated == text

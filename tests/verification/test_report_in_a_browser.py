@@ -176,6 +176,29 @@ def test_the_seismic_verification_is_one_page_of_a4(page):
         assert text in section.text, text
 
 
+def test_rows_of_damage_and_settings_print_on_one_line_in_every_language(run, browser, tmp_path):
+    """Longer heads of columns must not squeeze what stands below them: it made the Italian PDF two pages longer."""
+    rows = "return [...document.querySelectorAll('#damage tbody tr, #input tbody tr')].map((r) => r.offsetHeight)"
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    browser.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride", {"width": 688, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    )  # 182 mm, A4 without its margins
+    try:
+        for language in ("en", "it", "pt"):
+            shutil.copytree(run, tmp_path / language)
+            case = tmp_path / language / "case.toml"
+            case.write_text(case.read_text(encoding="utf-8").replace('language = "en"', f'language = "{language}"'))
+            assert main(["report", str(tmp_path / language)]) == 0
+            browser.get((tmp_path / language / "report.html").as_uri())
+            assert browser.execute_script("return document.documentElement.lang") == language
+            heights = sorted(browser.execute_script(rows))
+            assert len(heights) > 100
+            assert heights[len(heights) * 9 // 10] < 1.5 * heights[len(heights) // 10], language
+    finally:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
 @pytest.fixture(scope="module")
 def bonded(tmp_path_factory):
     """Wall 1 as macroblocks with bonded joints, to 1 mm: they crack and break."""

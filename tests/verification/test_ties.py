@@ -123,26 +123,25 @@ def test_limit_and_check_take_ties(tied, capsys):
     assert (tied.parent / "look" / "figures" / "blocks.png").exists()
     printed = capsys.readouterr().out
     assert "tie 1: block 1 to an anchor at (-3, 1.5) m, 3 m long, yields at 4.000 kN" in printed
-    assert "check, limit and run --model micro take ties; macroblocks, study and export do not yet" in printed
+    assert "check, limit, segment and run take ties; study and export do not yet" in printed
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ((), "reinforcement.ties: macroblocks know no ties yet; use run --model micro"),
-        (
-            ("--model", "micro"),
-            "reinforcement.ties.0.stiffness: is missing: the finite elements know no rigid tie",
-        ),
-    ],
+RIGID = "reinforcement.ties.0.stiffness: is missing: the finite elements know no rigid tie"
+UNKNOWN = "walls with ties are not verified, as it is not known at which elongation a tie breaks"
+VERIFIED = (
+    "reinforcement.ties=[{blocks=[1], start=[0, 1.5], end=[-3, 1.5], strength=4000, stiffness=1e6}]",
+    "seismic.peak_ground_acceleration=1.5",
 )
-def test_a_run_of_macroblocks_or_with_rigid_ties_is_refused(tied, tmp_path, monkeypatch, capsys, arguments, said):
+
+
+@pytest.mark.parametrize(("settings", "said"), [((), RIGID), (VERIFIED, UNKNOWN)])
+def test_a_run_with_rigid_ties_or_a_verification_is_refused(tied, tmp_path, monkeypatch, capsys, settings, said):
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["run", str(tied), *arguments]) == 2
+    assert cli.main(["run", str(tied), *(word for one in settings for word in ("--set", one))]) == 2
     assert said in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", ["segment", "study", "export"])
+@pytest.mark.parametrize("command", ["study", "export"])
 def test_what_takes_no_ties_says_so(tied, tmp_path, monkeypatch, capsys, command):
     monkeypatch.chdir(tmp_path)
     assert cli.main([command, str(tied)]) == 2

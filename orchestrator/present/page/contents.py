@@ -14,6 +14,7 @@ import numpy as np
 from orchestrator import storage
 from orchestrator.assessment.capacity import Bilinear, idealise
 from orchestrator.basis.errors import ResultError
+from orchestrator.basis.units import FACTORS, QUANTITY, quantity
 from orchestrator.loads import LoadSettings
 from orchestrator.masonry.block_properties import block_areas, block_weights
 from orchestrator.present.page.collapse import collapse
@@ -54,7 +55,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
     points = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     free = np.array([not block.fixed for block in wall.blocks])
     settings = tomllib.loads((run.folder / "case.toml").read_text(encoding="utf-8"))
-    pushed = storage.remarks([model.summary for model in run.models])
+    pushed = storage.remarks(run.summary)
     remarks = [*run.analysis.remarks, *run.partition.remarks, *pushed]
     return {
         "summary": run.summary,
@@ -115,7 +116,22 @@ def _settings(record: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, s
         if isinstance(value, dict):
             yield from _settings(value, f"{prefix}{key}.")
         else:
-            yield f"{prefix}{key}", ", ".join(map(str, value)) or "none" if isinstance(value, list) else str(value)
+            yield (
+                f"{prefix}{key}",
+                ", ".join(map(_as_set, value)) or "none" if isinstance(value, list) else _as_set(value),
+            )
+
+
+def _as_set(value: Any) -> str:
+    """Return a value as one would write it into a case file: 3.5 GPa for 3500000000.0 Pa, true, none for inf."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float) and math.isinf(value):
+        return "none"
+    if isinstance(value, float):
+        return f"{value:.10g}"
+    found = QUANTITY.fullmatch(str(value))
+    return quantity(float(found[1]), found[2]) if found and found[2] in FACTORS else str(value)
 
 
 HEADLINES = {

@@ -40,20 +40,37 @@ SMALLEST_WIDTH = 5.0
 
 def wall_figure(points: FloatArray, title: str, name: str) -> tuple[Figure, Axes]:
     """Return a figure with axes in m that shows all `points` (n, 2); `name` of the wall goes above the title."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    margin = 0.04 * float(np.max(high - low))
-    extent = high - low + 2 * margin
-    scale = min(LARGEST[0] / extent[0], LARGEST[1] / extent[1])
+    low, high, scale = _frame(points)
+    extent = high - low
     height = scale * extent[1] + 1.5 + 0.2 * title.count("\n")
     figure = Figure(figsize=(max(SMALLEST_WIDTH, scale * extent[0] + 0.8), height))
     figure.set_layout_engine("constrained")
     axes = figure.add_subplot()
-    axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
     axes.ticklabel_format(useOffset=False)
     write_title(axes, title, name)
     return figure, axes
+
+
+def _frame(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return the corners (2,) in m of axes around points (n, 2), and their scale in inches per m."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.04 * float(np.max(high - low))
+    low, high = low - margin, high + margin
+    return low, high, float(np.min(np.array(LARGEST) / (high - low)))
+
+
+def text_ends(points: FloatArray, middle: FloatArray, text: str, size: float) -> FloatArray:
+    """Return the ends (2, 2) in m of a text of a size in points, centred on `middle` (2,), in a `wall_figure` of points
+    (n, 2) and these ends."""
+    half = 0.5 * TextPath((0.0, 0.0), text, size=size).get_extents().width / 72
+    ends = np.stack([middle, middle])
+    for _ in range(3):  # the wider the figure, the smaller its scale
+        scale = _frame(np.vstack([points, ends]))[2]
+        ends = middle + np.array([[-half / scale, 0.0], [half / scale, 0.0]])
+    return ends
 
 
 def write_title(axes: Axes, title: str, name: str) -> None:

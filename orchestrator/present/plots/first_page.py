@@ -26,7 +26,14 @@ from orchestrator.present.plots.canvas import (
     label_of,
     legend_below,
 )
-from orchestrator.present.plots.wall_pictures import draw_blocks, draw_load, load_arrow, number_blocks, wall_canvas
+from orchestrator.present.plots.wall_pictures import (
+    draw_blocks,
+    draw_load,
+    load_arrow,
+    load_label,
+    number_blocks,
+    wall_canvas,
+)
 
 CLASSES = (BLUE, ORANGE, PURPLE, GREEN)
 DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1.5)), (0, (6, 1.5, 1.5, 1.5)))
@@ -48,7 +55,10 @@ def given(
     arrow = load_arrow(free, load.sign, load.inclination)
     above = free.max(axis=0) + [0.0, 2 * DRAWN_LOAD * size * bool(load.dead)]
     ends = [point for tie in ties for point in (tie.start, tie.end)]
-    figure, axes = wall_canvas(wall, np.vstack([arrow, above, *ends]))
+    name = f"λ × {load.name}"
+    beside = np.vstack([arrow, above, *ends])
+    shown = np.vstack([beside, *(block.polygon for block in wall.blocks)])
+    figure, axes = wall_canvas(wall, np.vstack([beside, load_label(shown, arrow, name)]))
     draw_blocks(axes, wall)
     _draw_classes(axes, assemblage, class_of_joint)
     for one in load.dead:
@@ -59,7 +69,7 @@ def given(
     for strength in sorted({tie.strength for tie in ties}):
         bars = [np.array([tie.start, tie.end]) for tie in ties if tie.strength == strength]
         draw_segments(axes, bars, INK, 2.0, f"tie, {strength / 1e3:.4g} kN")
-    draw_load(axes, arrow, f"λ × {load.name}")
+    draw_load(axes, arrow, name)
     number_blocks(axes, wall)
     legend_below(axes, 3)
     return figure

@@ -28,6 +28,7 @@ from orchestrator.present.plots.canvas import (
     label_of,
     legend_below,
     number_size,
+    text_ends,
     wall_figure,
     write_number,
     write_numbers,
@@ -44,6 +45,8 @@ BODY_COLOURS = (
 """Paul Tol's light scheme: fills with dark text on them, distinguishable by colour-blind readers"""
 MATERIALS = (STONE, "#ee8866", "#77aadd", "#eedd88", "#44bb99", "#ffaabb", "#bbcc33", "#99ddff", "#aaaa00")
 """fills of blocks by material: that of stone, then Tol's"""
+LABEL = 8.0
+"""size of the name of a load, points"""
 ARROW = 0.12
 """length of the load arrow, part of the wall's largest dimension"""
 WIDEST, THINNEST = 5.0, 0.5
@@ -131,7 +134,8 @@ def mechanism(
         f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
     )
     bars = [_displaced_tie(wall, tie, velocities) for tie in ties]
-    figure, axes = wall_figure(np.vstack([*before, *displaced, arrow, *bars]), title, wall.name)
+    shown = np.vstack([*before, *displaced, arrow, *bars])
+    figure, axes = wall_figure(np.vstack([shown, load_label(shown, arrow, load_name)]), title, wall.name)
     draw_polygons(axes, before, "none", FAINT, 0.5).set_label("undeformed")
     if loose:
         gone = [block.polygon for block in wall.blocks if block.id in loose]
@@ -263,17 +267,26 @@ def draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
     style = {"arrowstyle": "-|>,head_width=0.35,head_length=0.7", "color": VERMILLION, "linewidth": 2.5}
     tail, tip = arrow
     axes.annotate("", tip, tail, arrowprops=style, zorder=5)
-    middle = (float(arrow[:, 0].mean()), float(arrow[:, 1].max()))
     axes.annotate(
         load_name,
-        middle,
+        tuple(_above(arrow).tolist()),
         (0, 6),
         textcoords="offset points",
         ha="center",
         color=VERMILLION,
-        fontsize=8,
+        fontsize=LABEL,
         zorder=5,
     )
+
+
+def load_label(points: FloatArray, arrow: FloatArray, load_name: str) -> FloatArray:
+    """Return the ends (2, 2) in m of what `draw_load` writes over an arrow, in a `wall_figure` of points (n, 2)."""
+    return text_ends(points, _above(arrow), load_name, LABEL)
+
+
+def _above(arrow: FloatArray) -> FloatArray:
+    """Return the point (2,) over the middle of an arrow (2, 2) at which its name stands."""
+    return np.array([arrow[:, 0].mean(), arrow[:, 1].max()])
 
 
 def _draw_thrust(axes: Axes, assemblage: Assemblage, state: LimitState, displacements: FloatArray) -> None:
