@@ -20,7 +20,8 @@ import numpy as np
 from orchestrator import storage
 from orchestrator.app import driver, load_case_runs, pushover_run
 from orchestrator.app.progress import Report, StageDone
-from orchestrator.assessment.seismic import limit_states, verify
+from orchestrator.assessment.seismic.seismic_verification import verify
+from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.assessment.sensitivity import (
     ALIKE,
     Lognormal,

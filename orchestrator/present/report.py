@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from orchestrator import storage
 from orchestrator.assessment.capacity import Capacity, find_capacity
-from orchestrator.assessment.seismic import StoredPushover, verify
+from orchestrator.assessment.seismic.observed import StoredPushover
+from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.basis.errors import naming
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks.bodies import Bodies, make_bodies, materials_of

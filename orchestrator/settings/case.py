@@ -18,9 +18,8 @@ import tomli_w
 from annotated_types import Gt, MinLen
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
-from orchestrator.assessment.seismic import SeismicSettings, limit_states
 from orchestrator.assessment.seismic.control import named_point
-from orchestrator.assessment.seismic.settings import refuse_building
+from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states, refuse_building
 from orchestrator.assessment.seismic.spectrum import spectrum_of
 from orchestrator.assessment.sensitivity import SensitivitySettings
 from orchestrator.basis.errors import CaseError, naming

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
-from scipy.optimize import brentq
 
 from orchestrator.assessment.seismic.settings import LimitStateName
 from orchestrator.basis.arrays import FloatArray, IntArray
@@ -135,6 +134,8 @@ def balance_displacement(friction: float, masses: Moving, dead: Moving) -> float
 
 def _first_zero(function: Callable[[float], float], end: float) -> float | None:
     """Return the first zero up to `end` of a function that is positive at 0, None where there is none."""
+    from scipy.optimize import brentq
+
     times = np.linspace(0.0, end, 2001)
     below = next((k for k, time in enumerate(times) if function(float(time)) <= 0.0), None)
     return float(brentq(function, times[below - 1], times[below])) if below else None
