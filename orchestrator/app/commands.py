@@ -92,7 +92,7 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
 def _read_case(options: argparse.Namespace, comm: MPI.Intracomm | None) -> Case | None:
     """Return the case of a command, or None where it is one in space and the command takes such. Raises CaseError."""
     from orchestrator.settings.case import read
-    from orchestrator.settings.space_case import refuse_space, spatial
+    from orchestrator.settings.plane_or_space import refuse_space, spatial
 
     if options.command in IN_SPACE:
         if getattr(options, "settle", None) is None and spatial(options.case, options.set):

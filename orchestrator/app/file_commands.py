@@ -16,8 +16,6 @@ from orchestrator import storage
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.installed import refuse_missing
 from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
-from orchestrator.settings import case as cases
-from orchestrator.settings import reference
 
 LISTED = 20
 """remarks that are printed; all stand in the block file"""
@@ -54,6 +52,8 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
 
 def new(options: argparse.Namespace, console: Console) -> int:
     """Write a commented case file; return the exit code."""
+    from orchestrator.settings import reference
+
     name = options.name
     refuse_what_is_not_utf8(name, "NAME")
     if not name or Path(name).name != name or not name.isprintable():
@@ -74,6 +74,8 @@ def new(options: argparse.Namespace, console: Console) -> int:
 
 def export(options: argparse.Namespace, console: Console) -> int:
     """Write the bodies of a case for another program; return the exit code."""
+    from orchestrator.settings import case as cases
+
     refuse_missing("export", ("gmsh",))
     source = options.case / "case.toml" if options.case.is_dir() else options.case
     case = cases.read(source, options.set)
@@ -105,6 +107,8 @@ def report(options: argparse.Namespace, console: Console) -> int:
 
 def schema(options: argparse.Namespace, console: Console) -> int:
     """Write the JSON schema of the case file; return the exit code."""
+    from orchestrator.settings import reference
+
     if options.output:
         if not options.force:
             storage.refuse_overwriting_file(options.output)

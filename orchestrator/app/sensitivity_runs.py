@@ -33,6 +33,7 @@ from orchestrator.assessment.sensitivity import (
     one_at_a_time,
     ranges,
 )
+from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, naming
 from orchestrator.basis.parallel import workers
 from orchestrator.basis.program import sources
@@ -80,7 +81,7 @@ def sensitivity(case: Case, output: Path, comm: MPI.Intracomm | None, report: Re
     with workers(comm) as spread:
         if spread is None:
             return None
-        with storage.locked(output):
+        with locked(output):
             return _sensitivity(case, output, spread, report)
 
 
@@ -170,7 +171,7 @@ def _governing(answers: Sequence[Answered], remarks: Sequence[str]) -> dict[str,
 def _limit(case: Case) -> storage.Summary:
     """Return the summary of limit analysis, with the kinematic checks where a ground acceleration is asked for."""
     assemblage, analysis = driver.limit(case)
-    summary = storage.summary(case.name, assemblage, analysis, None, [])
+    summary = storage.summarise(case.name, assemblage, analysis, None, [])
     return replace(summary, seismic=_kinematic(case, assemblage, analysis))
 
 

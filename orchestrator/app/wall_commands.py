@@ -53,7 +53,7 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
     for name, one in load_case_runs.each(case).items():
         with Reporter(console):
             assemblage, analysis = driver.limit(one)
-        summary = storage.summary(one.name, assemblage, analysis, None, [])
+        summary = storage.summarise(one.name, assemblage, analysis, None, [])
         answers.append(Answered(name, one.load.direction, one.load.distribution, summary))
         console.print(tables.limit_table(analysis, name))
         for remark in analysis.remarks:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from orchestrator.basis.printed import printed
 from orchestrator.limit_analysis import LimitAnalysis
-from orchestrator.storage import Summary, printed
+from orchestrator.storage import Summary
 
 ALIKE = 1e-4
 """part by which two multipliers differ that are one answer"""

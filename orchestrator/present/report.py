@@ -135,7 +135,7 @@ def write_summary(
 ) -> storage.Summary:
     """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
     draw_curves(output / "figures", case.name, analysis, partition, curves, storage.reasons(pushovers))
-    summary = storage.summary(case.name, assemblage, analysis, partition, pushovers)
+    summary = storage.summarise(case.name, assemblage, analysis, partition, pushovers)
     summary = replace(
         summary, seismic=write_verification(output, case, assemblage, analysis, partition, curves, pushovers)
     )
