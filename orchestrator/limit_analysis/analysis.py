@@ -36,7 +36,7 @@ from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
 
-SHORT = 6
+MOST_PROGRAMS_FROM_MET = 6
 """Programs at most of a sequence that begins at the state that loading meets."""
 RELEASE, SOFT_END = 0.01, 0.02
 """Part of the multiplier by which a state may lie below the last rest without a remark; and up to which below the last
@@ -188,7 +188,7 @@ def papers_value(
     start = optimum
     if blocks > settings.search_blocks and path is not None:
         start = replace(optimum, joint_forces=path.joint_forces)
-        iterations = max(settings.minimum_iterations, min(settings.maximum_iterations, SHORT))
+        iterations = max(settings.minimum_iterations, min(settings.maximum_iterations, MOST_PROGRAMS_FROM_MET))
         last_seed = settings.seed_cohesions[-1:]
         settings = replace(settings, seed_cohesions=last_seed, maximum_iterations=iterations)
     return sequence_state(problem, start, settings)

@@ -37,7 +37,7 @@ from orchestrator.present.plots.thrust import carrying, moved, thrust
 
 DRAWN_DISPLACEMENT = 0.08
 """largest displacement of a drawn mechanism, part of the wall's height"""
-MOVING = 1e-2
+MARKED_DISPLACEMENT = 1e-2
 """opening or slip of a joint that is marked, part of the mechanism's largest displacement"""
 BODY_COLOURS = (
     "#99ddff", "#eedd88", "#44bb99", "#ffaabb", "#bbcc33", "#77aadd", "#ee8866", "#dddddd", "#aaaa00",
@@ -301,7 +301,7 @@ def _draw_thrust(axes: Axes, assemblage: Assemblage, state: LimitState, displace
 
 def _mark_joints(axes: Axes, assemblage: Assemblage, state: LimitState, velocities: FloatArray) -> None:
     """Mark hinges and sliding joints in the displaced wall, midway between the two faces."""
-    threshold = MOVING * state.mechanism.largest_displacement
+    threshold = MARKED_DISPLACEMENT * state.mechanism.largest_displacement
     ends = np.stack([_displaced(assemblage, p, velocities) for p in (assemblage.start, assemblage.end)], axis=1)
     sliding = (np.abs(state.mechanism.slip) > threshold) & carrying(state.joint_forces)
     draw_segments(axes, ends[sliding], BLUE, 2.0, "sliding joint")
