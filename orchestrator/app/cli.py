@@ -86,6 +86,13 @@ def _parser() -> argparse.ArgumentParser:
         command=None, case=DEFAULT_CASE, output=None, resume=False, force=True, model=None, set=[], quiet=False
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    _add_wall_commands(commands)
+    _add_file_commands(commands)
+    _add_study_commands(commands)
+    return parser
+
+
+def _add_wall_commands(commands: Any) -> None:
     run = _command(
         commands, "run", "the whole chain: micro-LA, macroblocks, FE pushover, pictures", "--set mesh.size=100mm"
     )
@@ -111,9 +118,6 @@ def _parser() -> argparse.ArgumentParser:
     example = "--set macroblocks.centre_distance=300mm"
     segment = _command(commands, "segment", "stop after the macroblocks", example)
     segment.add_argument("--output", type=Path, help="folder of the pictures (default: results/NAME OF THE CASE FILE)")
-    _add_file_commands(commands)
-    _add_study_commands(commands)
-    return parser
 
 
 def _command(commands: Any, name: str, summary: str, example: str) -> argparse.ArgumentParser:
