@@ -85,6 +85,7 @@ reference: benchmark1
 	for model in macro micro; do \
 	    cp results/benchmark1/$$model/curve.csv tests/regression/benchmark1/$$model.csv; \
 	    cp results/benchmark2_run/$$model/curve.csv tests/regression/benchmark2/$$model.csv; done
+	$(PYTHON) -m tests.regression.stored_curves
 
 # build/docs/index.html; warnings are errors.
 docs: setup

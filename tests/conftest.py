@@ -2,7 +2,7 @@
 
     mpi     its file starts processes by mpirun (tests.support.ranks or .killing)
     fe      its file uses the finite elements (orchestrator.pushover)
-    slow    it took more than SLOW CPU seconds when seconds.csv was written
+    slow    it took more than SLOW CPU seconds when seconds.csv was written, or shares a fixture with one that did
     fast    it took less, or was not there: `make quick`
 
 `pytest --store-seconds`, in one process, writes what its tests took, with the processes they started, into seconds.csv.
@@ -13,7 +13,7 @@ from __future__ import annotations
 import csv
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Hashable, Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -47,11 +47,33 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests; put the files that take longest first, so that the last ones to be shared out are short."""
     seconds = stored()
     of_file: Counter[Path] = Counter()
-    for item in items:
-        of_file[item.path] += seconds.get(item.nodeid, 0.0)
-        for name in _markers(item, seconds.get(item.nodeid, 0.0)):
+    own = [seconds.get(item.nodeid, 0.0) for item in items]
+    for item, spent, alone in zip(items, own, when_alone(own, [_shared_fixtures(item) for item in items]), strict=True):
+        of_file[item.path] += spent
+        for name in _markers(item, alone):
             item.add_marker(name)
     items.sort(key=lambda item: -of_file[item.path])
+
+
+def when_alone(seconds: Sequence[float], shared: Sequence[Collection[Hashable]]) -> list[float]:
+    """Return what each test may take where the others are left out: the first that uses a fixture has paid for all."""
+    paid: dict[Hashable, float] = {}
+    for spent, fixtures in zip(seconds, shared, strict=True):
+        for fixture in fixtures:
+            paid.setdefault(fixture, spent)
+    return [max([spent, *(paid[one] for one in used)]) for spent, used in zip(seconds, shared, strict=True)]
+
+
+def _shared_fixtures(item: pytest.Item) -> set[Hashable]:
+    """Return the fixtures of these tests that a test shares with others, each with its parameter."""
+    assert isinstance(item, pytest.Function)
+    parameters = item.callspec.params if hasattr(item, "callspec") else {}
+    found = {name: known[-1] for name, known in item._fixtureinfo.name2fixturedefs.items()}
+    return {
+        (name, one.baseid, repr(parameters.get(name)))
+        for name, one in found.items()
+        if one.baseid and one.scope != "function"
+    }
 
 
 def _markers(item: pytest.Item, seconds: float) -> list[str]:

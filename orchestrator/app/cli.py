@@ -1,90 +1,63 @@
-"""Command line: arguments -> driver; known errors -> one line and an exit code. Prints, with
-file_commands.py and study_commands.py alone.
+"""Command line: arguments -> options of one command, which commands.py carries out.
 
-Exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid, 130 interrupted.
+Nothing is imported here that takes time: --help and misspelt options need no more than this module.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
-import logging
-import math
-import sys
-import traceback
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from rich.console import Console
-
-from orchestrator import storage
-from orchestrator.app import case_check, driver, file_commands, load_case_runs, space_commands, study_commands
-from orchestrator.app.terminal import Reporter
-from orchestrator.assessment.seismic.verification_record import notes, verdict
-from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
-from orchestrator.basis.installed import refuse_missing
-from orchestrator.basis.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
-from orchestrator.present import answer, page, tables
-from orchestrator.present.verdict import Answered, sentence
-from orchestrator.present.verdict import verdict as verdict_on
-from orchestrator.settings import case as cases
-from orchestrator.settings.space_case import refuse_space, spatial
-
-if TYPE_CHECKING:
-    from mpi4py import MPI
+from typing import Any
 
 PACKAGE = Path(__file__).resolve().parents[1]
 SHIPPED = PACKAGE / "shipped" if (PACKAGE / "shipped").exists() else PACKAGE.parent
 """folder of templates/ and meshes/: within a wheel (setup.py), or a clone"""
 DEFAULT_CASE = SHIPPED / "templates" / "benchmark1.toml"
-MODELS: dict[str, tuple[cases.ModelName, ...]] = {"macro": ("macro",), "micro": ("micro",), "both": ("macro", "micro")}
+EXPORT_FORMATS = ("vtu", "msh", "calculix", "abaqus")
+EXIT_CODES = "0 done, 1 failed while running, 2 bad input, 3 finished but not valid, 130 interrupted"
+IMPORT_OPTIONS = {
+    "thickness": ('"300 mm"', "of the wall; needed for drawings and pictures"),
+    "unit-weight": ('"20 kN/m3"', "of every block (default 20 kN/m3)"),
+    "friction": ("0.6", "coefficient in every joint (default 0.6)"),
+    "tolerance": ('"1 mm"', "largest gap or overlap that is closed (default 1 mm; pictures at least 1.5 pixels)"),
+    "mortar": ('"10 mm"', "widest mortar joint drawn as a gap: closed to its middle (pictures: default 20 mm)"),
+    "loose": ("drop", "stones that would fall out of dry joints: keep (default), drop, or glue to a neighbour"),
+    "ground": ('"200 mm"', "put a support under the wall, reaching this far beyond it"),
+    "unit": ("mm", "DXF, SVG: unit of the coordinates, instead of the file's; OBJ, PLY, STL, COMPAS: needed"),
+    "height": ('"250 mm"', "DXF of courses in plan: height of a course whose layer does not say it"),
+    "blocks": (
+        "LAYERS",
+        "DXF layers, SVG groups or COCO categories of the blocks, as in stone,timber (default blocks; * and ? stand "
+        "for any letters)",
+    ),
+    "supports": (
+        "LAYER",
+        "layer, group or category of the supports (default supports); of blocks in space their ids, as in 1,2",
+    ),
+    "openings": ("LAYER", "layer, group or category of the openings (default openings)"),
+    "scale": ('"2 mm"', "picture, COCO: side of a pixel (needed); SVG: length of a user unit, instead of the file's"),
+    "stones": (
+        "black",
+        "picture: black, white or colours, one colour a stone (default auto: black, or colours if plain)",
+    ),
+    "threshold": ("128", "picture: lightness 1 to 255 from which a pixel is white (default 128)"),
+    "split": ("2", "picture: part stones that run together over bridges up to twice this many pixels (default 0: off)"),
+    "background": (
+        '"#000000"',
+        "picture of colours: what is no stone, several with commas, a number in a label image, or none (default: "
+        "transparent, else black or white, else 0)",
+    ),
+    "smallest": ('"20 mm"', "picture, COCO: smaller patches are dirt (default 20 mm square)"),
+}
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit code."""
     options = _parser().parse_args(arguments)
-    parallel = options.action in (_benchmark1, _run, *study_commands.ACTIONS)
-    if not parallel and started_as_rank() > 0:
-        return 0  # rank 0 does it alone
-    comm = all_ranks() if parallel else None
-    quiet = not is_root(comm) or getattr(options, "quiet", False)
-    several = comm is not None and comm.size > 1  # mpirun hands rank 0 a terminal that is none
-    console = Console(quiet=quiet, highlight=False, force_terminal=False if several else None)
-    ending = Ending(comm)
-    try:
-        if options.action in (_run, _segment, *study_commands.ACTIONS):
-            refuse_space(options.case, options.set, options.command)
-        if parallel and options.action is not study_commands.sensitivity:
-            refuse_missing(options.command or "run")
-        return ending.together(int(options.action(options, comm, console)), "")
-    except CaseError as error:
-        return ending.together(2, str(error))
-    except ResultError as error:
-        return ending.together(3, str(error))
-    except ConvergenceError as error:
-        return ending.together(1, _one_line(str(error)))
-    except OSError as error:
-        return ending.together(1, _one_line(f"{error.filename or 'file system'}: {error.strerror or error}"))
-    except KeyboardInterrupt:
-        remedies = {_run: "; go on with --resume"} | dict.fromkeys(study_commands.ACTIONS, "; the same command goes on")
-        remedy = remedies.get(options.action, "")
-        return ending.together(130, f"interrupted{remedy}")
-    except Exception:  # an error of the program
-        return ending.together(1, traceback.format_exc())
+    from orchestrator.app.commands import execute
 
-
-def _one_line(text: str) -> str:
-    """Return a text without line breaks: PETSc's errors have many, names of files may have some."""
-    return " ".join(text.split("\n"))
-
-
-def _complain(comm: MPI.Comm | None, complaints: Sequence[object]) -> None:
-    if is_root(comm):
-        for complaint in complaints:
-            print(complaint, file=sys.stderr)
+    return execute(options)
 
 
 class _Completion(argparse.Action):
@@ -103,200 +76,151 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m orchestrator",
         description="Pushover analysis of masonry, stone by stone. Without a command: run the shipped benchmark 1"
         " into results/benchmark1, anew.",
-        epilog=file_commands.epilog("run templates/benchmark1.toml --output results/benchmark1"),
+        epilog=_epilog("run templates/benchmark1.toml --output results/benchmark1"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     about = "print what completes commands (docs/runs.md)"
     parser.add_argument("--print-completion", choices=("bash", "zsh"), action=_Completion, help=about)
     parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
     parser.set_defaults(
-        action=_benchmark1, command=None, case=DEFAULT_CASE, output=None, resume=False, force=True, model=None, set=[]
+        command=None, case=DEFAULT_CASE, output=None, resume=False, force=True, model=None, set=[], quiet=False
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    _add_wall_commands(commands)
+    _add_file_commands(commands)
+    _add_study_commands(commands)
+    return parser
+
+
+def _add_wall_commands(commands: Any) -> None:
     run = _command(
-        commands, "run", _run, "the whole chain: micro-LA, macroblocks, FE pushover, pictures", "--set mesh.size=100mm"
+        commands, "run", "the whole chain: micro-LA, macroblocks, FE pushover, pictures", "--set mesh.size=100mm"
     )
     run.add_argument("--output", type=Path, help="run folder (default: results/NAME OF THE CASE FILE)")
     run.add_argument("--resume", action="store_true", help="go on after the last stored increment")
     run.add_argument("--force", action="store_true", help="overwrite the results of an earlier run")
-    run.add_argument("--model", choices=tuple(MODELS), help="instead of the case file's [run] models")
+    run.add_argument("--model", choices=("macro", "micro", "both"), help="instead of the case file's [run] models")
     run.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
     check = _command(
         commands,
         "check",
-        _check,
         "what a case holds: loads, materials, joints, what is unusual, whether it stands; a picture with block numbers",
         "--output results/look",
     )
     check.add_argument(
         "--output", type=Path, help="run folder for the picture (default: results/NAME OF THE CASE FILE)"
     )
-    limit = _command(commands, "limit", _limit, "stop after micro limit analysis", "--set wall.friction=0.7")
+    limit = _command(commands, "limit", "stop after micro limit analysis", "--set wall.friction=0.7")
     limit.add_argument("--output", type=Path, help="folder of the picture (default: results/NAME OF THE CASE FILE)")
     limit.add_argument("--settle", type=int, metavar="ID", help="instead of the live load, let this support give way")
     limit.add_argument("--settle-angle", type=float, default=-90.0, help="degrees from +x (default: -90, downwards)")
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
     example = "--set macroblocks.centre_distance=300mm"
-    segment = _command(commands, "segment", _segment, "stop after the macroblocks", example)
+    segment = _command(commands, "segment", "stop after the macroblocks", example)
     segment.add_argument("--output", type=Path, help="folder of the pictures (default: results/NAME OF THE CASE FILE)")
-    file_commands.add_commands(commands)
-    study_commands.add_commands(commands, _command)
+
+
+def _command(commands: Any, name: str, summary: str, example: str) -> argparse.ArgumentParser:
+    """Add a command that takes a case."""
+    parser = _file_command(commands, name, summary, f"{name} templates/benchmark1.toml {example}")
+    parser.add_argument("case", type=Path, metavar="CASE", help="case file (.toml) or block file (.json)")
+    parser.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override one setting")
     return parser
 
 
-def _command(
-    commands: Any, name: str, action: Callable[..., int], summary: str, example: str
-) -> argparse.ArgumentParser:
+def _file_command(commands: Any, name: str, summary: str, example: str) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = commands.add_parser(
         name,
         help=summary,
         description=summary,
-        epilog=file_commands.epilog(f"{name} templates/benchmark1.toml {example}"),
+        epilog=_epilog(example),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("case", type=Path, metavar="CASE", help="case file (.toml) or block file (.json)")
-    parser.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override one setting")
-    parser.set_defaults(action=action)
     return parser
 
 
-def _check(options: argparse.Namespace, _: None, console: Console) -> int:
-    if spatial(options.case, options.set):
-        output = options.output or Path("results") / options.case.stem
-        return space_commands.check(options.case, options.set, output, console)
-    case, output = cases.read(options.case, options.set), options.output or Path("results") / options.case.stem
-    storage.try_folder(output)
-    return case_check.check(case, str(options.case), output / "figures", console)
-
-
-def _limit(options: argparse.Namespace, _: None, console: Console) -> int:
-    output = options.output or Path("results") / options.case.stem
-    if options.settle is None and spatial(options.case, options.set):
-        return space_commands.limit(options.case, options.set, output, options.json, console)
-    case = cases.read(options.case, options.set)
-    if options.settle is not None:
-        if not math.isfinite(options.settle_angle):
-            raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")
-        return _settle(options, case, output, console)
-    if options.json:
-        found = {name: driver.limit(one) for name, one in load_case_runs.each(case).items()}
-        records = {name: asdict(storage.limit_summary(one[1])) for name, one in found.items()}
-        print(json.dumps(records.get("", records), indent=1))
-        return 0
-    storage.try_folder(output)
-    answers = []
-    for name, one in load_case_runs.each(case).items():
-        with Reporter(console):
-            assemblage, analysis = driver.limit(one)
-        summary = storage.summary(one.name, assemblage, analysis, None, [])
-        answers.append(Answered(name, one.load.direction, one.load.distribution, summary))
-        console.print(tables.limit_table(analysis, name))
-        for remark in analysis.remarks:
-            console.print(remark, soft_wrap=True)
-        console.print(answer.answer_of_limit(analysis), soft_wrap=True, markup=False)
-        picture = driver.draw_mechanism(one, assemblage, analysis, output / name)
-        console.print(f"mechanism: {picture}", soft_wrap=True)
-    if len(answers) > 1:
-        console.print(sentence(verdict_on(case.name, answers)), soft_wrap=True, markup=False)
-    return 0
-
-
-def _settle(options: argparse.Namespace, case: cases.Case, output: Path, console: Console) -> int:
-    state, picture = driver.settlement(case, options.settle, math.radians(options.settle_angle), output)
-    console.print(
-        f"support {options.settle} gives way at {options.settle_angle:g} degrees: "
-        f"least reaction {-state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
-        soft_wrap=True,
+def _add_file_commands(commands: Any) -> None:
+    _add_import(commands)
+    new = _file_command(
+        commands, "new", "write a commented case file with what most walls change", "new my_wall --output build"
     )
-    return 0
-
-
-def _segment(options: argparse.Namespace, _: None, console: Console) -> int:
-    case = cases.read(options.case, options.set)
-    output = options.output or Path("results") / options.case.stem
-    storage.try_folder(output)
-    for name, one in load_case_runs.each(case).items():
-        with Reporter(console):
-            segmented = driver.segment(one)
-        console.print(tables.limit_table(segmented.analysis, name))
-        console.print(tables.bodies_table(segmented.assemblage.wall, segmented.partition, segmented.bodies))
-        for remark in (*segmented.analysis.remarks, *segmented.partition.remarks):
-            console.print(remark, soft_wrap=True)
-        console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True, markup=False)
-        pictures = driver.draw_macroblocks(one, segmented, output / name)
-        console.print(f"macroblocks: {pictures[0]}; mechanism: {pictures[1]}", soft_wrap=True)
-    return 0
-
-
-def _benchmark1(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
-    """Run the shipped benchmark 1, and say so first: nobody asked for it by name."""
-    console.print(
-        "No command given: this runs the shipped benchmark 1 into results/benchmark1. --help lists all commands."
+    new.add_argument("name", metavar="NAME", help="name of the case; the file is NAME.toml")
+    new.add_argument(
+        "--blocks", metavar="FILE", help="block file of the wall (default: a wall of two blocks is written)"
     )
-    return _run(options, comm, console)
-
-
-def _run(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
-    case = on_root(comm, cases.read, options.case, options.set)
-    if options.model:
-        case = replace(case, run=cases.RunSettings(MODELS[options.model]))
-    output = options.output or Path("results") / options.case.stem
-    on_root(comm, storage.try_folder, output)
-    if not (options.resume or options.force):
-        on_root(comm, storage.refuse_overwriting_run, output)
-    logging.getLogger("orchestrator").propagate = False  # run.log has it
-    if case.load.cases:
-        return _run_load_cases(options, case, output, comm, console)
-    with Reporter(console) as report:
-        outcome = driver.run(case, output, options.resume, comm, report)
-    assert outcome.summary is not None, "a run without any curve raises"
-    console.print(tables.run_table(outcome.summary))
-    for remark in storage.remarks(outcome.summary):
-        console.print(remark, soft_wrap=True, markup=False)
-    for reason in storage.reasons(outcome.summary.pushover):
-        console.print(f"NOT VALID: {reason}", soft_wrap=True)
-    console.print(answer.answer_of_run(outcome.summary), soft_wrap=True, markup=False)
-    _print_verification(outcome.summary, console)
-    if outcome.summary.seismic is not None:
-        console.print(sentence(page.verdict_of(case, outcome.summary)), soft_wrap=True, markup=False)
-    written = (
-        f"report: {output / 'report.html'}; pictures: {output / 'figures'}; all figures: {output / 'summary.json'}"
+    new.add_argument("--all-keys", action="store_true", help="with every setting, its default and its meaning")
+    new.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="where to (default: here)")
+    _add_force(new)
+    schema = _file_command(commands, "schema", "write the case file's JSON schema", "schema --output build/case.json")
+    schema.add_argument("--output", type=Path, metavar="FILE", help="default: standard output")
+    _add_force(schema)
+    _add_export(commands)
+    rebuilding = _file_command(
+        commands,
+        "report",
+        "rebuild pictures and report.html of a finished run, from its stored results alone",
+        "report results/benchmark1",
     )
-    console.print(written, soft_wrap=True)
-    _complain(comm, outcome.complaints)
-    return _exit_code(outcome.complaints)
+    rebuilding.add_argument("run", type=Path, metavar="RUN", help="run folder")
 
 
-def _run_load_cases(
-    options: argparse.Namespace, case: cases.Case, output: Path, comm: MPI.Intracomm | None, console: Console
-) -> int:
-    with Reporter(console) as report:
-        outcome = load_case_runs.run(case, output, options.resume, comm, report)
-    if outcome is None:
-        return 0
-    console.print(tables.load_cases_table(case.name, outcome.rows))
-    for one in outcome.done:
-        if one.summary is not None:
-            _print_verification(one.summary, console, one.summary.case)
-    console.print(tables.verdict_table(outcome.verdict))
-    console.print(sentence(outcome.verdict), soft_wrap=True, markup=False)
-    said = (("reports of all load cases", "report.html"), ("table", "load_cases.csv"), ("verdict", "verdict.csv"))
-    console.print("; ".join(f"{what}: {output / name}" for what, name in said), soft_wrap=True)
-    _complain(comm, outcome.complaints)
-    return _exit_code(outcome.complaints)
+def _add_force(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--force", action="store_true", help="overwrite what exists already")
 
 
-def _print_verification(summary: storage.Summary, console: Console, load_case: str = "") -> None:
-    """Print table, control point and notes of the seismic verification, where there is one."""
-    record = summary.seismic
-    if record is None:
-        return
-    console.print(tables.seismic_table(record, load_case))
-    console.print(f"{verdict(record)}. Control point of N2: {record['control_point']}", soft_wrap=True)
-    for number, text in enumerate(notes(record), 1):
-        console.print(f"({number}) {text}", soft_wrap=True, markup=False)
+def _add_export(commands: Any) -> None:
+    exporting = _file_command(
+        commands,
+        "export",
+        "write the bodies for another program: mesh (vtu, msh) or deck with contacts and steps (calculix, abaqus)",
+        "export templates/benchmark1.toml --format calculix --output build/benchmark1.inp",
+    )
+    exporting.add_argument("case", type=Path, metavar="RUN_OR_CASE", help="run folder, case file or block file")
+    exporting.add_argument("--format", choices=EXPORT_FORMATS, default="vtu", help="default: vtu")
+    exporting.add_argument("--model", choices=("macro", "micro"), default="macro", help="macroblocks or every stone")
+    exporting.add_argument("--multiplier", type=float, help="horizontal load over weight (default: micro-LA's)")
+    exporting.add_argument("--output", type=Path, metavar="FILE", help="default: NAME_MODEL.vtu, .msh or .inp")
+    _add_force(exporting)
+    exporting.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override a setting")
 
 
-def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:
-    """Return 1 if a pushover stopped early, else 3 if one is not valid, else 0."""
-    return min((1 if isinstance(complaint, ConvergenceError) else 3 for complaint in complaints), default=0)
+def _add_import(commands: Any) -> None:
+    reading = _file_command(
+        commands,
+        "import",
+        "read a wall from a drawing (DXF, SVG), row notation, a block file, a picture or annotations (COCO), or blocks "
+        "in space from meshes, STEP, COMPAS JSON or plans of courses; write a block file and its picture",
+        "import templates/wall1.txt --output build/wall1.json",
+    )
+    plane, space = (
+        ".dxf .svg, .txt .rows, .json, .png .jpg .tif .bmp .gif",
+        ".obj .ply .stl .step or a folder of meshes",
+    )
+    reading.add_argument("file", type=Path, metavar="FILE", help=f"{plane}; in space {space}")
+    reading.add_argument("--output", type=Path, default=Path("blocks.json"), help="block file (default: blocks.json)")
+    _add_force(reading)
+    for name, (value, text) in IMPORT_OPTIONS.items():
+        reading.add_argument(f"--{name}", metavar=value, help=text)
+    reading.set_defaults(reading=tuple(name.replace("-", "_") for name in IMPORT_OPTIONS))
+
+
+def _add_study_commands(commands: Any) -> None:
+    table = _command(
+        commands,
+        "study",
+        "pushover of a grid of macroblock tolerances, and of every stone",
+        "--output results/table1",
+    )
+    table.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-study)")
+    vary = _command(
+        commands,
+        "sensitivity",
+        "tornado of the ranges of [sensitivity], and fragility by Latin hypercube",
+        "--set sensitivity.friction=[0.5,0.7] --set sensitivity.samples=0",
+    )
+    vary.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-sensitivity)")
+
+
+def _epilog(example: str) -> str:
+    """Return the end of a command's help: an example on a line of its own, to be pasted, and the exit codes."""
+    return f"example:\n  .venv/bin/python -m orchestrator {example}\n\nexit codes: {EXIT_CODES}"

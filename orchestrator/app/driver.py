@@ -19,6 +19,7 @@ from orchestrator import storage
 from orchestrator.app.progress import Report, StageDone
 from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import last_state, push_model
+from orchestrator.basis.atomic_files import locked, sweep
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
 from orchestrator.geometry.healing import open_gaps
@@ -216,8 +217,8 @@ def push(
 
     if resume:
         on_root(comm, _refuse_another_run, case, segmented, output)
-    with on_root_while(comm, storage.locked(output), storage.logging_to(output / "run.log")):
-        on_root(comm, storage.sweep, output)
+    with on_root_while(comm, locked(output), storage.logging_to(output / "run.log")):
+        on_root(comm, sweep, output)
         on_root(
             comm,
             reporting.write_segmentation,

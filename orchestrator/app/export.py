@@ -17,6 +17,7 @@ import numpy as np
 from orchestrator.app.driver import Segmented
 from orchestrator.app.pushover_run import mesh_cache
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.atomic_files import replacing
 from orchestrator.basis.errors import CaseError
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
@@ -26,7 +27,7 @@ from orchestrator.pushover.meshing import BodyMeshes, mesh_bodies, volumes, writ
 from orchestrator.pushover.solids.elastic_constants import constants_of
 from orchestrator.pushover.solids.nodal_loads import departures_from_mean
 from orchestrator.settings.case import Case, ModelName
-from orchestrator.storage import replacing, write_text
+from orchestrator.storage import write_text
 
 Dialect = Literal["calculix", "abaqus"]
 SUFFIX = {"vtu": ".vtu", "msh": ".msh", "calculix": ".inp", "abaqus": ".inp"}

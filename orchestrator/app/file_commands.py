@@ -1,4 +1,7 @@
-"""Commands that turn files into files: import, new, schema, export, report. Beside cli.py alone in printing."""
+"""Commands that turn files into files: import, new, schema, export, report. They print.
+
+What only one of them needs is imported in it.
+"""
 
 from __future__ import annotations
 
@@ -10,142 +13,17 @@ from typing import Any
 from rich.console import Console
 
 from orchestrator import storage
-from orchestrator.app import driver, load_case_runs
-from orchestrator.app import export as exports
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.installed import refuse_missing
 from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
-from orchestrator.settings import case as cases
-from orchestrator.settings import reference
 
 LISTED = 20
 """remarks that are printed; all stand in the block file"""
-EXIT_CODES = "0 done, 1 failed while running, 2 bad input, 3 finished but not valid, 130 interrupted"
-IMPORT_OPTIONS = {
-    "thickness": ('"300 mm"', "of the wall; needed for drawings and pictures"),
-    "unit-weight": ('"20 kN/m3"', "of every block (default 20 kN/m3)"),
-    "friction": ("0.6", "coefficient in every joint (default 0.6)"),
-    "tolerance": ('"1 mm"', "largest gap or overlap that is closed (default 1 mm; pictures at least 1.5 pixels)"),
-    "mortar": ('"10 mm"', "widest mortar joint drawn as a gap: closed to its middle (pictures: default 20 mm)"),
-    "loose": ("drop", "stones that would fall out of dry joints: keep (default), drop, or glue to a neighbour"),
-    "ground": ('"200 mm"', "put a support under the wall, reaching this far beyond it"),
-    "unit": ("mm", "DXF, SVG: unit of the coordinates, instead of the file's; OBJ, PLY, STL, COMPAS: needed"),
-    "height": ('"250 mm"', "DXF of courses in plan: height of a course whose layer does not say it"),
-    "blocks": (
-        "LAYERS",
-        "DXF layers, SVG groups or COCO categories of the blocks, as in stone,timber (default blocks; * and ? stand "
-        "for any letters)",
-    ),
-    "supports": (
-        "LAYER",
-        "layer, group or category of the supports (default supports); of blocks in space their ids, as in 1,2",
-    ),
-    "openings": ("LAYER", "layer, group or category of the openings (default openings)"),
-    "scale": ('"2 mm"', "picture, COCO: side of a pixel (needed); SVG: length of a user unit, instead of the file's"),
-    "stones": (
-        "black",
-        "picture: black, white or colours, one colour a stone (default auto: black, or colours if plain)",
-    ),
-    "threshold": ("128", "picture: lightness 1 to 255 from which a pixel is white (default 128)"),
-    "split": ("2", "picture: part stones that run together over bridges up to twice this many pixels (default 0: off)"),
-    "background": (
-        '"#000000"',
-        "picture of colours: what is no stone, several with commas, a number in a label image, or none (default: "
-        "transparent, else black or white, else 0)",
-    ),
-    "smallest": ('"20 mm"', "picture, COCO: smaller patches are dirt (default 20 mm square)"),
-}
 
 
-def add_commands(commands: Any) -> None:
-    """Add the commands of this module to argparse's sub-parsers."""
-    _add_import(commands)
-    new = _command(
-        commands, "new", _new, "write a commented case file with what most walls change", "new my_wall --output build"
-    )
-    new.add_argument("name", metavar="NAME", help="name of the case; the file is NAME.toml")
-    new.add_argument(
-        "--blocks", metavar="FILE", help="block file of the wall (default: a wall of two blocks is written)"
-    )
-    new.add_argument("--all-keys", action="store_true", help="with every setting, its default and its meaning")
-    new.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="where to (default: here)")
-    _add_force(new)
-    schema = _command(
-        commands, "schema", _schema, "write the case file's JSON schema", "schema --output build/case.json"
-    )
-    schema.add_argument("--output", type=Path, metavar="FILE", help="default: standard output")
-    _add_force(schema)
-    _add_export(commands)
-    rebuilding = _command(
-        commands,
-        "report",
-        _report,
-        "rebuild pictures and report.html of a finished run, from its stored results alone",
-        "report results/benchmark1",
-    )
-    rebuilding.add_argument("run", type=Path, metavar="RUN", help="run folder")
-
-
-def _add_force(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--force", action="store_true", help="overwrite what exists already")
-
-
-def _add_export(commands: Any) -> None:
-    exporting = _command(
-        commands,
-        "export",
-        _export,
-        "write the bodies for another program: mesh (vtu, msh) or deck with contacts and steps (calculix, abaqus)",
-        "export templates/benchmark1.toml --format calculix --output build/benchmark1.inp",
-    )
-    exporting.add_argument("case", type=Path, metavar="RUN_OR_CASE", help="run folder, case file or block file")
-    exporting.add_argument("--format", choices=tuple(exports.SUFFIX), default="vtu", help="default: vtu")
-    exporting.add_argument("--model", choices=("macro", "micro"), default="macro", help="macroblocks or every stone")
-    exporting.add_argument("--multiplier", type=float, help="horizontal load over weight (default: micro-LA's)")
-    exporting.add_argument("--output", type=Path, metavar="FILE", help="default: NAME_MODEL.vtu, .msh or .inp")
-    _add_force(exporting)
-    exporting.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override a setting")
-
-
-def _add_import(commands: Any) -> None:
-    reading = _command(
-        commands,
-        "import",
-        _import,
-        "read a wall from a drawing (DXF, SVG), row notation, a block file, a picture or annotations (COCO), or blocks "
-        "in space from meshes, STEP, COMPAS JSON or plans of courses; write a block file and its picture",
-        "import templates/wall1.txt --output build/wall1.json",
-    )
-    plane, space = (
-        ".dxf .svg, .txt .rows, .json, .png .jpg .tif .bmp .gif",
-        ".obj .ply .stl .step or a folder of meshes",
-    )
-    reading.add_argument("file", type=Path, metavar="FILE", help=f"{plane}; in space {space}")
-    reading.add_argument("--output", type=Path, default=Path("blocks.json"), help="block file (default: blocks.json)")
-    _add_force(reading)
-    for name, (value, text) in IMPORT_OPTIONS.items():
-        reading.add_argument(f"--{name}", metavar=value, help=text)
-
-
-def epilog(example: str) -> str:
-    """Return the end of a command's help: an example on a line of its own, to be pasted, and the exit codes."""
-    return f"example:\n  .venv/bin/python -m orchestrator {example}\n\nexit codes: {EXIT_CODES}"
-
-
-def _command(commands: Any, name: str, action: Any, summary: str, example: str) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = commands.add_parser(
-        name,
-        help=summary,
-        description=summary,
-        epilog=epilog(example),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.set_defaults(action=action)
-    return parser
-
-
-def _import(options: argparse.Namespace, _: None, console: Console) -> int:
-    given = {name.replace("-", "_"): getattr(options, name.replace("-", "_")) for name in IMPORT_OPTIONS}
+def import_wall(options: argparse.Namespace, console: Console) -> int:
+    """Turn a drawing, a picture or a list of blocks into a block file; return the exit code."""
+    given = {name: getattr(options, name) for name in options.reading}
     if options.output.exists() and options.file.exists() and options.output.samefile(options.file):
         raise CaseError("--output", f"{options.output} is the file to import", "give another name")
     if not options.force:
@@ -155,7 +33,7 @@ def _import(options: argparse.Namespace, _: None, console: Console) -> int:
     given_in_space = {name: value for name, value in given.items() if value is not None}
     if in_space.takes(options.file, given_in_space):
         return in_space.import_wall(options.file, given_in_space, options.output, console)
-    from orchestrator.app import intake  # drawings and pictures cost 0.1 s that other commands need not wait for
+    from orchestrator.app import intake
 
     intake.refuse_output(options.output)
     refused = options.output.with_name(f"{options.output.stem}_refused")
@@ -172,7 +50,10 @@ def _import(options: argparse.Namespace, _: None, console: Console) -> int:
     return 0
 
 
-def _new(options: argparse.Namespace, _: None, console: Console) -> int:
+def new(options: argparse.Namespace, console: Console) -> int:
+    """Write a commented case file; return the exit code."""
+    from orchestrator.settings import reference
+
     name = options.name
     refuse_what_is_not_utf8(name, "NAME")
     if not name or Path(name).name != name or not name.isprintable():
@@ -191,10 +72,16 @@ def _new(options: argparse.Namespace, _: None, console: Console) -> int:
     return 0
 
 
-def _export(options: argparse.Namespace, _: None, console: Console) -> int:
+def export(options: argparse.Namespace, console: Console) -> int:
+    """Write the bodies of a case for another program; return the exit code."""
+    from orchestrator.settings import case as cases
+
     refuse_missing("export", ("gmsh",))
     source = options.case / "case.toml" if options.case.is_dir() else options.case
     case = cases.read(source, options.set)
+    from orchestrator.app import driver, load_case_runs
+    from orchestrator.app import export as exports
+
     load_case_runs.refuse_several(case, "export")
     cases.refuse_ties(case, "export")
     name = options.case.resolve().name if options.case.is_dir() else options.case.stem
@@ -209,13 +96,19 @@ def _export(options: argparse.Namespace, _: None, console: Console) -> int:
     return 0
 
 
-def _report(options: argparse.Namespace, _: None, console: Console) -> int:
+def report(options: argparse.Namespace, console: Console) -> int:
+    """Draw a finished run again; return the exit code."""
+    from orchestrator.app import driver, load_case_runs
+
     rebuild = load_case_runs.rebuild if load_case_runs.are_in(options.run) else driver.rebuild_report
     console.print(str(rebuild(options.run)), soft_wrap=True, markup=False)
     return 0
 
 
-def _schema(options: argparse.Namespace, _: None, console: Console) -> int:
+def schema(options: argparse.Namespace, console: Console) -> int:
+    """Write the JSON schema of the case file; return the exit code."""
+    from orchestrator.settings import reference
+
     if options.output:
         if not options.force:
             storage.refuse_overwriting_file(options.output)
@@ -238,3 +131,5 @@ EXAMPLE: dict[str, Any] = {
         {"id": 2, "polygon": [[0.5, 0.0], [1.0, 0.0], [1.0, 0.3], [0.5, 0.3]]},
     ],
 }
+
+ACTIONS = {"import": import_wall, "new": new, "schema": schema, "export": export, "report": report}

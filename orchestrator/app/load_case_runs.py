@@ -14,6 +14,7 @@ from orchestrator import storage
 from orchestrator.app import driver, pushover_run
 from orchestrator.app.driver import Outcome
 from orchestrator.app.progress import Report, StageDone
+from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.basis.parallel import on_root, on_root_while, workers
 from orchestrator.loads import load_cases, loads_on
@@ -101,7 +102,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, repo
         pushover_run.start_finite_elements()
         if not _is_large(case, assemblage):
             return _spread(case, runs, output, comm, report)
-    with on_root_while(comm, storage.locked(output)):
+    with on_root_while(comm, locked(output)):
         done = [compute(one, comm, _named(report, one.name)) for one in runs]
         return on_root(comm, _collected, case, runs, done, output)
 
@@ -112,7 +113,7 @@ def _spread(
     with workers(comm) as spread:
         if spread is None:
             return None
-        with storage.locked(output):
+        with locked(output):
             outcomes: dict[str, Outcome] = {}
             for name, outcome in spread(_compute_alone, runs):
                 outcomes[name] = outcome

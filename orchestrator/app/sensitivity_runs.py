@@ -20,7 +20,8 @@ import numpy as np
 from orchestrator import storage
 from orchestrator.app import driver, load_case_runs, pushover_run
 from orchestrator.app.progress import Report, StageDone
-from orchestrator.assessment.seismic import limit_states, verify
+from orchestrator.assessment.seismic.seismic_verification import verify
+from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.assessment.sensitivity import (
     ALIKE,
     Lognormal,
@@ -32,6 +33,7 @@ from orchestrator.assessment.sensitivity import (
     one_at_a_time,
     ranges,
 )
+from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, naming
 from orchestrator.basis.parallel import workers
 from orchestrator.basis.program import sources
@@ -79,7 +81,7 @@ def sensitivity(case: Case, output: Path, comm: MPI.Intracomm | None, report: Re
     with workers(comm) as spread:
         if spread is None:
             return None
-        with storage.locked(output):
+        with locked(output):
             return _sensitivity(case, output, spread, report)
 
 
@@ -169,7 +171,7 @@ def _governing(answers: Sequence[Answered], remarks: Sequence[str]) -> dict[str,
 def _limit(case: Case) -> storage.Summary:
     """Return the summary of limit analysis, with the kinematic checks where a ground acceleration is asked for."""
     assemblage, analysis = driver.limit(case)
-    summary = storage.summary(case.name, assemblage, analysis, None, [])
+    summary = storage.summarise(case.name, assemblage, analysis, None, [])
     return replace(summary, seismic=_kinematic(case, assemblage, analysis))
 
 

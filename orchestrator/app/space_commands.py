@@ -20,7 +20,7 @@ from orchestrator.present.in_space import collapse_page, space_pictures
 from orchestrator.settings.space_case import SpaceCase, read
 from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
-from orchestrator.space.loads import direction_of, loads_on
+from orchestrator.space.loads import SpaceLoads, direction_of, loads_on
 from orchestrator.space.mechanism import SpaceMechanism, mechanism_of
 from orchestrator.space.ties import with_ties
 from orchestrator.space.wall import check_wall
@@ -85,6 +85,19 @@ def limit(path: Path, overrides: list[str], output: Path, as_json: bool, console
         print(json.dumps(plain(record(analysis)), indent=1))
         return 0
     console.print(table(analysis))
+    _show_mechanism(case, assemblage, loads, analysis, output, say)
+    return 0
+
+
+def _show_mechanism(
+    case: SpaceCase,
+    assemblage: SpaceAssemblage,
+    loads: SpaceLoads,
+    analysis: SpaceAnalysis,
+    output: Path,
+    say: Callable[[str], None],
+) -> None:
+    """Say what the mechanism is, draw it, and write it down."""
     mechanism = mechanism_of(assemblage, loads, analysis.shown.velocities)
     remarks = [*ignored_joints(assemblage), *analysis.remarks]
     for remark in remarks:
@@ -109,7 +122,6 @@ def limit(path: Path, overrides: list[str], output: Path, as_json: bool, console
     )
     write_json(output / "limit_analysis.json", record(analysis) | {"mechanism": dict(rows)})
     say(f"mechanism: {pictures['Mechanism']}; to turn, under a slider: {html}")
-    return 0
 
 
 def _sparse(say: Callable[[str], None]) -> Callable[[str], None]:

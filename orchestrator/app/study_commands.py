@@ -1,13 +1,12 @@
-"""Commands that run a wall many times: study, sensitivity. Beside cli.py and file_commands.py alone in printing."""
+"""Commands that run a wall many times: study, sensitivity. They print."""
 
 from __future__ import annotations
 
 import argparse
 import logging
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
@@ -23,29 +22,8 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 
-def add_commands(commands: Any, command: Callable[..., argparse.ArgumentParser]) -> None:
-    """Add both commands to the parser; `command` adds one that takes a case."""
-    table = command(
-        commands,
-        "study",
-        study,
-        "pushover of a grid of macroblock tolerances, and of every stone",
-        "--output results/table1",
-    )
-    table.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-study)")
-    vary = command(
-        commands,
-        "sensitivity",
-        sensitivity,
-        "tornado of the ranges of [sensitivity], and fragility by Latin hypercube",
-        "--set sensitivity.friction=[0.5,0.7] --set sensitivity.samples=0",
-    )
-    vary.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-sensitivity)")
-
-
-def study(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
+def study(options: argparse.Namespace, case: cases.Case, comm: MPI.Intracomm | None, console: Console) -> int:
     """Run the tolerance study; return the exit code."""
-    case = on_root(comm, cases.read, options.case, options.set)
     load_case_runs.refuse_several(case, "study")
     cases.refuse_ties(case, "study")
     output = options.output or Path("results") / f"{options.case.stem}-study"
@@ -63,9 +41,8 @@ def study(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Cons
     return 3 if outcome.complaints else 0
 
 
-def sensitivity(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
+def sensitivity(options: argparse.Namespace, case: cases.Case, comm: MPI.Intracomm | None, console: Console) -> int:
     """Run the ranges of [sensitivity]; return the exit code."""
-    case = on_root(comm, cases.read, options.case, options.set)
     if case.sensitivity.analysis != "limit":
         refuse_missing("sensitivity")
     output = options.output or Path("results") / f"{options.case.stem}-sensitivity"
@@ -82,4 +59,4 @@ def sensitivity(options: argparse.Namespace, comm: MPI.Intracomm | None, console
     return 0
 
 
-ACTIONS = (study, sensitivity)
+ACTIONS = {"study": study, "sensitivity": sensitivity}

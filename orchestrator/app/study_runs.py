@@ -21,8 +21,10 @@ from orchestrator import storage
 from orchestrator.app import driver, pushover_run
 from orchestrator.app.driver import Segmented
 from orchestrator.app.progress import Report, StageDone
+from orchestrator.basis.atomic_files import TEMPORARY, locked
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.parallel import workers
+from orchestrator.basis.printed import printed
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import Partition, one_body_per_block
 from orchestrator.macroblocks.tolerance_grid import Cell, distinct, grid, key
@@ -69,7 +71,7 @@ def study(case: Case, output: Path, comm: MPI.Intracomm | None, report: Report) 
     with workers(comm) as spread:
         if spread is None:
             return None
-        with storage.locked(output):
+        with locked(output):
             return _study(case, output, spread, report)
 
 
@@ -126,15 +128,15 @@ def _digest(case: Case, wall: Wall, partition: Partition) -> str:
 
 def compute(run: PartitionRun) -> str:
     """Compute one run into its folder, whole or not at all; return what happened in a few words."""
-    temporary = run.folder.with_name(f".{run.folder.name}{storage.TEMPORARY}")
+    temporary = run.folder.with_name(f".{run.folder.name}{TEMPORARY}")
     shutil.rmtree(temporary, ignore_errors=True)
     try:
         outcome = driver.push(run.case, run.segmented, temporary, False, None, lambda event: None)
         complaints = [str(complaint) for complaint in outcome.complaints]
         assert outcome.summary is not None
         (pushed,) = outcome.summary.pushover
-        peak, seconds = storage.printed("multiplier", pushed.peak_multiplier), pushed.seconds["total"]
-        text = f"peak {peak}, {storage.printed('seconds', seconds)} s"
+        peak, seconds = printed("multiplier", pushed.peak_multiplier), pushed.seconds["total"]
+        text = f"peak {peak}, {printed('seconds', seconds)} s"
     except ConvergenceError as error:  # before the first lateral increment: there is no curve
         complaints, text = [str(error)], str(error)
     storage.write_json(temporary / "complaints.json", complaints)

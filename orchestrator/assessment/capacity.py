@@ -36,7 +36,7 @@ SECANT = 0.6
 """part of the peak base shear that the elastic branch of the bilinear goes through"""
 FALLEN = 0.01
 """part of its peak by which the base shear has fallen where the peak is behind"""
-FAR = 1.5
+FLAT_LENGTH_RATIO = 1.5
 """a curve this many times as long as where it first came within FALLEN of its peak has been flat: that is its peak"""
 
 
@@ -79,8 +79,8 @@ def find_capacity(curve: PushoverCurve) -> Capacity:
 def peak_reached(curve: PushoverCurve) -> bool:
     """Return whether the largest base shear of a curve is its peak, and not just where the curve was cut off.
 
-    It is where the base shear has fallen by FALLEN of it in a later row, or where the curve goes on to FAR times the
-    displacement at which it first came that close to it.
+    It is where the base shear has fallen by FALLEN of it in a later row, or where the curve goes on to
+    FLAT_LENGTH_RATIO times the displacement at which it first came that close to it.
     """
     curve = curve.static
     shear, moved = curve.base_shear_N, curve.control_displacement_m - curve.control_displacement_m[0]
@@ -89,7 +89,7 @@ def peak_reached(curve: PushoverCurve) -> bool:
     if bool(np.any(shear[peak:] <= close)):
         return True
     first = float(moved[int(np.argmax(shear >= close))])
-    return bool(first > 0.0 and moved[-1] >= FAR * first)
+    return bool(first > 0.0 and moved[-1] >= FLAT_LENGTH_RATIO * first)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ from orchestrator.masonry.wall import Wall
 
 SHARED = 0.5
 """part of the lower one's height over which two openings of a storey stand beside each other"""
-CLOSED = 1e-3
+DRAWN_OPEN = 1e-3
 """part of a stone's size below which what is free between stones is no opening but a joint drawn open"""
 
 
@@ -79,7 +79,7 @@ def openings(wall: Wall) -> tuple[Opening, ...]:
     stones = [shapely.Polygon(block.polygon) for block in wall.blocks]
     free = [not block.fixed for block in wall.blocks]
     areas = block_areas(wall)[free]
-    gap = CLOSED * float(np.sqrt(areas.mean()))
+    gap = DRAWN_OPEN * float(np.sqrt(areas.mean()))
     left, bottom, right, top = shapely.total_bounds([stone for stone, moves in zip(stones, free, strict=True) if moves])
     left_free = shapely.box(left, bottom, right, top).difference(shapely.union_all(shapely.buffer(stones, gap)))
     found = []
@@ -125,7 +125,9 @@ def spandrels(wall: Wall) -> tuple[Panel, ...]:
         for place, opening in enumerate(row, 1):
             for bottom, top in _pieces(solid, 0, opening.middle[0]):
                 where = "above" if bottom >= opening.middle[1] else "below"
-                beside = bottom <= opening.top + CLOSED * (top - bottom) if where == "above" else top >= opening.bottom
+                beside = (
+                    bottom <= opening.top + DRAWN_OPEN * (top - bottom) if where == "above" else top >= opening.bottom
+                )
                 key = (round(opening.middle[0], 3), round(bottom, 3))
                 if beside and key not in seen:
                     seen.add(key)
@@ -137,7 +139,7 @@ def spandrels(wall: Wall) -> tuple[Panel, ...]:
 def _solid(wall: Wall) -> shapely.Geometry:
     """Return the free stones as one shape."""
     stones = [shapely.Polygon(block.polygon) for block in wall.blocks if not block.fixed]
-    gap = CLOSED * float(np.sqrt(shapely.area(stones).mean()))
+    gap = DRAWN_OPEN * float(np.sqrt(shapely.area(stones).mean()))
     return shapely.buffer(shapely.union_all(shapely.buffer(stones, gap, join_style="mitre")), -gap, join_style="mitre")
 
 

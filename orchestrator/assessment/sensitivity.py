@@ -17,7 +17,6 @@ from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le, MaxLen
-from scipy.stats import qmc
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError
@@ -102,6 +101,8 @@ def latin_hypercube(given: Mapping[str, tuple[float, float]], samples: int, seed
     if samples == 0:
         return ()
     low, high = np.array(list(given.values())).T
+    from scipy.stats import qmc  # takes as long to import as all else that a case file needs
+
     drawn = qmc.scale(qmc.LatinHypercube(len(given), seed=seed).random(samples), low, high)
     digits = len(str(samples))
     return tuple(

@@ -15,16 +15,16 @@ from orchestrator.geometry.planar_map import OUTSIDE, PlanarMap, planar_map
 BEND = 1 / 20
 """part of its length by which the joint of two blocks may bend where a drawing has arcs, and still be one straight
 joint: an arc of 23 degrees (the extrados of a voussoir), whatever chords it came as"""
-SHORT = 0.01
+SHORT_EDGE = 0.01
 """part of a block's size below which an edge of it is the error of a drawing, not a joint; it would only make slivers
 of finite elements"""
 VISIBLE = 0.125
 """part of the smaller block's size (root of its area) below which a gap between two blocks is hardly meant as one"""
-FACING = 0.9
+FACING_COSINE = 0.9
 """cosine of the largest angle between two edges that face each other"""
 BESIDE = 0.25
 """part of the shorter of two edges along which they face each other"""
-NOISE = 1e-6
+WIDTH_ROUNDING = 1e-6
 """part of the smallest block's size: a width below it is rounding"""
 
 
@@ -47,7 +47,7 @@ def heal(
     closed before, between the lines of a drawing; curved: arcs came as chords, and a joint along an arc becomes
     straight (BEND). Raises OverlapError for blocks that lie on one another.
     """
-    joined = planar_map(outlines, tolerance, BEND if curved else 0.0, SHORT, known_error)
+    joined = planar_map(outlines, tolerance, BEND if curved else 0.0, SHORT_EDGE, known_error)
     return [_corners(joined.vertex[joined.ring(block)]) for block in range(len(outlines))], joined
 
 
@@ -61,7 +61,7 @@ def _corners(ring: FloatArray) -> FloatArray:
 def closed_gaps(joined: PlanarMap) -> list[Gap]:
     """Return for each pair of blocks the widest gap or overlap that was closed between them."""
     size = _sizes(joined)
-    edges = np.flatnonzero((joined.right != OUTSIDE) & (np.abs(joined.width) > NOISE * size.min()))
+    edges = np.flatnonzero((joined.right != OUTSIDE) & (np.abs(joined.width) > WIDTH_ROUNDING * size.min()))
     widest: dict[tuple[int, int], int] = {}
     for edge in edges[np.argsort(-np.abs(joined.width[edges]), kind="stable")].tolist():
         widest.setdefault((int(joined.left[edge]), int(joined.right[edge])), edge)
@@ -82,7 +82,7 @@ def open_gaps(joined: PlanarMap) -> list[Gap]:
     visible = VISIBLE * _sizes(joined)[block]
     segments = shapely.linestrings(np.stack([a, b], axis=1))
     i, j = shapely.STRtree(segments).query(segments, predicate="dwithin", distance=visible)
-    keep = (block[i] != block[j]) & (np.sum(tangent[i] * tangent[j], axis=1) < -FACING)
+    keep = (block[i] != block[j]) & (np.sum(tangent[i] * tangent[j], axis=1) < -FACING_COSINE)
     i, j = i[keep], j[keep]
     along = [np.sum((p[j] - a[i]) * tangent[i], axis=1) for p in (b, a)]  # in the direction of edge i
     outward = np.column_stack([tangent[:, 1], -tangent[:, 0]])[i]

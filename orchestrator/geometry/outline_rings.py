@@ -17,7 +17,7 @@ ROUNDING = 1e-9
 """part of the wall's size (and 1e-14 of its coordinates) below which two points are the same"""
 PULL = 1e-3
 """weight that holds a vertex to the mean of its corners, against the lines through it: decides along parallel lines"""
-REACH = 5.0
+FARTHEST_VERTEX_RATIO = 5.0
 """a vertex lies no farther from the mean of its corners than this many times the farthest of them"""
 FOLDED = 0.5
 """cosine of the largest angle at which two edges still run against each other"""
@@ -304,7 +304,7 @@ class Rings:
         matrix += (PULL * np.maximum(total, 1e-300))[:, None, None] * np.eye(2)
         step = np.linalg.solve(matrix, right[..., None])[..., 0]
         far = np.linalg.norm(step, axis=1)
-        step *= np.minimum(1.0, REACH * self.spread / np.maximum(far, 1e-300))[:, None]
+        step *= np.minimum(1.0, FARTHEST_VERTEX_RATIO * self.spread / np.maximum(far, 1e-300))[:, None]
         self.point = self.point + self._without_folds(np.where((self.spread > self.rounding)[:, None], step, 0.0))
 
     def _without_folds(self, step: FloatArray) -> FloatArray:

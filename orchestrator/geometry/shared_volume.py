@@ -10,8 +10,6 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from scipy.optimize import linprog
-from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.geometry.polyhedra import Polyhedron, face_normals, fans, is_convex
@@ -57,6 +55,9 @@ def _tetrahedron(corners: FloatArray) -> FloatArray:
 
 def _of_convex(halfspaces: FloatArray, size: float) -> float:
     """Return the volume of the intersection of halfspaces, 0 where no ball of THIN size fits in."""
+    from scipy.optimize import linprog
+    from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
+
     rows = np.column_stack([halfspaces[:, :3], np.ones(len(halfspaces))])
     ball = linprog([0, 0, 0, -1], A_ub=rows, b_ub=-halfspaces[:, 3], bounds=[(None, None)] * 3 + [(0, size)])
     if not ball.success or ball.x[3] < THIN * size:

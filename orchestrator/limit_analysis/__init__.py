@@ -1,18 +1,8 @@
-"""Micro limit analysis: rigid blocks, Coulomb joints, linear programs."""
+"""Micro limit analysis: rigid blocks, Coulomb joints, linear programs.
 
-from orchestrator.limit_analysis.analysis import analyse
-from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState, LinearProgramRecord, Mechanism
-from orchestrator.limit_analysis.paper.mechanism import centres_of_rotation
-from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings
-from orchestrator.limit_analysis.settlement import settle
+A name of __init__.pyi is imported when it is first used.
+"""
 
-__all__ = [
-    "LimitAnalysis",
-    "LimitAnalysisSettings",
-    "LimitState",
-    "LinearProgramRecord",
-    "Mechanism",
-    "analyse",
-    "centres_of_rotation",
-    "settle",
-]
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -36,7 +36,7 @@ from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
 
-SHORT = 6
+MOST_PROGRAMS_FROM_MET = 6
 """Programs at most of a sequence that begins at the state that loading meets."""
 RELEASE, SOFT_END = 0.01, 0.02
 """Part of the multiplier by which a state may lie below the last rest without a remark; and up to which below the last
@@ -81,11 +81,7 @@ def analyse(
     path = None if met is None else met.state
     sequence, remarks = papers_value(problem, optimum, path, settings)
     other = others(problem, optimum, met, sequence, settings)
-    if met is not None and other.passed is not None and met.state is not None:
-        high = max((met.state.load_multiplier, *(met.spread or ())))
-        met = replace(met, state=other.passed, spread=(other.passed.load_multiplier, high))
-    if met is not None and other.closes is not None:
-        met = replace(met, state=other.closes)
+    met = None if met is None else closed_by_others(met, other)
     answer = LimitAnalysis(
         load_direction=1,
         weight=problem.equilibrium.total_weight,
@@ -105,6 +101,14 @@ def analyse(
         associative_left=bound_left(problem, met),
     )
     return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
+
+
+def closed_by_others(met: Loaded, other: Others) -> Loaded:
+    """Return the state met as the search for others leaves it: one that the path passed below it, or what closes it."""
+    if other.passed is not None and met.state is not None:
+        high = max((met.state.load_multiplier, *(met.spread or ())))
+        met = replace(met, state=other.passed, spread=(other.passed.load_multiplier, high))
+    return met if other.closes is None else replace(met, state=other.closes)
 
 
 def bound_of(problem: Problem, optimum: LimitSolution) -> LimitState:
@@ -188,7 +192,7 @@ def papers_value(
     start = optimum
     if blocks > settings.search_blocks and path is not None:
         start = replace(optimum, joint_forces=path.joint_forces)
-        iterations = max(settings.minimum_iterations, min(settings.maximum_iterations, SHORT))
+        iterations = max(settings.minimum_iterations, min(settings.maximum_iterations, MOST_PROGRAMS_FROM_MET))
         last_seed = settings.seed_cohesions[-1:]
         settings = replace(settings, seed_cohesions=last_seed, maximum_iterations=iterations)
     return sequence_state(problem, start, settings)

@@ -23,7 +23,7 @@ from orchestrator.masonry.joints import Assemblage
 GRAVITY_TOLERANCE = 1e-6
 """missing force, in mean block weights, that passes in the gravity check as rounding of the drawing (polygons rounded
 to 1e-6 m). What the solver leaves is far less at any size: see `solve_gravity_lp`"""
-MOVING = 1e-3
+FALLING_VELOCITY = 1e-3
 """velocity of a falling block, part of the bound that the gravity check sets to all"""
 NAMED_BLOCKS = 8
 """how many falling blocks an error message names"""
@@ -35,7 +35,7 @@ def falling_blocks(problem: Problem) -> tuple[float, IntArray]:
     missing, velocities = solve_gravity_lp(equilibrium, problem.friction)
     if missing <= GRAVITY_TOLERANCE:
         return 0.0, np.zeros(0, np.int64)
-    moves = np.abs(velocities / equilibrium.row_scale).reshape(-1, 3).max(axis=1) > MOVING
+    moves = np.abs(velocities / equilibrium.row_scale).reshape(-1, 3).max(axis=1) > FALLING_VELOCITY
     return missing, equilibrium.free_blocks[moves]
 
 

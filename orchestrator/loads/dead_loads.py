@@ -20,14 +20,13 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.block_properties import block_centroids
+from orchestrator.masonry.ties import ON_OUTLINE
 from orchestrator.masonry.wall import Wall
 
 STEEP = 1e-9
 """Edges whose outward normal points up by less than this (as a part of 1) are not the top of a block."""
 AT_LEVEL = 1e-2
 """part of a block's height by which its top may be off the level of a floor"""
-INSIDE = 1e-6
-"""of a block's perimeter: a point load so near its outline is on it"""
 EVERYWHERE = (-np.inf, np.inf)
 
 Spread = Literal["volume", "top", "point"]
@@ -149,7 +148,7 @@ def refuse_place(wall: Wall, load: DeadLoad, key: str) -> None:
             remedy = 'give x and y with a force on one of the `blocks`, as in ["1.2 m", "2.8 m"]'
             raise CaseError(f"{key}.at", f"{[*load.at]} is no point of a force on one block", remedy)
         outline = shapely.Polygon(wall.blocks[loaded_blocks(wall, load)[0]].polygon)
-        if shapely.distance(outline, shapely.Point(load.at)) > INSIDE * outline.length:
+        if shapely.distance(outline, shapely.Point(load.at)) > ON_OUTLINE * outline.length:
             x, y = load.at
             problem = f"({x:g}, {y:g}) m is not on block {load.blocks[0]}"
             raise CaseError(f"{key}.at", problem, "give a point of the block, or name another one")

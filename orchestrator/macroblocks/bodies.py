@@ -24,7 +24,7 @@ from orchestrator.masonry.wall import Block, Wall
 
 STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness")
 """what joints have per area"""
-STRAIGHT = 1e-4
+STRAIGHT_HEIGHT = 1e-4
 """height of a vertex over the chord of its neighbours, part of the shorter edge, below which the outline goes straight
 on (1e-4 of a stone of 0.4 m is 40 micrometres: the rounding of a drawing)"""
 
@@ -234,7 +234,7 @@ def _simplified(
     chord, arm = after - before, points - before
     height = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0]) / np.linalg.norm(chord, axis=1)
     shorter = np.minimum(np.linalg.norm(arm, axis=1), np.linalg.norm(after - points, axis=1))
-    corner = ~(height < STRAIGHT * shorter)  # also true where the neighbours coincide (a spike would be a corner)
+    corner = ~(height < STRAIGHT_HEIGHT * shorter)  # also where the neighbours coincide (a spike would be a corner)
     joint = is_interface[edge]
     kept = np.flatnonzero(corner | joint | np.roll(joint, 1))
     on_ring = {int(start[k]): n for n, k in enumerate(kept)}

@@ -35,7 +35,7 @@ from orchestrator.limit_analysis.paper.limit_state import Scale
 from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
 
-NOISE = 1e-9
+PROGRAM_NOISE = 1e-9
 """relative displacements below this part of the largest displacement are noise of the linear program"""
 SAME_VELOCITY = 1e-3
 """difference of two translations, part of the faster, that counts as none: courses that slide over each other at
@@ -145,7 +145,7 @@ def _alike(first: FloatArray, second: FloatArray) -> npt.NDArray[np.bool_]:
 
 
 def _refuse_noise(settings: MacroblockSettings, mechanism: Mechanism) -> None:
-    noise = NOISE * mechanism.largest_displacement
+    noise = PROGRAM_NOISE * mechanism.largest_displacement
     for name in ("normal", "tangential", "rotation"):
         if 0 < getattr(settings, name) < noise:
             problem = f"{getattr(settings, name):g} is below the mechanism's numerical noise"

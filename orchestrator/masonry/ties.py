@@ -1,7 +1,7 @@
 """Ties in the plane: bars between two blocks, or a block and an anchor, that pull up to a strength and never push.
 
-A tie is added to the joints as one of length L = SHORT x a block's size at its first end, across its line. It has no
-friction and no cohesion, so it carries along the line only; its tensile strength is the tie's, its compressive
+A tie is added to the joints as one of length L = TIE_LENGTH x a block's size at its first end, across its line. It has
+no friction and no cohesion, so it carries along the line only; its tensile strength is the tie's, its compressive
 strength next to nothing, or the same where it pushes too. With the rectangular stress block it could carry a moment of
 at most strength x L/8 (L/4 where it pushes) when it carries half its strength, and none when it yields. Here it is
 rigid and plastic: a pretension changes nothing of the collapse multiplier. The FE pushover has its stiffness
@@ -25,12 +25,12 @@ from orchestrator.masonry.block_properties import block_areas, block_thicknesses
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 
-SHORT = 1e-5
+TIE_LENGTH = 1e-5
 """length of the joint that stands for a tie, over the root of a block's mean area. A block held by an anchor turns at
 its multiplier to 7e-10; 1e-7 would leave 8e-7, as both ends become one to the linear program"""
 NO_THRUST = 1e-9
 """compressive over tensile strength of that joint"""
-INSIDE = 1e-6
+ON_OUTLINE = 1e-6
 """of a block's perimeter: an end so near its outline is on it"""
 
 
@@ -78,7 +78,7 @@ def with_ties(assemblage: Assemblage, ties: Sequence[Tie]) -> Assemblage:
     first, last = (np.array([getattr(tie, name) for tie in ties], dtype=float) for name in ("start", "end"))
     across = np.column_stack([first[:, 1] - last[:, 1], last[:, 0] - first[:, 0]])  # the normal then leads to the end
     across /= np.linalg.norm(across, axis=1)[:, None]
-    length = SHORT * float(np.sqrt(np.mean(block_areas(wall))))
+    length = TIE_LENGTH * float(np.sqrt(np.mean(block_areas(wall))))
     width = block_thicknesses(wall)[ends].min(axis=1)
     strength = np.array([tie.strength for tie in ties]) / (length * width)
     nothing = np.zeros(len(ties))
@@ -128,5 +128,5 @@ def _refuse(wall: Wall, tie: Tie, key: str) -> None:
     for name, number in zip(("start", "end"), tie.blocks, strict=False):
         outline = shapely.Polygon(blocks[number].polygon)
         x, y = getattr(tie, name)
-        if shapely.distance(outline, shapely.Point(x, y)) > INSIDE * outline.length:
+        if shapely.distance(outline, shapely.Point(x, y)) > ON_OUTLINE * outline.length:
             raise CaseError(f"{key}.{name}", f"({x:g}, {y:g}) m is not on block {number}", "give a point of the block")

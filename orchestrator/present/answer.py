@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from orchestrator.assessment.sensitivity import ALIKE
+from orchestrator.basis.printed import printed
 from orchestrator.limit_analysis import LimitAnalysis
-from orchestrator.storage import Summary, printed
-
-ALIKE = 1e-4
-"""part by which two multipliers differ that are one answer"""
+from orchestrator.storage import Summary
 
 
 def answer_of_limit(analysis: LimitAnalysis) -> str:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from orchestrator import storage
 from orchestrator.assessment.capacity import Capacity, find_capacity
-from orchestrator.assessment.seismic import StoredPushover, verify
+from orchestrator.assessment.seismic.observed import StoredPushover
+from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.basis.errors import naming
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks.bodies import Bodies, make_bodies, materials_of
@@ -134,7 +135,7 @@ def write_summary(
 ) -> storage.Summary:
     """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
     draw_curves(output / "figures", case.name, analysis, partition, curves, storage.reasons(pushovers))
-    summary = storage.summary(case.name, assemblage, analysis, partition, pushovers)
+    summary = storage.summarise(case.name, assemblage, analysis, partition, pushovers)
     summary = replace(
         summary, seismic=write_verification(output, case, assemblage, analysis, partition, curves, pushovers)
     )

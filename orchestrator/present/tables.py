@@ -13,13 +13,13 @@ from rich.table import Table
 
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, ratio
 from orchestrator.assessment.sensitivity import value_of_range
-from orchestrator.basis.printed import Figure
+from orchestrator.basis.printed import Figure, printed
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.wall import Wall
 from orchestrator.present.verdict import Verdict
-from orchestrator.storage import PushoverSummary, Summary, printed
+from orchestrator.storage import PushoverSummary, Summary
 
 STUDIED: dict[str, Figure] = {
     "peak_multiplier": "multiplier", "peak_over_micro": "ratio",

@@ -16,11 +16,10 @@ from typing import Annotated, Any, Literal
 
 import tomli_w
 from annotated_types import Gt, MinLen
-from pydantic import BaseModel, ConfigDict, ValidationError, create_model
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from orchestrator.assessment.seismic import SeismicSettings, limit_states
 from orchestrator.assessment.seismic.control import named_point
-from orchestrator.assessment.seismic.settings import refuse_building
+from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states, refuse_building
 from orchestrator.assessment.seismic.spectrum import spectrum_of
 from orchestrator.assessment.sensitivity import SensitivitySettings
 from orchestrator.basis.errors import CaseError, naming
@@ -250,5 +249,5 @@ def _model() -> type[BaseModel]:
     parts: dict[str, Any] = {"name": (str, "")}
     for name, kind in section_types().items():
         part = section_model(kind, name in MAY_BE_INFINITE)
-        parts[name] = (part, ...) if name == "wall" else (part, part())
+        parts[name] = (part, ...) if name == "wall" else (part, Field(default={}, validate_default=True))
     return create_model("CaseFile", __config__=ConfigDict(extra="forbid"), **parts)

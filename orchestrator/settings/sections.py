@@ -73,7 +73,7 @@ def section_model(kind: type, may_be_infinite: bool = False) -> type[BaseModel]:
         f.name: (_validated(hints[f.name], may_be_infinite), ... if f.default is MISSING else f.default)
         for f in fields(kind)
     }
-    return create_model(kind.__name__, __config__=ConfigDict(extra="forbid", strict=False), **parts)
+    return create_model(kind.__name__, __config__=ConfigDict(extra="forbid", strict=False, defer_build=True), **parts)
 
 
 def _validated(hint: Any, may_be_infinite: bool) -> Any:

@@ -1,8 +1,4 @@
-"""Case file of a wall in space -> SpaceCase. Same form as a plane wall's, with sections of its own.
-
-A case is one in space where its [wall] has a `generator`, its block file has blocks in space, or its load points out of
-the plane: a vector, "+y", "-z" and so on, or an angle in plan. Everything else goes the plane's way.
-"""
+"""Case file of a wall in space -> SpaceCase. Same form as a plane wall's, with sections of its own."""
 
 from __future__ import annotations
 
@@ -15,11 +11,11 @@ from annotated_types import Gt
 
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.sources.block_files import json_in, refuse_what_is_not_utf8
-from orchestrator.settings.case import overridden, toml_record
+from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
+from orchestrator.settings.plane_or_space import record_in
 from orchestrator.settings.sections import settings_from
 from orchestrator.space.analysis import SpaceLimitSettings
-from orchestrator.space.block_files import LARGEST_FILE, is_in_space, read_wall
+from orchestrator.space.block_files import read_wall
 from orchestrator.space.contacts import FaceContactSettings
 from orchestrator.space.floors import FloorSettings, with_floors
 from orchestrator.space.generators import GENERATORS, build
@@ -33,7 +29,6 @@ SECTIONS = {
     "reinforcement": TieSettings,
     "limit_analysis": SpaceLimitSettings,
 }
-IN_PLANE = ("+x", "-x")
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,39 +54,11 @@ class SpaceCase:
     limit_analysis: SpaceLimitSettings = field(default_factory=SpaceLimitSettings)
 
 
-def spatial(path: Path, overrides: Sequence[str] = ()) -> bool:
-    """Return whether a case is one in space; False, too, for what cannot be read: the plane's reader then says why."""
-    try:
-        record = _record(path, overrides)
-        wall, load = record.get("wall", {}), record.get("load", {})
-        if not isinstance(wall, dict) or not isinstance(load, dict):
-            return False
-        if "generator" in wall or "angle" in load or load.get("direction", "+x") not in IN_PLANE:
-            return "generator" in wall or _is_direction(load)
-        file = path.parent / str(wall.get("blocks", ""))
-        return file.is_file() and is_in_space(json_in(file, "a block file", LARGEST_FILE, "see docs/space.md"))
-    except (CaseError, OSError, ValueError):
-        return False
-
-
-def refuse_space(path: Path, overrides: Sequence[str], command: str) -> None:
-    """Raise CaseError for a case in space, which `command` does not take."""
-    if spatial(path, overrides):
-        problem = f"is a wall in space, which {command} does not take yet"
-        raise CaseError("", problem, "use check or limit, or a load in the wall's plane", str(path))
-
-
-def _is_direction(load: dict[str, Any]) -> bool:
-    """Return whether the load is one that only a wall in space can have; a misspelt one stays with the plane."""
-    direction = load.get("direction")
-    return "angle" in load or isinstance(direction, list) or direction in ("+y", "-y", "+z", "-z")
-
-
 def read(path: Path, overrides: Sequence[str] = ()) -> SpaceCase:
     """Return the case in `path`, its wall made or read but not checked. Raises CaseError."""
     try:
         refuse_what_is_not_utf8(str(path), "")
-        record = _record(path, overrides)
+        record = record_in(path, overrides)
         for key in record:
             if key not in ("name", "wall", *SECTIONS):
                 known = ", ".join(("name", "wall", *SECTIONS))
@@ -102,13 +69,6 @@ def read(path: Path, overrides: Sequence[str] = ()) -> SpaceCase:
         raise error.in_file(str(path)) from None
     name = str(record.get("name", "")) or wall.name or path.stem
     return SpaceCase(name, replace(wall, name=name), path, **sections)
-
-
-def _record(path: Path, overrides: Sequence[str]) -> dict[str, Any]:
-    record: dict[str, Any] = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else toml_record(path)
-    for override in overrides:
-        overridden(record, override)
-    return record
 
 
 def _section(kind: type, name: str, values: Any) -> Any:

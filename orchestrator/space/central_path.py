@@ -26,7 +26,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.space.conic_program import ConicSolution
 from orchestrator.space.equilibrium import SpaceEquilibrium
-from orchestrator.space.interior_step import InteriorPoint, InteriorStep, Products
+from orchestrator.space.interior_step import BALANCED, InteriorPoint, InteriorStep, Products
 from orchestrator.space.springs import Springs
 from orchestrator.space.validation import LIMITS
 
@@ -45,8 +45,6 @@ FARTHEST, LONGER, SHORTEST = 3.0, 1.5, 1e-6
 """Change of log tau in a step, at most; growth of the part gone of what could be, and where the path is lost."""
 CORRECTORS = 2
 """Corrections of a way with the same matrix."""
-BALANCED = 1e-9
-"""Force out of balance, mean block weights, of a point on the curve."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

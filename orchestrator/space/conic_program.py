@@ -21,7 +21,7 @@ import scipy.sparse as sp
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
-from orchestrator.limit_analysis.paper.linear_program import InfeasibleError, UnboundedError
+from orchestrator.limit_analysis.paper.linear_program import ACCEPTED, InfeasibleError, UnboundedError
 from orchestrator.space.equilibrium import SpaceEquilibrium
 
 TOLERANCE = 1e-9
@@ -30,8 +30,6 @@ FRICTIONLESS = 1e-6
 """Points with less friction carry normal forces only: with mu = 1e-9 the solver ends 3e-5 off."""
 REGULARISATION = (1e-8, 1e-7)
 """Of the solver's linear systems: its own default first."""
-ACCEPTED = 1e3
-"""Times the tolerance passes when the solver cannot do better (status AlmostSolved)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

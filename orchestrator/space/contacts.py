@@ -22,7 +22,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.polyhedra import area_vector, face_normals, tangents_of
 from orchestrator.space.wall import SpaceWall, pairs_of_boxes
 
-FACING = -0.998
+TOUCHING = -0.998
 """Cosine between outward normals from which two faces may touch: 3.6 degrees, what a gap of a stone's tolerance allows;
 the gap itself decides."""
 COLLINEAR = 1e-7
@@ -158,7 +158,7 @@ def _parts(one: _Faces, other: _Faces, gap: float) -> Iterator[_Region]:
 
 def _pieces(one: _Faces, other: _Faces, gap: float) -> Iterator[_Region]:
     """Yield what pairs of faces share, each in the mean plane of the two."""
-    for f, g in np.argwhere(one.normal @ other.normal.T < FACING):
+    for f, g in np.argwhere(one.normal @ other.normal.T < TOUCHING):
         heights = (other.outlines[g] - one.corner[f]) @ one.normal[f]
         if heights.min() > gap or heights.max() < -gap:
             continue
@@ -193,7 +193,7 @@ def _merged(pieces: list[_Region], gap: float) -> Iterator[_Region]:
     while pieces:
         first, *others = pieces
         plane = [
-            piece.frame[2] @ first.frame[2] > -FACING and abs((piece.origin - first.origin) @ first.frame[2]) <= gap
+            piece.frame[2] @ first.frame[2] > -TOUCHING and abs((piece.origin - first.origin) @ first.frame[2]) <= gap
             for piece in others
         ]
         if any(plane):

@@ -23,7 +23,7 @@ from orchestrator.geometry.polyhedra import Polyhedron, prism, volume_of
 from orchestrator.space.loads import plan_axes
 from orchestrator.space.wall import SpaceBlock, SpaceWall
 
-SLIVER = 1e-6
+CUT_VOLUME_ROUNDING = 1e-6
 """Part of a stone's volume below which what is cut off, or left, is rounding."""
 
 
@@ -94,14 +94,14 @@ def _cut(wall: SpaceWall, block: SpaceBlock, floor: Floor, body: Polyhedron, key
     frame = _frame(wall)
     places = block.shape.vertices @ frame.T
     low, high = places[:, 2].min(), places[:, 2].max()
-    slack = SLIVER * (high - low)
+    slack = CUT_VOLUME_ROUNDING * (high - low)
     plan = shapely.MultiPoint(places[:, :2]).convex_hull
     shared = plan.intersection(_outline(floor)).area
     apart = high <= floor.level + slack or low >= floor.level + floor.thickness - slack
-    if apart or shared <= SLIVER * plan.area:
+    if apart or shared <= CUT_VOLUME_ROUNDING * plan.area:
         yield block
         return
-    upright = abs(plan.area * (high - low) - volume_of(block.shape)) <= SLIVER * volume_of(block.shape)
+    upright = abs(plan.area * (high - low) - volume_of(block.shape)) <= CUT_VOLUME_ROUNDING * volume_of(block.shape)
     inside = low >= floor.level - slack and high <= floor.level + floor.thickness + slack
     if block.fixed or not upright or not inside:
         what = "support" if block.fixed else f"block {block.id}, which is not a whole course of upright sides"
@@ -109,7 +109,7 @@ def _cut(wall: SpaceWall, block: SpaceBlock, floor: Floor, body: Polyhedron, key
         raise CaseError(key, f"cuts into a {what}" if block.fixed else f"cuts into {what}", remedy)
     left = plan.difference(_outline(floor))
     for part in getattr(left, "geoms", [left]):
-        if part.area > SLIVER * plan.area:
+        if part.area > CUT_VOLUME_ROUNDING * plan.area:
             ring = np.array(shapely.geometry.polygon.orient(part).exterior.coords)[:-1]
             shape = prism(ring, low * frame[2], frame * [[1.0], [1.0], [high - low]])
             yield replace(block, shape=shape)

@@ -20,12 +20,11 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import face_normals
 from orchestrator.loads.block_loads import Distribution, LiveLoad
+from orchestrator.loads.dead_loads import AT_LEVEL
 from orchestrator.space.wall import SpaceWall
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 Vector = tuple[float, float, float]
-AT_LEVEL = 1e-2
-"""Part of a block's height by which its top may be off a level."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,14 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.limit_analysis.search.elastic_contact import LEAST_STIFFNESS
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import SpaceEquilibrium
 from orchestrator.space.stiffness import ContactStiffness
 
 SMOOTHING = 1e-9
 """m in mean block weights, at mean depth and for four points a joint."""
-LEAST_STIFFNESS = 1e-8
-"""Part of its spring's that an open point has in the matrix: a block that hangs free for a moment is held."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -13,7 +13,7 @@ from orchestrator.geometry.polyhedra import Polyhedron, centroid_of, face_normal
 from orchestrator.geometry.shared_volume import common_volume
 from orchestrator.masonry.wall import FARTHEST
 
-OVERLAP = 1e-4
+SHARED_PART = 1e-4
 """Part of the smaller block's volume that two blocks may share: the rounding of a drawing."""
 UPRIGHT = np.array([0.0, 0.0, 1.0])
 
@@ -96,7 +96,7 @@ def _check_block(block: SpaceBlock, key: str) -> None:
 
 
 def refuse_overlaps(wall: SpaceWall) -> None:
-    """Raise CaseError for two blocks that share more than OVERLAP of the smaller one's volume; it names the volume."""
+    """Raise CaseError for two blocks that share more than SHARED_PART of the smaller one's volume, by that volume."""
     shapes = [block.shape for block in wall.blocks]
     low, high = np.array([s.vertices.min(axis=0) for s in shapes]), np.array([s.vertices.max(axis=0) for s in shapes])
     volume = np.array([volume_of(shape) for shape in shapes])
@@ -106,7 +106,7 @@ def refuse_overlaps(wall: SpaceWall) -> None:
         if _apart(shapes[i], normals[i], shapes[j]) or _apart(shapes[j], normals[j], shapes[i]):
             continue
         common = common_volume(shapes[i], shapes[j])
-        if common > OVERLAP * min(volume[i], volume[j]):
+        if common > SHARED_PART * min(volume[i], volume[j]):
             one, other = wall.blocks[i], wall.blocks[j]
             twice = common > 0.9 * min(volume[i], volume[j])
             problem = f"overlaps block {other.id} by {common:.3g} m3"

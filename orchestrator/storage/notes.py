@@ -12,12 +12,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from orchestrator.basis.printed import printed
+from orchestrator.pushover.path.curve_checks import BEYOND
 from orchestrator.storage.summary import PushoverSummary, Summary
 
-COARSE = 0.01
+TOE_OFFSET = 0.01
 """part of a joint by which the resultant of its toe may lie off before that is told"""
-BEYOND = 5e-3
-"""share by which a peak may exceed the associative multiplier for the mesh (pushover/path/curve_checks.py)"""
 TOLD = 5
 """local failures that are told one by one"""
 
@@ -43,7 +42,7 @@ def remarks(summary: Summary) -> list[str]:
             )
         if (more := len(pushed.events) - TOLD) > 0:
             said.append(f"{pushed.model} FE: {more} more local failures, in summary.json")
-        if pushed.toe_error > COARSE:
+        if pushed.toe_error > TOE_OFFSET:
             said.append(
                 f"{pushed.model} FE: at the peak the resultant of a toe may lie off by "
                 f"{100 * pushed.toe_error:.2g} % of its joint, "

@@ -116,16 +116,11 @@ def write_paraview(
     with replacing(folder / "derived.h5") as temporary, hdf5_file(temporary, "w") as file:
         for increment in store.increments():
             group = file.create_group(f"{increment.number:06d}")
-            for shown, name in CURVE_FIELDS:
-                value, count = getattr(increment, name), len(meshes.tetrahedra)
-                group.create_dataset(f"elements/{shown}", shape=(count,), dtype=np.float32, fillvalue=value)
+            _write_curve_fields(group, increment, len(meshes.tetrahedra))
             if derive is not None:
                 _write_derived(group, derive(increment))
-    with (
-        hdf5_file(folder / "wall.h5") as mesh,
-        hdf5_file(states) as steps,
-        hdf5_file(folder / "derived.h5") as derived,
-    ):
+    written = folder / "wall.h5", states, folder / "derived.h5"
+    with hdf5_file(written[0]) as mesh, hdf5_file(written[1]) as steps, hdf5_file(written[2]) as derived:
         constant = [_item(mesh[name], "Cell", name) for name in ("body", "material")]
         series = _series(mesh["bodies"], "Tetrahedron", steps, NODE_FIELDS, constant, derived, "elements", materials)
         write_bytes(wall, series)
@@ -134,6 +129,13 @@ def write_paraview(
         series = _series(mesh["contacts"], "Polyvertex", steps, CONTACT_FIELDS, [], derived, "contacts")
         write_bytes(contacts, series)
     return [wall, contacts]
+
+
+def _write_curve_fields(group: h5py.Group, increment: Increment, elements: int) -> None:
+    """Write what the curve has of an increment, the same value in every element."""
+    for shown, name in CURVE_FIELDS:
+        value = getattr(increment, name)
+        group.create_dataset(f"elements/{shown}", shape=(elements,), dtype=np.float32, fillvalue=value)
 
 
 def _write_derived(group: h5py.Group, derived: Derived) -> None:

@@ -248,7 +248,7 @@ def pushover_summary(
     )
 
 
-def summary(
+def summarise(
     case: str,
     assemblage: Assemblage,
     analysis: LimitAnalysis,

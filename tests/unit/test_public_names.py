@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -26,12 +27,19 @@ from orchestrator import (  # fmt: skip
     read_case,
     read_run,
 )
+from orchestrator.app.cli import main
 from orchestrator.app.driver import run, segment
 from tests.support.pushover_chain import assemblage_of, stack
 from tests.support.ranks import quiet
 from tests.support.walls import DATA
 
-HEAVY = ("numpy", "dolfinx", "gmsh", "petsc4py", "mpi4py", "pydantic", "h5py", "matplotlib")
+TOWER = DATA / "tower_5_blocks.json"
+
+HEAVY = (
+    "numpy", "scipy", "scipy.optimize", "scipy.spatial", "scipy.stats", "shapely", "clarabel", "dolfinx", "gmsh",
+    "petsc4py", "mpi4py", "pydantic", "rich", "rich.progress", "h5py", "matplotlib", "ezdxf", "skimage",
+)  # fmt: skip
+"""modules that take longer than Python's own start, or that not every machine has"""
 
 
 def imported_by(statement):
@@ -71,13 +79,55 @@ def test_importing_the_package_imports_nothing_else():
     assert imported_by("import orchestrator") == []
 
 
-def test_commands_start_without_what_only_some_of_them_need():
-    assert imported_by("from orchestrator.app import cli") == ["numpy", "pydantic"]
+def imported_by_command(*words):
+    """Return which of the heavy modules a command has imported when it ends, and its exit code."""
+    program = (
+        "import contextlib, io, sys\nfrom orchestrator.app.cli import main\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):\n"
+        f"    try:\n        code = main({list(words)})\n    except SystemExit as left:\n        code = left.code\n"
+        f"print(code, *[name for name in {HEAVY} if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    code, *names = done.stdout.split()
+    return names, int(code)
+
+
+COMMANDS = ("run", "check", "limit", "segment", "study", "sensitivity", "import", "new", "schema", "export", "report")
+
+
+def test_the_commands_are_all_the_commands(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    listed = re.findall(r"^    (\w+) ", capsys.readouterr().out, re.M)
+    assert sorted(listed) == sorted(COMMANDS)
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], *([command, "--help"] for command in COMMANDS)], ids=str)
+def test_help_imports_nothing_that_takes_time(words):
+    assert imported_by_command(*words) == ([], 0)
+
+
+@pytest.mark.parametrize("words", [["run"], ["limit", "case.toml", "--sett", "x"], ["walk"]], ids=str)
+def test_misspelt_options_import_nothing_that_takes_time(words):
+    assert imported_by_command(*words) == ([], 2)
+
+
+ANALYSES_OR_DRAWS = {*HEAVY} - {"numpy", "scipy", "shapely", "clarabel", "pydantic", "rich"}
+
+
+@pytest.mark.parametrize("command", ["check", "limit", "segment", "export"])
+@pytest.mark.parametrize("case", ["no.toml", str(TOWER)])
+def test_a_case_is_refused_before_what_works_with_it_is_imported(command, case):
+    """A file that is not there, a key that is not known."""
+    names, code = imported_by_command(command, case, "--set", "mesh.sise=100mm")
+    assert code == 2
+    assert "pydantic" in names, "the detector sees what checks a case"
+    assert not ANALYSES_OR_DRAWS & {*names}
 
 
 def test_no_finite_elements_before_the_pushover():
     names = "analyse, find_joints, make_bodies, merged, read_blocks, macroblocks_of"
-    assert imported_by(f"from orchestrator import {names}") == ["numpy"]
+    assert not {"dolfinx", "gmsh", "petsc4py", "mpi4py"} & set(imported_by(f"from orchestrator import {names}"))
 
 
 WIDTH, HEIGHT, WEIGHT, FLOOR = 0.2, 1.0, 500.0, 250.0

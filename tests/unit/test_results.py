@@ -15,6 +15,7 @@ import pytest
 
 from orchestrator import storage
 from orchestrator.assessment.capacity import Capacity
+from orchestrator.basis.atomic_files import replacing
 from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis.paper.limit_state import (
     LimitAnalysis,
@@ -115,7 +116,7 @@ def test_an_error_while_writing_leaves_the_older_file_and_no_temporary_one(tmp_p
     storage.write_text(path, "old")
 
     def fails_half_way():
-        with storage.replacing(path) as temporary:
+        with replacing(path) as temporary:
             temporary.write_text("half of the n")
             raise OSError("disk full")
 
@@ -127,7 +128,7 @@ def test_an_error_while_writing_leaves_the_older_file_and_no_temporary_one(tmp_p
 
 def test_the_target_appears_only_after_everything_is_written(tmp_path):
     path = tmp_path / "a.txt"
-    with storage.replacing(path) as temporary:
+    with replacing(path) as temporary:
         temporary.write_text("x")
         assert not path.exists()
         assert temporary.parent == path.parent  # rename must not cross file systems
@@ -322,7 +323,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         complaint=None,
         not_valid_because=None,
     )
-    found = storage.summary("case", assemblage, analysis, partition, [entry])
+    found = storage.summarise("case", assemblage, analysis, partition, [entry])
     record = found.record
     assert keys(json.loads(json.dumps(record))) == {
         "case": None,
@@ -362,7 +363,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
 
 
 def test_summary_says_null_where_nothing_was_found(assemblage, analysis):
-    found = storage.summary("c", assemblage, replace(analysis, sequence=None, path=None, highest=None), None, [])
+    found = storage.summarise("c", assemblage, replace(analysis, sequence=None, path=None, highest=None), None, [])
     assert found.limit_analysis.non_associative is None
     assert found.limit_analysis.non_associative_range is None
     assert found.limit_analysis.multiplier == found.limit_analysis.associative
@@ -372,7 +373,7 @@ def test_summary_says_null_where_nothing_was_found(assemblage, analysis):
 
 def test_one_body_is_called_trivial(assemblage, analysis):
     one = Partition(np.array([1, 0, 0, 0]), 1, np.array([2, 3, 4]), np.array([], int), None)
-    record = storage.summary("c", assemblage, analysis, one, []).record["macroblocks"]
+    record = storage.summarise("c", assemblage, analysis, one, []).record["macroblocks"]
     assert record == {"count": 1, "joints": 2, "tol_n": None, "tol_d": None, "trivial": True}
 
 

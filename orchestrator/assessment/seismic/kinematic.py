@@ -19,13 +19,12 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
-from scipy.optimize import brentq
 
 from orchestrator.assessment.seismic.settings import LimitStateName
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.masonry.wall import GRAVITY
 
-MOVING = 0.1
+MECHANISM_SPEED = 0.1
 """bodies slower than this part of the fastest do not belong to the mechanism"""
 FEW = 0.75
 """participation below which e* says more of slow bodies than of the mechanism"""
@@ -74,13 +73,13 @@ def as_bodies(masses: Moving, load_direction: int) -> tuple[FloatArray, FloatArr
     """Return weight (b,) in N and displacement along the load (b,) of the bodies that move, in the mechanism's scale.
 
     Masses of one number are one body at their common centroid: the clause's sums run over bodies, and a rigid part has
-    one participation however many stones it is made of. Bodies slower than MOVING of the fastest are left out.
+    one participation however many stones it is made of. Bodies slower than MECHANISM_SPEED of the fastest are left out.
     """
     _, body = np.unique(masses.body, return_inverse=True)
     weight = np.bincount(body, masses.weight)
     u, v = (np.bincount(body, masses.weight * masses.velocities[:, k]) / weight for k in (0, 1))
     speed = np.hypot(u, v)
-    moving = speed > MOVING * speed.max()
+    moving = speed > MECHANISM_SPEED * speed.max()
     return weight[moving], load_direction * u[moving]
 
 
@@ -135,6 +134,8 @@ def balance_displacement(friction: float, masses: Moving, dead: Moving) -> float
 
 def _first_zero(function: Callable[[float], float], end: float) -> float | None:
     """Return the first zero up to `end` of a function that is positive at 0, None where there is none."""
+    from scipy.optimize import brentq
+
     times = np.linspace(0.0, end, 2001)
     below = next((k for k, time in enumerate(times) if function(float(time)) <= 0.0), None)
     return float(brentq(function, times[below - 1], times[below])) if below else None

@@ -41,7 +41,7 @@ from orchestrator.loads import LoadSettings
 from orchestrator.masonry.joints import Assemblage
 
 LABELS = {"macro": "macroblock FE", "micro": "micro-FE"}
-FAR = 1.5
+TARGET_REACH = 1.5
 """part of the target displacement that the curve should reach: EN 1998-1 4.3.3.4.2.3"""
 DUCTILE = 10.0
 """ductility and ratio above which equal energy and the ratio itself say little"""
@@ -176,15 +176,15 @@ def _n2(
         "largest_force_ratio": None if largest == np.inf else largest,
         "clause": CLAUSES[state.name],
     }
-    target = FAR * found.displacement * system.gamma
+    target = TARGET_REACH * found.displacement * system.gamma
     remarks = {
         f"q* ≤ {largest:g} governs the capacity: the curve goes further": capacity(asked) < of_curve,
         f"q* = {found.force_ratio:.3g} is above {largest:g}": found.force_ratio > largest,
         "the base shear has not dropped by 20 %: the end of the curve stands for it, a lower bound": (
             not line.dropped and state.name not in ("SLD", "DL")
         ),
-        f"the curve ends at {1e3 * seen.displacement[-1]:.3g} mm, short of {FAR:.0%} of the target displacement, "
-        f"{1e3 * target:.3g} mm (EN 1998-1 4.3.3.4.2.3)": seen.displacement[-1] < target,
+        f"the curve ends at {1e3 * seen.displacement[-1]:.3g} mm, short of {TARGET_REACH:.0%} of the target "
+        f"displacement, {1e3 * target:.3g} mm (EN 1998-1 4.3.3.4.2.3)": seen.displacement[-1] < target,
         "the spectrum is that on the ground, not at mechanism_height": settings.mechanism_height > 0.0,
     }
     return row | {"remarks": [*(said for said, holds in remarks.items() if holds), *_cautions(seen, line, row)]}

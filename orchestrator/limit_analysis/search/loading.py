@@ -36,7 +36,7 @@ from orchestrator.limit_analysis.search.loading_path import LoadPath, load_path
 from orchestrator.loads.block_loads import Loads
 from orchestrator.masonry.joints import Assemblage
 
-MOVING = 1e-3
+MECHANISM_VELOCITY = 1e-3
 """Part of the largest velocity above which a stone belongs to a mechanism."""
 SPREAD = 0.01
 """Part of the multiplier by which paths of different stiffness may differ and be one answer."""
@@ -156,7 +156,7 @@ def _moves(problem: Problem, state: LimitState) -> Chosen:
     """Return the stones (n,) that belong to the mechanism of a state."""
     length = problem.equilibrium.block_length
     speed = np.abs(state.mechanism.velocities * [1.0, 1.0, length]).max(axis=1)
-    moving: Chosen = speed > MOVING * speed.max()
+    moving: Chosen = speed > MECHANISM_VELOCITY * speed.max()
     return moving
 
 

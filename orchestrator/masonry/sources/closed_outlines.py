@@ -16,13 +16,15 @@ from scipy.sparse.csgraph import connected_components
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.masonry.block_properties import rounded_up
-from orchestrator.masonry.sources.drawing import LARGEST_TOLERANCE, SLIVER, Drawing, slenderness
+from orchestrator.masonry.sources.drawing import IMPLAUSIBLE_SLENDERNESS, LARGEST_TOLERANCE, Drawing, slenderness
 
 CHORD = 0.1
 """part of the tolerance by which chords lie off an arc: what they add to the errors of a drawing must not count"""
 SMALLEST_ERROR = 1e-6
 """part of the drawing's size: ends of lines are first taken to meet over this distance"""
 ROLES = ("blocks", "supports", "openings")
+LARGEST_CORNERS = 2_000_000
+"""of all outlines of a file"""
 LISTED = 5
 """open ends of lines that a remark names"""
 TRIED = 4
@@ -134,7 +136,7 @@ def _smallest_error(lines: list[FloatArray]) -> float:
 
 def _is_sliver(outline: FloatArray, tolerance: float) -> bool:
     polygon = shapely.Polygon(outline)
-    return bool(2 * polygon.area < tolerance * polygon.length) and slenderness(polygon) > SLIVER
+    return bool(2 * polygon.area < tolerance * polygon.length) and slenderness(polygon) > IMPLAUSIBLE_SLENDERNESS
 
 
 def _network_within(lines: list[FloatArray], within: float) -> Network:

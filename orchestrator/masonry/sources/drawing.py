@@ -26,9 +26,9 @@ NOT_SEEN = 1e-6
 """m: what is nearer was drawn in one place"""
 LARGEST_TOLERANCE = 0.05
 """m"""
-FAR = 1e4
+FAR_FROM_ORIGIN = 1e4
 """m from the origin beyond which a drawing is moved to it: rounding grows with the coordinates"""
-SLIVER = 150.0
+IMPLAUSIBLE_SLENDERNESS = 150.0
 """length over width above which a stone is probably an error of the drawing; an invalid pushover is likely (measured:
 100 ran, 200, 400 and 2000 fell out or made their neighbours jump)"""
 COURSE = 0.05
@@ -249,7 +249,7 @@ def _order(outlines: list[FloatArray]) -> list[int]:
 
 def _near_origin(outlines: list[FloatArray]) -> tuple[list[FloatArray], list[str]]:
     corners = np.vstack(outlines)
-    if np.abs(corners).max() < FAR:
+    if np.abs(corners).max() < FAR_FROM_ORIGIN:
         return outlines, []
     origin = np.floor(corners.min(axis=0))
     return [outline - origin for outline in outlines], [f"moved by ({-origin[0]:.0f}, {-origin[1]:.0f}) m"]
@@ -262,7 +262,7 @@ def implausible(wall: Wall) -> list[str]:
         f"WARNING: block {block.id} is {ratio:.0f} times as long as wide: it may fall out of the wall, which ends "
         "the curve; if it is an error of the drawing, unite it with its neighbour"
         for block in wall.blocks
-        if not block.fixed and (ratio := slenderness(shapely.Polygon(block.polygon))) > SLIVER
+        if not block.fixed and (ratio := slenderness(shapely.Polygon(block.polygon))) > IMPLAUSIBLE_SLENDERNESS
     ]
     if not PLAUSIBLE[0] <= size <= PLAUSIBLE[1]:
         warnings.append(f"WARNING: the wall measures {size:.3g} m: is the unit right?")

@@ -14,7 +14,15 @@ import numpy as np
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_file
-from orchestrator.masonry.sources.closed_outlines import CHORD, ROLES, Layers, OnLayer, drawing_of, is_chosen
+from orchestrator.masonry.sources.closed_outlines import (
+    CHORD,
+    LARGEST_CORNERS,
+    ROLES,
+    Layers,
+    OnLayer,
+    drawing_of,
+    is_chosen,
+)
 from orchestrator.masonry.sources.drawing import LARGEST_COUNT, Drawing
 
 HEADER_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1, 21: 1200 / 3937}
@@ -22,9 +30,8 @@ HEADER_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.91
 DRAWN = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
 LARGEST_FILE = 100_000_000
 """bytes"""
-LARGEST_CORNERS = 2_000_000
 LARGEST_ENTITIES = 2 * LARGEST_COUNT
-DEEPEST = 50
+DEEPEST_NESTING = 50
 
 
 def read_dxf(path: Path, layers: Layers, tolerance: float, unit: str = "") -> Drawing:
@@ -115,8 +122,8 @@ def _expanded(entities: Any, document: Any, known: dict[str, int], depth: int = 
 
     Raises CaseError for references nested too deep (a block that refers to itself never ends).
     """
-    if depth > DEEPEST:
-        raise CaseError("", f"block references are nested more than {DEEPEST} deep", "explode them")
+    if depth > DEEPEST_NESTING:
+        raise CaseError("", f"block references are nested more than {DEEPEST_NESTING} deep", "explode them")
     total = 0
     for entity in entities:
         if entity.dxftype() != "INSERT" or (block := document.blocks.get(entity.dxf.name)) is None:

@@ -15,7 +15,7 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 
-STRAIGHT = 1.5
+STRAIGHT_WITHIN_PIXELS = 1.5
 """pixels: how far the steps of a straight edge may lie from it. Steps that are left interlock: stones stand that would
 slide out"""
 FINEST = 0.2
@@ -101,8 +101,8 @@ def _sides(chains: npt.NDArray[np.object_], number: IntArray) -> IntArray:
 
 def _simplified(chains: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
     """Return the chains without the steps of straight edges, none of which crosses or touches another."""
-    simple = shapely.simplify(chains, STRAIGHT, preserve_topology=False)
-    allowed, changed = np.full(len(chains), STRAIGHT), np.arange(len(chains))
+    simple = shapely.simplify(chains, STRAIGHT_WITHIN_PIXELS, preserve_topology=False)
+    allowed, changed = np.full(len(chains), STRAIGHT_WITHIN_PIXELS), np.arange(len(chains))
     while len(changed):
         spoilt = _spoilt(simple, changed)
         changed = spoilt[allowed[spoilt] > 0.0]

@@ -20,23 +20,22 @@ import shapely
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_file
-from orchestrator.masonry.sources.closed_outlines import CHORD, ROLES, Layers, drawing_of, is_chosen
+from orchestrator.masonry.sources.closed_outlines import CHORD, LARGEST_CORNERS, ROLES, Layers, drawing_of, is_chosen
 from orchestrator.masonry.sources.drawing import Drawing
 from orchestrator.masonry.sources.svg_shapes import NUMBER, Curve, numbers, subpaths, transform
 
 LARGEST_FILE = 100_000_000
 """bytes"""
-LARGEST_CORNERS = 2_000_000
 LARGEST_STEPS = 1000
 """chords of one curve"""
-DEEPEST = 100
+DEEPEST_NESTING = 100
 LENGTHS = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "pt": 0.0254 / 72, "pc": 0.0254 / 6, "q": 0.25e-3, "m": 1.0}
 """m by unit of width and height; px is none: what a pixel measures nobody knows"""
 CSS_PIXEL = 0.0254 / 96
 """m: a user unit where width and height are lengths and there is no viewBox (CSS)"""
 PASSED_OVER = ("defs", "clipPath", "mask", "symbol", "pattern", "marker", "style", "metadata", "namedview", "title")
 UNREAD = ("use", "text", "image", "foreignObject")
-LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
+INKSCAPE_LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 AUTOMATIC = re.compile(r"(g|svg|layer|group)[-_]?\d+([-_]\d+)*", re.IGNORECASE)
 """ids that nobody gave"""
 
@@ -76,8 +75,8 @@ def _root(path: Path) -> Element:
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal depth
         depth += 1
-        if depth > DEEPEST:
-            raise CaseError("", f"groups are nested more than {DEEPEST} deep", "ungroup them")
+        if depth > DEEPEST_NESTING:
+            raise CaseError("", f"groups are nested more than {DEEPEST_NESTING} deep", "ungroup them")
         builder.start(_qualified(tag), {_qualified(key): value for key, value in attributes.items()})
 
     def end(tag: str) -> None:
@@ -188,7 +187,7 @@ def _hidden(element: Element) -> bool:
 
 def _names(element: Element, tag: str) -> list[str]:
     """Return the label that somebody gave a group or a shape, or the id that somebody gave a group."""
-    if label := element.get(LABEL):
+    if label := element.get(INKSCAPE_LABEL):
         return [label]
     name = element.get("id", "") if tag in ("g", "a") else ""
     return [name] if name and not AUTOMATIC.fullmatch(name) else []

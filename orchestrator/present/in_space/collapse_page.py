@@ -87,17 +87,19 @@ def scene(
         }
         for k, (block, own) in enumerate(zip(wall.blocks, body, strict=True))
     ]
-    joints = [
-        {
-            "block": int(assemblage.joints.block_i[k]),
-            "colour": KINDS[kind][0] if kind in KINDS else (0.25, 0.45, 0.65),
-            "moves": kind != "rests",
-            "at": np.round((assemblage.joints.outlines[k] - centre) / size, 5),
-        }
-        for k, kind in enumerate(kinds)
-    ]
+    joints = [_joint(assemblage, k, kind, centre, size) for k, kind in enumerate(kinds)]
     ahead = eye / np.linalg.norm(eye)
     return {"blocks": blocks, "joints": joints, "up": wall.up, "ahead": ahead, "height": float(high @ wall.up)}
+
+
+def _joint(assemblage: SpaceAssemblage, number: int, kind: str, centre: FloatArray, size: float) -> dict[str, Any]:
+    """Return the block that a joint moves with, its colour by its kind of motion, and its outline."""
+    return {
+        "block": int(assemblage.joints.block_i[number]),
+        "colour": KINDS[kind][0] if kind in KINDS else (0.25, 0.45, 0.65),
+        "moves": kind != "rests",
+        "at": np.round((assemblage.joints.outlines[number] - centre) / size, 5),
+    }
 
 
 def _block(body: Polyhedron, centre: FloatArray, size: float) -> dict[str, Any]:

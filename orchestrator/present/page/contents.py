@@ -17,6 +17,7 @@ from orchestrator.basis.errors import ResultError
 from orchestrator.basis.units import FACTORS, QUANTITY, quantity
 from orchestrator.loads import LoadSettings
 from orchestrator.masonry.block_properties import block_areas, block_weights
+from orchestrator.masonry.wall import Wall
 from orchestrator.present.page.collapse import collapse
 from orchestrator.present.page.damage import Damage, damage_sequence
 from orchestrator.present.page.phrases import phrases
@@ -53,11 +54,8 @@ def bilinear_of(curve: PushoverCurve) -> Bilinear | None:
 def contents(run: StoredRun) -> dict[str, Any]:
     """Return everything the template needs."""
     wall, models = run.assemblage.wall, run.models
-    points = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
-    free = np.array([not block.fixed for block in wall.blocks])
     settings = tomllib.loads((run.folder / "case.toml").read_text(encoding="utf-8"))
     pushed = storage.remarks(run.summary)
-    say = phrases(run.case.project.language)
     remarks = [*run.analysis.remarks, *run.partition.remarks, *pushed]
     return {
         "summary": run.summary,
@@ -68,16 +66,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "seismic": seismic_contents(run, in_words(run.case.load)),
         "title": wall.name or run.summary.case,
         "settings": list(_settings(settings)),
-        "wall": {
-            "width": float(np.ptp(points[:, 0])),
-            "height": float(np.ptp(points[:, 1])),
-            "thickness": wall.thickness,
-            "area": float(block_areas(wall)[free].sum()),
-            "friction": wall.friction,
-            "unit_weights": sorted({block.unit_weight for block in wall.blocks if not block.fixed}),
-            "materials": sorted({block.material for block in wall.blocks if block.material}),
-            "supports": int((~free).sum()),
-        },
+        "wall": _wall(wall),
         "load": {"direction": run.case.load.direction, "words": in_words(run.case.load)},
         "limit_states": list(_limit_states(run)),
         "headline": run.analysis.headline.flow_rule.replace("_", " "),
@@ -90,15 +79,37 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "failed_checks": sum(not check["passed"] for model in models for check in _checks(model.summary)),
         "versions": dict(_provenance(run.folder)),
         "hashes": {name: storage.hash_file(run.folder / name) for name in FILES if (run.folder / name).exists()},
-        "collapse": {
-            "models": [
-                {"name": say(LABELS[m.name])}
-                | collapse(m.store, m.bodies, m.meshes, m.contacts, m.curve, ROOM // len(models))
-                for m in models
-            ],
-            "curves": [_points(model) for model in models],
-            "limit": {"associative": run.summary.limit_analysis.associative * run.analysis.horizontal_load},
-        },
+        "collapse": _collapse(run),
+    }
+
+
+def _wall(wall: Wall) -> dict[str, Any]:
+    """Return the sums of a wall; lengths in m, without its supports."""
+    points = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
+    free = np.array([not block.fixed for block in wall.blocks])
+    return {
+        "width": float(np.ptp(points[:, 0])),
+        "height": float(np.ptp(points[:, 1])),
+        "thickness": wall.thickness,
+        "area": float(block_areas(wall)[free].sum()),
+        "friction": wall.friction,
+        "unit_weights": sorted({block.unit_weight for block in wall.blocks if not block.fixed}),
+        "materials": sorted({block.material for block in wall.blocks if block.material}),
+        "supports": int((~free).sum()),
+    }
+
+
+def _collapse(run: StoredRun) -> dict[str, Any]:
+    """Return what the collapse under the slider is drawn from."""
+    say = phrases(run.case.project.language)
+    return {
+        "models": [
+            {"name": say(LABELS[m.name])}
+            | collapse(m.store, m.bodies, m.meshes, m.contacts, m.curve, ROOM // len(run.models))
+            for m in run.models
+        ],
+        "curves": [_points(model) for model in run.models],
+        "limit": {"associative": run.summary.limit_analysis.associative * run.analysis.horizontal_load},
     }
 
 

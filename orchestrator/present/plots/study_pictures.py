@@ -33,13 +33,11 @@ from orchestrator.present.plots.canvas import (
     stamp_not_valid,
     write_title,
 )
-from orchestrator.present.plots.pushover_pictures import draw_limit_analysis, outline
+from orchestrator.present.plots.pushover_pictures import DRAWN_DISPLACEMENT, draw_limit_analysis, outline
 from orchestrator.present.plots.wall_pictures import body_colours, displaced_blocks
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 
-DRAWN_DISPLACEMENT = 0.06
-"""largest displacement of a drawn wall, part of its height"""
 CUT = 1.4
 """where the plot of curves ends, times the associative multiplier: few bodies can be far stronger than the wall"""
 PANEL = (1.9, 2.5)

@@ -37,7 +37,7 @@ from orchestrator.present.plots.thrust import carrying, moved, thrust
 
 DRAWN_DISPLACEMENT = 0.08
 """largest displacement of a drawn mechanism, part of the wall's height"""
-MOVING = 1e-2
+MARKED_DISPLACEMENT = 1e-2
 """opening or slip of a joint that is marked, part of the mechanism's largest displacement"""
 BODY_COLOURS = (
     "#99ddff", "#eedd88", "#44bb99", "#ffaabb", "#bbcc33", "#77aadd", "#ee8866", "#dddddd", "#aaaa00",
@@ -121,29 +121,16 @@ def mechanism(
     velocities = factor * state.mechanism.velocities
     displaced = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
     before = [block.polygon for block in wall.blocks]
-    loaded = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
-    sinking = [b.polygon for b, v in zip(wall.blocks, state.mechanism.velocities, strict=True) if b.fixed and v.any()]
-    if sinking:
-        arrow = settlement_arrow(np.vstack(sinking), loaded, load_inclination)
-    else:
-        arrow = load_arrow(loaded, load_direction, load_inclination)
+    arrow = _arrow_of(wall, state, load_direction, load_inclination)
     answer = answer or f"load multiplier {state.load_multiplier:.4f}"
+    drawn = f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
     title = (
-        f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}\n"
-        f"largest displacement drawn as "
-        f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
+        f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}\nlargest displacement drawn as {drawn}"
     )
     bars = [_displaced_tie(wall, tie, velocities) for tie in ties]
     shown = np.vstack([*before, *displaced, arrow, *bars])
     figure, axes = wall_figure(np.vstack([shown, load_label(shown, arrow, load_name)]), title, wall.name)
-    draw_polygons(axes, before, "none", FAINT, 0.5).set_label("undeformed")
-    if loose:
-        gone = [block.polygon for block in wall.blocks if block.id in loose]
-        draw_polygons(axes, gone, VERMILLION + "80").set_label("comes loose before: local failure")
-    free = [not block.fixed for block in wall.blocks]
-    there = [p for p, b in zip(displaced, wall.blocks, strict=True) if not b.fixed and b.id not in loose]
-    draw_polygons(axes, there, STONE + "c0").set_label("displaced")
-    draw_supports(axes, [p for p, f in zip(displaced, free, strict=True) if not f])
+    _draw_displaced(axes, wall, displaced, loose)
     _draw_thrust(axes, assemblage, state, velocities)
     _mark_joints(axes, assemblage, state, velocities)
     if bars:
@@ -151,6 +138,26 @@ def mechanism(
     draw_load(axes, arrow, load_name)
     legend_below(axes, 3)
     return figure
+
+
+def _arrow_of(wall: Wall, state: LimitState, load_direction: int, load_inclination: float) -> FloatArray:
+    """Return the arrow of the live load, or of the support that gives way."""
+    loaded = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
+    sinking = [b.polygon for b, v in zip(wall.blocks, state.mechanism.velocities, strict=True) if b.fixed and v.any()]
+    if sinking:
+        return settlement_arrow(np.vstack(sinking), loaded, load_inclination)
+    return load_arrow(loaded, load_direction, load_inclination)
+
+
+def _draw_displaced(axes: Axes, wall: Wall, displaced: Sequence[FloatArray], loose: Collection[int]) -> None:
+    """Draw the blocks before and after, without those that have come loose, which are marked where they were."""
+    draw_polygons(axes, [block.polygon for block in wall.blocks], "none", FAINT, 0.5).set_label("undeformed")
+    if loose:
+        gone = [block.polygon for block in wall.blocks if block.id in loose]
+        draw_polygons(axes, gone, VERMILLION + "80").set_label("comes loose before: local failure")
+    there = [p for p, b in zip(displaced, wall.blocks, strict=True) if not b.fixed and b.id not in loose]
+    draw_polygons(axes, there, STONE + "c0").set_label("displaced")
+    draw_supports(axes, [p for p, b in zip(displaced, wall.blocks, strict=True) if b.fixed])
 
 
 def macroblocks(assemblage: Assemblage, partition: Partition) -> Figure:
@@ -301,7 +308,7 @@ def _draw_thrust(axes: Axes, assemblage: Assemblage, state: LimitState, displace
 
 def _mark_joints(axes: Axes, assemblage: Assemblage, state: LimitState, velocities: FloatArray) -> None:
     """Mark hinges and sliding joints in the displaced wall, midway between the two faces."""
-    threshold = MOVING * state.mechanism.largest_displacement
+    threshold = MARKED_DISPLACEMENT * state.mechanism.largest_displacement
     ends = np.stack([_displaced(assemblage, p, velocities) for p in (assemblage.start, assemblage.end)], axis=1)
     sliding = (np.abs(state.mechanism.slip) > threshold) & carrying(state.joint_forces)
     draw_segments(axes, ends[sliding], BLUE, 2.0, "sliding joint")

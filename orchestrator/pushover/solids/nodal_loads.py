@@ -26,9 +26,9 @@ POINTS_ON_EDGE = 8
 POINTS_THROUGH_THICKNESS = 4
 IN_TRIANGLE = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
 """barycentric weights of three points of equal weight, exact for polynomials of degree 2"""
-ROUNDING = 1e-9
+WEIGHT_ROUNDING = 1e-9
 """part of a stone's weight by which it may differ from its part of its body's before that is a load of its own"""
-UPRIGHT = 1e-6
+UPRIGHT_COSINE = 1e-6
 """a live load with a horizontal part below this one has no base shear to report"""
 
 
@@ -78,13 +78,13 @@ def departures_from_mean(wall: Wall, bodies: Bodies) -> Placed:
         even[body.blocks] = body.unit_weight * bodies.thickness
     departure = weight - even * block_areas(wall)
     fixed = np.array([block.fixed for block in wall.blocks])
-    block = np.flatnonzero(~fixed & (np.abs(departure) > ROUNDING * weight))
+    block = np.flatnonzero(~fixed & (np.abs(departure) > WEIGHT_ROUNDING * weight))
     return over_volume(block, centroid[block], departure[block])
 
 
 def refuse_upright(settings: LoadSettings) -> None:
     """Raise CaseError (key only) for a live load that pushes nowhere."""
-    if cos(settings.inclination) < UPRIGHT:
+    if cos(settings.inclination) < UPRIGHT_COSINE:
         raise CaseError("load.inclination", "an upright live load has no base shear", "use the command limit")
 
 

@@ -16,7 +16,7 @@ from orchestrator.geometry.polyhedra import box, prism, volume_of
 from orchestrator.space.generators.shapes import Plan, Run, Stones, ground, of_courses, runs
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
-SLIVER = 0.3
+SHORTEST_CUT_STONE = 0.3
 """part of a stone: a cut piece shorter than this is joined to its neighbour"""
 
 
@@ -73,7 +73,7 @@ def wall_with_openings(plan: Plan, openings: Openings, stones: Stones) -> SpaceW
     length, t, end = stones.length, stones.thickness, plan.facade * stones.length
     back, wide = t + plan.returns * length, openings.width * length
     pier = (end - openings.openings * wide) / (openings.openings + 1)
-    if pier < (openings.bearing + SLIVER) * length + t or openings.sill + openings.tall >= plan.courses:
+    if pier < (openings.bearing + SHORTEST_CUT_STONE) * length + t or openings.sill + openings.tall >= plan.courses:
         remedy = "make them narrower or fewer, or the wall longer and higher"
         raise CaseError("wall.openings", "they leave no piers between them or no course above them", remedy)
     left = [pier + k * (pier + wide) for k in range(openings.openings)]
@@ -102,7 +102,7 @@ def wall_with_openings(plan: Plan, openings: Openings, stones: Stones) -> SpaceW
 def _around(cuts: list[float], holes: list[tuple[float, float]], length: float) -> list[tuple[float, float]]:
     """Return the stones between cuts outside the holes; cuts that would leave slivers beside a hole or end are left."""
     ends = [cuts[0], cuts[-1], *(x for hole in holes for x in hole)]
-    inner = [x for x in cuts[1:-1] if min(abs(x - end) for end in ends) > SLIVER * length]
+    inner = [x for x in cuts[1:-1] if min(abs(x - end) for end in ends) > SHORTEST_CUT_STONE * length]
     places = sorted({*ends, *inner})
     found = []
     for a, b in pairwise(places):
@@ -123,7 +123,7 @@ def gable(shape: Gable, stones: Stones) -> SpaceWall:
         inset = 0.5 * wide * course / shape.courses
         cuts = np.arange(-1.0 + 0.5 * (course % 2), shape.width + 1.5) * length
         top = inset + 0.5 * wide / shape.courses
-        inner = [x for x in cuts if top + SLIVER * length < x < wide - top - SLIVER * length]
+        inner = [x for x in cuts if top + SHORTEST_CUT_STONE * length < x < wide - top - SHORTEST_CUT_STONE * length]
         places = [inset, *inner, wide - inset]
         for a, b in pairwise(places):
             stone = slopes.intersection(shapely.box(a, course * h, b, (course + 1) * h))

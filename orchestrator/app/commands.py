@@ -1,0 +1,109 @@
+"""Options -> one command; known errors -> one line and an exit code.
+
+Exit codes: 0 done, 1 failed while running, 2 bad input, 3 finished but not valid, 130 interrupted.
+
+What a command works with is imported here, after its case has been read: who is refused does not wait for it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import traceback
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
+from orchestrator.basis.installed import refuse_missing
+from orchestrator.basis.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from orchestrator.settings.case import Case
+
+PARALLEL = (None, "run", "study", "sensitivity")
+"""commands that share their work between ranks; None: the shipped benchmark 1"""
+FILES = ("import", "new", "schema", "export", "report")
+"""commands that turn files into files"""
+IN_SPACE = ("check", "limit")
+"""commands that take walls in space"""
+GO_ON = {"run": "; go on with --resume"} | dict.fromkeys(("study", "sensitivity"), "; the same command goes on")
+"""what to do after an interruption"""
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Carry out one command, all ranks together, and return its exit code."""
+    parallel = options.command in PARALLEL
+    if not parallel and started_as_rank() > 0:
+        return 0  # rank 0 does it alone
+    comm = all_ranks() if parallel else None
+    several = comm is not None and comm.size > 1  # mpirun hands rank 0 a terminal that is none
+    quiet = not is_root(comm) or getattr(options, "quiet", False)
+    console = Console(quiet=quiet, highlight=False, force_terminal=False if several else None)
+    ending = Ending(comm)
+    try:
+        return ending.together(_carry_out(options, comm, console), "")
+    except CaseError as error:
+        return ending.together(2, str(error))
+    except ResultError as error:
+        return ending.together(3, str(error))
+    except ConvergenceError as error:
+        return ending.together(1, _one_line(str(error)))
+    except OSError as error:
+        return ending.together(1, _one_line(f"{error.filename or 'file system'}: {error.strerror or error}"))
+    except KeyboardInterrupt:
+        return ending.together(130, f"interrupted{GO_ON.get(options.command, '')}")
+    except Exception:  # an error of the program
+        return ending.together(1, traceback.format_exc())
+
+
+def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
+    """Read the case of a command, import what the command works with, and carry it out."""
+    if options.command in FILES:
+        gc.enable()
+        from orchestrator.app import file_commands
+
+        return file_commands.ACTIONS[options.command](options, console)
+    if options.command is None:  # nobody asked for it by name
+        console.print(
+            "No command given: this runs the shipped benchmark 1 into results/benchmark1. --help lists all commands."
+        )
+    case = _read_case(options, comm)
+    if case is None:
+        gc.enable()
+        from orchestrator.app import space_commands
+
+        output = options.output or Path("results") / options.case.stem
+        if options.command == "check":
+            return space_commands.check(options.case, options.set, output, console)
+        return space_commands.limit(options.case, options.set, output, options.json, console)
+    from orchestrator.app import study_commands, wall_commands
+
+    if not gc.isenabled():  # __main__.py switched it off
+        gc.freeze()
+    gc.enable()
+    actions = wall_commands.ACTIONS | study_commands.ACTIONS
+    return actions[options.command](options, case, comm, console)
+
+
+def _read_case(options: argparse.Namespace, comm: MPI.Intracomm | None) -> Case | None:
+    """Return the case of a command, or None where it is one in space and the command takes such. Raises CaseError."""
+    from orchestrator.settings.case import read
+    from orchestrator.settings.plane_or_space import refuse_space, spatial
+
+    if options.command in IN_SPACE:
+        if getattr(options, "settle", None) is None and spatial(options.case, options.set):
+            return None
+    else:
+        refuse_space(options.case, options.set, options.command)
+    if options.command in PARALLEL and options.command != "sensitivity":
+        refuse_missing(options.command or "run")
+    return on_root(comm, read, options.case, options.set)
+
+
+def _one_line(text: str) -> str:
+    """Return a text without line breaks: PETSc's errors have many, names of files may have some."""
+    return " ".join(text.split("\n"))

@@ -1,0 +1,173 @@
+"""Commands that take a wall in its plane and go down the chain: check, limit, segment, run. They print."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from orchestrator import storage
+from orchestrator.app import case_check, driver, load_case_runs
+from orchestrator.app.terminal import Reporter
+from orchestrator.assessment.seismic.verification_record import notes, verdict
+from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
+from orchestrator.basis.parallel import is_root, on_root
+from orchestrator.present import answer, page, tables
+from orchestrator.present.verdict import Answered, sentence
+from orchestrator.present.verdict import verdict as verdict_on
+from orchestrator.settings.case import Case, RunSettings
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+
+def check(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: Console) -> int:
+    """Print and draw what a case holds; return the exit code."""
+    output = _output(options)
+    storage.try_folder(output)
+    return case_check.check(case, str(options.case), output / "figures", console)
+
+
+def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: Console) -> int:
+    """Find the multipliers of micro limit analysis; return the exit code."""
+    output = _output(options)
+    if options.settle is not None:
+        if not math.isfinite(options.settle_angle):
+            raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")
+        return _settle(options, case, output, console)
+    if options.json:
+        found = {name: driver.limit(one) for name, one in load_case_runs.each(case).items()}
+        records = {name: asdict(storage.limit_summary(one[1])) for name, one in found.items()}
+        print(json.dumps(records.get("", records), indent=1))
+        return 0
+    storage.try_folder(output)
+    answers = []
+    for name, one in load_case_runs.each(case).items():
+        with Reporter(console):
+            assemblage, analysis = driver.limit(one)
+        summary = storage.summarise(one.name, assemblage, analysis, None, [])
+        answers.append(Answered(name, one.load.direction, one.load.distribution, summary))
+        console.print(tables.limit_table(analysis, name))
+        for remark in analysis.remarks:
+            console.print(remark, soft_wrap=True)
+        console.print(answer.answer_of_limit(analysis), soft_wrap=True, markup=False)
+        picture = driver.draw_mechanism(one, assemblage, analysis, output / name)
+        console.print(f"mechanism: {picture}", soft_wrap=True)
+    if len(answers) > 1:
+        console.print(sentence(verdict_on(case.name, answers)), soft_wrap=True, markup=False)
+    return 0
+
+
+def _settle(options: argparse.Namespace, case: Case, output: Path, console: Console) -> int:
+    state, picture = driver.settlement(case, options.settle, math.radians(options.settle_angle), output)
+    console.print(
+        f"support {options.settle} gives way at {options.settle_angle:g} degrees: "
+        f"least reaction {-state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
+        soft_wrap=True,
+    )
+    return 0
+
+
+def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: Console) -> int:
+    """Find the macroblocks; return the exit code."""
+    output = _output(options)
+    storage.try_folder(output)
+    for name, one in load_case_runs.each(case).items():
+        with Reporter(console):
+            segmented = driver.segment(one)
+        console.print(tables.limit_table(segmented.analysis, name))
+        console.print(tables.bodies_table(segmented.assemblage.wall, segmented.partition, segmented.bodies))
+        for remark in (*segmented.analysis.remarks, *segmented.partition.remarks):
+            console.print(remark, soft_wrap=True)
+        console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True, markup=False)
+        pictures = driver.draw_macroblocks(one, segmented, output / name)
+        console.print(f"macroblocks: {pictures[0]}; mechanism: {pictures[1]}", soft_wrap=True)
+    return 0
+
+
+def run(options: argparse.Namespace, case: Case, comm: MPI.Intracomm | None, console: Console) -> int:
+    """Run the whole chain; return the exit code."""
+    if options.model:
+        case = replace(case, run=RunSettings(("macro", "micro") if options.model == "both" else (options.model,)))
+    output = _output(options)
+    on_root(comm, storage.try_folder, output)
+    if not (options.resume or options.force):
+        on_root(comm, storage.refuse_overwriting_run, output)
+    logging.getLogger("orchestrator").propagate = False  # run.log has it
+    if case.load.cases:
+        return _run_load_cases(options, case, output, comm, console)
+    with Reporter(console) as report:
+        outcome = driver.run(case, output, options.resume, comm, report)
+    assert outcome.summary is not None, "a run without any curve raises"
+    console.print(tables.run_table(outcome.summary))
+    for remark in storage.remarks(outcome.summary):
+        console.print(remark, soft_wrap=True, markup=False)
+    for reason in storage.reasons(outcome.summary.pushover):
+        console.print(f"NOT VALID: {reason}", soft_wrap=True)
+    console.print(answer.answer_of_run(outcome.summary), soft_wrap=True, markup=False)
+    _print_verification(outcome.summary, console)
+    if outcome.summary.seismic is not None:
+        console.print(sentence(page.verdict_of(case, outcome.summary)), soft_wrap=True, markup=False)
+    written = (
+        f"report: {output / 'report.html'}; pictures: {output / 'figures'}; all figures: {output / 'summary.json'}"
+    )
+    console.print(written, soft_wrap=True)
+    _complain(comm, outcome.complaints)
+    return _exit_code(outcome.complaints)
+
+
+def _run_load_cases(
+    options: argparse.Namespace, case: Case, output: Path, comm: MPI.Intracomm | None, console: Console
+) -> int:
+    with Reporter(console) as report:
+        outcome = load_case_runs.run(case, output, options.resume, comm, report)
+    if outcome is None:
+        return 0
+    console.print(tables.load_cases_table(case.name, outcome.rows))
+    for one in outcome.done:
+        if one.summary is not None:
+            _print_verification(one.summary, console, one.summary.case)
+    console.print(tables.verdict_table(outcome.verdict))
+    console.print(sentence(outcome.verdict), soft_wrap=True, markup=False)
+    said = (("reports of all load cases", "report.html"), ("table", "load_cases.csv"), ("verdict", "verdict.csv"))
+    console.print("; ".join(f"{what}: {output / name}" for what, name in said), soft_wrap=True)
+    _complain(comm, outcome.complaints)
+    return _exit_code(outcome.complaints)
+
+
+def _print_verification(summary: storage.Summary, console: Console, load_case: str = "") -> None:
+    """Print table, control point and notes of the seismic verification, where there is one."""
+    record = summary.seismic
+    if record is None:
+        return
+    console.print(tables.seismic_table(record, load_case))
+    console.print(f"{verdict(record)}. Control point of N2: {record['control_point']}", soft_wrap=True)
+    for number, text in enumerate(notes(record), 1):
+        console.print(f"({number}) {text}", soft_wrap=True, markup=False)
+
+
+def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:
+    """Return 1 if a pushover stopped early, else 3 if one is not valid, else 0."""
+    return min((1 if isinstance(complaint, ConvergenceError) else 3 for complaint in complaints), default=0)
+
+
+def _output(options: argparse.Namespace) -> Path:
+    return options.output or Path("results") / options.case.stem
+
+
+def _complain(comm: MPI.Comm | None, complaints: Sequence[object]) -> None:
+    if is_root(comm):
+        for complaint in complaints:
+            print(complaint, file=sys.stderr)
+
+
+ACTIONS = {None: run, "check": check, "limit": limit, "segment": segment, "run": run}
+"""by command; none: the shipped benchmark 1"""

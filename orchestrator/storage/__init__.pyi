@@ -1,0 +1,83 @@
+from .files import (
+    hash_file,
+    logging_to,
+    provenance,
+    read_json,
+    versions,
+    write_csv,
+    write_json,
+    write_text,
+)
+from .force_tables import write_forces
+from .model_geometry import ContactPlaces, read_geometry, write_geometry
+from .notes import reasons, remarks
+from .outputs import refuse_overwriting_file, refuse_overwriting_run, try_folder
+from .paraview import stress_and_pressure, write_paraview
+from .reading import read_limit_analysis, read_macroblocks
+from .stored_increments import StateStore, load_increments
+from .summary import (
+    Effort,
+    Event,
+    PushoverSummary,
+    Summary,
+    effort_of,
+    limit_summary,
+    pushover_summary,
+    read_summary,
+    summarise,
+    write_summary,
+)
+from .values import (
+    read_curve,
+    write_blocks,
+    write_case,
+    write_curve,
+    write_joints,
+    write_limit_analysis,
+    write_macroblocks,
+    write_ties,
+)
+
+__all__ = [
+    "ContactPlaces",
+    "Effort",
+    "Event",
+    "PushoverSummary",
+    "StateStore",
+    "Summary",
+    "effort_of",
+    "hash_file",
+    "limit_summary",
+    "load_increments",
+    "logging_to",
+    "provenance",
+    "pushover_summary",
+    "read_curve",
+    "read_geometry",
+    "read_json",
+    "read_limit_analysis",
+    "read_macroblocks",
+    "read_summary",
+    "reasons",
+    "refuse_overwriting_file",
+    "refuse_overwriting_run",
+    "remarks",
+    "stress_and_pressure",
+    "summarise",
+    "try_folder",
+    "versions",
+    "write_blocks",
+    "write_case",
+    "write_csv",
+    "write_curve",
+    "write_forces",
+    "write_geometry",
+    "write_joints",
+    "write_json",
+    "write_limit_analysis",
+    "write_macroblocks",
+    "write_paraview",
+    "write_summary",
+    "write_text",
+    "write_ties",
+]
