@@ -21,7 +21,7 @@ QUIET = 5.0
 
 
 class Reporter:
-    """Draws what the driver reports: a bar per pushover on a terminal, now and then a line elsewhere."""
+    """Draws what the driver reports: a bar per pushover on a terminal that can, now and then a line elsewhere."""
 
     def __init__(self, console: Console) -> None:
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -31,7 +31,8 @@ class Reporter:
             TimeElapsedColumn(), TimeRemainingColumn(),
         )  # fmt: skip
         self._console = console
-        self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+        self._draws = console.is_terminal and not console.is_dumb_terminal
+        self._progress = Progress(*columns, console=console, transient=True, disable=not self._draws)
         self._tasks: dict[str, TaskID] = {}
         self._last_line = 0.0
         self._listener = _Listener(self.say)
@@ -51,7 +52,7 @@ class Reporter:
 
     def say(self, text: str) -> None:
         """Show what limit analysis does: the first line at once, the next ones where they do not follow too soon."""
-        if self._console.is_terminal:
+        if self._draws:
             if "" not in self._tasks:
                 self._tasks[""] = self._progress.add_task("micro-LA", total=None, state="")
             self._progress.update(self._tasks[""], state=text, refresh=True)
@@ -85,7 +86,7 @@ class Reporter:
         if event.model not in self._tasks:
             self._tasks[event.model] = self._progress.add_task(f"{event.model} FE", total=1.0, state="")
         self._progress.update(self._tasks[event.model], completed=event.fraction, state=state)
-        if not self._console.is_terminal and event.seconds - self._last_line > QUIET:
+        if not self._draws and event.seconds - self._last_line > QUIET:
             self._console.print(f"{event.model} FE: {state}, {event.seconds:.0f} s", soft_wrap=True)
             self._last_line = event.seconds
 

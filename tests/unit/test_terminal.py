@@ -114,8 +114,8 @@ def test_the_peak_that_counts(pushover, words, absent):
     assert not any(word in said for word in absent), said
 
 
-def reported(terminal, *actions):
-    console = Console(file=io.StringIO(), force_terminal=terminal, width=200)
+def reported(terminal, *actions, kind="xterm"):
+    console = Console(file=io.StringIO(), force_terminal=terminal, width=200, _environ={"TERM": kind})
     with Reporter(console) as report:
         for action in actions:
             action(report)
@@ -129,6 +129,7 @@ def log(text):
 def test_limit_analysis_says_at_once_what_it_does_and_then_not_too_often():
     assert reported(False, log("first"), log("second")) == "micro-LA: first\n"
     assert "second" in reported(True, log("first"), log("second"))
+    assert reported(True, log("first"), log("second"), kind="dumb") == "micro-LA: first\n"
 
 
 def test_nothing_is_shown_of_limit_analysis_after_its_stage():
