@@ -16,7 +16,7 @@ import pytest
 
 from orchestrator import storage
 from orchestrator.app.cli import main
-from tests.support.browser import asked, headless
+from tests.support.browser import asked, awaited, headless
 
 ROOT = Path(__file__).parents[2]
 EVIL = "</script><script>document.title = 'run'</script><img src=x onerror=\"document.title='run'\">"
@@ -81,7 +81,7 @@ def test_names_from_the_input_are_read_not_run(page):
 
 
 def test_the_slider_moves_the_wall_and_the_point_of_every_model(page):
-    for button in page.find_elements("css selector", "#models button"):
+    for button in awaited(page, "#models button"):
         button.click()
         most = int(page.execute_script("return document.getElementById('slider').max"))
         assert most > 10
@@ -98,7 +98,7 @@ def test_the_slider_moves_the_wall_and_the_point_of_every_model(page):
 def test_the_drawing_factor_stays_until_the_user_changes_it(page):
     """One factor for every increment of every model, on the switch and in the line of state; 6 % of the height most."""
     stated = set()
-    for button in page.find_elements("css selector", "#models button"):
+    for button in awaited(page, "#models button"):
         button.click()
         most = int(page.execute_script("return document.getElementById('slider').max"))
         for value in range(most + 1):

@@ -118,10 +118,6 @@ class _Surface:
         self.nodes_of_vertex = [np.intersect1d(of_edge[k], of_edge[other]) for k, other in enumerate(faces.before)]
         self.touching = touching_faces(bodies, faces, sides)
         self.heights, self.level = np.unique(np.round(meshes.nodes[:, 2], 9), return_inverse=True)
-        self.place_of_vertex = np.unique(faces.vertex, axis=0, return_inverse=True)[1]
-        self.place = np.full(len(meshes.nodes), -1)
-        for nodes, place in zip(self.nodes_of_vertex, self.place_of_vertex, strict=True):
-            self.place[nodes] = place
 
     def slave_and_master_faces(self) -> list[tuple[int, int]]:
         """Return all pairs of faces, the slave's first: as in the two bodies' interfaces, or that of more nodes."""
@@ -158,10 +154,10 @@ class _Surface:
         count, faces = len(nodes), self.faces
         if count and nodes[0] == SUPPORT_POINT:
             vertex = faces.begin[slave] if corner == 1 else faces.stop[slave]
-            level, place = np.arange(count), np.full(count, self.place_of_vertex[vertex])
+            level = np.arange(count)
             point = np.column_stack([np.tile(faces.vertex[vertex], (count, 1)), self.heights])
         else:
-            level, place, point = self.level[nodes], self.place[nodes], self.meshes.nodes[nodes]
+            level, point = self.level[nodes], self.meshes.nodes[nodes]
         return {
             "slave_node": nodes,
             "slave_body": np.full(count, faces.body[slave]),
@@ -170,7 +166,6 @@ class _Surface:
             "tangent": np.tile(faces.tangent[master], (count, 1)),
             "point": point,
             "level": level,
-            "place": place,
             "master_face": np.full(count, master),
             "corner": np.full(count, corner),
             "pair": np.full(count, pair),
