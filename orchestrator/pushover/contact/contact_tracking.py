@@ -32,7 +32,7 @@ COVER = 7.56e-3
 on faces turned against each other, hold bodies as a wedge of some hundredths of a radian does; with friction such a
 wedge may have no state.)"""
 DEEPER = 1e-6
-"""of points whose depths differ by less than about this the first in the list of possible contacts stays"""
+"""a contact that was there stays while no other point of its place lies deeper by more than this"""
 REACH = 0.075
 """wider gaps cannot close within an increment"""
 DEEPEST = -7.5e-3
@@ -177,7 +177,7 @@ def track(
     fixed = ~weights.any(axis=1)
     gap = np.where(fixed, height[rows], np.einsum("ci,ci->c", normal, (point[rows] - on_master)[:, :2]))
     off = inside[rows] < -END * size[rows]
-    rank = np.argsort(np.lexsort((rows, np.round(gap / (DEEPER * size[rows])), off)))
+    rank = np.argsort(np.lexsort((rows, gap - DEEPER * size[rows] * known[rows], off)))
     stays, heirs = _deepest(rank, off, *_at_one_place(tracking, rows, point[rows]))
     heirs = rows[heirs]
     rows, turn = rows[stays], turn[stays]
