@@ -110,7 +110,7 @@ def other_work(result: Run, final: float) -> np.ndarray:
 
 def at(result: Run, before: Increment, after: Increment) -> ContactModel:
     """Return the model at the end of an increment, with the contacts that it was solved with."""
-    return displaced(result.model, after.displacement.ravel())
+    return displaced(result.model, after.displacement.ravel(), known=~np.isnan(before.gap))
 
 
 def balance(result: Run, final: float, friction_factor: float = 1.0) -> float:
