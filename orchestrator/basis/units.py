@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 FACTORS = {
     "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048},
@@ -26,9 +28,13 @@ QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf)\
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """Marks a settings field with the SI unit it is stored in: `Annotated[float, Unit("m")]`."""
+    """Marks a settings field with the SI unit it is stored in: `Annotated[float, Unit("m")]`.
+
+    symbol: "" for a pure number. may_be_infinite: whether `inf` or "none" switches off what the field limits.
+    """
 
     symbol: str
+    may_be_infinite: bool = False
 
     def parse(self, value: object) -> float:
         """Return a number (already SI) or a text with its unit ("450 mm") in the SI unit.
@@ -37,10 +43,34 @@ class Unit:
         """
         if isinstance(value, int | float) and not isinstance(value, bool):
             return as_number(value)
+        if value == "none" and self.may_be_infinite:
+            return math.inf
+        if not self.symbol:
+            raise ValueError(f"{value!r} is not a number; write a number without unit")
         match = QUANTITY.fullmatch(value) if isinstance(value, str) else None
         if match is None:
             raise ValueError(f'{value!r} is not a quantity; write a number and its unit, as in "1 {self.symbol}"')
         return as_number(float(match[1])) * self.factor(match[2])
+
+    def written(self, value: float) -> float | str:
+        """Return a value in the SI unit as a case file has it, which `parse` reads back as it is."""
+        return f"{value!r} {self.symbol}" if self.symbol and math.isfinite(value) else value
+
+    def __get_pydantic_core_schema__(self, source: object, handler: Callable[[object], dict[str, Any]]) -> Any:
+        """Tell pydantic, where it checks a case file, to read such a number by `parse` and to write it by `written`."""
+        return {
+            "type": "function-before",
+            "function": {"type": "no-info", "function": self.parse},
+            "schema": handler(source) | {"allow_inf_nan": self.may_be_infinite},
+            "serialization": {"type": "function-plain", "function": self.written},
+        }
+
+    def __get_pydantic_json_schema__(self, schema: object, handler: Callable[[object], dict[str, Any]]) -> Any:
+        """Tell pydantic, where it describes a case file, which texts stand for such a number."""
+        pattern = rf"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*({'|'.join(FACTORS.get(self.symbol, ()))})\s*$"
+        texts = [{"type": "string", "pattern": pattern}] if self.symbol else []
+        texts += [{"const": "none"}] if self.may_be_infinite else []
+        return {"anyOf": [handler(schema), *texts], "unit": self.symbol}
 
     def factor(self, symbol: str) -> float:
         """Return the factor from `symbol` to the SI unit. Raises ValueError for a unit of another kind."""

@@ -42,6 +42,10 @@ SAME_VELOCITY = 1e-3
 different speeds have one centre at infinity, but are no body"""
 
 
+RelativeTolerance = Annotated[float, Ge(0), Unit("", may_be_infinite=True)]
+"""largest difference of displacements, or of rotations, that counts as none"""
+CentreDistance = Annotated[float, Ge(0), Unit("m", may_be_infinite=True)]
+"""largest distance of two centres of rotation that count as one"""
 TOLERANCES = ("normal", "tangential", "rotation", "centre_distance")
 """settings of criteria (3) and (4)"""
 
@@ -58,13 +62,13 @@ class MacroblockSettings:
     """of the mechanism: its largest displacement is 1, or "unit_power", as the linear program returns it (N and m)"""
     evaluate_at: Literal["midpoint", "ends"] = "midpoint"
     """where a joint's opening is compared with tol_n: mean of both ends, or the larger one"""
-    normal: Annotated[float, Ge(0)] = 1e-3
+    normal: RelativeTolerance = 1e-3
     """tol_n: largest relative normal displacement at the joint"""
-    tangential: Annotated[float, Ge(0)] = inf
+    tangential: RelativeTolerance = inf
     """tol_s: largest relative tangential displacement at the joint"""
-    rotation: Annotated[float, Ge(0)] = inf
+    rotation: RelativeTolerance = inf
     """tol_r: largest relative rotation"""
-    centre_distance: Annotated[float, Unit("m"), Ge(0)] = 0.45
+    centre_distance: CentreDistance = 0.45
     """tol_D: largest distance between the centres of rotation"""
 
 

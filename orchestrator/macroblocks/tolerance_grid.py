@@ -10,12 +10,11 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Annotated
 
-from annotated_types import Ge, MinLen
+from annotated_types import MinLen
 
-from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis import Mechanism
 from orchestrator.limit_analysis.paper.limit_state import Scale
-from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, merged
+from orchestrator.macroblocks.criteria import CentreDistance, MacroblockSettings, Partition, RelativeTolerance, merged
 from orchestrator.masonry.joints import Assemblage
 
 
@@ -29,9 +28,9 @@ class StudySettings:
 
     scale: Scale = "unit_power"
     """what tol_n is a part of, as in [macroblocks]"""
-    normal: Annotated[tuple[Annotated[float, Ge(0)], ...], MinLen(1)] = (2.5e-6, 3.75e-6, 7.5e-6, 22.5e-6, inf)
+    normal: Annotated[tuple[RelativeTolerance, ...], MinLen(1)] = (2.5e-6, 3.75e-6, 7.5e-6, 22.5e-6, inf)
     """tol_n, one row each"""
-    centre_distance: Annotated[tuple[Annotated[float, Unit("m"), Ge(0)], ...], MinLen(1)] = (0.0, 1e-3, 0.45, 0.9, inf)
+    centre_distance: Annotated[tuple[CentreDistance, ...], MinLen(1)] = (0.0, 1e-3, 0.45, 0.9, inf)
     """tol_D, one column each"""
 
 

@@ -10,13 +10,11 @@ import tomllib
 import typing
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
 from annotated_types import Gt, MinLen
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from orchestrator.assessment.seismic.control import named_point
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states, refuse_building
@@ -39,10 +37,9 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings, New
 from orchestrator.pushover.solids.nodal_loads import refuse_upright
 from orchestrator.pushover.solids.tie_bars import refuse_rigid
 from orchestrator.settings.project import ProjectSettings
-from orchestrator.settings.sections import as_settings, first_complaint, row_type, section_model, written
+from orchestrator.settings.sections import checked, row_type, settings_from
 
 ModelName = Literal["macro", "micro"]
-MAY_BE_INFINITE = ("macroblocks", "study", "seismic")
 LARGEST_FILE = 1_000_000  # bytes
 
 
@@ -72,8 +69,8 @@ class RunSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
-    """A case as read; `file` is where it came from."""
+class CaseFile:
+    """What a case file holds."""
 
     wall: WallSettings
     name: str = ""
@@ -92,6 +89,12 @@ class Case:
     study: StudySettings = field(default_factory=StudySettings)
     sensitivity: SensitivitySettings = field(default_factory=SensitivitySettings)
     seismic: SeismicSettings = field(default_factory=SeismicSettings)
+
+
+@dataclass(frozen=True, slots=True)
+class Case(CaseFile):
+    """A case as read; `file` is where it came from."""
+
     file: Path = field(default=Path(), compare=False)
 
     @property
@@ -107,10 +110,7 @@ def read(path: Path, overrides: Sequence[str] = ()) -> Case:
     """
     try:
         refuse_what_is_not_utf8(str(path), "")
-        record = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else toml_record(path)
-        for override in overrides:
-            overridden(record, override)
-        case = _case(record)
+        case = _case(record_in(path, overrides))
     except CaseError as error:
         raise error.in_file(str(path)) from None
     return replace(case, file=path, name=case.name or path.stem)
@@ -166,17 +166,14 @@ def refuse_seismic(case: Case) -> None:
 
 def as_toml(case: Case, block_file: str) -> str:
     """Return a case file that reads back as `case` with its blocks in `block_file`; all defaults filled in."""
-    record: dict[str, Any] = {"name": case.name}
-    for section in section_types():
-        record[section] = written(getattr(case, section))
+    record = checked(CaseFile).dump_python(case, exclude_none=True)
     record["wall"]["blocks"] = block_file
     return tomli_w.dumps(record)
 
 
 def section_types() -> dict[str, type]:
     """Return the settings dataclass of each section of a case file."""
-    hints = typing.get_type_hints(Case)
-    return {f.name: hints[f.name] for f in fields(Case) if f.name not in ("name", "file")}
+    return {name: kind for name, kind in typing.get_type_hints(CaseFile).items() if name != "name"}
 
 
 def table_types() -> dict[str, type]:
@@ -192,12 +189,15 @@ def table_types() -> dict[str, type]:
     return found
 
 
-def json_schema() -> dict[str, Any]:
-    """Return the JSON schema of the case file as pydantic knows it: quantities as numbers in SI."""
-    return _model().model_json_schema()
+def record_in(path: Path, overrides: Sequence[str]) -> dict[str, Any]:
+    """Return what a case holds, unchecked. Raises CaseError."""
+    record: dict[str, Any] = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else _toml_record(path)
+    for override in overrides:
+        _override(record, override)
+    return record
 
 
-def toml_record(path: Path) -> dict[str, Any]:
+def _toml_record(path: Path) -> dict[str, Any]:
     """Return what a case file holds, unchecked. Raises CaseError."""
     try:
         refuse_what_is_no_file(path, LARGEST_FILE, "is this a case file?")
@@ -210,7 +210,7 @@ def toml_record(path: Path) -> dict[str, Any]:
         raise CaseError("", f"is not TOML ({error})", "see templates/benchmark1.toml for an example") from None
 
 
-def overridden(record: dict[str, Any], override: str) -> None:
+def _override(record: dict[str, Any], override: str) -> None:
     """Set section.key in the record; the value is TOML where it can be, else text."""
     key, equals, text = override.partition("=")
     *sections, name = key.strip().split(".")
@@ -229,25 +229,12 @@ def overridden(record: dict[str, Any], override: str) -> None:
 
 
 def _case(record: dict[str, Any]) -> Case:
-    try:
-        validated = _model().model_validate(record)
-    except ValidationError as error:
-        raise first_complaint(error, {"name": str, **section_types()}) from None
-    sections = {name: as_settings(kind, getattr(validated, name)) for name, kind in section_types().items()}
-    given = validated.macroblocks.model_fields_set  # type: ignore[attr-defined]
-    if "choose" not in given and given & set(TOLERANCES):
-        sections["macroblocks"] = replace(sections["macroblocks"], choose="tolerances")
-    load = sections["load"]
-    if load.envelope:
-        sections["load"] = replace(load, cases=(*ENVELOPE, *load.cases), envelope=False)
-    return Case(name=validated.name, **sections)  # type: ignore[attr-defined]
-
-
-@cache
-def _model() -> type[BaseModel]:
-    """Return the pydantic model of a case file, made from the settings dataclasses."""
-    parts: dict[str, Any] = {"name": (str, "")}
-    for name, kind in section_types().items():
-        part = section_model(kind, name in MAY_BE_INFINITE)
-        parts[name] = (part, ...) if name == "wall" else (part, Field(default={}, validate_default=True))
-    return create_model("CaseFile", __config__=ConfigDict(extra="forbid"), **parts)
+    """Return the case that a record of a case file describes. Raises CaseError (key only)."""
+    stated = settings_from(CaseFile, record)
+    case = Case(**{one.name: getattr(stated, one.name) for one in fields(CaseFile)})
+    given = record.get("macroblocks", {})
+    if "choose" not in given and any(name in given for name in TOLERANCES):
+        case = replace(case, macroblocks=replace(case.macroblocks, choose="tolerances"))
+    if case.load.envelope:
+        case = replace(case, load=replace(case.load, cases=(*ENVELOPE, *case.load.cases), envelope=False))
+    return case

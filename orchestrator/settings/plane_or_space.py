@@ -12,7 +12,7 @@ from typing import Any
 
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.sources.block_files import json_in
-from orchestrator.settings.case import overridden, toml_record
+from orchestrator.settings.case import record_in
 from orchestrator.space.block_files import LARGEST_FILE, is_in_space
 
 IN_PLANE = ("+x", "-x")
@@ -44,11 +44,3 @@ def _is_direction(load: dict[str, Any]) -> bool:
     """Return whether the load is one that only a wall in space can have; a misspelt one stays with the plane."""
     direction = load.get("direction")
     return "angle" in load or isinstance(direction, list) or direction in ("+y", "-y", "+z", "-z")
-
-
-def record_in(path: Path, overrides: Sequence[str]) -> dict[str, Any]:
-    """Return what a case holds, unchecked. Raises CaseError."""
-    record: dict[str, Any] = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else toml_record(path)
-    for override in overrides:
-        overridden(record, override)
-    return record

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import ast
 import inspect
 import math
 import textwrap
-import types
-import typing
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, fields, replace
-from typing import Any, Literal
+from functools import cache
+from typing import Any
 
-import annotated_types as bounds
-
-from orchestrator.basis.units import FACTORS, quantity
+from orchestrator.basis.units import quantity
 from orchestrator.settings import case as cases
-from orchestrator.settings.sections import unit_of
+from orchestrator.settings.sections import checked
 
 REQUIRED = "required"
 USUAL = {
@@ -30,7 +26,9 @@ USUAL = {
     "seismic": ("peak_ground_acceleration", "spectrum", "ground"),
 }
 """sections and keys of a short case file"""
-QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*({units})\s*$"
+BOUNDS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
+AS_JSON_SCHEMA = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+"""bounds by their names in a JSON schema; pydantic leaves its own beside a value that is converted first"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,18 +56,16 @@ class CaseSection:
 
 def sections() -> tuple[CaseSection, ...]:
     """Return every section of a case file, in order."""
-    return tuple(
-        CaseSection(name, " ".join(inspect.cleandoc(kind.__doc__ or "").split()), tuple(settings_of(kind)))
-        for name, kind in cases.section_types().items()
-    )
+    return tuple(_section(name, kind) for name, kind in cases.section_types().items())
 
 
 def tables() -> tuple[CaseSection, ...]:
     """Return every list of tables of a case file, named as in "load.dead", with the keys of one table."""
-    return tuple(
-        CaseSection(name, " ".join(inspect.cleandoc(kind.__doc__ or "").split()), tuple(settings_of(kind)))
-        for name, kind in cases.table_types().items()
-    )
+    return tuple(_section(name, kind) for name, kind in cases.table_types().items())
+
+
+def _section(name: str, kind: type[Any]) -> CaseSection:
+    return CaseSection(name, _line(inspect.getdoc(kind)), tuple(settings_of(kind)))
 
 
 def commented_case(name: str, block_file: str) -> str:
@@ -110,15 +106,23 @@ def _stated(name: str, block_file: str, opening: str, shown: Sequence[CaseSectio
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of a case file, for editors; quantities are numbers or texts with unit."""
-    described = cases.json_schema()
-    parts = described["$defs"]
+    parts = {name: part | {"properties": dict(part["properties"])} for name, part in _described().items()}
     kinds = [*cases.section_types().values(), *cases.table_types().values()]
-    for kind, section in dict(zip(kinds, (*sections(), *tables()), strict=True)).items():
+    for kind, section in zip(kinds, (*sections(), *tables()), strict=True):
         part = parts[kind.__name__]
-        part["description"] = section.meaning
-        for setting in section.settings:
-            part["properties"][setting.key] = _described(part["properties"][setting.key], section.name, setting)
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_finite(described), "title": "Case file"}
+        part |= {"description": section.meaning, "additionalProperties": False}
+        for one in section.settings:
+            about = "; ".join(filter(None, (one.meaning, one.unit, one.range)))
+            part["properties"][one.key] = part["properties"][one.key] | {"description": about}
+    top = parts.pop(cases.CaseFile.__name__)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$defs": parts, **top, "title": "Case file"}
+
+
+@cache
+def _described() -> dict[str, Any]:
+    """Return the JSON schema of every settings dataclass by its name, as pydantic knows it."""
+    parts: dict[str, Any] = _finite(checked(cases.CaseFile, described=True).json_schema())["$defs"]
+    return parts
 
 
 def reference_page() -> str:
@@ -138,24 +142,22 @@ def reference_page() -> str:
 
 
 def settings_of(kind: type[Any]) -> Iterator[Setting]:
-    """Yield every setting of a dataclass, in order."""
-    hints = typing.get_type_hints(kind, include_extras=True)
-    meanings = _meanings(kind)
+    """Yield every setting of a dataclass of the case file, in order."""
+    properties = _described()[kind.__name__]["properties"]
     for one in fields(kind):
-        unit = unit_of(hints[one.name])
-        symbol = unit.symbol if unit else ""
-        yield Setting(one.name, _default(one, symbol), symbol, _range(hints[one.name]), meanings.get(one.name, ""))
+        part = properties[one.name]
+        unit = _unit(part)
+        yield Setting(one.name, _default(one, unit), unit, _range(part), _line(part.get("description")))
 
 
-def _meanings(kind: type[Any]) -> dict[str, str]:
-    """Return the text below each field of a dataclass (Python keeps it in the source only)."""
-    (definition,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
-    assert isinstance(definition, ast.ClassDef)
-    found = {}
-    for above, below in zip(definition.body, definition.body[1:], strict=False):
-        if isinstance(above, ast.AnnAssign) and isinstance(above.target, ast.Name) and isinstance(below, ast.Expr):
-            found[above.target.id] = " ".join(str(ast.literal_eval(below.value)).split())
-    return found
+def _line(text: str | None) -> str:
+    return " ".join((text or "").split())
+
+
+def _unit(part: Mapping[str, Any]) -> str:
+    """Return the unit of a property of the schema, of the members where it is a list."""
+    members = [*part.get("anyOf", ()), part.get("items", {})]
+    return part.get("unit", "") or next(filter(None, (_unit(member) for member in members if member)), "")
 
 
 def _default(one: Field[Any], unit: str) -> str:
@@ -177,50 +179,22 @@ def _toml(value: Any, unit: str = "") -> str:
     return f'"{quantity(value, unit)}"' if unit else repr(value)
 
 
-def _range(hint: Any) -> str:
-    """Return the bounds and choices of a type hint in words."""
-    origin, members = typing.get_origin(hint), typing.get_args(hint)
-    if origin is Literal:
-        return "one of " + ", ".join(_toml(member) for member in members)
-    if origin is typing.Union or origin is types.UnionType:
-        return ", ".join(filter(None, (_range(member) for member in members if member is not type(None))))
-    if origin is typing.Annotated:
-        words = [_range(members[0]), *(_bound(member) for member in members[1:])]
-        return ", ".join(word for word in words if word)
-    if origin is tuple:
-        return f"list, each {_range(members[0])}" if _range(members[0]) else "list"
-    return {bool: "true or false", int: "whole number"}.get(hint, "")
-
-
-def _bound(member: Any) -> str:
-    limits = {bounds.Gt: ("gt", ">"), bounds.Ge: ("ge", "≥"), bounds.Lt: ("lt", "<"), bounds.Le: ("le", "≤")}
-    for kind, (name, sign) in limits.items():
-        if isinstance(member, kind):
-            return f"{sign} {getattr(member, name):g}"
-    return ""
-
-
-def _described(found: dict[str, Any], section: str, setting: Setting) -> dict[str, Any]:
-    """Return a property of the schema with its meaning, and with the texts that stand for its value."""
-    about = {"description": "; ".join(part for part in (setting.meaning, setting.unit, setting.range) if part)}
-    texts: list[dict[str, Any]] = []
-    if setting.unit:
-        texts.append({"type": "string", "pattern": QUANTITY.format(units="|".join(FACTORS[setting.unit]))})
-    if section in cases.MAY_BE_INFINITE:
-        texts.append({"const": "none"})
-    if not texts:
-        return found | about
-    default = {"default": found["default"]} if found.get("default") is not None else {}
-    plain = {key: value for key, value in found.items() if key not in ("default", "title")}
-    if plain.get("type") == "array":
-        return plain | {"items": {"anyOf": [plain["items"], *texts]}} | about | default
-    return {"anyOf": [plain, *texts], **about, **default}
+def _range(part: Mapping[str, Any]) -> str:
+    """Return the bounds and choices of a property of the schema in words."""
+    if "enum" in part:
+        return "one of " + ", ".join(_toml(member) for member in part["enum"])
+    if "items" in part:
+        return ", each ".join(filter(None, ("list", _range(part["items"]))))
+    words = [{"boolean": "true or false", "integer": "whole number"}.get(part.get("type", ""), "")]
+    words += [_range(member) for member in part.get("anyOf", ())]
+    words += [f"{sign} {part[name]:g}" for name, sign in BOUNDS.items() if name in part]
+    return ", ".join(filter(None, words))
 
 
 def _finite(value: Any) -> Any:
-    """Return a value without infinite numbers, which JSON does not know."""
+    """Return a schema without infinite numbers, which JSON does not know, and with every bound by its JSON name."""
     if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
+        return {AS_JSON_SCHEMA.get(key, key): _finite(item) for key, item in value.items()}
     if isinstance(value, list):
         return [_finite(item) for item in value]
     return "none" if isinstance(value, float) and math.isinf(value) else value

@@ -12,7 +12,7 @@ from annotated_types import Gt
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
-from orchestrator.settings.plane_or_space import record_in
+from orchestrator.settings.case import record_in
 from orchestrator.settings.sections import settings_from
 from orchestrator.space.analysis import SpaceLimitSettings
 from orchestrator.space.block_files import read_wall
@@ -63,7 +63,7 @@ def read(path: Path, overrides: Sequence[str] = ()) -> SpaceCase:
             if key not in ("name", "wall", *SECTIONS):
                 known = ", ".join(("name", "wall", *SECTIONS))
                 raise CaseError(key, "is not a section of a wall in space", f"use {known}")
-        sections = {name: _section(kind, name, record.get(name, {})) for name, kind in SECTIONS.items()}
+        sections = {name: settings_from(kind, record.get(name, {}), name) for name, kind in SECTIONS.items()}
         wall = _wall(record.get("wall"), path)
     except CaseError as error:
         raise error.in_file(str(path)) from None
@@ -71,21 +71,12 @@ def read(path: Path, overrides: Sequence[str] = ()) -> SpaceCase:
     return SpaceCase(name, replace(wall, name=name), path, **sections)
 
 
-def _section(kind: type, name: str, values: Any) -> Any:
-    if not isinstance(values, dict):
-        raise CaseError(name, f"{values!r} is not accepted", f"it is a section: write [{name}] and its keys below")
-    try:
-        return settings_from(kind, values)
-    except CaseError as error:
-        raise CaseError(f"{name}.{error.key}", error.problem, error.remedy) from None
-
-
 def _wall(values: Any, path: Path) -> SpaceWall:
     """Return the wall of a generator or of a block file with its replacements."""
     if not isinstance(values, dict) or ("generator" in values) == ("blocks" in values):
         raise CaseError("wall", "needs a generator or a block file", 'write generator = "u" or blocks = "FILE.json"')
     given = dict(values)
-    floors: FloorSettings = _section(FloorSettings, "wall", _part(given, FloorSettings))
+    floors: FloorSettings = settings_from(FloorSettings, _part(given, FloorSettings), "wall")
     given.pop("floors", None)
     return with_floors(_without_floors(given, path), floors.floors)
 
@@ -100,9 +91,9 @@ def _without_floors(given: dict[str, Any], path: Path) -> SpaceWall:
         for key in given:
             if key not in known:
                 raise CaseError(f"wall.{key}", f"is not a key of the generator {kind!r}", f"use {', '.join(known)}")
-        return build(kind, [_section(one, "wall", _part(given, one)) for one in kinds])
+        return build(kind, [settings_from(one, _part(given, one), "wall") for one in kinds])
     wall = read_wall(path.parent / str(given.pop("blocks")))
-    changed: Replaced = _section(Replaced, "wall", given)
+    changed: Replaced = settings_from(Replaced, given, "wall")
     if changed.unit_weight is not None:
         wall = replace(wall, blocks=tuple(replace(b, unit_weight=changed.unit_weight) for b in wall.blocks))
     if changed.friction is not None:

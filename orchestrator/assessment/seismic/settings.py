@@ -66,7 +66,7 @@ class SeismicSettings:
     """T_D of "parameters" """
     damping: Annotated[float, Gt(0), Le(0.5)] = 0.05
     """part of critical damping, of the curves; a mechanism has 0.08 at SLV and 0.10 at SLC (C8.7.1.2.1.8)"""
-    largest_force_ratio: Annotated[float, Ge(1)] | None = None
+    largest_force_ratio: Annotated[float, Ge(1), Unit("", may_be_infinite=True)] | None = None
     """largest elastic over yield force q* in all limit states; left out: 3 at SLV, 4 at SLC (C7.8.1.6), else none"""
     largest_drift: Annotated[float, Gt(0), Le(0.5)] | None = None
     """largest drift of a pier, part of its height, in all limit states; left out: that of the code"""
