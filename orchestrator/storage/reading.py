@@ -2,45 +2,39 @@
 
 from __future__ import annotations
 
+import json
 from math import inf
 from pathlib import Path
 from typing import Any
 
 from orchestrator.basis.arrays import read_only
-from orchestrator.limit_analysis.paper.limit_state import (
-    LimitAnalysis,
-    LimitState,
-    LinearProgramRecord,
-    LocalFailure,
-    Mechanism,
-)
+from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
 from orchestrator.macroblocks.criteria import MacroblockSettings, Partition
 from orchestrator.masonry.wall import Wall
 from orchestrator.storage.files import read_json
 
-STATES = ("associative", "associative_left", "sequence", "path", "lowest")
+ARRAYS = {
+    "joint_forces": "joint_forces_N",
+    "velocities": "block_velocities",
+    "opening": "joint_opening",
+    "slip": "joint_slip",
+}
+STORED_AS = {"weight": "weight_N", "horizontal_load": "horizontal_load_N", **ARRAYS}
+"""keys of limit_analysis.json by the fields whose names they are not"""
 
 
 def read_limit_analysis(folder: Path) -> LimitAnalysis:
-    """Return what `write_limit_analysis` wrote."""
-    record = read_json(folder / "limit_analysis.json")
-    return LimitAnalysis(
-        load_direction=record["load_direction"],
-        weight=record["weight_N"],
-        horizontal_load=record["horizontal_load_N"],
-        tilting_table=record["tilting_table"],
-        remarks=tuple(record["remarks"]),
-        seconds=record["seconds"],
-        highest=record["highest"],
-        last_rest=record["last_rest"],
-        soft_from=record["soft_from"],
-        interval=record["interval"] and tuple(record["interval"]),
-        local_failures=tuple(
-            LocalFailure(tuple(f["stones"]), f["share"], tuple(f["multipliers"]), _state(f["state"]))
-            for f in record["local_failures"]
-        ),
-        **{name: record[name] and _state(record[name]) for name in STATES},
-    )
+    """Return what `write_limit_analysis` wrote. Raises OSError, and ValueError for a file that holds something else."""
+    from pydantic import ConfigDict, TypeAdapter
+
+    def with_arrays(record: dict[str, Any]) -> dict[str, Any]:
+        return record | {key: read_only(record[key]) for key in ARRAYS.values() if key in record}
+
+    rules = ConfigDict(alias_generator=lambda name: STORED_AS.get(name, name), arbitrary_types_allowed=True)
+    record = json.loads((folder / "limit_analysis.json").read_text(encoding="utf-8"), object_hook=with_arrays)
+    reader: TypeAdapter[Any] = TypeAdapter(LimitAnalysis | None, config=rules)
+    analysis: LimitAnalysis = reader.validate_python(record)
+    return analysis
 
 
 def read_macroblocks(folder: Path, wall: Wall) -> Partition:
@@ -55,25 +49,4 @@ def read_macroblocks(folder: Path, wall: Wall) -> Partition:
         transitive_joints=read_only(record["transitive_joints"], int),
         tolerances=MacroblockSettings(**tolerances) if tolerances else None,
         remarks=tuple(record["remarks"]),
-    )
-
-
-def _state(record: dict[str, Any]) -> LimitState:
-    moves = record["mechanism"]
-    return LimitState(
-        flow_rule=record["flow_rule"],
-        load_multiplier=record["load_multiplier"],
-        joint_forces=read_only(record["joint_forces_N"]),
-        mechanism=Mechanism(
-            velocities=read_only(moves["block_velocities"]),
-            opening=read_only(moves["joint_opening"]),
-            slip=read_only(moves["joint_slip"]),
-            largest_displacement=moves["largest_displacement"],
-        ),
-        records=tuple(LinearProgramRecord(**entry) for entry in record["records"]),
-        converged=record["converged"],
-        equilibrium_residual=record["equilibrium_residual"],
-        yield_residual=record["yield_residual"],
-        power_residual=record["power_residual"],
-        dilation=record["dilation"],
     )
