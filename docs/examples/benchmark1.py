@@ -36,7 +36,7 @@ def main() -> tuple[LimitAnalysis, Capacity]:
     print(f"associative {analysis.associative.load_multiplier:.4f}")
     print(f"without dilation {analysis.headline.load_multiplier:.4f}")
 
-    partition = merged(assemblage, analysis.headline.mechanism, MacroblockSettings(normal=1e-3, centre_distance=0.45))
+    partition = merged(assemblage, analysis.headline.mechanism, MacroblockSettings(tol_n=1e-3, tol_d=0.45))
     settings = {"mesh": MeshSettings(size=0.2), "stepping": SteppingSettings(final_displacement=0.005)}
     pushed = push(assemblage, analysis, partition, **settings)
     print(f"{partition.count} macroblocks, {pushed.summary.tetrahedra} tetrahedra")

@@ -33,7 +33,7 @@ def main(tolerances: Sequence[float] = (2.5e-7, 22.5e-6)) -> dict[int, PushoverC
 
     curves = {}
     for normal in tolerances:
-        criteria = replace(case.macroblocks, scale="unit_power", normal=normal, centre_distance=0.45)
+        criteria = replace(case.macroblocks, scale="unit_power", tol_n=normal, tol_d=0.45)
         partition = merged(assemblage, analysis.headline.mechanism, criteria)
         bodies = make_bodies(assemblage, partition)
         meshes = mesh_bodies(bodies, case.mesh, cache=None)

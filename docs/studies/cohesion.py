@@ -48,7 +48,7 @@ WALLS = {
     "benchmark1": ("Benchmark 1 (wall 6)", ROOT / "templates/benchmark1.toml", (), (0.0, 1e3, 5e3)),
 }
 """title, file, overrides, cohesions in Pa"""
-TOLERANCES = ("macroblocks.normal=1e-3", "macroblocks.centre_distance=450 mm")
+TOLERANCES = ("macroblocks.tol_n=1e-3", "macroblocks.tol_d=450 mm")
 END = 2e-3
 """m"""
 PLACES = (1e-4, 2e-4, 5e-4, 1e-3)

@@ -70,7 +70,7 @@ def main() -> None:
     assemblage = find_joints(read_blocks(PROJECT / FILES["benchmark 2"]), JointSettings())
     analysis = analyse(assemblage)
     fine, coarse = (
-        merged(assemblage, analysis.headline.mechanism, MacroblockSettings(scale="unit_power", normal=normal))
+        merged(assemblage, analysis.headline.mechanism, MacroblockSettings(scale="unit_power", tol_n=normal))
         for normal in (FINE, COARSE)
     )
     split = list(apart(assemblage, fine, coarse))

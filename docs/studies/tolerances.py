@@ -61,7 +61,7 @@ RANDOM = (
 )
 MARGINS = (0.01, 0.02, 0.05)
 """the first is the default"""
-PAPER = MacroblockSettings(scale="unit_power", normal=2.5e-6, centre_distance=0.45)
+PAPER = MacroblockSettings(scale="unit_power", tol_n=2.5e-6, tol_d=0.45)
 MESH = MeshSettings(size=0.2)
 LIMIT = 240.0
 """CPU seconds of a pushover; micro-FE of benchmark 2 takes 50"""

@@ -162,7 +162,7 @@ def _not_valid(run: PartitionRun) -> str:
 def _table(cells: Sequence[Cell], micro: Partition, runs: dict[bytes, PartitionRun]) -> Iterable[dict[str, Any]]:
     reference = _pushover(runs[key(micro)])
     for cell in cells:
-        tolerances = {"tol_n": _tolerance(cell.normal), "tol_D_m": _tolerance(cell.centre_distance)}
+        tolerances = {"tol_n": _tolerance(cell.tol_n), "tol_D_m": _tolerance(cell.tol_d)}
         yield tolerances | _row(runs[key(cell.partition)], reference)
     yield {"tol_n": "micro-FE", "tol_D_m": ""} | _row(runs[key(micro)], reference)
 
@@ -212,7 +212,7 @@ def _draw(
     panel = {partition: _panel(run, segmented) for partition, run in runs.items()}
     sheet = [replace(panel[key(cell.partition)], title=_words(cell)) for cell in cells]
     references = [mechanism, replace(panel[key(micro.segmented.partition)], title="micro-FE")]
-    columns = len(case.study.centre_distance)
+    columns = len(case.study.tol_d)
     if columns == 1:  # one row of everything, as in the paper's Figure 6
         plots.save(plots.panels([*sheet, *references], len(cells) + 2, case.name), folder, "table")
     else:
@@ -226,8 +226,8 @@ def _draw(
 
 
 def _words(cell: Cell) -> str:
-    normal = "none" if cell.normal == inf else f"{cell.normal:.3g}"
-    distance = "none" if cell.centre_distance == inf else f"{1e3 * cell.centre_distance:g} mm"
+    normal = "none" if cell.tol_n == inf else f"{cell.tol_n:.3g}"
+    distance = "none" if cell.tol_d == inf else f"{1e3 * cell.tol_d:g} mm"
     bodies = "1 body" if cell.partition.count == 1 else f"{cell.partition.count} bodies"
     return f"tol_n {normal}, tol_D {distance}\n{bodies}"
 

@@ -46,7 +46,7 @@ RelativeTolerance = Annotated[float, Ge(0), Unit("", may_be_infinite=True)]
 """largest difference of displacements, or of rotations, that counts as none"""
 CentreDistance = Annotated[float, Ge(0), Unit("m", may_be_infinite=True)]
 """largest distance of two centres of rotation that count as one"""
-TOLERANCES = ("normal", "tangential", "rotation", "centre_distance")
+TOLERANCES = ("tol_n", "tol_s", "tol_r", "tol_d")
 """settings of criteria (3) and (4)"""
 
 
@@ -62,14 +62,14 @@ class MacroblockSettings:
     """of the mechanism: its largest displacement is 1, or "unit_power", as the linear program returns it (N and m)"""
     evaluate_at: Literal["midpoint", "ends"] = "midpoint"
     """where a joint's opening is compared with tol_n: mean of both ends, or the larger one"""
-    normal: RelativeTolerance = 1e-3
-    """tol_n: largest relative normal displacement at the joint"""
-    tangential: RelativeTolerance = inf
-    """tol_s: largest relative tangential displacement at the joint"""
-    rotation: RelativeTolerance = inf
-    """tol_r: largest relative rotation"""
-    centre_distance: CentreDistance = 0.45
-    """tol_D: largest distance between the centres of rotation"""
+    tol_n: RelativeTolerance = 1e-3
+    """largest relative normal displacement at the joint"""
+    tol_s: RelativeTolerance = inf
+    """largest relative tangential displacement at the joint"""
+    tol_r: RelativeTolerance = inf
+    """largest relative rotation"""
+    tol_d: CentreDistance = 0.45
+    """tol_D of the paper: largest distance between the centres of rotation"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,7 +110,7 @@ def merged(assemblage: Assemblage, mechanism: Mechanism, settings: MacroblockSet
     scaled = mechanism.scaled(settings.scale)
     _refuse_noise(settings, scaled)
     within = _within_criterion_3(assemblage, scaled, settings) & _within_criterion_4(
-        assemblage, scaled.velocities, settings.centre_distance
+        assemblage, scaled.velocities, settings.tol_d
     )
     return _partition(assemblage, within, settings)
 
@@ -125,7 +125,7 @@ def _within_criterion_3(
     rotation = mechanism.velocities[:, 2]
     turned = np.abs(rotation[assemblage.block_i] - rotation[assemblage.block_j])
     slip = np.abs(mechanism.slip)
-    return (opening <= settings.normal) & (slip <= settings.tangential) & (turned <= settings.rotation)
+    return (opening <= settings.tol_n) & (slip <= settings.tol_s) & (turned <= settings.tol_r)
 
 
 def _within_criterion_4(assemblage: Assemblage, velocities: FloatArray, largest: float) -> npt.NDArray[np.bool_]:
@@ -150,7 +150,7 @@ def _alike(first: FloatArray, second: FloatArray) -> npt.NDArray[np.bool_]:
 
 def _refuse_noise(settings: MacroblockSettings, mechanism: Mechanism) -> None:
     noise = PROGRAM_NOISE * mechanism.largest_displacement
-    for name in ("normal", "tangential", "rotation"):
+    for name in ("tol_n", "tol_s", "tol_r"):
         if 0 < getattr(settings, name) < noise:
             problem = f"{getattr(settings, name):g} is below the mechanism's numerical noise"
             raise CaseError(f"macroblocks.{name}", problem, f"use at least {noise:.1e} (scale {settings.scale})")

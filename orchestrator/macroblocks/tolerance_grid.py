@@ -28,18 +28,18 @@ class StudySettings:
 
     scale: Scale = "unit_power"
     """what tol_n is a part of, as in [macroblocks]"""
-    normal: Annotated[tuple[RelativeTolerance, ...], MinLen(1)] = (2.5e-6, 3.75e-6, 7.5e-6, 22.5e-6, inf)
-    """tol_n, one row each"""
-    centre_distance: Annotated[tuple[CentreDistance, ...], MinLen(1)] = (0.0, 1e-3, 0.45, 0.9, inf)
-    """tol_D, one column each"""
+    tol_n: Annotated[tuple[RelativeTolerance, ...], MinLen(1)] = (2.5e-6, 3.75e-6, 7.5e-6, 22.5e-6, inf)
+    """one row each"""
+    tol_d: Annotated[tuple[CentreDistance, ...], MinLen(1)] = (0.0, 1e-3, 0.45, 0.9, inf)
+    """tol_D of the paper, one column each"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cell:
-    """One pair of tolerances (tol_n in the study's scale, tol_D in m) and the partition that it gives."""
+    """One pair of tolerances (tol_n in the study's scale, tol_d in m) and the partition that it gives."""
 
-    normal: float
-    centre_distance: float
+    tol_n: float
+    tol_d: float
     partition: Partition
 
 
@@ -48,10 +48,10 @@ def grid(
 ) -> tuple[Cell, ...]:
     """Return the cells row by row (tol_n by tol_n). Raises CaseError for a tolerance below the mechanism's noise."""
     criteria, cells = replace(criteria, choose="tolerances", scale=settings.scale), []
-    for normal in settings.normal:
-        for distance in settings.centre_distance:
-            tolerances = replace(criteria, normal=normal, centre_distance=distance)
-            cells.append(Cell(normal, distance, merged(assemblage, mechanism, tolerances)))
+    for tol_n in settings.tol_n:
+        for tol_d in settings.tol_d:
+            tolerances = replace(criteria, tol_n=tol_n, tol_d=tol_d)
+            cells.append(Cell(tol_n, tol_d, merged(assemblage, mechanism, tolerances)))
     return tuple(cells)
 
 

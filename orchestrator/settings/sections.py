@@ -32,6 +32,8 @@ COMPLAINTS = {
     "int_type": ("is not a whole number", "write one, without unit, below 1e9"),
 }
 """problem ("": is not accepted) and remedy by pydantic's kinds of complaint, where its own words are a programmer's"""
+RENAMED = {"normal": "tol_n", "tangential": "tol_s", "rotation": "tol_r", "centre_distance": "tol_d"}
+"""keys of version 0.1 by what they are called now"""
 LARGEST_WHOLE, LARGEST_BITS = 1e9, 1023
 """of a whole number where one is asked for; bits of a whole number that a float holds"""
 
@@ -83,6 +85,8 @@ def _complaint(error: ValidationError, kind: Any, section: str) -> CaseError:
     key = ".".join(filter(None, (section, *map(str, place))))
     if first["type"] == "unexpected_keyword_argument":
         known = _known_keys(kind, place[:-1])
+        if (name := RENAMED.get(str(place[-1]))) in known:
+            return CaseError(key, "has another name since version 0.2", f"write {name}")
         near = difflib.get_close_matches(str(place[-1]), known, 1)
         return CaseError(key, "is not a known key", f"did you mean {near[0]}?" if near else f"use {', '.join(known)}")
     if first["type"] == "missing":

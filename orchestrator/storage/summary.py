@@ -298,8 +298,8 @@ def _macroblocks(partition: Partition, joints: int) -> MacroblockSummary:
     return MacroblockSummary(
         count=partition.count,
         joints=joints - len(partition.vanished_joints),
-        tol_n=None if tolerances is None else tolerances.normal,
-        tol_d=None if tolerances is None else tolerances.centre_distance,
+        tol_n=None if tolerances is None else tolerances.tol_n,
+        tol_d=None if tolerances is None else tolerances.tol_d,
         trivial=partition.count == 1,
     )
 

@@ -155,8 +155,8 @@ def test_a_single_block_stays_one_body():
     ("override", "choice"),
     [
         ("macroblocks.margin=0.01", "automatic"),
-        ("macroblocks.normal=1e-3", "tolerances"),
-        ("macroblocks.centre_distance='450 mm'", "tolerances"),
+        ("macroblocks.tol_n=1e-3", "tolerances"),
+        ("macroblocks.tol_d='450 mm'", "tolerances"),
     ],
 )
 def test_a_case_file_that_names_a_tolerance_means_it(override, choice):
@@ -173,7 +173,7 @@ def test_it_is_the_default_of_the_case_file():
 def test_tolerances_that_are_given_are_honoured(wall_1):
     """tol_n = 0 and tol_D = 0: no two blocks that move are joined, whatever could be chosen automatically."""
     assemblage, analysis = wall_1
-    strict = MacroblockSettings(normal=0.0, centre_distance=0.0)
+    strict = MacroblockSettings(tol_n=0.0, tol_d=0.0)
     found = macroblocks_of(assemblage, analysis, strict)
     assert found.tolerances == strict
     assert found.count > macroblocks_of(assemblage, analysis).count > 1

@@ -105,7 +105,7 @@ def case_file():
         "wall": {"blocks": "wall.json", "thickness": "300 mm", "friction": 0.5},
         "mesh": {"size": "100 mm", "layers": 2},
         "load": {"direction": "-x"},
-        "macroblocks": {"normal": 1e-3, "centre_distance": "none"},
+        "macroblocks": {"tol_n": 1e-3, "tol_d": "none"},
         "run": {"models": ["macro"]},
     }
 

@@ -22,9 +22,9 @@ WALL = PROJECT / "tests" / "data" / "tower_5_blocks.json"
 
 def test_benchmark_1_is_what_the_paper_ran():
     case = cases.read(BENCHMARK)
-    assert case.macroblocks.normal == 1e-3
-    assert case.macroblocks.centre_distance == pytest.approx(0.45)
-    assert math.isinf(case.macroblocks.tangential)
+    assert case.macroblocks.tol_n == 1e-3
+    assert case.macroblocks.tol_d == pytest.approx(0.45)
+    assert math.isinf(case.macroblocks.tol_s)
     assert case.elastic.elastic_modulus == pytest.approx(3.5e9)
     assert case.load.sign == 1
     wall = cases.read_wall(case)
@@ -99,6 +99,8 @@ def test_an_override_must_name_a_section_and_a_key(path):
     [
         ("mesh.size=" + "[" * 5000, "mesh.size: .* is not a quantity; write a number and its unit"),
         ("mesh.siz=1", "mesh.siz: is not a known key; did you mean size"),
+        ("macroblocks.normal=1e-3", "macroblocks.normal: has another name since version 0.2; write tol_n"),
+        ("study.centre_distance=[1]", "study.centre_distance: has another name since version 0.2; write tol_d"),
         ("mesh.size=3 kN", "mesh.size: unit 'kN' does not fit; use one of m, mm, cm, km, in, ft"),
         ("wall=3", "wall: 3 is not accepted; it is a section"),
         ("mesh.size=inf", "mesh.size: inf is not a finite number"),
@@ -114,9 +116,9 @@ def test_a_wrong_override_is_refused_like_a_wrong_key(override, complaint):
 
 
 def test_tolerances_of_the_macroblocks_may_be_switched_off():
-    case = cases.read(WALL, ["macroblocks.tangential=inf", "macroblocks.rotation=none", "macroblocks.normal=0.002"])
-    assert (case.macroblocks.tangential, case.macroblocks.rotation) == (math.inf, math.inf)
-    assert case.macroblocks.normal == 0.002
+    case = cases.read(WALL, ["macroblocks.tol_s=inf", "macroblocks.tol_r=none", "macroblocks.tol_n=0.002"])
+    assert (case.macroblocks.tol_s, case.macroblocks.tol_r) == (math.inf, math.inf)
+    assert case.macroblocks.tol_n == 0.002
 
 
 def test_blocks_are_found_beside_the_case_file(tmp_path, monkeypatch):

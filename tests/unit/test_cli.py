@@ -44,7 +44,7 @@ def test_limit_json_is_the_summary_s_part_and_nothing_else(capsys):
 
 
 def test_segment_lists_the_bodies_with_their_blocks_and_draws_them(tmp_path, capsys):
-    assert cli.main(["segment", TOWER, "--set", "macroblocks.normal=1e-3", "--output", str(tmp_path)]) == 0
+    assert cli.main(["segment", TOWER, "--set", "macroblocks.tol_n=1e-3", "--output", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert re.search(r"^ +0 +5 +[\d.]+ 1-5 *$", printed, re.M), printed
     assert {path.name for path in (tmp_path / "figures").glob("*.png")} == {"macroblocks.png", "mechanism.png"}

@@ -62,7 +62,7 @@ def test_decks_refuse_macroblocks_of_stones_of_different_weight(tmp_path, capsys
         "--output",
         str(path),
         "--set",
-        "macroblocks.normal=1",
+        "macroblocks.tol_n=1",
     ]
     assert main(arguments) == 2
     assert "wall: a deck gives a body one density, and macroblocks join" in capsys.readouterr().err

@@ -77,48 +77,48 @@ def test_blocks_that_rotate_about_one_point_are_one_body(three):
 def test_centres_further_apart_than_tol_d_stay_two_bodies(three):
     """Both turn alike, with a tiny opening between them, but about points 0.5 m apart."""
     motion = mechanism(three, {2: ([0.4, 0.3], -1.0), 3: ([0.4, 0.8], -1.0)})
-    far = MacroblockSettings(normal=inf, centre_distance=0.49)
-    near = MacroblockSettings(normal=inf, centre_distance=0.51)
+    far = MacroblockSettings(tol_n=inf, tol_d=0.49)
+    near = MacroblockSettings(tol_n=inf, tol_d=0.51)
     assert groups(three, merged(three, motion, far)) == [{1}, {2}, {3}]
     assert groups(three, merged(three, motion, near)) == [{1}, {2, 3}]
 
 
 def test_resting_blocks_merge_with_each_other_and_never_with_a_moving_one(three):
     sliding_top = mechanism(three, {3: (1.0, 0.0)})
-    settings = MacroblockSettings(normal=inf, centre_distance=1e6)
+    settings = MacroblockSettings(tol_n=inf, tol_d=1e6)
     assert groups(three, merged(three, sliding_top, settings)) == [{1, 2}, {3}]
 
 
 def test_alike_translations_merge_and_different_ones_do_not(three):
     alike = mechanism(three, {1: (1.0, 0.0), 2: (1.0, 0.0), 3: (1.0, 1.0)})
-    assert groups(three, merged(three, alike, MacroblockSettings(normal=inf))) == [{1, 2}, {3}]
+    assert groups(three, merged(three, alike, MacroblockSettings(tol_n=inf))) == [{1, 2}, {3}]
     opposite = mechanism(three, {1: (1.0, 0.0), 2: (-1.0, 0.0), 3: (-1.0, 0.0)})
-    assert groups(three, merged(three, opposite, MacroblockSettings(normal=inf))) == [{1}, {2, 3}]
+    assert groups(three, merged(three, opposite, MacroblockSettings(tol_n=inf))) == [{1}, {2, 3}]
 
 
 @pytest.mark.parametrize("largest", [0.0, 0.45, 1e6])
 def test_courses_that_slide_at_different_speeds_are_no_body(three, largest):
     sliding = mechanism(three, {1: (0.2, 0.0), 2: (0.6, 0.0), 3: (1.0, 0.0)})
-    criteria = MacroblockSettings(normal=inf, centre_distance=largest)
+    criteria = MacroblockSettings(tol_n=inf, tol_d=largest)
     assert groups(three, merged(three, sliding, criteria)) == [{1}, {2}, {3}]
 
 
 def test_translations_are_alike_to_a_thousandth_of_their_speed(three):
     nearly = mechanism(three, {1: (1.0, 0.0), 2: (1.0005, 0.0), 3: (1.003, 0.0)})
-    assert groups(three, merged(three, nearly, MacroblockSettings(normal=inf))) == [{1, 2}, {3}]
+    assert groups(three, merged(three, nearly, MacroblockSettings(tol_n=inf))) == [{1, 2}, {3}]
 
 
 def test_translating_against_rotating_is_infinitely_far(three):
     motion = mechanism(three, {1: (1.0, 0.0), 2: (1.0, 0.0), 3: ([0.4, 0.6], -1.0)})
-    assert groups(three, merged(three, motion, MacroblockSettings(normal=inf, centre_distance=1e9))) == [{1, 2}, {3}]
+    assert groups(three, merged(three, motion, MacroblockSettings(tol_n=inf, tol_d=1e9))) == [{1, 2}, {3}]
 
 
 @pytest.mark.parametrize(
     ("settings", "merges"),
     [
-        (MacroblockSettings(normal=inf, tangential=0.99, centre_distance=inf), False),
-        (MacroblockSettings(normal=inf, tangential=1.01, centre_distance=inf), True),
-        (MacroblockSettings(normal=0.0, centre_distance=inf), True),  # it slides without opening
+        (MacroblockSettings(tol_n=inf, tol_s=0.99, tol_d=inf), False),
+        (MacroblockSettings(tol_n=inf, tol_s=1.01, tol_d=inf), True),
+        (MacroblockSettings(tol_n=0.0, tol_d=inf), True),  # it slides without opening
     ],
 )
 def test_tangential_tolerance(settings, merges):
@@ -131,19 +131,19 @@ def test_rotation_and_normal_tolerances_at_midpoint_and_ends():
     """The upper block turns by 1 about the joint's midpoint: opening 0 in the middle, 0.2 at the ends."""
     two = assemblage_of(column(0.3, 0.3))
     motion = mechanism(two, {2: ([0.2, 0.3], -1.0)})
-    scaled = {"centre_distance": inf, "scale": "unit_power"}
-    assert merged(two, motion, MacroblockSettings(normal=0.01, **scaled)).count == 1
-    assert merged(two, motion, MacroblockSettings(normal=0.01, evaluate_at="ends", **scaled)).count == 2
-    assert merged(two, motion, MacroblockSettings(normal=0.21, evaluate_at="ends", **scaled)).count == 1
-    assert merged(two, motion, MacroblockSettings(normal=inf, rotation=0.99, **scaled)).count == 2
-    assert merged(two, motion, MacroblockSettings(normal=inf, rotation=1.01, **scaled)).count == 1
+    scaled = {"tol_d": inf, "scale": "unit_power"}
+    assert merged(two, motion, MacroblockSettings(tol_n=0.01, **scaled)).count == 1
+    assert merged(two, motion, MacroblockSettings(tol_n=0.01, evaluate_at="ends", **scaled)).count == 2
+    assert merged(two, motion, MacroblockSettings(tol_n=0.21, evaluate_at="ends", **scaled)).count == 1
+    assert merged(two, motion, MacroblockSettings(tol_n=inf, tol_r=0.99, **scaled)).count == 2
+    assert merged(two, motion, MacroblockSettings(tol_n=inf, tol_r=1.01, **scaled)).count == 1
 
 
 def test_scale_multiplies_tolerances():
     """A slip of 5e-3 in unit power is the largest displacement, 1, in unit displacement."""
     two = assemblage_of(column(0.3, 0.3))
     motion = mechanism(two, {2: (5e-3, 0.0)})
-    tolerance = {"normal": inf, "tangential": 0.1, "centre_distance": inf}
+    tolerance = {"tol_n": inf, "tol_s": 0.1, "tol_d": inf}
     assert merged(two, motion, MacroblockSettings(scale="unit_power", **tolerance)).count == 1
     assert merged(two, motion, MacroblockSettings(scale="unit_displacement", **tolerance)).count == 2
 
@@ -154,9 +154,9 @@ def test_joined_through_others_is_reported():
     bottom_left, bottom_right = 1, 2
     top = [block.id for block in wall.wall.blocks if block.id > 2]
     drift = {bottom_left: (1.0, 0.0), bottom_right: (1.2, 0.0)} | {number: (1.1, 0.0) for number in top}
-    settings = MacroblockSettings(normal=0.3, tangential=0.15, centre_distance=inf, scale="unit_power")
+    settings = MacroblockSettings(tol_n=0.3, tol_s=0.15, tol_d=inf, scale="unit_power")
     opens = mechanism(wall, drift)
-    partition = merged(wall, opens, MacroblockSettings(normal=0.15, tangential=0.15, centre_distance=inf))
+    partition = merged(wall, opens, MacroblockSettings(tol_n=0.15, tol_s=0.15, tol_d=inf))
     assert partition.count == 1
     pair = {frozenset((int(wall.block_i[k]), int(wall.block_j[k]))) for k in partition.transitive_joints}
     assert pair == {frozenset((bottom_left, bottom_right))}
@@ -176,5 +176,5 @@ def test_one_body_warns_and_one_body_per_block_keeps_every_joint():
 
 def test_tolerance_below_the_noise_is_refused():
     two = assemblage_of(column(0.3, 0.3))
-    with pytest.raises(CaseError, match=r"macroblocks\.normal.*noise.*use at least"):
-        merged(two, mechanism(two, {2: (1.0, 0.0)}), MacroblockSettings(normal=1e-12))
+    with pytest.raises(CaseError, match=r"macroblocks\.tol_n.*noise.*use at least"):
+        merged(two, mechanism(two, {2: (1.0, 0.0)}), MacroblockSettings(tol_n=1e-12))

@@ -236,8 +236,8 @@ def test_macroblocks_file_holds_partition_and_polygons(tmp_path, assemblage, par
     record = json.loads((tmp_path / "macroblocks.json").read_text())
     assert record["body_of_block"][3] == {"block": 13, "body": 1}
     assert record["vanished_joints"] == [2]
-    assert record["tolerances"]["centre_distance"] == 0.45
-    assert record["tolerances"]["rotation"] is None  # no condition
+    assert record["tolerances"]["tol_d"] == 0.45
+    assert record["tolerances"]["tol_r"] is None  # no condition
     assert record["bodies"][0]["blocks"] == [11, 12]
     assert record["bodies"][0]["holes_m"] == [hole.tolist()]
     assert record["interfaces"]["start_m"] == [[2, 0]]

@@ -19,8 +19,8 @@ WALL = PROJECT / "tests" / "data" / "ferris_tinloi_wall1.json"
 FRICTION = 0.65
 SETTINGS = [
     "stepping.final_displacement=0.1mm",
-    "study.normal=[2.5e-6, 'none']",
-    "study.centre_distance=['450 mm', 'none']",
+    "study.tol_n=[2.5e-6, 'none']",
+    "study.tol_d=['450 mm', 'none']",
 ]
 
 
@@ -51,13 +51,13 @@ def table(folder):
 def test_default_grid_is_the_paper_s():
     settings = StudySettings()
     assert settings.scale == "unit_power"
-    assert settings.normal == (2.5e-6, 3.75e-6, 7.5e-6, 22.5e-6, math.inf)
-    assert settings.centre_distance == (0, 0.001, 0.45, 0.9, math.inf)
+    assert settings.tol_n == (2.5e-6, 3.75e-6, 7.5e-6, 22.5e-6, math.inf)
+    assert settings.tol_d == (0, 0.001, 0.45, 0.9, math.inf)
 
 
 def test_lists_take_units_and_none_and_are_written_back(case, tmp_path):
-    assert case.study.normal == (2.5e-6, math.inf)
-    assert case.study.centre_distance == (0.45, math.inf)
+    assert case.study.tol_n == (2.5e-6, math.inf)
+    assert case.study.tol_d == (0.45, math.inf)
     written = tmp_path / "case.toml"
     written.write_text(cases.as_toml(case, "blocks.json"))
     assert cases.read(written).study == case.study
@@ -66,10 +66,10 @@ def test_lists_take_units_and_none_and_are_written_back(case, tmp_path):
 @pytest.mark.parametrize(
     ("override", "complaint"),
     [
-        ("study.normal=[]", "study.normal: "),
-        ("study.normal=3", "study.normal: 3 is not accepted; write a list"),
-        ("study.normal=[-1.0]", r"study\.normal\.0: "),
-        ("study.centre_distance=['1 kN']", "study.centre_distance.0: unit 'kN' does not fit"),
+        ("study.tol_n=[]", "study.tol_n: "),
+        ("study.tol_n=3", "study.tol_n: 3 is not accepted; write a list"),
+        ("study.tol_n=[-1.0]", r"study\.tol_n\.0: "),
+        ("study.tol_d=['1 kN']", "study.tol_d.0: unit 'kN' does not fit"),
         ("study.scale=metres", "study.scale: "),
     ],
 )
@@ -82,7 +82,7 @@ def test_looser_tolerances_give_no_more_bodies_and_none_at_all_gives_one(case):
     segmented = driver.segment(case)
     mechanism = segmented.analysis.headline.mechanism
     cells = grid(segmented.assemblage, mechanism, case.macroblocks, StudySettings())
-    count = {(cell.normal, cell.centre_distance): cell.partition.count for cell in cells}
+    count = {(cell.tol_n, cell.tol_d): cell.partition.count for cell in cells}
     assert len(count) == 25
     for (normal, distance), bodies in count.items():
         assert all(bodies >= other for (n, d), other in count.items() if n >= normal and d >= distance)
@@ -91,8 +91,8 @@ def test_looser_tolerances_give_no_more_bodies_and_none_at_all_gives_one(case):
 
 
 def test_a_tolerance_below_the_noise_is_refused_by_its_key_in_the_study(case, tmp_path):
-    noise = replace(case, study=StudySettings(normal=(1e-30,)))
-    with pytest.raises(CaseError, match=r"wall1\.json: study\.normal: 1e-30 is below .* use at least"):
+    noise = replace(case, study=StudySettings(tol_n=(1e-30,)))
+    with pytest.raises(CaseError, match=r"wall1\.json: study\.tol_n: 1e-30 is below .* use at least"):
         study_runs.study(noise, tmp_path, None, quiet)
 
 
@@ -164,7 +164,7 @@ def test_a_run_without_a_curve_is_a_complaint_and_an_empty_cell(case, tmp_path, 
         return push(case, segmented, *rest)
 
     monkeypatch.setattr(driver, "push", one_fails)
-    few = replace(case, study=StudySettings(normal=(math.inf,), centre_distance=(math.inf,)))
+    few = replace(case, study=StudySettings(tol_n=(math.inf,), tol_d=(math.inf,)))
     found = study_runs.study(few, tmp_path, None, quiet)
     assert found.rows[0]["peak_multiplier"] == ""
     assert len(found.complaints) == 1

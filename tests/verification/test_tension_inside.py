@@ -33,7 +33,7 @@ def pushed(folder, stones):
         level += height
     wall = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.3, "unit_weight": 20.0, "friction": 5.0}
     (folder / "wall.json").write_text(json.dumps(wall | {"blocks": blocks}))
-    merged = ["run.models=['macro']", "macroblocks.normal=none", "macroblocks.centre_distance=none"]
+    merged = ["run.models=['macro']", "macroblocks.tol_n=none", "macroblocks.tol_d=none"]
     case = cases.read(folder / "wall.json", [*merged, "stepping.final_displacement=20mm"])
     summary = driver.run(case, folder / "run", False, None, lambda _: None).summary
     return summary, [said for said in storage.remarks(summary) if "tension inside" in said]

@@ -41,7 +41,7 @@ ACROSS = ([14, 4], [-1.0, LEVEL], [0.0, LEVEL])
 WITHIN = ([1, 4], [0.2, 0.15], [0.2, LEVEL])
 
 
-@pytest.mark.parametrize("how", ["macroblocks.choose=automatic", "macroblocks.normal=1e-3"])
+@pytest.mark.parametrize("how", ["macroblocks.choose=automatic", "macroblocks.tol_n=1e-3"])
 def test_a_pier_of_stones_is_held_as_they_are(tmp_path, how):
     case = case_of(tmp_path, [ACROSS], how)
     assert driver.segment(case).partition.count < 2 * STONES

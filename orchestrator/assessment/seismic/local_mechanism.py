@@ -39,7 +39,7 @@ from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import GRAVITY
 
-AS_ONE = MacroblockSettings(choose="tolerances", evaluate_at="ends", normal=1e-3, tangential=1e-3, centre_distance=inf)
+AS_ONE = MacroblockSettings(choose="tolerances", evaluate_at="ends", tol_n=1e-3, tol_s=1e-3, tol_d=inf)
 """neighbours move as one where their joint opens and slips by less than this part of the largest displacement"""
 UPPER_BOUND = (
     "no non-associative state was found: the associative multiplier is an upper bound, and walls that fall under their "

@@ -39,7 +39,7 @@ def test_nothing_merged_is_micro_limit_analysis(wall_1):
 def test_merging_what_moves_as_one_changes_nothing(wall_1):
     """The optimal mechanism is still possible, and no mechanism is new: the multiplier stays (kinematic theorem)."""
     analysis = analyse(wall_1)
-    rigid = MacroblockSettings(normal=1e-7, tangential=1e-7, rotation=1e-7, centre_distance=np.inf)
+    rigid = MacroblockSettings(tol_n=1e-7, tol_s=1e-7, tol_r=1e-7, tol_d=np.inf)
     partition = merged(wall_1, analysis.associative.mechanism, rigid)
     assert partition.count < 20, "some blocks do move as one"
     found = merged_associative(wall_1, partition.body_of_block, 1)
