@@ -43,15 +43,15 @@ class SensitivitySettings:
 
     friction: Annotated[tuple[Annotated[float, Gt(0)], ...], MaxLen(2)] = ()
     """coefficient of friction of every joint"""
-    unit_weight: Annotated[tuple[Annotated[float, Unit("N/m3"), Gt(0)], ...], MaxLen(2)] = ()
+    unit_weight: Annotated[tuple[Annotated[float, Gt(0), Unit("N/m3")], ...], MaxLen(2)] = ()
     """of every block"""
-    thickness: Annotated[tuple[Annotated[float, Unit("m"), Gt(0)], ...], MaxLen(2)] = ()
+    thickness: Annotated[tuple[Annotated[float, Gt(0), Unit("m")], ...], MaxLen(2)] = ()
     """of the wall, for blocks without one of their own"""
-    cohesion: Annotated[tuple[Annotated[float, Unit("Pa"), Ge(0)], ...], MaxLen(2)] = ()
+    cohesion: Annotated[tuple[Annotated[float, Ge(0), Unit("Pa")], ...], MaxLen(2)] = ()
     """of every joint"""
-    tensile_strength: Annotated[tuple[Annotated[float, Unit("Pa"), Ge(0)], ...], MaxLen(2)] = ()
+    tensile_strength: Annotated[tuple[Annotated[float, Ge(0), Unit("Pa")], ...], MaxLen(2)] = ()
     """of every joint"""
-    compressive_strength: Annotated[tuple[Annotated[float, Unit("Pa"), Gt(0)], ...], MaxLen(2)] = ()
+    compressive_strength: Annotated[tuple[Annotated[float, Gt(0), Unit("Pa")], ...], MaxLen(2)] = ()
     """of every joint, for analysis = "limit" """
     samples: Annotated[int, Ge(0), Le(100_000)] = 100
     """samples of the Latin hypercube; 0: the tornado alone"""

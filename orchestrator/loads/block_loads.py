@@ -41,7 +41,7 @@ class LiveLoad:
 
     blocks: Annotated[tuple[int, ...], MinLen(1)]
     """ids of the blocks"""
-    force: Annotated[float, Unit("N"), Gt(0)]
+    force: Annotated[float, Gt(0), Unit("N")]
     """on each block at its centroid, in the direction of the live load, at a load multiplier of 1"""
 
 
@@ -57,7 +57,7 @@ class LoadCase:
     """in tables and pictures, and of the load case's folder in the run folder"""
     direction: Direction | None = None
     """the live load pushes to the right or to the left"""
-    inclination: Annotated[float, Unit("rad"), Ge(-math.pi / 2), Le(math.pi / 2)] | None = None
+    inclination: Annotated[float, Ge(-math.pi / 2), Le(math.pi / 2), Unit("rad")] | None = None
     """angle of the live load above the horizontal"""
     distribution: Distribution | None = None
     """proportional to mass, to mass x height above the base, or as given in `live`"""
@@ -73,7 +73,7 @@ class LoadSettings:
 
     direction: Direction = "+x"
     """the live load pushes to the right or to the left"""
-    inclination: Annotated[float, Unit("rad"), Ge(-math.pi / 2), Le(math.pi / 2)] = 0.0
+    inclination: Annotated[float, Ge(-math.pi / 2), Le(math.pi / 2), Unit("rad")] = 0.0
     """angle of the live load above the horizontal: "-90 deg" points down"""
     distribution: Distribution = "mass"
     """proportional to mass, to mass x height above the base, or as given in [[load.live]]"""

@@ -40,9 +40,9 @@ class DeadLoad:
 
     blocks: tuple[int, ...] = ()
     """ids of the blocks"""
-    force: Annotated[float, Unit("N"), Gt(0)] | None = None
+    force: Annotated[float, Gt(0), Unit("N")] | None = None
     """on each block, at its centroid or, of one block, `at` a point"""
-    line_load: Annotated[float, Unit("N/m"), Gt(0)] | None = None
+    line_load: Annotated[float, Gt(0), Unit("N/m")] | None = None
     """on all edges that face upwards, per metre of horizontal projection, over the wall's whole thickness"""
     inertia: bool = False
     """whether the live load acts on its mass too, where it stands"""

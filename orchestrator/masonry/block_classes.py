@@ -21,14 +21,14 @@ class BlockClass:
 
     material: Annotated[str, MinLen(1)]
     """name of the material"""
-    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] | None = None
     """instead of the block file's"""
-    thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
+    thickness: Annotated[float, Gt(0), Unit("m")] | None = None
     """out of the wall's plane; a joint is as wide as the thinner of its two blocks. The finite elements spread weight
     and stiffness of a thinner block over the wall's thickness"""
     friction: Annotated[float, Gt(0)] | None = None
     """coefficient of friction of all its joints, of two blocks the lower one; [joints] may change it"""
-    elastic_modulus: Annotated[float, Unit("Pa"), Gt(0)] | None = None
+    elastic_modulus: Annotated[float, Gt(0), Unit("Pa")] | None = None
     """Young's modulus; a macroblock has the mean of its blocks by volume"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] | None = None
     """lateral contraction over axial strain"""

@@ -35,22 +35,22 @@ class JointClass:
     """the two materials that meet, in either order (materials are those of the block file); none: all"""
     friction: Annotated[float, Gt(0)] | None = None
     """coefficient of friction"""
-    cohesion: Annotated[float, Unit("Pa"), Ge(0)] | None = None
+    cohesion: Annotated[float, Ge(0), Unit("Pa")] | None = None
     """shear strength without normal force, over the whole joint"""
-    tensile_strength: Annotated[float, Unit("Pa"), Ge(0)] | None = None
+    tensile_strength: Annotated[float, Ge(0), Unit("Pa")] | None = None
     """over the whole joint; Coulomb's cone ends at cohesion / friction where that is less. Plastic in limit analysis,
     softening in the FE pushover, as cohesion (contact.softening_displacement)"""
-    compressive_strength: Annotated[float, Unit("Pa"), Gt(0)] | None = None
+    compressive_strength: Annotated[float, Gt(0), Unit("Pa")] | None = None
     """of a rectangular stress block; none: no crushing"""
-    normal_stiffness: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    normal_stiffness: Annotated[float, Gt(0), Unit("N/m3")] | None = None
     """pressure over what the joint closes, in the FE pushover alone; none: rigid"""
-    shear_stiffness: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    shear_stiffness: Annotated[float, Gt(0), Unit("N/m3")] | None = None
     """shear stress over slip while the joint sticks, in the FE pushover alone; none: contact.slip_tolerance"""
-    mortar_modulus: Annotated[float, Unit("Pa"), Gt(0)] | None = None
+    mortar_modulus: Annotated[float, Gt(0), Unit("Pa")] | None = None
     """instead of normal_stiffness: Young's modulus of the mortar, divided by mortar_thickness"""
-    mortar_shear_modulus: Annotated[float, Unit("Pa"), Gt(0)] | None = None
+    mortar_shear_modulus: Annotated[float, Gt(0), Unit("Pa")] | None = None
     """instead of shear_stiffness: shear modulus of the mortar, divided by mortar_thickness"""
-    mortar_thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
+    mortar_thickness: Annotated[float, Gt(0), Unit("m")] | None = None
     """of the joint; none: as drawn (block file), where the joint was drawn as a gap"""
 
 
@@ -58,10 +58,10 @@ class JointClass:
 class JointSettings:
     """How near two edges must lie to share a joint; what joints can carry besides the wall's friction."""
 
-    tolerance: Annotated[float, Unit("m"), Gt(0), Le(0.01)] = 1e-5
+    tolerance: Annotated[float, Gt(0), Le(0.01), Unit("m")] = 1e-5
     """largest distance over which outlines are joined: corners that become one vertex, vertices beside an edge; also
     the overlap of two blocks that passes as rounding"""
-    minimum_length: Annotated[float, Unit("m"), Gt(0)] = 1e-3
+    minimum_length: Annotated[float, Gt(0), Unit("m")] = 1e-3
     """shorter shared segments are no joint"""
     classes: tuple[JointClass, ...] = ()
     """applied one after the other: of those that fit a joint, the last that gives a value counts"""

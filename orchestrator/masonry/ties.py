@@ -44,11 +44,11 @@ class Tie:
     """x and y where it is fixed to the first block, as in ["0.4 m", "2.8 m"]"""
     end: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(2)]
     """x and y where it is fixed to the second block, or anchored"""
-    strength: Annotated[float, Unit("N"), Gt(0)]
+    strength: Annotated[float, Gt(0), Unit("N")]
     """force at which it yields, or its anchorage does"""
-    stiffness: Annotated[float, Unit("N/m"), Gt(0)] | None = None
+    stiffness: Annotated[float, Gt(0), Unit("N/m")] | None = None
     """force over elongation, E A over the length; `run` needs it, limit analysis has rigid ties"""
-    pretension: Annotated[float, Unit("N"), Ge(0)] = 0.0
+    pretension: Annotated[float, Ge(0), Unit("N")] = 0.0
     """force to which it is tightened while the weight acts; changes nothing in limit analysis"""
     pushes: bool = False
     """it pushes as it pulls, up to `strength`: a floor that holds the wall at one place, or a strut"""

@@ -30,7 +30,7 @@ logger = logging.getLogger(__name__)
 class MeshSettings:
     """Element size in the wall's plane and number of element layers through the thickness."""
 
-    size: Annotated[float, Unit("m"), Gt(0)] = 0.2
+    size: Annotated[float, Gt(0), Unit("m")] = 0.2
     """largest edge of an element in the wall's plane; joint ends are nodes whatever the size"""
     layers: Annotated[int, Ge(1)] = 1
     """elements through the thickness"""

@@ -14,7 +14,7 @@ from orchestrator.basis.units import Unit
 class ElasticSettings:
     """Isotropic linear elasticity of every stone."""
 
-    elastic_modulus: Annotated[float, Unit("Pa"), Ge(1e3), Le(1e15)] = 3.5e9
+    elastic_modulus: Annotated[float, Ge(1e3), Le(1e15), Unit("Pa")] = 3.5e9
     """Young's modulus of the stones; joints add what their stiffness (joints.classes) and contact.slip_tolerance say"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
     """lateral contraction over axial strain"""
@@ -31,10 +31,10 @@ class ContactSettings:
     32.6, 39.4 and 41.4.
     """
 
-    slip_tolerance: Annotated[float, Unit("m"), Ge(1e-12), Le(1)] = 1e-6
+    slip_tolerance: Annotated[float, Ge(1e-12), Le(1), Unit("m")] = 1e-6
     """elastic slip at which friction reaches Coulomb's limit, but in joints with a shear stiffness (joints.classes);
     smaller is stiffer before the peak, and slower"""
-    softening_displacement: Annotated[float, Unit("m"), Gt(0), Le(1e-3)] = 2e-4
+    softening_displacement: Annotated[float, Gt(0), Le(1e-3), Unit("m")] = 2e-4
     """opening or slip at which tension and cohesion of a joint (joints.classes) have gone, linearly: its fracture
     energies are half of this times its strengths"""
 
@@ -45,7 +45,7 @@ class NewtonSettings:
 
     residual: Annotated[float, Gt(0), Lt(1e-3)] = 1e-8
     """largest out-of-balance force over the weight (Euclidean norms)"""
-    gap: Annotated[float, Unit("m"), Gt(0)] = 1e-12
+    gap: Annotated[float, Gt(0), Unit("m")] = 1e-12
     """largest gap of a closed contact"""
     iterations: Annotated[int, Ge(3), Le(200)] = 20
     """Newton iterations at most; then the increment is made smaller, or the wall moves"""
@@ -73,7 +73,7 @@ class SteppingSettings:
     displacement_increment: Annotated[float, Gt(0), Le(1)] = 1 / 40
     """largest increment of the mean displacement along the live load, weighted by it, over the final displacement; a
     part inside the wall goes farther while neither the top nor the multiplier moves by its largest increment"""
-    final_displacement: Annotated[float, Unit("m"), Gt(0)] = 0.02
+    final_displacement: Annotated[float, Gt(0), Unit("m")] = 0.02
     """the curve ends at this displacement of the top"""
     final_drop: Annotated[float, Gt(0), Le(1)] = 0.2
     """the curve ends when the base shear has fallen by this share of its peak"""

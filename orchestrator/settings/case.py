@@ -49,9 +49,9 @@ class WallSettings:
 
     blocks: Annotated[str, MinLen(1)]
     """path of the block file, relative to the case file"""
-    thickness: Annotated[float, Unit("m"), Gt(0)] | None = None
+    thickness: Annotated[float, Gt(0), Unit("m")] | None = None
     """of the wall, out of its plane"""
-    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] | None = None
     """of every block, those with a value of their own too"""
     friction: Annotated[float, Gt(0)] | None = None
     """coefficient of friction (tangent of the friction angle) of every joint; [joints] may change some"""

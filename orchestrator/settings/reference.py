@@ -27,8 +27,6 @@ USUAL = {
 }
 """sections and keys of a short case file"""
 BOUNDS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
-AS_JSON_SCHEMA = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
-"""bounds by their names in a JSON schema; pydantic leaves its own beside a value that is converted first"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,9 +190,9 @@ def _range(part: Mapping[str, Any]) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """Return a schema without infinite numbers, which JSON does not know, and with every bound by its JSON name."""
+    """Return a schema without infinite numbers, which JSON does not know."""
     if isinstance(value, dict):
-        return {AS_JSON_SCHEMA.get(key, key): _finite(item) for key, item in value.items()}
+        return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, list):
         return [_finite(item) for item in value]
     return "none" if isinstance(value, float) and math.isinf(value) else value

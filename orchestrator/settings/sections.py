@@ -1,7 +1,7 @@
 """What a case file holds <-> the settings dataclasses of the stages: units converted, bounds checked, complaints in one
 line.
 
-The dataclass says everything by its type hints, `Annotated[float, Unit("m"), Gt(0)]`; pydantic makes it by them. It
+The dataclass says everything by its type hints, `Annotated[float, Gt(0), Unit("m")]`; pydantic makes it by them. It
 reads JSON, as only there is a list a tuple, and a table a dataclass, while no text and no truth is taken for a number.
 """
 

@@ -37,7 +37,7 @@ class Replaced:
 
     friction: Annotated[float, Gt(0)] | None = None
     """coefficient of friction of every joint"""
-    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] | None = None
+    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] | None = None
     """of every block"""
 
 

@@ -56,7 +56,7 @@ class SpaceLimitSettings:
     """how a joint resists twisting: forces at its corners, or as under uniform pressure"""
     states: Literal["range", "headline", "none"] = "range"
     """what is looked for without dilation: headline and range, the headline only, or nothing"""
-    time: Annotated[float, Unit("s"), Gt(0)] = 100.0
+    time: Annotated[float, Gt(0), Unit("s")] = 100.0
     """for the search without dilation; what it has found by then is reported"""
 
 

@@ -33,13 +33,13 @@ class Floor:
 
     level: Annotated[float, Unit("m")]
     """height of its underside: a bed joint"""
-    thickness: Annotated[float, Unit("m"), Gt(0)]
+    thickness: Annotated[float, Gt(0), Unit("m")]
     """its height: a whole number of courses where it is let into the wall"""
-    start: Annotated[tuple[float, ...], Unit("m"), MinLen(2)]
+    start: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(2)]
     """one corner in plan, [x, y]"""
-    end: Annotated[tuple[float, ...], Unit("m"), MinLen(2)]
+    end: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(2)]
     """the opposite corner"""
-    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] = 25e3
+    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] = 25e3
     """with what lies on it, spread over its volume"""
     friction: Annotated[float, Gt(0)] | None = None
     """in its joints; left out: the wall's"""

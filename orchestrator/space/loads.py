@@ -35,9 +35,9 @@ class SpaceDeadLoad:
 
     blocks: tuple[int, ...] = ()
     """ids of the blocks"""
-    force: Annotated[float, Unit("N"), Gt(0)] | None = None
+    force: Annotated[float, Gt(0), Unit("N")] | None = None
     """on each block, at the middle of its top"""
-    line_load: Annotated[float, Unit("N/m"), Gt(0)] | None = None
+    line_load: Annotated[float, Gt(0), Unit("N/m")] | None = None
     """along the longest horizontal side of each block's top, at the top's middle"""
     direction: tuple[float, ...] = ()
     """of the force; left out: downwards. A horizontal one is the thrust of a roof or a vault"""

@@ -27,11 +27,11 @@ class Tie:
 
     blocks: Annotated[tuple[int, ...], MinLen(2)]
     """ids of the two blocks"""
-    start: Annotated[tuple[float, ...], Unit("m"), MinLen(3)]
+    start: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(3)]
     """where it is fixed to the first one, [x, y, z]"""
-    end: Annotated[tuple[float, ...], Unit("m"), MinLen(3)]
+    end: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(3)]
     """where it is fixed to the second one"""
-    strength: Annotated[float, Unit("N"), Gt(0)]
+    strength: Annotated[float, Gt(0), Unit("N")]
     """force at which it yields"""
 
 

@@ -28,11 +28,11 @@ class LimitStateSettings:
 
     name: LimitStateName
     """DL, SD or NC of EN 1998-3; SLD, SLV or SLC of NTC 2018"""
-    peak_ground_acceleration: Annotated[float, Unit("m/s2"), Gt(0), Le(50)]
+    peak_ground_acceleration: Annotated[float, Gt(0), Le(50), Unit("m/s2")]
     """a_g on rock for this limit state"""
     amplification: Annotated[float, Ge(1), Le(5)] | None = None
     """F_0 for this limit state; NTC 2018 only; left out: that of [seismic]"""
-    reference_period: Annotated[float, Unit("s"), Gt(0), Le(5)] | None = None
+    reference_period: Annotated[float, Gt(0), Le(5), Unit("s")] | None = None
     """T_C* for this limit state; NTC 2018 only; left out: that of [seismic]"""
 
 
@@ -40,7 +40,7 @@ class LimitStateSettings:
 class SeismicSettings:
     """Seismic verification of the curves and of the mechanism. Without any ground acceleration there is none."""
 
-    peak_ground_acceleration: Annotated[float, Unit("m/s2"), Gt(0), Le(50)] | None = None
+    peak_ground_acceleration: Annotated[float, Gt(0), Le(50), Unit("m/s2")] | None = None
     """a_g on rock for `limit_state`; left out, here and in `limit_states`: no verification"""
     limit_state: LimitStateName | None = None
     """left out: SD (EN 1998-3), with ntc2018 SLV; the others are DL and NC, SLD and SLC"""
@@ -52,17 +52,17 @@ class SeismicSettings:
     """ground type (EN 1998-1) or subsoil category (NTC 2018)"""
     amplification: Annotated[float, Ge(1), Le(5)] = 2.5
     """F_0; NTC 2018 only, EN 1998-1 has 2.5"""
-    reference_period: Annotated[float, Unit("s"), Gt(0), Le(5)] | None = None
+    reference_period: Annotated[float, Gt(0), Le(5), Unit("s")] | None = None
     """T_C*; NTC 2018 needs it"""
     topography: Annotated[float, Ge(1), Le(2)] = 1.0
     """S_T; NTC 2018 only"""
     soil_factor: Annotated[float, Gt(0), Le(5)] | None = None
     """S of "parameters" """
-    period_b: Annotated[float, Unit("s"), Gt(0), Le(10)] | None = None
+    period_b: Annotated[float, Gt(0), Le(10), Unit("s")] | None = None
     """T_B of "parameters" """
-    period_c: Annotated[float, Unit("s"), Gt(0), Le(10)] | None = None
+    period_c: Annotated[float, Gt(0), Le(10), Unit("s")] | None = None
     """T_C of "parameters" """
-    period_d: Annotated[float, Unit("s"), Gt(0), Le(10)] | None = None
+    period_d: Annotated[float, Gt(0), Le(10), Unit("s")] | None = None
     """T_D of "parameters" """
     damping: Annotated[float, Gt(0), Le(0.5)] = 0.05
     """part of critical damping, of the curves; a mechanism has 0.08 at SLV and 0.10 at SLC (C8.7.1.2.1.8)"""
@@ -78,11 +78,11 @@ class SeismicSettings:
     """ids of the blocks whose tops are the control point of N2; left out: roof or floor that moves most"""
     control_level: Annotated[float, Unit("m")] | None = None
     """height y of the blocks' tops that are the control point of N2, instead of `control_blocks`"""
-    mechanism_height: Annotated[float, Unit("m"), Ge(0)] = 0.0
+    mechanism_height: Annotated[float, Ge(0), Unit("m")] = 0.0
     """z at which the wall stands in a building (C7.2.3); 0: on the ground. Above it needs the next three"""
-    building_height: Annotated[float, Unit("m"), Gt(0)] | None = None
+    building_height: Annotated[float, Gt(0), Unit("m")] | None = None
     """H of the building the wall stands in"""
-    building_period: Annotated[float, Unit("s"), Gt(0), Le(10)] | None = None
+    building_period: Annotated[float, Gt(0), Le(10), Unit("s")] | None = None
     """T_1 of that building"""
     storeys: Annotated[int, Ge(1), Le(200)] | None = None
     """n of that building"""

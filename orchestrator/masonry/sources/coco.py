@@ -39,11 +39,11 @@ FARTHEST = 1e6
 class CocoSettings:
     """What turns annotations into stones."""
 
-    scale: Annotated[float, Unit("m"), Gt(0)]
+    scale: Annotated[float, Gt(0), Unit("m")]
     """side of a pixel"""
-    mortar: Annotated[float, Unit("m"), Ge(0)] = 0.0
+    mortar: Annotated[float, Ge(0), Unit("m")] = 0.0
     """widest joint between stones that is closed; 0: polygons are kept as they are"""
-    smallest: Annotated[float, Unit("m"), Gt(0)] = 0.02
+    smallest: Annotated[float, Gt(0), Unit("m")] = 0.02
     """annotations of less area than a square of this side are dirt"""
 
 

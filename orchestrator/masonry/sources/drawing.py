@@ -44,9 +44,9 @@ PLAUSIBLE = (0.1, 200.0)
 class Material:
     """What a drawing does not say."""
 
-    thickness: Annotated[float, Unit("m"), Gt(0)]
+    thickness: Annotated[float, Gt(0), Unit("m")]
     """of the whole wall"""
-    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] = 20e3
+    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] = 20e3
     """of every block"""
     friction: Annotated[float, Gt(0)] = 0.6
     """coefficient of friction of every joint"""
@@ -56,11 +56,11 @@ class Material:
 class HealingSettings:
     """How far a drawing may be wrong, and the support it may lack."""
 
-    tolerance: Annotated[float, Unit("m"), Gt(0), Le(LARGEST_TOLERANCE)] = 1e-3
+    tolerance: Annotated[float, Gt(0), Le(LARGEST_TOLERANCE), Unit("m")] = 1e-3
     """largest gap or overlap that is closed; also how near two ends of lines must be to meet"""
-    ground: Annotated[float, Unit("m"), Gt(0)] | None = None
+    ground: Annotated[float, Gt(0), Unit("m")] | None = None
     """puts a support under the wall that reaches this far beyond it on both sides; none: supports are drawn"""
-    mortar: Annotated[float, Unit("m"), Ge(0), Le(0.1)] = 0.0
+    mortar: Annotated[float, Ge(0), Le(0.1), Unit("m")] = 0.0
     """widest mortar joint that is drawn as a gap: closed to its middle, its thickness kept with the wall"""
 
 

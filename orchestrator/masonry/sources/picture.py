@@ -38,13 +38,13 @@ GREYS = 0.005
 class PictureSettings:
     """What turns pixels into stones."""
 
-    scale: Annotated[float, Unit("m"), Gt(0)]
+    scale: Annotated[float, Gt(0), Unit("m")]
     """side of a pixel"""
-    mortar: Annotated[float, Unit("m"), Ge(0)] = 0.02
+    mortar: Annotated[float, Ge(0), Unit("m")] = 0.02
     """widest joint between stones that is closed"""
     stones: Literal["auto", "black", "white", "colours"] = "auto"
     """colour of the stones, or one colour a stone; auto: black, or colours if the picture has sharp patches of many"""
-    smallest: Annotated[float, Unit("m"), Gt(0)] = 0.02
+    smallest: Annotated[float, Gt(0), Unit("m")] = 0.02
     """patches of less area than a square of this side are dirt"""
     threshold: Annotated[int, Ge(1), Le(255)] = THRESHOLD
     """lightness from which a pixel is white"""

@@ -28,13 +28,13 @@ Run = tuple[float, float, float, float]
 class Stones:
     """The stones of a wall made by a generator, and of what they are."""
 
-    length: Annotated[float, Unit("m"), Gt(0)] = 0.2
+    length: Annotated[float, Gt(0), Unit("m")] = 0.2
     """of a stone, along the wall"""
-    thickness: Annotated[float, Unit("m"), Gt(0)] = 0.1
+    thickness: Annotated[float, Gt(0), Unit("m")] = 0.1
     """of a stone, and of the wall"""
-    height: Annotated[float, Unit("m"), Gt(0)] = 0.1
+    height: Annotated[float, Gt(0), Unit("m")] = 0.1
     """of a course"""
-    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] = 20e3
+    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] = 20e3
     """of every stone"""
     friction: Annotated[float, Gt(0)] = 0.6
     """in every joint, the base too"""

@@ -22,7 +22,7 @@ BOX_FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3
 class VaultMaterial:
     """Of what a column or a vault is."""
 
-    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] = 20e3
+    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] = 20e3
     """of every stone"""
     friction: Annotated[float, Gt(0)] = 0.6
     """in every joint"""
@@ -36,11 +36,11 @@ class Column:
     """how many"""
     sides: Annotated[int, Ge(3), Le(200)] = 16
     """of a drum's polygon"""
-    diameter: Annotated[float, Unit("m"), Gt(0)] = 1.0
+    diameter: Annotated[float, Gt(0), Unit("m")] = 1.0
     """between two opposite sides at the foot"""
-    top_diameter: Annotated[float, Unit("m"), Gt(0)] | None = None
+    top_diameter: Annotated[float, Gt(0), Unit("m")] | None = None
     """the same at the top; left out: as at the foot"""
-    drum_height: Annotated[float, Unit("m"), Gt(0)] = 0.9
+    drum_height: Annotated[float, Gt(0), Unit("m")] = 0.9
     """of each drum"""
 
 
@@ -50,15 +50,15 @@ class Barrel:
 
     voussoirs: Annotated[int, Ge(2), Le(1000)] = 15
     """from springing to springing"""
-    radius: Annotated[float, Unit("m"), Gt(0)] = 2.0
+    radius: Annotated[float, Gt(0), Unit("m")] = 2.0
     """of the inner side"""
-    depth: Annotated[float, Unit("m"), Gt(0)] = 0.4
+    depth: Annotated[float, Gt(0), Unit("m")] = 0.4
     """of a voussoir along the radius"""
-    length: Annotated[float, Unit("m"), Gt(0)] = 2.0
+    length: Annotated[float, Gt(0), Unit("m")] = 2.0
     """of the vault"""
-    stone: Annotated[float, Unit("m"), Gt(0)] = 0.5
+    stone: Annotated[float, Gt(0), Unit("m")] = 0.5
     """length of a voussoir along the vault; every other row begins with half of one"""
-    opening_angle: Annotated[float, Unit("rad"), Gt(0), Le(math.pi)] = math.pi
+    opening_angle: Annotated[float, Gt(0), Le(math.pi), Unit("rad")] = math.pi
     """between the springings"""
 
 
@@ -70,13 +70,13 @@ class Dome:
     """of voussoirs, from the springing to the eye"""
     segments: Annotated[int, Ge(4), Le(500)] = 16
     """voussoirs in a ring"""
-    radius: Annotated[float, Unit("m"), Gt(0)] = 4.0
+    radius: Annotated[float, Gt(0), Unit("m")] = 4.0
     """of the inner side"""
-    depth: Annotated[float, Unit("m"), Gt(0)] = 0.5
+    depth: Annotated[float, Gt(0), Unit("m")] = 0.5
     """of a voussoir along the radius"""
-    springing: Annotated[float, Unit("rad"), Gt(0), Le(math.pi / 2)] = math.pi / 2
+    springing: Annotated[float, Gt(0), Le(math.pi / 2), Unit("rad")] = math.pi / 2
     """angle of the springing from the top: 90 deg for a half sphere"""
-    eye: Annotated[float, Unit("rad"), Gt(0)] = 0.15
+    eye: Annotated[float, Gt(0), Unit("rad")] = 0.15
     """angle of the eye's edge from the top"""
 
 

@@ -22,7 +22,7 @@ AT_FOOT = 0.05
 class SpaceMaterial:
     """Of what imported blocks are."""
 
-    unit_weight: Annotated[float, Unit("N/m3"), Gt(0)] = 20e3
+    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] = 20e3
     """of every block"""
     friction: Annotated[float, Gt(0)] = 0.6
     """coefficient in every joint"""
