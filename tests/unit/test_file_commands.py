@@ -175,6 +175,13 @@ def test_schema_accepts_what_is_accepted_and_refuses_what_is_refused(capsys):
             validate(bad)
 
 
+def test_the_schema_knows_every_bound():
+    """A unit that stands before a bound in a setting's type hides it: `Annotated[float, Gt(0), Unit("m")]`."""
+    text = json.dumps(reference.schema())
+    assert '"exclusiveMinimum": 0' in text
+    assert not re.search(r'"(gt|ge|lt|le)": ', text)
+
+
 @pytest.mark.parametrize("command", COMMANDS[1:])
 def test_examples_of_help_work_when_pasted(capsys, monkeypatch, tmp_path, command):
     for name in ("templates", "meshes"):
