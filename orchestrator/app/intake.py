@@ -32,7 +32,7 @@ from orchestrator.masonry.sources.rows import read_rows, uneven_courses
 from orchestrator.masonry.sources.svg import read_svg
 from orchestrator.masonry.wall import Wall, check_blocks, check_wall
 from orchestrator.present import plots
-from orchestrator.settings.sections import settings_from
+from orchestrator.settings.sections import number_or_text, settings_from
 from orchestrator.storage.files import write_json
 from orchestrator.storage.values import blocks_record
 
@@ -231,16 +231,9 @@ def _settings(kind: type[Any], options: dict[str, str], **needed: str) -> Any:
         if key not in given:
             raise CaseError(f"--{key}", "is missing, the file does not say it", f"give it, as in {example}")
     try:
-        return settings_from(kind, {key: _number_or_text(value) for key, value in given.items()})
+        return settings_from(kind, {key: number_or_text(value) for key, value in given.items()})
     except CaseError as error:
         raise CaseError(f"--{error.key.replace('_', '-')}", error.problem, error.remedy) from None
-
-
-def _number_or_text(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def _refuse(options: dict[str, str], reason: str) -> None:

@@ -14,7 +14,7 @@ from orchestrator.basis.units import FACTORS, Unit
 from orchestrator.geometry.polyhedra import Polyhedron
 from orchestrator.masonry.sources.block_files import LARGEST_FILE, json_in
 from orchestrator.present.in_space import space_pictures
-from orchestrator.settings.sections import settings_from
+from orchestrator.settings.sections import number_or_text, settings_from
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.sources.compas import is_compas, read_compas
 from orchestrator.space.sources.material import SpaceMaterial, with_supports
@@ -104,19 +104,12 @@ def _shape(body: Polyhedron) -> dict[str, Any]:
 
 
 def _material(options: Mapping[str, str]) -> SpaceMaterial:
-    values = {key: _number_or_text(options[key]) for key in ("unit_weight", "friction") if key in options}
+    values = {key: number_or_text(options[key]) for key in ("unit_weight", "friction") if key in options}
     try:
         material: SpaceMaterial = settings_from(SpaceMaterial, values)
     except CaseError as error:
         raise CaseError(f"--{error.key.replace('_', '-')}", error.problem, error.remedy) from None
     return material
-
-
-def _number_or_text(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def _length(unit: str) -> float:

@@ -59,6 +59,14 @@ def settings_from(kind: Any, values: Any, section: str = "") -> Any:
         raise _complaint(error, kind, section) from None
 
 
+def number_or_text(text: str) -> float | str:
+    """Return what stands behind an option of the command line as a case file would have it."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 def row_type(hint: Any) -> Any:
     """Return the settings dataclass that a list of tables is made of (`tuple[DeadLoad, ...]`), else None."""
     member = next(iter(typing.get_args(hint)), None)
