@@ -59,7 +59,7 @@ lint: setup
 
 # Heavier studies, some half an hour: the tables in docs/studies.
 verify: setup table1 benchmark2
-	HYPOTHESIS_CASES=2000 $(PYTHON) -m pytest -q tests/unit/test_bad_input_generated.py
+	HYPOTHESIS_CASES=2000 $(PYTHON) -m pytest -q tests/unit/app/test_bad_input_generated.py
 	$(PYTHON) docs/studies/killed.py
 	$(PYTHON) docs/studies/killed_benchmark1.py
 	$(PYTHON) docs/studies/soak.py

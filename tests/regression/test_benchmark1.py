@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from orchestrator.app import driver
 from orchestrator.settings import case
 from tests.regression.stored_curves import compare
+from tests.support.paths import PROJECT
 
-PROJECT = Path(__file__).parents[2]
 WEIGHT = 22225.0
 """N: 22.225 kN, Ferris and Tin-Loi 2001"""
 

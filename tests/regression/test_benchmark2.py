@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from orchestrator.app import driver
 from orchestrator.settings import case
 from tests.regression.stored_curves import compare
+from tests.support.paths import PROJECT
 
-TEMPLATE = Path(__file__).parents[2] / "templates" / "benchmark2.toml"
+TEMPLATE = PROJECT / "templates" / "benchmark2.toml"
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import ezdxf
 import numpy as np
 import shapely
@@ -13,8 +11,9 @@ from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.settings.case import LoadSettings
+from tests.support.paths import DATA
 
-WALL_1 = read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall1.json")
+WALL_1 = read_blocks(DATA / "ferris_tinloi_wall1.json")
 
 
 ROWS = """

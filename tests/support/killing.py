@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.support.ranks import ENVIRONMENT, PROJECT
+from tests.support.paths import PROJECT
+from tests.support.ranks import ENVIRONMENT
 
 CURVE = ("load_multiplier", "base_shear_N", "control_displacement_m", "internal_energy_J", "dissipated_energy_J")
 MORTAL = """

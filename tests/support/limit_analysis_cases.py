@@ -10,7 +10,6 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from math import hypot
-from pathlib import Path
 
 import numpy as np
 from shapely.geometry import Polygon
@@ -20,9 +19,9 @@ from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.wall import Block, Wall
+from tests.support.paths import PROJECT
 
-ROOT = Path(__file__).parents[2]
-FOLDERS = (ROOT / "tests" / "data", ROOT / "meshes")
+FOLDERS = (PROJECT / "tests" / "data", PROJECT / "meshes")
 
 
 def description(name: str) -> dict:

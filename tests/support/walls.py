@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from orchestrator.basis.arrays import read_only
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Block, Wall
-
-DATA = Path(__file__).parents[1] / "data"
+from tests.support.paths import DATA
 
 
 def rectangle(x: float, y: float, width: float, height: float) -> np.ndarray:

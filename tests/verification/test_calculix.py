@@ -10,15 +10,14 @@ import json
 import re
 import shutil
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from orchestrator.app.cli import main
+from tests.support.paths import DATA
 
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="needs CalculiX (ccx), which Debian 13 has not")
-PROJECT = Path(__file__).parents[2]
 RESIDUAL = 0.005
 """CalculiX's own convergence criterion"""
 FRICTION = 0.6
@@ -102,7 +101,7 @@ def test_wall_1_collapses_where_limit_analysis_says(model, tmp_path):
     Twice CalculiX's criterion, and as much again for elastic bodies with penalties against rigid ones (found: 0.651 of
     macroblocks, 0.649 stone by stone; docs/other_programs.md).
     """
-    wall = str(PROJECT / "tests" / "data" / "ferris_tinloi_wall1.json")
+    wall = str(DATA / "ferris_tinloi_wall1.json")
     time, force = reactions(tmp_path, wall, "--model", model, "--multiplier", "0.7")
     assert force[int(np.argmin(np.abs(time - 1.0))), 1] == pytest.approx(5250.0, rel=1e-3), "25 kN/m3 x 2.1 m2 x 0.1 m"
     assert -force[:, 0].min() / 5250.0 == pytest.approx(0.640, rel=0.02)

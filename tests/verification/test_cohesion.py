@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ import pytest
 from orchestrator.limit_analysis import analyse
 from orchestrator.masonry.joints import JointClass
 from orchestrator.masonry.sources.block_files import read_blocks
+from tests.support.paths import DATA
 from tests.support.pushover_chain import assemblage_of, model_of, moved_to, run, stack
 
 SOFTENING = 1e-4
@@ -135,7 +135,7 @@ def test_a_slender_block_overturns_at_what_limit_analysis_says():
 
 def test_dry_joints_beside_bonded_ones_have_no_damage():
     """Wall 1, head joints bonded, bed joints dry: these slide and open much further."""
-    wall = read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall1.json")
+    wall = read_blocks(DATA / "ferris_tinloi_wall1.json")
     model = model_of(wall, joints=JointClass(orientation="head", cohesion=1e3, tensile_strength=500.0))
     last = run(model, 1e-3, displacement_increment=0.02).increments[-1]
     bonded = model.bond.cohesion > 0.0
@@ -146,7 +146,7 @@ def test_dry_joints_beside_bonded_ones_have_no_damage():
 
 def test_energy_of_a_wall_that_cracks():
     """Dissipation of wall 3, small displacements: the work of friction, cohesion and tension, from forces and slips."""
-    wall = read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall3.json")
+    wall = read_blocks(DATA / "ferris_tinloi_wall3.json")
     model = model_of(wall, joints=JointClass(cohesion=5e3, tensile_strength=2e3))
     path = run(model, 2e-3, displacement_increment=0.005).increments
     bond, spent = model.bond, 0.0

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,10 +19,11 @@ from orchestrator.pushover.meshing import volumes
 from orchestrator.pushover.model import ContactModel, displaced
 from orchestrator.pushover.path.stepping import RESTED, at_rest
 from orchestrator.pushover.settings import ElasticSettings, SteppingSettings
+from tests.support.paths import DATA
 from tests.support.pushover_chain import Run, model_of, run, stack
 
 WALLS = {
-    "rocking": (read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall3.json"), 0.02),
+    "rocking": (read_blocks(DATA / "ferris_tinloi_wall3.json"), 0.02),
     "sliding": (stack((0.4, 0.3), (0.5, 0.3), friction=0.3), 0.002),
 }
 CASES = [(name, large) for name in WALLS for large in (False, True)]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import runpy
-from pathlib import Path
 
 import pytest
 
-EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+from tests.support.paths import PROJECT
+
+EXAMPLES = PROJECT / "docs" / "examples"
 
 
 def test_benchmark1():

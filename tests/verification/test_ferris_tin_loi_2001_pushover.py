@@ -4,14 +4,11 @@ Published non-associative multipliers 0.640, 0.356, 0.264: the peak up to 10 mm 
 value (wall 3, 4) or between it and the associative one (wall 1, 0.640 and 0.643, where friction governs).
 """
 
-from pathlib import Path
-
 import pytest
 
 from orchestrator.masonry.sources.block_files import read_blocks
+from tests.support.paths import DATA
 from tests.support.pushover_chain import model_of, run
-
-DATA = Path(__file__).parents[1] / "data"
 
 
 @pytest.mark.parametrize(

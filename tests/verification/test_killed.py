@@ -9,10 +9,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.support.killing import PROJECT, curve, difference, killed_at_file, run
+from tests.support.killing import curve, difference, killed_at_file, run
+from tests.support.paths import DATA
 
 MODEL = "micro"
-WALL = PROJECT / "tests" / "data" / "tower_5_blocks.json"
+WALL = DATA / "tower_5_blocks.json"
 RUN = ["run", str(WALL), "--model", MODEL, "--set", "stepping.final_displacement=2mm", "--output"]
 MOMENTS = {
     "under gravity": (f"{MODEL}/states/000003.h5", 2),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import cos, radians, sin
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from orchestrator.masonry.block_properties import block_centroids, block_weights
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.solids.nodal_loads import nodal_loads
+from tests.support.paths import DATA
 from tests.support.pushover_chain import assemblage_of, model_of, run, stack
 
 TOWER = (0.4, 0.6)
@@ -115,7 +115,7 @@ def test_inclined_live_load_on_a_sliding_block(angle, direction):
 @pytest.mark.parametrize("macroblocks", [False, True])
 def test_resultant_and_moment_are_those_of_limit_analysis(macroblocks):
     """Wall 3 with every kind of load, each stone a body or all stones one body: force and moment about the origin."""
-    wall = read_blocks(Path(__file__).parents[1] / "data" / "ferris_tinloi_wall3.json")
+    wall = read_blocks(DATA / "ferris_tinloi_wall3.json")
     free = [block.id for block in wall.blocks if not block.fixed]
     outline = {block.id: block.polygon for block in wall.blocks}
     left, right = outline[free[-1]][:, 0].min(), outline[free[-1]][:, 0].max()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,8 +16,9 @@ from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path import increment_solver
 from orchestrator.pushover.path.curve_checks import check_curve
 from orchestrator.pushover.path.increment_record import increment_of
+from tests.support.paths import DATA
 
-TOWER = Path(__file__).parents[1] / "data" / "tower_5_blocks.json"
+TOWER = DATA / "tower_5_blocks.json"
 
 
 def curve(**changed):

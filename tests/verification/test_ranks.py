@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.support.paths import DATA
 from tests.support.ranks import on_ranks
-from tests.support.walls import DATA
 
 WALL = DATA / "ferris_tinloi_wall1.json"
 

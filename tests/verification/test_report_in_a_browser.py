@@ -9,7 +9,6 @@ import base64
 import json
 import re
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,15 +16,15 @@ import pytest
 from orchestrator import storage
 from orchestrator.app.cli import main
 from tests.support.browser import asked, awaited, headless
+from tests.support.paths import PROJECT
 
-ROOT = Path(__file__).parents[2]
 EVIL = "</script><script>document.title = 'run'</script><img src=x onerror=\"document.title='run'\">"
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
-    wall = json.loads((ROOT / "tests/data/ferris_tinloi_wall1.json").read_text(encoding="utf-8"))
+    wall = json.loads((PROJECT / "tests/data/ferris_tinloi_wall1.json").read_text(encoding="utf-8"))
     wall["name"] = EVIL
     for block in wall["blocks"]:
         block["material"] = EVIL
@@ -249,7 +248,7 @@ def bonded(tmp_path_factory):
     """Wall 1 as macroblocks with bonded joints, to 1 mm: they crack and break."""
     folder = tmp_path_factory.mktemp("bonded")
     classes = '[[joints.classes]]\ncohesion = "2 kPa"\ntensile_strength = "1 kPa"\n'
-    wall = ROOT / "tests/data/ferris_tinloi_wall1.json"
+    wall = PROJECT / "tests/data/ferris_tinloi_wall1.json"
     case = (
         f'[wall]\nblocks = "{wall}"\n[stepping]\nfinal_displacement = "1 mm"\n[macroblocks]\nnormal = 1e-3\n{classes}'
     )

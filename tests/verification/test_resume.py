@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -11,8 +10,7 @@ from orchestrator.app import driver
 from orchestrator.app.progress import IncrementDone
 from orchestrator.basis.errors import CaseError
 from orchestrator.settings import case
-
-PROJECT = Path(__file__).parents[2]
+from tests.support.paths import DATA
 
 
 class Killed(Exception):
@@ -20,7 +18,7 @@ class Killed(Exception):
 
 
 def micro_case(*overrides):
-    wall = PROJECT / "tests" / "data" / "ferris_tinloi_wall1.json"
+    wall = DATA / "ferris_tinloi_wall1.json"
     settings = ["stepping.final_displacement=2mm", "run.models=['micro']", *overrides]
     return case.read(wall, settings)
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from pathlib import Path
 
 from tests.support.browser import asked, awaited, headless
-
-PROJECT = Path(__file__).parents[2]
+from tests.support.paths import PROJECT
 
 
 def test_two_words_lead_to_the_section_on_them(tmp_path):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -15,8 +13,9 @@ from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
 from tests.support.limit_analysis_cases import assemblage_of, box
+from tests.support.paths import PROJECT
 
-MESHES = Path(__file__).parents[2] / "meshes"
+MESHES = PROJECT / "meshes"
 FLOOR = LoadSettings(direction="-x", dead=(DeadLoad(level=1.925, line_load=8e3, inertia=True),))
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +17,7 @@ from orchestrator.space.generators.shapes import Plan, Stones, box_wall, l_wall,
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.ties import Tie, with_ties
 from tests.support.limit_analysis_cases import answers
+from tests.support.paths import DATA
 from tests.support.space_walls import (
     associative,
     block_on_ground,
@@ -29,7 +29,6 @@ from tests.support.space_walls import (
     wall_of,
 )
 
-DATA = Path(__file__).parents[1] / "data"
 S = Stones()
 WALLS = {
     "U(4,2,8)": (u_wall(Plan(4, 2, 8), S), 68, 180, 0.34229),

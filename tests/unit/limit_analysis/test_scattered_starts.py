@@ -5,7 +5,6 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import chain
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +17,9 @@ from orchestrator.limit_analysis.search.lower_states import TwoPrograms, descent
 from orchestrator.limit_analysis.search.scattered_starts import TURNS, scattered_starts, scattered_states
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
+from tests.support.paths import DATA
 
-WALL = read_blocks(Path(__file__).parents[2] / "data" / "ferris_tinloi_wall3.json")
+WALL = read_blocks(DATA / "ferris_tinloi_wall3.json")
 
 
 def mirrored(wall):

@@ -1,0 +1,44 @@
+"""The picture of the house shows the rooms there are, what is named beside it exists, tests/unit has the same rooms."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+from tests.support.paths import PROJECT
+
+PICTURE = PROJECT / "docs" / "figures" / "house.svg"
+
+
+def test_the_picture_names_every_room_there_is():
+    texts = [text.text for text in ElementTree.parse(PICTURE).iter("{http://www.w3.org/2000/svg}text")]
+    package = PROJECT / "orchestrator"
+    rooms = {path.stem for path in package.glob("*.py")} | {path.parent.name for path in package.glob("*/__init__.py")}
+    assert set(texts[::2]) == rooms - {"__init__", "__main__"}
+
+
+def test_the_picture_is_the_one_that_its_script_draws(tmp_path):
+    program = f"import house; house.PICTURE = type(house.PICTURE)({str(tmp_path / 'house.svg')!r}); house.main()"
+    subprocess.run([sys.executable, "-c", program], cwd=PROJECT / "docs", check=True, timeout=120)
+    assert (tmp_path / "house.svg").read_text() == PICTURE.read_text()
+
+
+def test_every_file_and_target_that_newcomers_are_sent_to_exists():
+    text = (PROJECT / "CONTRIBUTING.md").read_text()
+    targets = set(re.findall(r"^([a-z0-9]+):", (PROJECT / "Makefile").read_text(), re.M))
+    assert set(re.findall(r"\bmake ([a-z]+)", text)) <= targets
+    for name in re.findall(r"`((?:[a-z_]+/)*[a-z_]+\.py|[a-z_]+/)`", text):
+        assert any((folder / name).exists() for folder in (PROJECT, PROJECT / "orchestrator")) or name == "settings.py"
+
+
+def test_unit_tests_are_in_the_rooms_they_test():
+    """A file below tests/unit stands in a folder that orchestrator has too, and no two test files share a name."""
+    files = sorted((PROJECT / "tests").rglob("test_*.py"))
+    assert len({file.name for file in files}) == len(files)
+    units = [file.relative_to(PROJECT / "tests" / "unit") for file in files if "unit" in file.parts]
+    assert len(units) > 40
+    assert [str(file) for file in units if not (PROJECT / "orchestrator" / file.parent / "__init__.py").exists()] == []
+    assert [str(file) for file in units if file.parent == Path()] == []

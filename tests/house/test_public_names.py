@@ -1,0 +1,185 @@
+"""`from orchestrator import ...`: every name is there, and none costs more than it needs."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import orchestrator
+from orchestrator import (  # fmt: skip
+    CaseError,
+    DeadLoad,
+    LoadSettings,
+    MeshSettings,
+    SteppingSettings,
+    analyse,
+    loads_on,
+    one_body_per_block,
+    plot_curves,
+    plot_macroblocks,
+    push,
+    read_case,
+    read_run,
+)
+from orchestrator.app.cli import main
+from orchestrator.app.driver import run, segment
+from tests.support.paths import DATA
+from tests.support.pushover_chain import assemblage_of, stack
+from tests.support.ranks import quiet
+
+TOWER = DATA / "tower_5_blocks.json"
+
+HEAVY = (
+    "numpy", "scipy", "scipy.optimize", "scipy.spatial", "scipy.stats", "shapely", "clarabel", "dolfinx", "gmsh",
+    "petsc4py", "mpi4py", "pydantic", "rich", "rich.progress", "h5py", "matplotlib", "ezdxf", "skimage",
+)  # fmt: skip
+"""modules that take longer than Python's own start, or that not every machine has"""
+
+
+def imported_by(statement):
+    """Return which of the heavy modules a fresh interpreter has after a statement."""
+    program = f"{statement}\nimport sys\nprint(*[name for name in {HEAVY} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    return done.stdout.split()
+
+
+@pytest.mark.parametrize("name", orchestrator.__all__)
+def test_every_public_name_is_there_and_has_a_docstring(name):
+    assert getattr(orchestrator, name).__doc__
+    assert name in dir(orchestrator)
+
+
+def test_type_checkers_see_every_public_name_where_it_is():
+    """A stub beside the lazy imports: without it a user's type checker takes every name for Any."""
+    found = set()
+    for node in ast.parse(Path(orchestrator.__file__).with_suffix(".pyi").read_text()).body:
+        if isinstance(node, ast.ImportFrom):
+            found |= {(node.module, one.name, one.asname or one.name) for one in node.names}
+    renamed = orchestrator.RENAMED
+    expected = {
+        (f"orchestrator.{module}", renamed.get(name, name), name)
+        for module, names in orchestrator.PUBLIC.items()
+        for name in names
+    }
+    assert found == expected
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'pushover_kurve'"):
+        _ = orchestrator.pushover_kurve
+
+
+def test_importing_the_package_imports_nothing_else():
+    assert imported_by("import orchestrator") == []
+
+
+def imported_by_command(*words):
+    """Return which of the heavy modules a command has imported when it ends, and its exit code."""
+    program = (
+        "import contextlib, io, sys\nfrom orchestrator.app.cli import main\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):\n"
+        f"    try:\n        code = main({list(words)})\n    except SystemExit as left:\n        code = left.code\n"
+        f"print(code, *[name for name in {HEAVY} if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    code, *names = done.stdout.split()
+    return names, int(code)
+
+
+COMMANDS = ("run", "check", "limit", "segment", "study", "sensitivity", "import", "new", "schema", "export", "report")
+
+
+def test_the_commands_are_all_the_commands(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    listed = re.findall(r"^    (\w+) ", capsys.readouterr().out, re.M)
+    assert sorted(listed) == sorted(COMMANDS)
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], *([command, "--help"] for command in COMMANDS)], ids=str)
+def test_help_imports_nothing_that_takes_time(words):
+    assert imported_by_command(*words) == ([], 0)
+
+
+@pytest.mark.parametrize("words", [["run"], ["limit", "case.toml", "--sett", "x"], ["walk"]], ids=str)
+def test_misspelt_options_import_nothing_that_takes_time(words):
+    assert imported_by_command(*words) == ([], 2)
+
+
+ANALYSES_OR_DRAWS = {*HEAVY} - {"numpy", "scipy", "shapely", "clarabel", "pydantic", "rich"}
+
+
+@pytest.mark.parametrize("command", ["check", "limit", "segment", "export"])
+@pytest.mark.parametrize("case", ["no.toml", str(TOWER)])
+def test_a_case_is_refused_before_what_works_with_it_is_imported(command, case):
+    """A file that is not there, a key that is not known."""
+    names, code = imported_by_command(command, case, "--set", "mesh.sise=100mm")
+    assert code == 2
+    assert "pydantic" in names, "the detector sees what checks a case"
+    assert not ANALYSES_OR_DRAWS & {*names}
+
+
+def test_no_finite_elements_before_the_pushover():
+    names = "analyse, find_joints, make_bodies, merged, read_blocks, macroblocks_of"
+    assert not {"dolfinx", "gmsh", "petsc4py", "mpi4py"} & set(imported_by(f"from orchestrator import {names}"))
+
+
+WIDTH, HEIGHT, WEIGHT, FLOOR = 0.2, 1.0, 500.0, 250.0
+"""a block of 25 kN/m3, 0.1 m thick, in m and N; the floor it may carry"""
+
+
+def rocking(load):
+    """Push the block under a load until its top has moved by 2 mm; return it and its limit analysis."""
+    assemblage = assemblage_of(stack((WIDTH, HEIGHT), friction=0.7))
+    analysis = analyse(assemblage, None, load.sign, loads_on(assemblage.wall, load))
+    settings = {"mesh": MeshSettings(size=0.1), "stepping": SteppingSettings(final_displacement=2e-3)}
+    return push(assemblage, analysis, one_body_per_block(assemblage), load, **settings), analysis
+
+
+@pytest.mark.parametrize("direction", ["+x", "-x"])
+@pytest.mark.parametrize("floor", [0.0, FLOOR])
+def test_a_slender_block_rocks_about_its_corner(direction, floor):
+    """(W + F) b / 2 = lambda (W h / 2 + F h), less u / h and elasticity: no static state exceeds it."""
+    dead = (DeadLoad((1,), line_load=floor / WIDTH, inertia=True),) if floor else ()
+    pushed, _ = rocking(LoadSettings(direction=direction, dead=dead))
+    exact = (WEIGHT + floor) * WIDTH / 2 / (WEIGHT * HEIGHT / 2 + floor * HEIGHT)
+    assert pushed.capacity.peak_multiplier == pytest.approx(exact, rel=0.01)
+    assert pushed.capacity.peak_multiplier <= exact * (1 + SteppingSettings().out_of_balance)
+    assert pushed.capacity.peak_base_shear == pytest.approx(exact * (WEIGHT + floor), rel=0.01)
+    assert pushed.curve.stopped_because == "final displacement of 2 mm reached"
+    assert np.all(np.diff(pushed.curve.step) == 1)
+    assert pushed.summary.valid
+    assert not pushed.complaints
+
+
+def test_push_refuses_a_limit_analysis_under_another_load():
+    assemblage = assemblage_of(stack((WIDTH, HEIGHT), friction=0.7))
+    every_block, analysis = one_body_per_block(assemblage), analyse(assemblage)
+    floor = LoadSettings(dead=(DeadLoad((1,), force=FLOOR, inertia=True),))
+    for load in (LoadSettings(direction="-x"), floor):
+        with pytest.raises(CaseError, match="load: is not the load of this limit analysis"):
+            push(assemblage, analysis, every_block, load)
+
+
+def test_push_follows_the_curve_that_run_stores_and_read_run_reads(tmp_path):
+    case = read_case(DATA / "tower_5_blocks.json", ["stepping.final_displacement=0.5mm", "run.models=['macro']"])
+    run(case, tmp_path, False, None, quiet)
+    stored = read_run(tmp_path)
+    found, told = segment(case), []
+    settings = {name: getattr(case, name) for name in ("mesh", "elastic", "contact", "newton", "stepping")}
+    pushed = push(found.assemblage, found.analysis, found.partition, case.load, report=told.append, **settings)
+    (model,) = stored.models
+    assert model.curve.base_shear_N.tobytes() == pushed.curve.base_shear_N.tobytes()
+    assert model.curve.control_displacement_m.tobytes() == pushed.curve.control_displacement_m.tobytes()
+    assert len(told) == pushed.summary.steps == stored.summary.pushover[0].steps
+    assert told[-1].fraction == pytest.approx(1.0, rel=1e-3)
+    figure = plot_curves({"macroblocks": (model.curve, pushed.capacity)}, stored.analysis, "tower")
+    said = [line.get_label() for line in figure.axes[0].lines]
+    assert any(f"λ = {pushed.capacity.peak_multiplier:.4f}" in text for text in said)
+    assert plot_macroblocks(stored.assemblage, stored.partition).axes

@@ -1,0 +1,97 @@
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from orchestrator.app import cli, driver
+from orchestrator.basis.errors import ConvergenceError, ResultError
+from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
+from tests.support.paths import DATA
+
+TOWER = str(DATA / "tower_5_blocks.json")
+
+
+def test_limit_prints_the_multipliers_and_draws_the_mechanism(capsys, tmp_path):
+    assert cli.main(["limit", TOWER, "--output", str(tmp_path)]) == 0
+    assert sorted(path.name for path in (tmp_path / "figures").iterdir()) == ["mechanism.png", "mechanism.svg"]
+    printed = capsys.readouterr().out
+    assert "weight 16.000 kN" in printed
+    for rule in ("associative, a bound", "met by loading", "the paper's value", "lowest found"):
+        assert any("0.20000" in line for line in printed.splitlines() if rule in line), rule
+
+
+def test_limit_lets_a_support_settle(capsys, tmp_path):
+    """A tower on one support: it carries all its weight, also while it sinks."""
+    assert cli.main(["limit", TOWER, "--settle", "0", "--output", str(tmp_path)]) == 0
+    assert "least reaction 16.0000 kN" in capsys.readouterr().out
+    assert (tmp_path / "figures" / "settlement.png").exists()
+    assert cli.main(["limit", TOWER, "--settle", "1"]) == 2
+    assert "tower_5_blocks.json: settlement.support: block 1 is not a support" in capsys.readouterr().err
+
+
+def test_limit_json_is_the_summary_s_part_and_nothing_else(capsys):
+    assert cli.main(["limit", TOWER, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["associative"] == pytest.approx(0.2, abs=1e-6)
+    assert found["base_shear"] == pytest.approx(0.2 * 16e3, rel=1e-5)
+    assert set(found) == {
+        "associative", "non_associative", "non_associative_range", "iterations", "converged", "equilibrium_residual",
+        "base_shear", "seconds", "path", "last_rest", "soft_from", "interval", "papers_value", "lowest", "highest",
+        "local_failures", "associative_left",
+    }  # fmt: skip
+
+
+def test_segment_lists_the_bodies_with_their_blocks_and_draws_them(tmp_path, capsys):
+    assert cli.main(["segment", TOWER, "--set", "macroblocks.tol_n=1e-3", "--output", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"^ +0 +5 +[\d.]+ 1-5 *$", printed, re.M), printed
+    assert {path.name for path in (tmp_path / "figures").glob("*.png")} == {"macroblocks.png", "mechanism.png"}
+    assert "1 macroblock" in printed
+    assert "one macroblock" in printed, "the trivial partition is said to be trivial"
+
+
+def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
+    folder = tmp_path / "run"
+    settings = ["--set", "stepping.final_displacement=0.5mm", "--set", "run.models=['macro']"]
+    assert cli.main(["run", TOWER, "--output", str(folder), "-q", *settings]) == 0
+    assert capsys.readouterr() == ("", "")
+    expected = {
+        "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "summary.json", "run.log",
+        "report.html", "verdict.csv", "joint_forces.csv", "section_forces.csv", "reactions.csv", "mechanism.dxf",
+        "figures", "macro",
+    }  # fmt: skip
+    assert {path.name for path in folder.iterdir()} == expected
+    log = (folder / "run.log").read_text()
+    assert all(word in log for word in ("command: ", "versions: orchestrator ", f"sha256 of {TOWER}", "environment: "))
+    inside = {
+        "mesh.msh", "mesh.vtu", "curve.csv", "states.h5", "geometry.h5", "wall.xdmf", "wall.h5", "derived.h5",
+        "contacts.xdmf",
+    }  # fmt: skip
+    assert {path.name for path in (folder / "macro").iterdir()} == inside
+    assert cli.main(["run", str(folder / "case.toml"), "--output", str(tmp_path / "again"), "-q"]) == 0
+    first, second = ((run / "macro" / "curve.csv").read_text() for run in (folder, tmp_path / "again"))
+    assert first == second, "case.toml of a run folder repeats the run"
+
+
+@pytest.mark.parametrize(
+    ("complaint", "code"), [(ResultError("energy", "lost"), 3), (ConvergenceError("macro FE", "stopped"), 1)]
+)
+def test_exit_code_of_a_run_with_a_complaint(monkeypatch, tmp_path, capsys, complaint, code):
+    limit = LimitSummary(0.1, None, None, 1, False, 0.0, 0.1, 0.1)
+    record = Summary("x", WallSummary(1, 1, 1.0), limit, None, ())
+    monkeypatch.setattr(driver, "run", lambda *arguments: driver.Outcome(record, (complaint,)))
+    assert cli.main(["run", TOWER, "--output", str(tmp_path / "run"), "-q"]) == code
+    assert capsys.readouterr().err == f"{complaint}\n"
+
+
+@pytest.mark.parametrize(("command", "remedy"), [("run", "; go on with --resume"), ("limit", "")])
+def test_interruption_is_one_line(monkeypatch, capsys, command, remedy):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(driver, "run", interrupted)
+    monkeypatch.setattr(driver, "limit", interrupted)
+    assert cli.main([command, TOWER]) == 130
+    assert capsys.readouterr().err == f"interrupted{remedy}\n"

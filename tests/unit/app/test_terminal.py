@@ -1,0 +1,230 @@
+"""What the terminal says: that it works, which number counts, and what it will not overwrite."""
+
+from __future__ import annotations
+
+import io
+import logging
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from orchestrator import storage
+from orchestrator.app import cli, driver
+from orchestrator.app.progress import StageDone
+from orchestrator.app.terminal import Reporter
+from orchestrator.basis.errors import CaseError
+from orchestrator.limit_analysis import analyse
+from orchestrator.present.answer import answer_of_limit, answer_of_run
+from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
+from tests.support.limit_analysis_cases import assemblage_of, box
+from tests.support.paths import DATA, PROJECT
+from tests.support.pushed import PUSHED
+
+TOWER = str(DATA / "tower_5_blocks.json")
+
+
+@pytest.fixture(scope="module")
+def slender():
+    """A block 0.5 m wide and 1 m high overturns at 0.5, with or without dilation."""
+    return analyse(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]))
+
+
+def without_any_state(analysis):
+    return replace(analysis, sequence=None, path=None, lowest=None)
+
+
+def at(analysis, *, lowest=None, bound=None):
+    """Return the analysis with another lowest state or another associative bound."""
+    associative = analysis.associative
+    if bound is not None:
+        associative = replace(associative, load_multiplier=bound)
+    found = None if lowest is None else replace(analysis.headline, load_multiplier=lowest)
+    return replace(analysis, associative=associative, lowest=found)
+
+
+def test_the_multiplier_that_counts_is_named_with_its_base_shear(slender):
+    said = answer_of_limit(slender)
+    assert said.startswith(f"λ = 0.50000 counts ({slender.headline.flow_rule.replace('_', ' ')}): base shear ")
+    assert slender.horizontal_load == 10e3
+    assert "base shear 5.000 kN, " in said
+    assert "it reaches the associative upper bound" in said
+
+
+def test_a_lower_state_and_a_higher_bound_are_said(slender):
+    said = answer_of_limit(at(slender, lowest=0.45, bound=0.6))
+    assert "from 0.45000 to 0.50000" in said
+    assert "the associative 0.60000 is an upper bound" in said
+    alone = answer_of_limit(at(slender, bound=0.6))
+    assert "from" not in alone
+    assert "the associative 0.60000 is an upper bound" in alone
+
+
+def test_the_bound_alone_counts_as_no_more_than_that(slender):
+    said = answer_of_limit(without_any_state(slender))
+    assert said.startswith("λ = 0.50000 counts (associative)")
+    assert "an upper bound only" in said
+
+
+def test_a_last_rest_is_called_no_collapse_state(slender):
+    rest = replace(slender.path, flow_rule="last_rest", converged=False)
+    said = answer_of_limit(replace(slender, path=rest))
+    assert said.startswith("λ = 0.50000 counts (last rest)")
+    assert "at rest there, and no collapse state was closed" in said
+    assert "a collapse state with" not in said
+
+
+def test_nothing_printed_denies_the_state_that_counts(monkeypatch, capsys, tmp_path):
+    """The paper's sequence finds nothing, another rule does: no line may say that no solution was found (D12)."""
+    few = ["--set", "limit_analysis.maximum_iterations=4", "--set", "limit_analysis.tolerance=1e-300"]
+    assert cli.main(["limit", TOWER, "--output", str(tmp_path), *few]) == 0
+    printed = capsys.readouterr().out
+    assert "the paper's sequence found no state: " in printed
+    assert "no non-associative solution" not in printed
+    assert "λ = 0.20000 counts (" in printed
+
+
+def entry(model, peak, *, valid=True, reached=True):
+    changed = {"peak_reached": reached, "peak_base_shear": peak, "peak_multiplier": peak / 1e5}
+    return replace(PUSHED, model=model, valid=valid, **changed)
+
+
+def summary_of(*pushovers):
+    limit = LimitSummary(0.3, 0.25, (0.25, 0.26), 4, True, 1e-12, 8e3, 1.0)
+    return Summary("tower", WallSummary(4, 8, 40e3), limit, None, pushovers)
+
+
+@pytest.mark.parametrize(
+    ("pushover", "words", "absent"),
+    [
+        (
+            [entry("macro", 21e3), entry("micro", 20e3)],
+            ["20.00 kN counts (λ = 0.2000", "macroblocks (21.00 kN)"],
+            [],
+        ),
+        ([entry("macro", 21e3)], ["21.00 kN counts", "FE of macroblocks"], ["approximation"]),
+        ([entry("macro", 21e3), entry("micro", 20e3, valid=False)], ["21.00 kN counts"], ["20.00"]),
+        ([entry("micro", 20e3, reached=False)], ["a lower bound"], []),
+        ([entry("micro", 20e3, valid=False)], ["No peak counts"], ["20.0"]),
+    ],
+)
+def test_the_peak_that_counts(pushover, words, absent):
+    said = answer_of_run(summary_of(*pushover))
+    assert all(word in said for word in words), said
+    assert not any(word in said for word in absent), said
+
+
+def reported(terminal, *actions, kind="xterm"):
+    console = Console(file=io.StringIO(), force_terminal=terminal, width=200, _environ={"TERM": kind})
+    with Reporter(console) as report:
+        for action in actions:
+            action(report)
+    return console.file.getvalue()
+
+
+def log(text):
+    return lambda report: logging.getLogger("orchestrator.limit_analysis.search.other_states").info(text)
+
+
+def test_limit_analysis_says_at_once_what_it_does_and_then_not_too_often():
+    assert reported(False, log("first"), log("second")) == "micro-LA: first\n"
+    assert "second" in reported(True, log("first"), log("second"))
+    assert reported(True, log("first"), log("second"), kind="dumb") == "micro-LA: first\n"
+
+
+def test_nothing_is_shown_of_limit_analysis_after_its_stage():
+    """Finite elements have bars of their own."""
+    stage = StageDone("micro-LA and macroblocks", 1.0, "done")
+    assert "late" not in reported(False, lambda report: report(stage), log("late"))
+    log("after")(None)
+    assert logging.getLogger("orchestrator.limit_analysis").level == logging.NOTSET
+
+
+def test_limit_begins_with_what_it_is_given(capsys, tmp_path):
+    assert cli.main(["limit", TOWER, "--output", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.startswith("micro-LA: 5 blocks, 5 joints")
+
+
+@pytest.fixture
+def recorded(monkeypatch):
+    """Stands in for the chain: the folders it was asked to run into."""
+    folders = []
+
+    def run(case, output, *_):
+        folders.append(output)
+        return driver.Outcome(summary_of(), ())
+
+    monkeypatch.setattr(driver, "run", run)
+    return folders
+
+
+@pytest.mark.parametrize("left", ["summary.json", "macro", "load_cases.json"])
+def test_a_run_is_not_overwritten_unasked(tmp_path, capsys, recorded, left):
+    (tmp_path / left).mkdir()
+    command = ["run", TOWER, "--output", str(tmp_path), "-q"]
+    assert cli.main(command) == 2
+    complaint = capsys.readouterr().err
+    assert complaint.startswith(f"{tmp_path}: --output: holds the results of a run; ")
+    assert "--force" in complaint
+    assert recorded == []
+    assert cli.main([*command, "--force"]) == cli.main([*command, "--resume"]) == 0
+    assert recorded == [tmp_path, tmp_path]
+
+
+def test_a_run_goes_beside_the_pictures_of_check(tmp_path, recorded):
+    assert cli.main(["check", TOWER, "--output", str(tmp_path)]) == 0
+    assert cli.main(["run", TOWER, "--output", str(tmp_path), "-q"]) == 0
+    assert recorded == [tmp_path]
+
+
+def test_no_command_says_first_what_it_runs_and_may_do_so_again(tmp_path, monkeypatch, capsys, recorded):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "results" / "benchmark1" / "macro").mkdir(parents=True)
+    assert cli.main([]) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.startswith("No command given: this runs the shipped benchmark 1 into results/benchmark1")
+    assert recorded == [Path("results/benchmark1")]
+
+
+@pytest.mark.parametrize("command", ["check", "limit", "run", "study"])
+def test_the_folder_is_tried_before_the_analysis(tmp_path, monkeypatch, capsys, command):
+    def analysed(*_):
+        raise AssertionError("the analysis has begun")
+
+    for name in ("limit", "run", "segment", "check"):
+        monkeypatch.setattr(driver, name, analysed)
+    (tmp_path / "taken").write_text("a file")
+    assert cli.main([command, TOWER, "--output", str(tmp_path / "taken")]) == 1
+    assert capsys.readouterr().err == f"{tmp_path / 'taken'}: File exists\n"
+    assert cli.main([command, TOWER, "--output", str(tmp_path / "taken" / "inside")]) == 1
+    assert capsys.readouterr().err == f"{tmp_path / 'taken'}: Not a directory\n"
+
+
+def test_trying_a_folder_leaves_nothing(tmp_path):
+    storage.try_folder(tmp_path / "not" / "yet")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_files_are_not_overwritten_unasked(tmp_path, capsys):
+    rows = PROJECT / "templates" / "wall1.txt"
+    for arguments in (
+        ["import", str(rows), "--output", str(tmp_path / "wall.json")],
+        ["schema", "--output", str(tmp_path / "schema.json")],
+        ["new", "mine", "--output", str(tmp_path)],
+    ):
+        assert cli.main(arguments) == 0
+        before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+        capsys.readouterr()
+        assert cli.main(arguments) == 2
+        assert "exists already; " in capsys.readouterr().err
+        assert {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()} == before
+        assert cli.main([*arguments, "--force"]) == 0
+
+
+def test_an_export_is_not_overwritten_unasked(tmp_path):
+    (tmp_path / "deck.inp").write_text("mine")
+    with pytest.raises(CaseError, match="exists already"):
+        storage.refuse_overwriting_file(tmp_path / "deck.inp")
+    assert cli.main(["export", TOWER, "--format", "abaqus", "--output", str(tmp_path / "deck.inp")]) == 2
+    assert (tmp_path / "deck.inp").read_text() == "mine"

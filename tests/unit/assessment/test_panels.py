@@ -1,0 +1,55 @@
+"""Openings, piers and spandrels of walls drawn by hand, and sections that balance whatever the bond."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from orchestrator.assessment.panels import cut, openings, piers, rows, spandrels, storeys
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.patterns import ARCHED_FACADE, arched_wall, running_bond
+from orchestrator.masonry.sources.block_files import read_blocks
+from tests.support.paths import PROJECT
+
+
+@pytest.fixture(scope="module")
+def facade():
+    """Benchmark 1: two storeys of two openings 0.4 m x 0.875 m in a wall 2.8 m x 3.675 m (Ferris and Tin-Loi 2001)."""
+    return read_blocks(PROJECT / "meshes" / "ferris_tinloi_wall6.json")
+
+
+def test_openings_of_benchmark_1_are_those_of_its_drawing(facade):
+    found = openings(facade)
+    drawn = [(x, x + 0.4, y, y + 0.875) for y in (0.7, 2.1) for x in (0.6, 1.8)]
+    assert np.array([(o.left, o.right, o.bottom, o.top) for o in found]) == pytest.approx(np.array(drawn), abs=1e-9)
+    assert [len(row) for row in storeys(found)] == [2, 2]
+
+
+def test_piers_stand_between_openings_and_spandrels_lie_between_storeys(facade):
+    found = piers(facade)
+    assert [(p.left, p.right) for p in found[:3]] == pytest.approx(np.array([(0, 0.6), (1, 1.8), (2.2, 2.8)]), abs=1e-6)
+    assert [len(row) for row in rows(found)] == [3, 3]
+    heights = {(round(p.bottom, 6), round(p.top, 6)) for p in spandrels(facade)}
+    assert heights == {(0.0, 0.7), (1.575, 2.1), (2.975, 3.675)}
+
+
+def test_a_door_on_the_ground_is_an_opening_and_a_wall_without_any_has_no_pier():
+    wall = arched_wall(ARCHED_FACADE)
+    door, window, *upper = openings(wall)
+    assert (door.bottom, len(upper)) == (0.0, 3)
+    assert window.bottom > 0.0
+    assert [len(row) for row in rows(piers(wall))] == [3, 4]
+    assert piers(running_bond(5, 6)) == ()
+
+
+@pytest.mark.parametrize("name", ["ferris_tinloi_wall6.json", "benchmark2.json", "arched_facade.json"])
+def test_every_joint_of_a_cut_belongs_to_one_panel(name):
+    assemblage = find_joints(read_blocks(PROJECT / "meshes" / name), JointSettings())
+    for row in rows(piers(assemblage.wall)):
+        sections = cut(assemblage, row, row[0].bottom)
+        joints = np.concatenate([section.joints for section in sections])
+        assert len(joints) == len(set(joints.tolist())) > 0
+        lower = set(np.concatenate([section.lower for section in sections]).tolist())
+        upper = set(np.concatenate([assemblage.block_i[joints], assemblage.block_j[joints]]).tolist()) - lower
+        assert upper, "blocks stand on the section"
+        assert all(assemblage.wall.blocks[block].polygon[:, 1].max() > row[0].bottom for block in upper)

@@ -1,0 +1,97 @@
+"""Serial stages and failures under two ranks, as mpirun starts them."""
+
+from __future__ import annotations
+
+from time import monotonic
+
+import pytest
+
+from orchestrator.basis.parallel import is_root, on_root
+from tests.support.paths import DATA
+from tests.support.ranks import on_ranks
+
+TOWER = str(DATA / "tower_5_blocks.json")
+
+
+SCRIPT = """
+from mpi4py import MPI
+from orchestrator.basis.errors import CaseError
+from orchestrator.basis.parallel import is_root, on_root
+
+comm = MPI.COMM_WORLD
+def value(factor): return factor * (comm.rank + 1)
+def failing(): raise CaseError("key", "problem", "remedy", "file")
+found = on_root(comm, value, 7)
+try:
+    on_root(comm, failing)
+except CaseError as error:
+    said = str(error)
+everything = comm.gather((found, said, is_root(comm)))
+if is_root(comm):
+    print(everything)
+"""
+
+
+def test_without_ranks_the_stage_is_simply_called():
+    assert on_root(None, divmod, 7, 2) == (3, 1)
+    assert is_root(None)
+    with pytest.raises(ZeroDivisionError):
+        on_root(None, divmod, 7, 0)
+
+
+def test_value_and_error_of_rank_0_reach_every_rank():
+    done = on_ranks(2, "-c", SCRIPT)
+    said = "file: key: problem; remedy"
+    assert done.stdout.strip() == str([(7, said, True), (7, said, False)]), done.stderr
+
+
+def test_serial_commands_are_done_once():
+    done = on_ranks(2, "-m", "orchestrator", "check", TOWER)
+    assert done.returncode == 0
+    assert done.stdout.count("5 blocks, 5 joints") == 1
+
+
+def test_what_rank_0_cannot_open_is_said_once(tmp_path):
+    (tmp_path / "taken").write_text("a file where the run folder should be")
+    done = on_ranks(2, "-m", "orchestrator", "run", TOWER, "--output", str(tmp_path / "taken"))
+    assert done.returncode == 1
+    assert done.stderr.count("taken: File exists") == 1
+
+
+ALONE = """
+import sys
+from dataclasses import replace
+from mpi4py import MPI
+from orchestrator.app import cli
+from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.pushover.path import increment_solver
+solve, calls = increment_solver.solve_increment, []
+def changed(model, system, problem, first, *others):
+    return model, system, problem, replace(first, displacement=first.displacement * (1 + 1e-12)), *others
+def solved(*arguments):
+    calls.append(1)
+    if MPI.COMM_WORLD.rank == 1 and len(calls) == 4:
+        {what}
+    return solve(*arguments)
+increment_solver.solve_increment = solved
+sys.exit(cli.main(sys.argv[1:]))
+"""
+FAILURES = {
+    "an error of the program": ("raise ValueError('alone')", "ValueError: alone", 1),
+    "an error that is known": ("raise CaseError('key', 'alone', 'remedy')", "key: alone; remedy", 2),
+    "no room on the disk": ("raise OSError(28, 'No space left', 'alone')", "alone: No space left", 1),
+    "no convergence": ("raise ConvergenceError('Newton', 'alone')", "the ranks disagree on the increment", 1),
+    "a bit that tips over": ("arguments = changed(*arguments)", "the ranks disagree on the increment", 1),
+    "killed": ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "signal 9", 137),
+}
+
+
+@pytest.mark.parametrize("kind", FAILURES)
+def test_what_one_rank_does_alone_ends_all_within_seconds_with_one_message(kind, tmp_path):
+    what, said, code = FAILURES[kind]
+    command = ["run", TOWER, "--output", str(tmp_path), "--model", "micro", "--set", "newton.distribute_above=0"]
+    began = monotonic()
+    done = on_ranks(2, "-c", ALONE.format(what=what), *command)
+    assert monotonic() - began < 45, "of which 5 s waiting for the other rank; else it would never end"
+    assert (done.returncode, done.stderr.count(said)) == (code, 1), done.stderr
+    assert not (tmp_path / "summary.json").exists()

@@ -1,0 +1,154 @@
+"""Files that are whole or absent, and folders that two runs cannot share."""
+
+from __future__ import annotations
+
+import errno
+import os
+import subprocess
+import sys
+
+import pytest
+
+from orchestrator.app import cli
+from orchestrator.basis.atomic_files import locked, replacing, sealed, sweep, unsealed, write_bytes
+from orchestrator.basis.errors import CaseError
+from orchestrator.storage import write_csv, write_json
+from tests.support.paths import DATA, PROJECT
+
+TOWER = DATA / "tower_5_blocks.json"
+SHORT = ["--model", "micro", "--set", "stepping.final_displacement=2mm"]
+HOLDER = """
+import sys, time
+from pathlib import Path
+from orchestrator.basis.atomic_files import locked
+with locked(Path(sys.argv[1])):
+    print("held", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.fixture
+def small_disk(tmp_path, request):
+    """A file system of 300 kB, or of what the test asks for."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    size = f"size={getattr(request, 'param', 300)}k"
+    made = subprocess.run(["mount", "-t", "tmpfs", "-o", size, "tmpfs", folder], capture_output=True, text=True)
+    if made.returncode:
+        pytest.skip(f"a full disk needs the right to mount one: {made.stderr.strip()}")
+    yield folder
+    subprocess.run(["umount", folder], check=True)
+
+
+@pytest.fixture
+def read_only(tmp_path):
+    """A folder in which nobody may write, not even root."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    (folder / "older").write_text("older")
+    options = ["mount", "--bind", folder, folder]
+    made = subprocess.run(options, capture_output=True, text=True)
+    if made.returncode:
+        if os.getuid() == 0:
+            pytest.skip(f"root may write everywhere, unless it may mount: {made.stderr.strip()}")
+        folder.chmod(0o500)
+        yield folder
+        folder.chmod(0o700)
+        return
+    subprocess.run(["mount", "-o", "remount,ro,bind", folder], check=True)
+    yield folder
+    subprocess.run(["umount", folder], check=True)
+
+
+def test_full_disk_is_named_and_the_older_file_stays(small_disk):
+    path = small_disk / "curve.csv"
+    write_csv(path, ("a",), [(1,)])
+    with pytest.raises(OSError, match="No space left") as caught:
+        write_json(path, "x" * 400_000)
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(path))
+    assert path.read_text() == "a\n1\n"
+    assert list(small_disk.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("small_disk", [300, 600, 1250], indirect=True)
+def test_a_run_on_a_full_disk_ends_with_one_line_and_keeps_what_it_has(small_disk, capsys):
+    """Full while drawing, while increments are stored, and while they are gathered (where HDF5 would crash)."""
+    (small_disk / "older").write_bytes(b"older")
+    command = ["run", str(TOWER), "--output", str(small_disk / "run"), "--quiet", *SHORT]
+    assert cli.main(command) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert str(small_disk / "run") in line
+    assert line.endswith("No space left on device")
+    assert not list((small_disk / "run").rglob(".*"))
+    assert (small_disk / "older").read_bytes() == b"older"
+
+
+def test_a_run_into_a_read_only_folder_ends_with_one_line(read_only, capsys):
+    assert cli.main(["run", str(TOWER), "--output", str(read_only / "run"), "--quiet"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line in (f"{read_only / 'run'}: Read-only file system", f"{read_only / 'run'}: Permission denied")
+    assert [path.name for path in read_only.iterdir()] == ["older"]
+
+
+def test_two_runs_cannot_share_a_folder_and_the_second_touches_nothing(tmp_path, capsys):
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDER, tmp_path], stdout=subprocess.PIPE, text=True, cwd=PROJECT
+    ) as holder:
+        assert holder.stdout.readline() == "held\n"
+        before = sorted(tmp_path.rglob("*"))
+        assert cli.main(["run", str(TOWER), "--output", str(tmp_path), "--quiet"]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert f"{tmp_path}: is in use by process {holder.pid} on " in line
+        assert "--output" in line
+        assert sorted(tmp_path.rglob("*")) == before
+        holder.kill()
+        holder.wait()
+    assert (tmp_path / ".lock").exists(), "left by the dead process"
+    with locked(tmp_path):
+        assert str(os.getpid()) in (tmp_path / ".lock").read_text()
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_lock_is_free_after_a_failure(tmp_path):
+    with pytest.raises(ZeroDivisionError), locked(tmp_path):
+        raise ZeroDivisionError
+    with locked(tmp_path), pytest.raises(CaseError, match=f"process {os.getpid()} on"), locked(tmp_path):
+        pass
+
+
+def test_sweep_deletes_what_is_half_written_and_nothing_else(tmp_path):
+    for name in (".curve.csv.12.tmp", "macro/.mesh.msh.12.tmp", "macro/mesh.msh", "note.tmp"):
+        write_bytes(tmp_path / name, b"x")
+    sweep(tmp_path)
+    assert sorted(str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()) == [
+        "macro/mesh.msh",
+        "note.tmp",
+    ]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
+def test_a_write_that_ends_half_way_leaves_the_older_file(tmp_path, error):
+    path = tmp_path / "summary.json"
+    path.write_text("older")
+
+    def write_half():
+        with replacing(path) as temporary:
+            temporary.write_text("half")
+            raise error
+
+    with pytest.raises(error):
+        write_half()
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("summary.json", "older")]
+
+
+def test_every_changed_bit_and_every_cut_breaks_the_seal():
+    content = sealed(b"stone by stone")
+    assert unsealed(content) == b"stone by stone"
+    for bit in range(8 * len(content)):
+        flipped = bytearray(content)
+        flipped[bit // 8] ^= 1 << bit % 8
+        with pytest.raises(ValueError, match="sha256"):
+            unsealed(bytes(flipped))
+    for length in range(len(content)):
+        with pytest.raises(ValueError, match="sha256"):
+            unsealed(content[:length])

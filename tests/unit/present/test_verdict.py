@@ -1,0 +1,117 @@
+"""The verdict over load cases: what governs, what is open, and the sentence; from summaries made by hand."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+
+import pytest
+
+from orchestrator.app.cli import main
+from orchestrator.present.verdict import COLUMNS, Answered, sentence, verdict
+from orchestrator.settings import case as cases
+from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
+from tests.support.pushed import PUSHED
+from tests.unit.app.test_load_cases import CASE, stone
+
+
+def check(ratio, state="SD", approach="N2, micro-FE"):
+    return {
+        "approach": approach, "limit_state": state, "ag_m_per_s2": 1.962, "demand": 0.01, "capacity": 0.02, "unit": "m",
+        "capacity_ag_m_per_s2": 1.962 * ratio, "safety_ratio": ratio, "clause": "B.5", "remarks": [],
+    }  # fmt: skip
+
+
+def summary(*checks, peak=10e3, valid=True, models=("macro", "micro")):
+    limit = LimitSummary(0.3, 0.25, (0.25, 0.26), 4, True, 1e-12, 8e3, 1.0)
+    curves = tuple(replace(PUSHED, model=model, valid=valid, peak_base_shear=peak) for model in models)
+    seismic = {"checks": list(checks)} if checks else None
+    return Summary("wall", WallSummary(4, 8, 40e3), limit, None, curves, seismic)
+
+
+def of(**summaries):
+    return verdict("wall", [Answered(name, "+x", "mass", found) for name, found in summaries.items()])
+
+
+def test_the_least_ratio_of_all_load_cases_governs():
+    found = of(a=summary(check(1.5), check(1.2, "NC")), b=summary(check(1.3), check(1.1, "NC", "kinematic, linear")))
+    assert found.state == "verified"
+    assert (found.governing["load_case"], found.governing["check"]) == ("b", "kinematic, linear")
+    assert [row["governs"] for row in found.rows].count("yes") == 1
+    said = sentence(found)
+    assert "VERIFIED (SD, NC); b governs at NC with kinematic, linear, safety ratio 1.100" in said
+    assert "up to a ground acceleration of 0.220 g, 0.200 g is asked for" in said
+
+
+def test_one_failed_check_of_one_load_case_is_enough():
+    found = of(a=summary(check(1.5)), b=summary(check(0.999)))
+    assert found.state == "not verified"
+    assert ": NOT VERIFIED (SD); b governs" in sentence(found)
+    failed_beside_a_gap = of(a=summary(check(0.5)), b=None)
+    assert failed_beside_a_gap.state == "not verified"
+
+
+@pytest.mark.parametrize(
+    "missing",
+    [
+        {"b": None},
+        {"b": summary({"approach": "N2, micro-FE", "limit_state": "all", "refused": "the peak was not reached"})},
+        {"b": summary(check(2.0), valid=False)},
+    ],
+    ids=["no curve", "refused", "not valid"],
+)
+def test_a_check_that_could_not_be_made_leaves_the_verdict_open(missing):
+    found = of(a=summary(check(1.5)), **missing)
+    assert found.state == "open"
+    assert "NOT YET VERIFIED" in sentence(found)
+    assert "1 check could not be made" in sentence(found)
+
+
+def test_without_ground_acceleration_the_least_base_shear_governs_and_nothing_is_verified():
+    found = of(a=summary(peak=12e3), b=summary(peak=9e3))
+    assert (found.state, found.governing["load_case"], found.governing["capacity"]) == ("strength", "b", 9e3)
+    assert "9.000 kN" in sentence(found)
+    assert sentence(found).endswith("nothing is verified.")
+
+
+def test_curves_that_are_not_valid_leave_limit_analysis_and_say_so():
+    found = of(a=summary(valid=False))
+    assert (found.governing["check"], found.governing["capacity"]) == ("limit analysis", 8e3)
+    assert found.governing["remarks"] == "no curve is valid"
+    assert "NOTHING CAN BE SAID" in sentence(of(a=None))
+
+
+def test_the_envelope_is_four_load_cases_before_those_given(tmp_path):
+    (tmp_path / "stone.json").write_text(json.dumps(stone(mirror=False)))
+    (tmp_path / "case.toml").write_text(
+        CASE.format(blocks="stone", common="envelope = true").replace("+x mass", "mine")
+    )
+    load = cases.read(tmp_path / "case.toml").load
+    found = [(case.name, case.direction, case.distribution) for case in load.cases]
+    standard = [("+x mass", "+x", "mass"), ("-x mass", "-x", "mass")]
+    assert found[:2] == standard
+    assert {(direction, shape) for _, direction, shape in found[2:4]} == {("+x", "mass_height"), ("-x", "mass_height")}
+    assert found[4][0] == "mine"
+
+
+def test_a_run_of_load_cases_prints_and_writes_its_verdict(tmp_path, capsys):
+    """The stone overturns at 0.917 to the right and at 0.583 to the left: to the left governs."""
+    (tmp_path / "stone.json").write_text(json.dumps(stone(mirror=False)))
+    text = CASE.format(blocks="stone", common="") + "[seismic]\npeak_ground_acceleration = '0.1 g'\n"
+    (tmp_path / "case.toml").write_text(text)
+    main(["run", str(tmp_path / "case.toml"), "--output", str(tmp_path / "out")])
+    printed = " ".join(capsys.readouterr().out.split())
+    with (tmp_path / "out" / "verdict.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert set(rows[0]) == set(COLUMNS)
+    strength = {row["load_case"]: float(row["capacity"]) for row in rows if row["limit_state"] == "strength"}
+    assert strength["-x mass"] < strength["+x mass"]
+    (governing,) = (row for row in rows if row["governs"])
+    least = min(float(row["safety_ratio"]) for row in rows if row["safety_ratio"])
+    assert float(governing["safety_ratio"]) == least
+    said = f"{governing['load_case']} governs at SD with {governing['check']}, safety ratio {least:.3f}"
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert said in printed
+    assert said in page
+    assert (tmp_path / "out" / "-x mass" / "verdict.csv").is_file()
