@@ -2,26 +2,47 @@
 
     mpi     its file starts processes by mpirun (tests.support.ranks or .killing)
     fe      its file uses the finite elements (orchestrator.pushover)
-    slow    it took more than SLOW CPU seconds when seconds.csv was written, or shares a fixture with one that did
-    fast    it took less, or was not there: `make quick`
+    slow    alone it takes more than SLOW CPU seconds, or seconds.csv does not know it
+    fast    alone it takes no more than that: `make quick`
 
-`pytest --store-seconds`, in one process, writes what its tests took, with the processes they started, into seconds.csv.
+`pytest --store-seconds`, in one process, writes what its tests took, with the processes they started, into seconds.csv:
+all cases of a test together, and what that would be without any other test (tests.support.seconds).
 """
 
 from __future__ import annotations
 
 import csv
-import os
 from collections import Counter
-from collections.abc import Collection, Hashable, Iterator, Sequence
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
+from tests.support.seconds import LEDGER
+
 TABLE = Path(__file__).parent / "seconds.csv"
-SLOW = 1.0
-"""CPU seconds above which a test is slow, and is listed in seconds.csv"""
-WRITTEN: dict[str, float] = {}
+SLOW = 0.5
+"""CPU seconds of all cases of a fast test together at the most; with 1.0 `make quick` would last twice as long"""
+
+
+class Seconds(NamedTuple):
+    """CPU seconds of all cases of a test: its own, and with every fixture and value that it shares with others."""
+
+    own: float
+    alone: float
+
+
+@dataclass
+class Measured:
+    """What the cases of a test took so far, and the shared values that they used."""
+
+    own: float = 0.0
+    used: set[Hashable] = field(default_factory=set)
+
+
+MEASURED: dict[str, Measured] = {}
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -34,37 +55,41 @@ def pytest_configure(config: pytest.Config) -> None:
         config.addinivalue_line("markers", f"{name}: {about}")
 
 
-def stored() -> dict[str, float]:
-    """Return the CPU seconds of slow tests by their id."""
-    if not TABLE.exists():
-        return {}
+def stored() -> dict[str, Seconds]:
+    """Return what tests took, by file and name."""
     with TABLE.open(newline="") as file:
-        return {test: float(seconds) for test, seconds in csv.reader(file)}
+        return {row["test"]: Seconds(float(row["own"]), float(row["alone"])) for row in csv.DictReader(file)}
+
+
+def test_of(item: pytest.Item) -> str:
+    """Return file and name of a test, without the case."""
+    return item.nodeid.split("[")[0]
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests; put the files that take longest first, so that the last ones to be shared out are short."""
-    seconds = stored()
-    of_file: Counter[Path] = Counter()
-    own = [seconds.get(item.nodeid, 0.0) for item in items]
-    for item, spent, alone in zip(items, own, when_alone(own, [_shared_fixtures(item) for item in items]), strict=True):
-        of_file[item.path] += spent
-        for name in _markers(item, alone):
+    known = stored()
+    of_file: Counter[str] = Counter()
+    for test, seconds in known.items():
+        of_file[test.split("::")[0]] += seconds.own
+    for item in items:
+        seconds = known.get(test_of(item))
+        item.add_marker("fast" if seconds and seconds.alone <= SLOW else "slow")
+        for name in _rooms_used(item):
             item.add_marker(name)
-    items.sort(key=lambda item: -of_file[item.path])
+    items.sort(key=lambda item: -of_file[item.nodeid.split("::")[0]])
 
 
-def when_alone(seconds: Sequence[float], shared: Sequence[Collection[Hashable]]) -> list[float]:
-    """Return what each test may take where the others are left out: the first that uses a fixture has paid for all."""
-    paid: dict[Hashable, float] = {}
-    for spent, fixtures in zip(seconds, shared, strict=True):
-        for fixture in fixtures:
-            paid.setdefault(fixture, spent)
-    return [max([spent, *(paid[one] for one in used)]) for spent, used in zip(seconds, shared, strict=True)]
+def _rooms_used(item: pytest.Item) -> list[str]:
+    module = item.getparent(pytest.Module)
+    assert module is not None
+    used = {getattr(value, "__module__", None) or "" for value in vars(module.obj).values()}
+    found = ["mpi"] * bool(used & {"tests.support.ranks", "tests.support.killing"})
+    return found + ["fe"] * any(name.startswith(("orchestrator.pushover.", "tests.support.pushover")) for name in used)
 
 
-def _shared_fixtures(item: pytest.Item) -> set[Hashable]:
+def shared_fixtures(item: pytest.Item) -> set[Hashable]:
     """Return the fixtures of these tests that a test shares with others, each with its parameter."""
     assert isinstance(item, pytest.Function)
     parameters = item.callspec.params if hasattr(item, "callspec") else {}
@@ -76,32 +101,33 @@ def _shared_fixtures(item: pytest.Item) -> set[Hashable]:
     }
 
 
-def _markers(item: pytest.Item, seconds: float) -> list[str]:
-    module = item.getparent(pytest.Module)
-    assert module is not None
-    used = {getattr(value, "__module__", None) or "" for value in vars(module.obj).values()}
-    found = ["slow" if seconds > SLOW else "fast"]
-    found += ["mpi"] * bool(used & {"tests.support.ranks", "tests.support.killing"})
-    return found + ["fe"] * any(name.startswith(("orchestrator.pushover.", "tests.support.pushover")) for name in used)
-
-
-def cpu_seconds() -> float:
-    """Return the CPU seconds of this process and of those it has waited for."""
-    spent = os.times()
-    return spent.user + spent.system + spent.children_user + spent.children_system
+@pytest.hookimpl(wrapper=True)
+def pytest_fixture_setup(fixturedef: pytest.FixtureDef[object], request: pytest.FixtureRequest) -> Iterator[None]:
+    if fixturedef.scope == "function":
+        return (yield)
+    with LEDGER.making((fixturedef.argname, fixturedef.baseid, repr(getattr(request, "param", None)))):
+        return (yield)
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
-    before = cpu_seconds()
-    result = yield
-    WRITTEN[item.nodeid] = cpu_seconds() - before
+    with LEDGER.measuring() as span:
+        result = yield
+        for fixture in shared_fixtures(item):
+            LEDGER.use(fixture)
+    cases = MEASURED.setdefault(test_of(item), Measured())
+    cases.own += span.seconds
+    cases.used |= span.used
     return result
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     if not session.config.getoption("--store-seconds"):
         return
-    found = {test: spent for test, spent in (stored() | WRITTEN).items() if spent > SLOW}
+    found = stored()
+    for test, cases in MEASURED.items():
+        found[test] = Seconds(cases.own, cases.own + sum(LEDGER.seconds[value] for value in cases.used))
     with TABLE.open("w", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerows((test, f"{found[test]:.1f}") for test in sorted(found))
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(("test", *Seconds._fields))
+        table.writerows((test, f"{found[test].own:.2f}", f"{found[test].alone:.2f}") for test in sorted(found))

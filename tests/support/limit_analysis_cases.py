@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from functools import cache
 from math import hypot
 
 import numpy as np
@@ -19,9 +18,10 @@ from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.wall import Block, Wall
-from tests.support.paths import PROJECT
+from tests.support.paths import DATA, PROJECT
+from tests.support.seconds import shared
 
-FOLDERS = (PROJECT / "tests" / "data", PROJECT / "meshes")
+FOLDERS = (DATA, PROJECT / "meshes")
 
 
 def description(name: str) -> dict:
@@ -30,7 +30,7 @@ def description(name: str) -> dict:
     return json.loads(path.read_text())
 
 
-@cache
+@shared
 def case(name: str) -> Assemblage:
     """Return the assemblage of a block file (unit weights in kN/m3)."""
     data = description(name)
@@ -39,7 +39,7 @@ def case(name: str) -> Assemblage:
     return assemblage_of(polygons, fixed, data["friction"], data["thickness"], 1e3 * data["unit_weight"])
 
 
-@cache
+@shared
 def answers(name: str, load_direction: int = 1) -> LimitAnalysis:
     """Analyse a block file with default settings."""
     return analyse(case(name), load_direction=load_direction)

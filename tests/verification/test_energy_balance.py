@@ -7,7 +7,6 @@ gaps and slips, the proximal term from the volumes again.
 
 from __future__ import annotations
 
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +20,7 @@ from orchestrator.pushover.path.stepping import RESTED, at_rest
 from orchestrator.pushover.settings import ElasticSettings, SteppingSettings
 from tests.support.paths import DATA
 from tests.support.pushover_chain import Run, model_of, run, stack
+from tests.support.seconds import shared
 
 WALLS = {
     "rocking": (read_blocks(DATA / "ferris_tinloi_wall3.json"), 0.02),
@@ -29,7 +29,7 @@ WALLS = {
 CASES = [(name, large) for name in WALLS for large in (False, True)]
 
 
-@cache
+@shared
 def pushed(name: str, large_displacement: bool) -> Run:
     wall, displacement = WALLS[name]
     model = model_of(wall, large_displacement=large_displacement)

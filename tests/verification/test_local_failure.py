@@ -6,7 +6,6 @@ what moves carries nothing.
 
 from __future__ import annotations
 
-from functools import cache
 from itertools import islice, pairwise
 
 import numpy as np
@@ -22,6 +21,7 @@ from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.storage import load_increments
 from orchestrator.storage.stored_increments import StateStore
 from tests.support.pushover_chain import Run, model_of, rectangle, run
+from tests.support.seconds import shared
 
 BOUND = SteppingSettings().out_of_balance
 PINS = {  # stone b, h and block B, H in m, mesh size in m
@@ -55,7 +55,7 @@ def chimney(stones: int = 3) -> Wall:
     return Wall("chimney", tuple(blocks), 0.4, 0.7)
 
 
-@cache
+@shared
 def pushed(share: float) -> Run:
     *sizes, mesh = PINS[share]
     model = model_of(pin(*sizes), mesh_size=mesh, large_displacement=True)
@@ -63,7 +63,7 @@ def pushed(share: float) -> Run:
     return run(model, 0.1)
 
 
-@cache
+@shared
 def facade() -> Run:
     return run(model_of(chimney(), mesh_size=0.4, large_displacement=True), 0.1)
 
