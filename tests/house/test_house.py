@@ -5,19 +5,19 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from pathlib import Path
 from xml.etree import ElementTree
 
+from tests.conftest import SLOW, stored
 from tests.support.paths import PROJECT
 
 PICTURE = PROJECT / "docs" / "figures" / "house.svg"
+ROOMS = {path.parent.name for path in (PROJECT / "orchestrator").glob("*/__init__.py")}
 
 
 def test_the_picture_names_every_room_there_is():
     texts = [text.text for text in ElementTree.parse(PICTURE).iter("{http://www.w3.org/2000/svg}text")]
-    package = PROJECT / "orchestrator"
-    rooms = {path.stem for path in package.glob("*.py")} | {path.parent.name for path in package.glob("*/__init__.py")}
-    assert set(texts[::2]) == rooms - {"__init__", "__main__"}
+    modules = {path.stem for path in (PROJECT / "orchestrator").glob("*.py")}
+    assert set(texts[::2]) == ROOMS | modules - {"__init__", "__main__"}
 
 
 def test_the_picture_is_the_one_that_its_script_draws(tmp_path):
@@ -35,10 +35,14 @@ def test_every_file_and_target_that_newcomers_are_sent_to_exists():
 
 
 def test_unit_tests_are_in_the_rooms_they_test():
-    """A file below tests/unit stands in a folder that orchestrator has too, and no two test files share a name."""
+    """A folder below tests/unit is one of orchestrator's, every room has one, and no two test files share a name."""
     files = sorted((PROJECT / "tests").rglob("test_*.py"))
     assert len({file.name for file in files}) == len(files)
     units = [file.relative_to(PROJECT / "tests" / "unit") for file in files if "unit" in file.parts]
-    assert len(units) > 40
     assert [str(file) for file in units if not (PROJECT / "orchestrator" / file.parent / "__init__.py").exists()] == []
-    assert [str(file) for file in units if file.parent == Path()] == []
+    assert {file.parts[0] for file in units} == ROOMS
+
+
+def test_every_room_has_fast_tests():
+    fast = {test.split("/")[2] for test, seconds in stored().items() if "/unit/" in test and seconds.alone <= SLOW}
+    assert fast == ROOMS

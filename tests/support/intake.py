@@ -10,12 +10,14 @@ from PIL import Image, ImageDraw
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.sources.drawing import Material
 from orchestrator.settings.case import LoadSettings
 from tests.support.paths import DATA
 
 WALL_1 = read_blocks(DATA / "ferris_tinloi_wall1.json")
-
-
+PUBLISHED = 0.643
+"""associative multiplier of wall 1, Ferris and Tin-Loi (2001), three digits"""
+MATERIAL = Material(thickness=0.1, unit_weight=25e3, friction=0.65)
 ROWS = """
 unit = mm
 thickness = 100
@@ -78,3 +80,29 @@ def painted(path, wall, scale, mortar, background="white", stone="black"):
         ImageDraw.Draw(image).rectangle([x0, y0, x1 - 1, y1 - 1], fill=stone)
     image.save(path)
     return path
+
+
+def areas(wall):
+    return np.sort([shapely.Polygon(block.polygon).area for block in wall.blocks if not block.fixed])
+
+
+def joint_lengths(wall):
+    assemblage = find_joints(wall, JointSettings())
+    return len(assemblage.block_i), float(assemblage.length.sum())
+
+
+def touching_pairs(wall, longer_than=0.0):
+    assemblage = find_joints(wall, JointSettings())
+    long = assemblage.length > longer_than
+    return len(set(zip(assemblage.block_i[long].tolist(), assemblage.block_j[long].tolist(), strict=True)))
+
+
+def rubble(seed, count=40):
+    """Return the outlines of `count` stones without courses that fill 2 m x 1.5 m: a centred Voronoi diagram."""
+    random, frame = np.random.default_rng(seed), shapely.box(0, 0, 2, 1.5)
+    points = random.uniform([0, 0], [2, 1.5], (count, 2))
+    for _ in range(3):
+        cells = shapely.get_parts(shapely.voronoi_polygons(shapely.MultiPoint(points), extend_to=frame))
+        cells = shapely.intersection(cells, frame)
+        points = shapely.get_coordinates(shapely.centroid(cells))
+    return [shapely.get_coordinates(cell.exterior)[:-1] for cell in cells]

@@ -59,6 +59,15 @@ def box(x: float, y: float, width: float, height: float) -> list[tuple[float, fl
     return [(x, y), (x + width, y), (x + width, y + height), (x, y + height)]
 
 
+FLOOR = box(-3.0, -0.5, 6.0, 0.5)
+
+
+def tower(width, height, blocks=1, friction=0.65):
+    """Equal blocks of 20 kN/m3 on a floor, 1 m thick."""
+    stones = [box(-width / 2, height * level, width, height) for level in range(blocks)]
+    return assemblage_of([FLOOR, *stones], friction=friction)
+
+
 def transformed(assemblage: Assemblage, change) -> Assemblage:
     """Return the wall with every corner (n, 2) changed by a function that may mirror, and its joints found anew."""
     wall = assemblage.wall

@@ -14,6 +14,8 @@ from orchestrator.space.loads import SpaceLoads, SpaceLoadSettings, loads_on
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
 GROUND = box((-5.0, -5.0, -1.0), (5.0, 5.0, 0.0))
+CUBE = box((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+L_SHAPE = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]]
 
 
 def wall_of(shapes: list[Polyhedron], friction: float, supports: int = 1, up=UPRIGHT) -> SpaceWall:
@@ -24,6 +26,20 @@ def wall_of(shapes: list[Polyhedron], friction: float, supports: int = 1, up=UPR
 
 def block_on_ground(x: float, y: float, h: float, friction: float) -> SpaceWall:
     return wall_of([GROUND, box((-x / 2, -y / 2, 0.0), (x / 2, y / 2, h))], friction)
+
+
+def record(**changes) -> dict:
+    """Return the block file of a prism of 2 x 0.1 x 0.6 m and a box of 0.5 x 0.5 x 0.2 m on it, in mm."""
+    return {
+        "units": {"length": "mm", "unit_weight": "kN/m3"}, "unit_weight": 20, "friction": 0.6,
+        "blocks": [
+            {"id": 0, "polygon": [[-500, -100], [1500, -100], [1500, 0], [-500, 0]], "thickness": 600, "fixed": True},
+            {
+                "id": 1, "vertices": (1e3 * CUBE.vertices * [0.5, 0.5, 0.2]).tolist(),
+                "faces": [list(face) for face in CUBE.faces],
+            },
+        ],
+    } | changes  # fmt: skip
 
 
 def extruded(polygon, depth: float, start: float = 0.0) -> Polyhedron:

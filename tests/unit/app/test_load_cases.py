@@ -16,36 +16,10 @@ from orchestrator.app import driver, load_case_runs
 from orchestrator.app.cli import main
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.settings import case as cases
+from tests.support.leaning_stone import CASE, stone
 from tests.support.ranks import on_ranks, quiet
 
 TO_THE_RIGHT, TO_THE_LEFT = (0.6 - 0.7 / 3) / 0.4, (0.7 / 3) / 0.4
-CASE = """
-[wall]
-blocks = "{blocks}.json"
-[load]
-{common}
-[[load.cases]]
-name = "+x mass"
-[[load.cases]]
-name = "-x mass"
-direction = "-x"
-[stepping]
-final_displacement = "3 mm"
-[run]
-models = ["macro"]
-"""
-
-
-def stone(mirror):
-    turned = [(-x, y) for x, y in reversed(SHAPE)] if mirror else SHAPE
-    ground = [(-2, -0.2), (2, -0.2), (2, 0), (-2, 0)]
-    return {
-        "units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.1, "unit_weight": 25, "friction": 1.5,
-        "blocks": [{"id": 0, "polygon": ground, "fixed": True}, {"id": 1, "polygon": turned}],
-    }  # fmt: skip
-
-
-SHAPE = [(0, 0), (0.6, 0), (0.3, 0.9), (0, 0.9)]
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from orchestrator.pushover.path.stepping import end_of_curve
 from orchestrator.pushover.settings import SteppingSettings
 from orchestrator.settings import case as cases
 from tests.support.paths import PROJECT
-from tests.unit.present.test_verdict import check, of, summary
+from tests.support.verdicts import check, of, summary
 
 TEMPLATES = PROJECT / "orchestrator" / "present" / "page" / "template"
 GROUND, LINTEL = [[-1, -1], [3, -1], [3, 0], [-1, 0]], [[0, 1], [2, 1], [2, 1.3], [0, 1.3]]

@@ -217,7 +217,7 @@ WRITER = """
 import sys
 from pathlib import Path
 sys.path[:0] = sys.argv[1:3]
-from test_results_states import StateStore, increment
+from test_increments import StateStore, increment
 store = StateStore(Path(sys.argv[3]), "model 1")
 for number in range(1000):
     store.append(increment(number, nodes=2000, contacts=1400))

@@ -1,0 +1,128 @@
+"""Commands on walls in space: limit, check, import, their refusals, and the shipped example."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from orchestrator.app import cli
+from tests.support.paths import DATA, PROJECT
+from tests.support.space_walls import CUBE, L_SHAPE, record
+
+
+@pytest.fixture
+def block_file(tmp_path):
+    path = tmp_path / "wall.json"
+    path.write_text(json.dumps(record()))
+    return path
+
+
+def test_limit_and_check_take_blocks_in_space(block_file, tmp_path, capsys):
+    output = ["--output", str(tmp_path / "out")]
+    assert cli.main(["check", str(block_file), *output]) == 0
+    assert "1 blocks in space, 1 joints, nothing to complain about" in capsys.readouterr().out
+    assert cli.main(["limit", str(block_file), "--set", "load.direction=[0,-1,0]", *output]) == 0
+    printed = capsys.readouterr().out
+    assert "0.60000" in printed
+    assert (tmp_path / "out" / "figures" / "mechanism.png").stat().st_size > 5000
+    page = (tmp_path / "out" / "collapse.html").read_text()
+    assert "http" not in page.replace("http-equiv", "")
+    assert cli.main(["limit", str(block_file), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {
+        "associative", "non_associative", "non_associative_range", "iterations", "converged", "equilibrium_residual",
+        "base_shear", "seconds",
+    } < set(found)  # fmt: skip
+    assert found["non_associative"] == pytest.approx(0.6, abs=1e-6)
+    assert found["base_shear"] == pytest.approx(0.6 * 1e3, rel=1e-5)
+
+
+def test_a_plane_wall_may_be_pushed_out_of_its_plane(capsys):
+    tower = str(DATA / "tower_5_blocks.json")
+    assert cli.main(["limit", tower, "--set", "load.direction=+z", "--json"]) == 0
+    out_of_plane = json.loads(capsys.readouterr().out)
+    rows = json.loads(Path(tower).read_text())
+    height = max(y for block in rows["blocks"] for _, y in block["polygon"])
+    assert out_of_plane["associative"] == pytest.approx(min(rows["thickness"] / height, rows["friction"]), rel=1e-5)
+
+
+def test_directions_in_plan(block_file, tmp_path, capsys):
+    settings = ["--set", "load.directions=4", "--set", "limit_analysis.states=headline"]
+    assert cli.main(["limit", str(block_file), *settings, "--output", str(tmp_path)]) == 0
+    assert "direction 270 degrees: associative 0.6000" in capsys.readouterr().out
+    assert json.loads((tmp_path / "directions.json").read_text())["associative"] == pytest.approx([0.6] * 4, abs=1e-6)
+    assert (tmp_path / "figures" / "directions.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (["load.direction=[0,0]"], "load.direction: [0.0, 0.0] is no direction; write"),
+        (["load.directon=+y"], "load.directon: is not a known key; did you mean direction?"),
+        (["contact.gap=0"], "contact.gap"),
+        (["mesh.size=1mm"], "mesh: is not a section of a wall in space; use name, wall, load"),
+        (["limit_analysis.torsion=none"], "limit_analysis.torsion"),
+        (["wall.thickness=1"], "wall.thickness: is not a known key"),
+    ],
+)
+def test_bad_settings_take_one_line(block_file, capsys, settings, message):
+    assert cli.main(["limit", str(block_file), *(part for one in settings for part in ("--set", one))]) == 2
+    said = capsys.readouterr().err.strip()
+    assert message in said
+    assert "\n" not in said
+    assert str(block_file) in said
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"units": {"length": "mm"}}, "units.unit_weight: is missing"),
+        ({"up": "w"}, "up: 'w' is no axis"),
+        ({"up": ["z"]}, "up: ['z'] is no axis"),
+        (
+            {"blocks": [{"id": 1, "vertices": [[0, 0, 0]], "faces": []}]},
+            "block 1.vertices: is not a list of at least 4",
+        ),
+        ({"blocks": [{"id": 1, "vertices": CUBE.vertices.tolist(), "faces": [[0, 1, 99]] * 4}]}, "block 1.faces[0]"),
+        ({"blocks": [{"id": 1, "vertices": [], "polygon": []}]}, "block 1: needs vertices and faces, or a polygon"),
+        ({"blocks": [{"id": 1, "polygon": L_SHAPE, "offset": 1}]}, "block 1.thickness: is missing"),
+    ],
+)
+def test_bad_block_files_take_one_line(tmp_path, capsys, change, message):
+    path = tmp_path / "bad.json"
+    path.write_text(json.dumps({**record(), "up": "z", **change}))
+    assert cli.main(["check", str(path), "--output", str(tmp_path)]) == 2
+    said = capsys.readouterr().err.strip()
+    assert message in said
+    assert "\n" not in said
+
+
+def test_the_shipped_example(tmp_path, capsys):
+    template = str(PROJECT / "templates" / "uwall.toml")
+    assert cli.main(["limit", template, "--set", "limit_analysis.states=headline", "--output", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert "0.34229" in printed
+    assert "0.31950" in printed
+    assert "56 blocks (84 % of the weight) in 1 body" in printed
+    assert cli.main(["check", template, "--set", "wall.fasade=3", "--output", str(tmp_path)]) == 2
+    assert "wall.fasade: is not a key of the generator 'u'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["run", "segment", "study"])
+def test_commands_that_do_not_take_walls_in_space_say_so(command, block_file, capsys):
+    assert cli.main([command, str(block_file)]) == 2
+    assert f"is a wall in space, which {command} does not take yet; use check or limit" in capsys.readouterr().err
+
+
+def test_ties_of_a_case_file(tmp_path, block_file, capsys):
+    case = tmp_path / "tied.toml"
+    text = '[wall]\nblocks = "wall.json"\n[load]\ndirection = "+x"\n[[reinforcement.ties]]\nblocks = [0, {}]\n'
+    text += 'start = [-0.4, 0.25, -0.05]\nend = [0.0, 0.25, 0.0]\nstrength = "1 kN"\n'
+    case.write_text(text.format(1))
+    assert cli.main(["limit", str(case), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["associative"] > 1.5
+    case.write_text(text.format(7))
+    assert cli.main(["limit", str(case)]) == 2
+    assert "reinforcement.ties.0.blocks: [0, 7] are not two blocks; name two" in capsys.readouterr().err

@@ -1,0 +1,76 @@
+"""Loads on blocks: stretches on tops that are parts or slopes, places and settings that are refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orchestrator.basis.errors import CaseError
+from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
+from tests.support.limit_analysis_cases import FLOOR, assemblage_of, box, tower
+
+
+def test_a_stretch_lies_on_the_parts_of_the_tops_it_covers():
+    """Four blocks of 0.5 m side by side at one level; q from 0.3 to 1.2 m lies on 0.2, 0.5 and 0.2 m of three."""
+    stones = [box(0.5 * k, 0.0, 0.5, 1.0) for k in range(4)]
+    wall, q = assemblage_of([FLOOR, *stones]).wall, 3e3
+    load = DeadLoad(level=1.0, line_load=q, stretch=(0.3, 1.2))
+    extra = loads_on(wall, LoadSettings(dead=(load,))).dead - loads_on(wall).dead
+    assert extra[:, 1] == pytest.approx([0.0, -q * 0.2, -q * 0.5, -q * 0.2, 0.0], abs=1e-9)
+    arms = [0.0, 0.4 - 0.25, 0.0, 1.1 - 1.25, 0.0]
+    assert extra[:, 2] == pytest.approx(np.array(arms) * extra[:, 1], abs=1e-9)
+    total = loads_on(wall, LoadSettings(dead=(replace(load, stretch=()),))).dead - loads_on(wall).dead
+    assert total[1:, 1] == pytest.approx([-q * 0.5] * 4)
+
+
+def test_a_stretch_on_a_slope_goes_by_its_horizontal_width():
+    """A gable from (0, 1) up to (1, 2) and down to (2, 1): q from 0.5 to 2 m, resultants q 0.5 at 0.75, q at 1.5 m."""
+    gable = np.array([[0, 0], [2, 0], [2, 1], [1, 2], [0, 1]], dtype=float)
+    wall, q = assemblage_of([FLOOR, gable]).wall, 2e3
+    loads = LoadSettings(dead=(DeadLoad((1,), line_load=q, stretch=(0.5, 9.0)),))
+    extra = (loads_on(wall, loads).dead - loads_on(wall).dead)[1]
+    assert extra == pytest.approx([0.0, -1.5 * q, -q * (0.5 * 0.75 + 1.0 * 1.5 - 1.5 * 1.0)])
+
+
+@pytest.mark.parametrize(
+    ("load", "key"),
+    [
+        (DeadLoad((1,), force=1.0, stretch=(0.0, 1.0)), "stretch"),
+        (DeadLoad((1,), line_load=1.0, stretch=(1.0, 0.0)), "stretch"),
+        (DeadLoad((1,), line_load=1.0, stretch=(0.1,)), "stretch"),
+        (DeadLoad((1,), line_load=1.0, stretch=(5.0, 6.0)), "stretch"),
+        (DeadLoad((1,), line_load=1.0, at=(0.0, 0.5)), "at"),
+        (DeadLoad((1,), force=1.0, at=(0.0,)), "at"),
+        (DeadLoad((1, 2), force=1.0, at=(0.0, 0.5)), "at"),
+        (DeadLoad(level=2.0, force=1.0, at=(0.0, 0.5)), "at"),
+        (DeadLoad((1,), force=1.0, at=(0.0, 1.001)), "at"),
+    ],
+)
+def test_places_that_are_none_are_refused(load, key):
+    with pytest.raises(CaseError) as refused:
+        loads_on(tower(0.5, 1.0, blocks=2).wall, LoadSettings(dead=(load,)))
+    assert refused.value.key == f"load.dead.0.{key}"
+
+
+@pytest.mark.parametrize(
+    ("settings", "complaint"),
+    [
+        (LoadSettings(dead=(DeadLoad((7,), force=1.0),)), r"load\.dead\.0\.blocks: there is no block 7"),
+        (LoadSettings(dead=(DeadLoad((0,), force=1.0),)), r"load\.dead\.0\.blocks: block 0 is a support"),
+        (LoadSettings(dead=(DeadLoad((1,)),)), r"load\.dead\.0: needs one of force and line_load"),
+        (LoadSettings(dead=(DeadLoad((1,), 1.0, 1.0),)), r"load\.dead\.0: needs one of force and line_load"),
+        (
+            LoadSettings(dead=(DeadLoad(level=0.7, force=1.0),)),
+            r"load\.dead\.0\.level: no block .* 0\.7 m; tops are at 1 m",
+        ),
+        (LoadSettings(dead=(DeadLoad((1,), force=1.0, level=1.0),)), r"load\.dead\.0: needs one of level and blocks"),
+        (LoadSettings(dead=(DeadLoad(force=1.0),)), r"load\.dead\.0: needs one of level and blocks"),
+        (LoadSettings(distribution="per_block"), r"load\.live: 0 given"),
+        (LoadSettings(live=(LiveLoad((1,), 1.0),)), r"load\.live: 1 given"),
+    ],
+)
+def test_loads_that_cannot_be(settings, complaint):
+    with pytest.raises(CaseError, match=complaint):
+        loads_on(tower(1.0, 1.0).wall, settings)

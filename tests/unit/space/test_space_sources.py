@@ -1,0 +1,109 @@
+"""Blocks in space from files of other programs: COMPAS, OBJ, STL, PLY, STEP, plans of courses."""
+
+from __future__ import annotations
+
+import json
+
+import meshio
+import numpy as np
+import pytest
+
+from orchestrator.app import cli
+from orchestrator.app.space_intake import as_record, read_file
+from orchestrator.basis.errors import CaseError
+from orchestrator.space.block_files import wall_from
+from orchestrator.space.contacts import find_joints
+from orchestrator.space.generators.shapes import Plan, Stones, u_wall
+from orchestrator.space.wall import check_wall
+from orchestrator.storage.files import plain
+from tests.support.paths import DATA
+
+SPACE = DATA / "space"
+
+
+@pytest.mark.parametrize(
+    ("name", "blocks", "supports", "joints"),
+    [
+        ("compas_cra_shelf.json", 11, 1, 19),
+        ("compas_dem_crossvault.json", 38, 5, 60),
+        ("compas_dem_wall.obj", 38, 5, 60),
+    ],
+)
+def test_files_of_other_programs(name, blocks, supports, joints, tmp_path, capsys):
+    output = tmp_path / "imported.json"
+    assert cli.main(["import", str(SPACE / name), "--unit", "m", "--output", str(output)]) == 0
+    assert f"{blocks} blocks in space, {supports} of them supports, {joints} joints" in capsys.readouterr().out
+    again = wall_from(json.loads(output.read_text()), "again")
+    check_wall(again)
+    assert find_joints(again).joints.count == joints
+    assert cli.main(["import", str(SPACE / name), "--output", str(output), "--force"]) == 2
+    assert "--unit: the file has no unit of length; give it, as in --unit mm" in capsys.readouterr().err
+
+
+WALL = u_wall(Plan(2, 1, 2), Stones())
+
+
+def test_a_folder_of_stl_and_ply_files(tmp_path):
+    """One stone a file, in mm; STL repeats every corner."""
+    folder = tmp_path / "stones"
+    folder.mkdir()
+    for block in WALL.blocks:
+        triangles = [(f[0], f[k], f[k + 1]) for f in block.shape.faces for k in (1, 2)]
+        suffix = "stl" if block.id % 2 else "ply"
+        mesh = meshio.Mesh(1e3 * block.shape.vertices, [("triangle", triangles)])
+        mesh.write(folder / f"{block.id:03d}.{suffix}")
+    wall = read_file(folder, {"unit": "mm"})
+    check_wall(wall)
+    assert wall.weights.tolist() == pytest.approx(WALL.weights.tolist(), rel=1e-5)
+    assert [block.id for block in wall.blocks if block.fixed] == [1]
+    assert find_joints(wall).joints.count == find_joints(WALL).joints.count
+
+
+def test_step(tmp_path):
+    """Boxes and a cylinder written by OpenCASCADE, in mm."""
+    import gmsh
+
+    path = tmp_path / "column.step"
+    gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    gmsh.model.occ.addBox(-500, -500, -200, 1000, 1000, 200)
+    gmsh.model.occ.addCylinder(0, 0, 0, 0, 0, 900, 300)
+    gmsh.model.occ.addBox(-300, -300, 900, 600, 600, 200)
+    gmsh.model.occ.synchronize()
+    gmsh.write(str(path))
+    gmsh.finalize()
+    wall = read_file(path, {"unit": "mm"})
+    check_wall(wall)
+    assert find_joints(wall).joints.count == 2
+    assert wall.weights.tolist() == pytest.approx([4e3, 20e3 * np.pi * 0.09 * 0.9, 20e3 * 0.072], rel=0.03)
+
+
+def test_plans_of_courses(tmp_path):
+    """The U-shaped wall drawn course by course: same joints as the generator's."""
+    import ezdxf
+
+    document = ezdxf.new(units=4)
+    for block in WALL.blocks:
+        x, y, z = 1e3 * block.shape.vertices.T
+        layer = "supports" if block.fixed else f"course {round(float(z.min()) / 100) + 1} h 100"
+        ring = [(x.min(), y.min()), (x.max(), y.min()), (x.max(), y.max()), (x.min(), y.max())]
+        document.modelspace().add_lwpolyline(ring, close=True, dxfattribs={"layer": layer})
+    path = tmp_path / "courses.dxf"
+    document.saveas(path)
+    wall = read_file(path, {"height": "100 mm"})
+    check_wall(wall)
+    assert wall.fixed.sum() == 1
+    assert find_joints(wall).joints.count == find_joints(WALL).joints.count
+    assert json.loads(json.dumps(plain(as_record(wall))))["up"] == "z"
+
+
+def test_a_file_that_is_none(tmp_path):
+    for name, text, options in (
+        ("a.obj", "v 1 2\nf x", {"unit": "m"}), ("a.stl", "solid", {"unit": "m"}), ("a.step", "ISO", {}),
+        ("a.dxf", "nothing", {"height": "1 m"}), ("a.json", '{"dtype": "x/Assembly"}', {"unit": "m"}),
+    ):  # fmt: skip
+        (tmp_path / name).write_text(text)
+        with pytest.raises(CaseError) as refused:
+            read_file(tmp_path / name, options)
+        assert "; " in str(refused.value)

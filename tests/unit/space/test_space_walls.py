@@ -1,0 +1,165 @@
+"""Blocks in space: reading, refusals, joints, loads."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orchestrator.basis.arrays import read_only
+from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.polyhedra import Polyhedron, box, centroid_of, prism, rotation, second_moment_of, volume_of
+from orchestrator.geometry.shared_volume import common_volume
+from orchestrator.space.analysis import analyse
+from orchestrator.space.block_files import wall_from
+from orchestrator.space.contacts import find_joints
+from orchestrator.space.loads import SpaceDeadLoad, SpaceLoadSettings, loads_on
+from orchestrator.space.wall import SpaceBlock, check_wall
+from tests.support.space_walls import CUBE, GROUND, L_SHAPE, block_on_ground, record, wall_of
+
+
+def test_a_file_may_hold_polyhedra_and_prisms():
+    wall = wall_from(record(), "both")
+    check_wall(wall)
+    joints = find_joints(wall).joints
+    assert wall.up.tolist() == [0.0, 0.0, 1.0]
+    assert joints.count == 1
+    assert joints.area[0] == pytest.approx(0.25)
+    assert joints.normal[0] == pytest.approx([0.0, 0.0, 1.0])
+    assert wall.weights[1] == pytest.approx(20e3 * 0.05)
+    plane = wall_from(
+        record(thickness=300, blocks=[{"id": 1, "polygon": L_SHAPE, "offset": 100, "material": "tuff"}]), "plane"
+    )
+    assert plane.up.tolist() == [0.0, 1.0, 0.0]
+    assert plane.blocks[0].shape.vertices[:, 2].tolist() == pytest.approx([0.1] * 6 + [0.4] * 6)
+    assert volume_of(plane.blocks[0].shape) == pytest.approx(3e-6 * 0.3)
+
+
+@pytest.mark.parametrize("shape", [CUBE, prism(np.array(L_SHAPE), np.zeros(3), np.eye(3))])
+def test_integrals_of_a_body_that_is_turned(shape):
+    turn = rotation((1.0, 2.0, 3.0), 1.1)
+    moved = shape.moved(turn, np.array([5.0, -3.0, 2.0]))
+    assert volume_of(moved) == pytest.approx(volume_of(shape))
+    assert centroid_of(moved) == pytest.approx(turn @ centroid_of(shape) + [5.0, -3.0, 2.0])
+    assert second_moment_of(moved) == pytest.approx(turn @ second_moment_of(shape) @ turn.T, abs=1e-12)
+    assert second_moment_of(CUBE) == pytest.approx(np.eye(3) / 12)
+
+
+def test_the_volume_that_two_bodies_share():
+    corner = box((0.5, 0.5, 0.0), (3.0, 3.0, 0.5))
+    bent = prism(np.array(L_SHAPE), np.zeros(3), np.eye(3))
+    assert common_volume(CUBE, corner) == pytest.approx(0.125)
+    exact = 0.5 * (0.5 * 0.5 + 1.0 * 0.5 + 0.5 * 1.0)  # of the L between 0.5 and its ends
+    assert common_volume(bent, corner) == pytest.approx(exact)
+    assert common_volume(CUBE, box((1.0, 0.0, 0.0), (2.0, 1.0, 1.0))) == 0.0
+
+
+def opened(shape: Polyhedron) -> Polyhedron:
+    return replace(shape, faces=shape.faces[:-1])
+
+
+@pytest.mark.parametrize(
+    ("shape", "problem"),
+    [
+        (opened(CUBE), "is open: 4 edges belong to one face only"),
+        (replace(CUBE, faces=tuple(face[::-1] for face in CUBE.faces)), "clockwise seen from outside"),
+        (replace(CUBE, faces=(CUBE.faces[0][::-1], *CUBE.faces[1:])), "the same way"),
+        (Polyhedron(read_only(CUBE.vertices * [1.0, 1.0, 0.0]), CUBE.faces), "no area|no volume"),
+        (Polyhedron(read_only(CUBE.vertices + np.eye(8, 3) * 0.1), CUBE.faces), "is not plane"),
+        (
+            prism(np.array([[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 1.0]]), np.zeros(3), np.eye(3)),
+            "crosses or touches itself",
+        ),
+    ],
+)
+def test_bodies_that_are_none_are_refused(shape, problem):
+    wall = wall_of([GROUND, shape], 0.6)
+    with pytest.raises(CaseError, match=problem) as refused:
+        check_wall(wall)
+    assert str(refused.value).startswith("block 1: ")
+    assert "; " in str(refused.value)
+
+
+def test_a_body_whose_edge_goes_through_a_face_is_refused():
+    tent = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1.0], [0.5, 0.5, -0.5]], dtype=float)
+    faces = ((0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (1, 0, 5), (2, 1, 5), (3, 2, 5), (0, 3, 5))
+    check_wall(wall_of([box((-2.0, -2.0, -3.0), (3.0, 3.0, -2.0)), Polyhedron(read_only(tent), faces)], 0.6))
+    tent[5] = [0.5, 0.5, 1.5]  # the lower tip pushed up through the roof
+    with pytest.raises(CaseError, match=r"crosses itself|clockwise"):
+        check_wall(wall_of([box((-2.0, -2.0, -3.0), (3.0, 3.0, -2.0)), Polyhedron(read_only(tent), faces)], 0.6))
+
+
+def test_blocks_that_overlap_are_named_with_the_volume():
+    wall = wall_of([GROUND, CUBE, box((0.5, 0.0, 0.0), (1.5, 1.0, 1.0))], 0.6)
+    with pytest.raises(CaseError, match=r"block 1: overlaps block 2 by 0.5 m3; correct one of them"):
+        check_wall(wall)
+    with pytest.raises(CaseError, match="given twice"):
+        check_wall(wall_of([GROUND, CUBE, CUBE], 0.6))
+
+
+def test_a_block_that_touches_nothing_is_named():
+    with pytest.raises(CaseError, match=r"block 1: touches no other block, at \(0.5, 0.5, 0.6\) m; move it"):
+        find_joints(wall_of([GROUND, CUBE.moved(np.eye(3), np.array([0.0, 0.0, 0.1]))], 0.6))
+    with pytest.raises(CaseError, match=r"too small: lower contact.smallest"):
+        find_joints(
+            wall_of([GROUND, box((4.99999, 0.0, -0.5), (6.0, 1.0, 0.5)).moved(np.eye(3), np.array([0, 0, 0.5]))], 0.6)
+        )
+
+
+def test_a_wall_that_cannot_stand_is_refused():
+    leaning = wall_of([GROUND, CUBE, CUBE.moved(np.eye(3), np.array([0.7, 0.0, 1.0]))], 0.6)
+    assemblage = find_joints(leaning)
+    with pytest.raises(CaseError, match=r"block 2: the wall cannot stand under its own weight: block 2 would move"):
+        analyse(assemblage, loads_on(leaning))
+
+
+def test_joints_need_not_be_exact_and_may_be_several():
+    """A gap of a part of the stone is closed; an L on an L shares two joints; triangles of one plane leave no seam."""
+    assert find_joints(wall_of([GROUND, CUBE.moved(np.eye(3), np.array([0.0, 0.0, 5e-4]))], 0.6)).joints.count == 1
+    up = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0], [2.0, 0.5], [1.0, 0.5], [1.0, 1.0], [0.0, 1.0]])
+    axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+    bridge = wall_of([prism(up, np.array([0.0, 0.0, -1.0]), axes), box((0.0, 0.0, 0.0), (3.0, 1.0, 1.0))], 0.6)
+    joints = find_joints(bridge).joints
+    assert joints.count == 2
+    assert joints.area.tolist() == pytest.approx([1.0, 1.0])
+    split = tuple(t for face in CUBE.faces for t in ((face[0], face[1], face[2]), (face[0], face[2], face[3])))
+    triangulated = find_joints(wall_of([GROUND, replace(CUBE, faces=split)], 0.6)).joints
+    assert triangulated.count == 1
+    assert triangulated.area[0] == pytest.approx(1.0, rel=1e-6)
+    assert len(triangulated.point) == 4
+
+
+def test_a_common_area_that_is_too_small_is_listed():
+    wall = wall_of(
+        [GROUND, CUBE, box((1.0, 0.9999, 0.0), (2.0, 1.9999, 1.0)), box((1.0, -1.0, 0.0), (2.0, 0.5, 1.0))], 0.6
+    )
+    assemblage = find_joints(wall)
+    assert [(one.i, one.j, round(one.area, 8)) for one in assemblage.ignored] == [(1, 2, 1e-4)]
+
+
+def test_loads():
+    wall = block_on_ground(1.0, 2.0, 0.5, 0.6)
+    dead = (
+        SpaceDeadLoad(blocks=(1,), line_load=1e3, inertia=True),
+        SpaceDeadLoad(level=0.5, force=500.0, direction=(0.0, 3.0, 0.0)),
+    )
+    loads = loads_on(wall, SpaceLoadSettings(direction=(0.0, 0.0, 2.0), dead=dead))
+    assert loads.dead[1] == pytest.approx([0.0, 500.0, -22e3, -125.0, 0.0, 0.0])
+    assert loads.live[1] == pytest.approx([0.0, 0.0, 22e3, 0.0, 0.0, 0.0])
+    with pytest.raises(CaseError, match="'up' is no direction"):
+        loads_on(wall, SpaceLoadSettings(direction="up"))
+    with pytest.raises(CaseError, match=r"load.dead.0.level: no block has its top at 3 m; tops are at 0.5 m"):
+        loads_on(wall, SpaceLoadSettings(dead=(SpaceDeadLoad(level=3.0, force=1.0),)))
+
+
+def test_mass_times_height():
+    wall = wall_of([GROUND, CUBE, CUBE.moved(np.eye(3), np.array([0.0, 0.0, 1.0]))], 0.6)
+    live = loads_on(wall, SpaceLoadSettings(distribution="mass_height")).live
+    assert live[1:, 0] == pytest.approx([10e3, 30e3])
+
+
+def test_two_blocks_of_one_id():
+    wall, above = wall_of([GROUND, CUBE], 0.6), box((0.0, 0.0, 1.0), (1.0, 1.0, 2.0))
+    with pytest.raises(CaseError, match="block 1: two blocks have this id"):
+        check_wall(replace(wall, blocks=(*wall.blocks, SpaceBlock(1, above))))
