@@ -46,3 +46,12 @@ def test_unit_tests_are_in_the_rooms_they_test():
 def test_every_room_has_fast_tests():
     fast = {test.split("/")[2] for test, seconds in stored().items() if "/unit/" in test and seconds.alone <= SLOW}
     assert fast == ROOMS
+
+
+def test_no_test_patches_a_constant():
+    """A test of another threshold than the program's is a test of another program."""
+    folders = (PROJECT / "orchestrator", PROJECT / "tests")
+    sources, tests = ("\n".join(file.read_text() for file in folder.rglob("*.py")) for folder in folders)
+    constants = {name for line in re.findall(r"^([A-Z][A-Z_, ]+) =", sources, re.M) for name in line.split(", ")}
+    assert len(constants) > 100
+    assert constants & set(re.findall(r"""setattr\([^)]*\b([A-Z][A-Z_]+)["']\s*,""", tests)) == set()

@@ -1,4 +1,4 @@
-"""What only large walls use, on walls small enough for HiGHS (SciPy), an independent solver of Eq. (1)."""
+"""What only large walls use; Eq. (1) against HiGHS (SciPy), an independent solver, and by statics and kinematics."""
 
 from __future__ import annotations
 
@@ -8,30 +8,26 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
-from orchestrator.limit_analysis.paper import linear_program
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb, yield_matrix, yield_offset
-from orchestrator.limit_analysis.search import direct_loading
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
 from tests.support.limit_analysis_cases import assemblage_of, box, case
 
 
-@pytest.fixture(scope="module")
-def terms():
-    """Running bond, 14 courses of 10 blocks."""
-    assemblage = find_joints(running_bond(10, 14), JointSettings())
+def terms(blocks: int, courses: int):
+    """Running bond: terms of Eq. (1) and Coulomb's law."""
+    assemblage = find_joints(running_bond(blocks, courses), JointSettings())
     return assemble_equilibrium(assemblage, 1), coulomb(assemblage)
 
 
-@pytest.fixture(scope="module")
-def by_highs(terms):
-    """max lambda of Eq. (1), forces over the mean block weight."""
-    equilibrium, friction = terms
+def test_multiplier_of_a_wall_is_that_of_highs():
+    """140 blocks, max lambda of Eq. (1), forces over the mean block weight, by another solver: lambda to 1e-6."""
+    equilibrium, friction = terms(10, 14)
     w = equilibrium.mean_weight
-    found = linprog(
+    by_highs = linprog(
         np.append(np.zeros(equilibrium.matrix.shape[1]), -1.0),
         A_ub=sp.hstack([-yield_matrix(friction), sp.csc_matrix((4 * len(friction.slope), 1))]),
         b_ub=yield_offset(friction) / w,
@@ -40,19 +36,27 @@ def by_highs(terms):
         bounds=(None, None),
         method="highs",
     )
-    assert found.status == 0
-    return found.x[-1]
-
-
-@pytest.mark.parametrize("name", ["LARGE", "VERY_LARGE"])
-def test_multiplier_of_a_large_wall_is_that_of_highs(terms, by_highs, name, monkeypatch):
-    """Treated as large or very large: lambda to 1e-6, forces in equilibrium and within 1e-8 block weights."""
-    monkeypatch.setattr(linear_program, name, 100)
-    equilibrium, friction = terms
+    assert by_highs.status == 0
     found = solve_limit_lp(equilibrium, friction)
-    assert found.load_multiplier == pytest.approx(by_highs, rel=1e-6)
+    assert found.load_multiplier == pytest.approx(by_highs.x[-1], rel=1e-6)
+
+
+@pytest.mark.parametrize(("blocks", "courses"), [(10, 14), (18, 20), (43, 50)])
+def test_multiplier_of_a_large_wall_is_that_of_statics_and_of_kinematics(blocks, courses):
+    """140, 370 and 2,175 blocks: forces in equilibrium and within 1e-8 block weights say that the wall carries lambda.
+
+    A mechanism whose joints open by mu |slip| at both ends, or more, says that it carries no more than the work against
+    its weight at unit work of the live load: lambda to 1e-6, and so is what openings lack, times the forces there.
+    """
+    equilibrium, friction = terms(blocks, courses)
+    found = solve_limit_lp(equilibrium, friction)
     assert equilibrium.residual(found.joint_forces, found.load_multiplier) < 1e-8
     assert friction.excess(found.joint_forces) < 1e-8 * equilibrium.mean_weight
+    rates = equilibrium.joint_rates(found.velocities)
+    lacking = np.maximum(friction.slope[:, None] * np.abs(rates[:, 2:]) - rates[:, :2], 0.0)
+    assert equilibrium.live_load @ found.velocities == pytest.approx(1.0)
+    assert -equilibrium.dead_load @ found.velocities == pytest.approx(found.load_multiplier, rel=1e-6)
+    assert (lacking * found.joint_forces[:, :2]).sum() < 1e-6 * found.load_multiplier
 
 
 def test_a_very_large_wall_without_a_state_says_so_and_runs_no_sequence():
@@ -92,8 +96,10 @@ def test_one_block_rests_up_to_its_state_on_this_road_too(width, height, expecte
     assert found.last_rest == pytest.approx(0.99 * expected, rel=1e-6)
 
 
-def test_a_wall_too_large_to_be_loaded_at_all_says_so(monkeypatch):
-    monkeypatch.setattr(direct_loading, "BUDGET", 0)
-    found = analyse(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]), LimitAnalysisSettings(path_blocks=0))
+def test_a_wall_too_large_to_be_loaded_at_all_says_so():
+    """4,400 cubes, each by itself on the ground: mu, and nobody asks for the rests on the way."""
+    cubes = assemblage_of([box(-3, -1, 9000, 1), *(box(2 * k, 0, 1, 1) for k in range(4400))])
+    found = analyse(cubes, LimitAnalysisSettings(search_blocks=1, sequence_blocks=1, path_blocks=0))
+    assert found.headline.load_multiplier == pytest.approx(0.65, rel=1e-6)
     assert found.last_rest is None
     assert any("the wall was not loaded, for the number of blocks" in remark for remark in found.remarks)

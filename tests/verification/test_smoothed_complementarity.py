@@ -103,12 +103,12 @@ def test_mechanism_of_the_part_closes_the_forces_of_a_state(bond, state):
     assert not of_part.mechanism.velocities[resting].any()
 
 
-def test_where_the_part_is_too_small_the_whole_wall_has_the_mechanism(bond, state, monkeypatch):
-    """Blocks of the mechanism held: what is left needs more load than the forces carry."""
-    monkeypatch.setattr("orchestrator.limit_analysis.search.moving_part.RINGS", 0)
-    monkeypatch.setattr("orchestrator.limit_analysis.search.moving_part.MOVES", 0.6)
-    wall, whole, friction, optimum, part = bond
-    small = moving_part(wall, whole, friction, optimum.velocities)
+def test_where_the_part_is_too_small_the_whole_wall_has_the_mechanism(bond, state):
+    """The part about the upper right corner holds blocks of the mechanism: it needs more load than the forces carry."""
+    wall, whole, friction, _, part = bond
+    corners = np.array([wall.wall.blocks[block].polygon.mean(axis=0) for block in whole.free_blocks])
+    only_one = np.repeat(np.arange(len(corners)) == np.argmax(corners @ [1.0, 1.0]), 3).astype(float)
+    small = moving_part(wall, whole, friction, only_one)
     assert 0 < small.blocks.sum() < 0.5 * part.blocks.sum()
     strength = friction.slope * np.maximum(state.forces.normal, 0.0)
     no_slope = replace(small.friction, slope=np.full(small.joints.sum(), 1e-12))

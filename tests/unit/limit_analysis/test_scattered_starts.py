@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from itertools import chain
 
@@ -12,7 +12,6 @@ import pytest
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
-from orchestrator.limit_analysis.search import scattered_starts as module
 from orchestrator.limit_analysis.search.lower_states import TwoPrograms, descent
 from orchestrator.limit_analysis.search.scattered_starts import TURNS, scattered_starts, scattered_states
 from orchestrator.masonry.joints import JointSettings, find_joints
@@ -57,9 +56,18 @@ def test_starts_differ_and_let_every_joint_slide():
     assert np.corrcoef(np.log(values.mean(axis=0)), np.log(slip + 1e-3))[0, 1] > 0.3, "they keep the pattern"
 
 
+class NobodyElse(ThreadPoolExecutor):
+    """Leaves all that is to be done to who asks."""
+
+    def submit(self, *_):
+        done: Future[None] = Future()
+        done.set_result(None)
+        return done
+
+
 @pytest.fixture(scope="module")
 def descents():
-    """Three starts near a mechanism, three that have nothing of one: their descents, and how to run them all."""
+    """Three starts near a mechanism, three that have nothing of one: their descents, and how two threads run all."""
     assemblage = find_joints(WALL, JointSettings())
     equilibrium, friction = assemble_equilibrium(assemblage, 1), coulomb(assemblage)
     one, two = (TwoPrograms(equilibrium, friction) for _ in range(2))
@@ -67,35 +75,36 @@ def descents():
     near, far = known.rates[:, 2], by_place(assemblage, 1)[0]
     begin = [list(scattered_starts(assemblage, 1, slip, 3)) for slip in (near, far)]
 
-    def in_two_threads():
-        with ThreadPoolExecutor(max_workers=1) as other:
+    def run(threads):
+        with threads(max_workers=1) as other:
             return scattered_states(other, (one, two), chain(*begin))
 
-    alone = [[state for start in group for state in descent(one, start, TURNS)] for group in begin]
-    return *alone, in_two_threads
+    return *([list(descent(one, start, TURNS)) for start in group] for group in begin), run
 
 
 def multipliers(states):
     return [state.forces.load_multiplier for state in states]
 
 
-def test_two_threads_find_what_one_finds_in_the_same_order(descents, monkeypatch):
+def test_two_threads_find_what_one_finds_in_the_same_order(descents):
     """Bit for bit: a descent does not depend on what its programs solved before."""
-    monkeypatch.setattr(module, "HOPELESS", ())
-    near, far, in_two_threads = descents
-    assert len(near) > 6
-    assert multipliers(in_two_threads()) == multipliers(near + far)
+    near, far, run = descents
+    found = multipliers(run(ThreadPoolExecutor))
+    assert found == multipliers(run(NobodyElse))
+    assert len(found) >= len([*chain(*near)]) + len(far) > 6 + len(far)
 
 
-def test_descents_from_starts_that_have_nothing_of_a_mechanism_end_early(descents):
-    """Those around a mechanism do not, as far as they reach states."""
-    near, far, in_two_threads = descents
-    found = in_two_threads()
-    assert any(state.balances for state in near)
-    assert multipliers(found[: len(near)]) == multipliers(near)
-    assert 3 <= len(found) - len(near) < len(far)
+def test_descents_around_a_mechanism_are_followed_to_their_end(descents):
+    near, _, run = descents
+    expected = [*chain(*near)]
+    assert any(state.balances for state in expected)
+    assert multipliers(run(ThreadPoolExecutor)[: len(expected)]) == multipliers(expected)
 
 
-def test_without_any_hope_each_descent_has_one_turn(descents, monkeypatch):
-    monkeypatch.setattr(module, "HOPELESS", (-1.0,))
-    assert len(descents[-1]()) == 6
+def test_a_descent_that_begins_out_of_balance_by_more_than_the_live_loads_power_has_one_turn(descents):
+    """Starts that have nothing of a mechanism, whose descents would go on."""
+    near, far, run = descents
+    begun = [states[0] for states in far]
+    assert min(state.imbalance for state in begun) > 1.0
+    assert min(len(states) for states in far) > 1
+    assert multipliers(run(ThreadPoolExecutor)[len([*chain(*near)]) :]) == multipliers(begun)
