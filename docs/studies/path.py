@@ -134,13 +134,17 @@ def main(count: int) -> None:
             write(rows)
 
 
-def write(rows: list[dict[str, Any]]) -> None:
-    """Write path.csv and path.md."""
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    with (FOLDER / "path.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, columns, restval=0)
+def write_table(path: Path, rows: list[dict[str, Any]]) -> None:
+    """Write rows with the columns that any of them has; 0 where one has none."""
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, list(dict.fromkeys(key for row in rows for key in row)), restval=0)
         writer.writeheader()
         writer.writerows(rows)
+
+
+def write(rows: list[dict[str, Any]]) -> None:
+    """Write path.csv and path.md."""
+    write_table(FOLDER / "path.csv", rows)
     families = [row["family"].split(",")[0] for row in rows]
     lines = []
     for family in [*dict.fromkeys(families), "all"]:

@@ -8,7 +8,6 @@ its order; a run is left after LIMIT s of CPU time. Two runs go side by side.
 
 from __future__ import annotations
 
-import csv
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -93,11 +92,7 @@ def main(count: int) -> None:
 
 def write(rows: list[dict[str, Any]]) -> None:
     """Write rescues.csv and rescues.md."""
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    with (FOLDER / "rescues.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, columns, restval=0)
-        writer.writeheader()
-        writer.writerows(rows)
+    study.write_table(FOLDER / "rescues.csv", rows)
     whole = {row["run"]: row for row in rows if row["without"] == "nothing"}
     lines = []
     for without in dict.fromkeys(row["without"] for row in rows):

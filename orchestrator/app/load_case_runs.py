@@ -16,7 +16,7 @@ from orchestrator.app.driver import Outcome
 from orchestrator.app.progress import Report, StageDone
 from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
-from orchestrator.basis.parallel import on_root, on_root_while, workers
+from orchestrator.basis.parallel import on_root, on_root_while, workers_into
 from orchestrator.loads import load_cases, loads_on
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
@@ -110,15 +110,14 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, repo
 def _spread(
     case: Case, runs: list[LoadCaseRun], output: Path, comm: MPI.Intracomm, report: Report
 ) -> LoadCasesOutcome | None:
-    with workers(comm) as spread:
+    with workers_into(output, comm) as spread:
         if spread is None:
             return None
-        with locked(output):
-            outcomes: dict[str, Outcome] = {}
-            for name, outcome in spread(_compute_alone, runs):
-                outcomes[name] = outcome
-                report(StageDone(f"{len(outcomes)} of {len(runs)}", _seconds(outcome), name))
-            return _collected(case, runs, [outcomes[one.name] for one in runs], output)
+        outcomes: dict[str, Outcome] = {}
+        for name, outcome in spread(_compute_alone, runs):
+            outcomes[name] = outcome
+            report(StageDone(f"{len(outcomes)} of {len(runs)}", _seconds(outcome), name))
+        return _collected(case, runs, [outcomes[one.name] for one in runs], output)
 
 
 def _is_large(case: Case, assemblage: Assemblage) -> bool:

@@ -9,15 +9,6 @@ from orchestrator.pushover.increments import Increment
 
 
 @dataclass(frozen=True, slots=True)
-class StageDone:
-    """A stage is done: its name, what it cost in s, its result in a few words."""
-
-    stage: str
-    seconds: float
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
 class IncrementDone:
     """One converged increment of a pushover; `fraction` of the final displacement that is reached."""
 
@@ -26,6 +17,15 @@ class IncrementDone:
     weight: float
     seconds: float
     fraction: float
+
+
+@dataclass(frozen=True, slots=True)
+class StageDone:
+    """A stage is done: its name, what it cost in s, its result in a few words."""
+
+    stage: str
+    seconds: float
+    text: str
 
 
 Report = Callable[[StageDone | IncrementDone], None]

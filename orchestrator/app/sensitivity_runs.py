@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -33,9 +33,8 @@ from orchestrator.assessment.sensitivity import (
     one_at_a_time,
     ranges,
 )
-from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, naming
-from orchestrator.basis.parallel import workers
+from orchestrator.basis.parallel import Spread, workers_into
 from orchestrator.basis.program import sources
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.masonry.joints import Assemblage, JointClass
@@ -78,16 +77,11 @@ def sensitivity(case: Case, output: Path, comm: MPI.Intracomm | None, report: Re
     """Run the ranges of [sensitivity] into `output`; None on the ranks that only work. Raises CaseError."""
     if case.sensitivity.analysis != "limit":
         pushover_run.start_finite_elements()
-    with workers(comm) as spread:
-        if spread is None:
-            return None
-        with locked(output):
-            return _sensitivity(case, output, spread, report)
+    with workers_into(output, comm) as spread:
+        return _sensitivity(case, output, spread, report) if spread else None
 
 
-def _sensitivity(
-    case: Case, output: Path, spread: Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]], report: Report
-) -> SensitivityOutcome:
+def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> SensitivityOutcome:
     began, settings = perf_counter(), case.sensitivity
     with naming(case.file):
         given = ranges(settings)

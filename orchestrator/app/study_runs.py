@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
@@ -21,9 +21,9 @@ from orchestrator import storage
 from orchestrator.app import driver, pushover_run
 from orchestrator.app.driver import Segmented
 from orchestrator.app.progress import Report, StageDone
-from orchestrator.basis.atomic_files import TEMPORARY, locked
+from orchestrator.basis.atomic_files import TEMPORARY
 from orchestrator.basis.errors import CaseError, ConvergenceError
-from orchestrator.basis.parallel import workers
+from orchestrator.basis.parallel import Spread, workers_into
 from orchestrator.basis.printed import printed
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import Partition, one_body_per_block
@@ -68,16 +68,11 @@ class StudyOutcome:
 def study(case: Case, output: Path, comm: MPI.Intracomm | None, report: Report) -> StudyOutcome | None:
     """Run the grid of [study] into the folder `output`; None on the ranks that only work. Raises CaseError."""
     pushover_run.start_finite_elements()
-    with workers(comm) as spread:
-        if spread is None:
-            return None
-        with locked(output):
-            return _study(case, output, spread, report)
+    with workers_into(output, comm) as spread:
+        return _study(case, output, spread, report) if spread else None
 
 
-def _study(
-    case: Case, output: Path, spread: Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]], report: Report
-) -> StudyOutcome:
+def _study(case: Case, output: Path, spread: Spread, report: Report) -> StudyOutcome:
     began = perf_counter()
     assemblage, analysis = driver.limit(case)
     driver.refuse_what_cannot_be_pushed(case, assemblage)

@@ -8,18 +8,23 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from pathlib import Path
 from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 from zlib import crc32
 
 import numpy as np
 
+from orchestrator.basis.atomic_files import locked
+
 if TYPE_CHECKING:
     from mpi4py import MPI
 
 P = ParamSpec("P")
 T = TypeVar("T")
+Spread = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+"""what calls a function for every value, in any order"""
 
 
 def all_ranks() -> MPI.Intracomm | None:
@@ -124,6 +129,13 @@ def workers(comm: MPI.Intracomm | None) -> Iterator[Callable[[Callable[[Any], T]
 
     with MPICommExecutor(comm, root=0) as executor:
         yield None if executor is None else lambda function, values: executor.map(function, values, unordered=True)
+
+
+@contextmanager
+def workers_into(folder: Path, comm: MPI.Intracomm | None) -> Iterator[Spread | None]:
+    """Yield what `workers` does while rank 0 holds `folder` alone. Raises CaseError where another process has it."""
+    with workers(comm) as spread, locked(folder) if spread else nullcontext():
+        yield spread
 
 
 def is_root(comm: MPI.Comm | None) -> bool:

@@ -6,6 +6,7 @@ ends of the joint; loads and strengths are the only things shared with the progr
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,8 +56,13 @@ class Validation:
     @property
     def complaints(self) -> tuple[str, ...]:
         """What is wrong, in words; empty for a valid state."""
-        found = {name: getattr(self, name) for name in LIMITS}
-        return tuple(f"{name} {found[name]:.1e} > {limit:.0e}" for name, limit in LIMITS.items() if found[name] > limit)
+        return beyond(self, LIMITS)
+
+
+def beyond(found: object, limits: Mapping[str, float]) -> tuple[str, ...]:
+    """Return which attributes of `found` are above their limit, in words."""
+    named = ((name, getattr(found, name), limit) for name, limit in limits.items())
+    return tuple(f"{name} {value:.1e} > {limit:.0e}" for name, value, limit in named if value > limit)
 
 
 def validate(

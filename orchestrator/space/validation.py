@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.limit_analysis.validation import beyond
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import Torsion, torsion_factors
 from orchestrator.space.loads import SpaceLoads
@@ -47,8 +48,7 @@ class Validation:
     @property
     def complaints(self) -> tuple[str, ...]:
         """What is wrong, in words; empty for a valid state."""
-        found = {name: getattr(self, name) for name in LIMITS}
-        return tuple(f"{name} {found[name]:.1e} > {limit:.0e}" for name, limit in LIMITS.items() if found[name] > limit)
+        return beyond(self, LIMITS)
 
 
 def validate(

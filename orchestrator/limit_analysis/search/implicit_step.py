@@ -11,7 +11,7 @@ factorisations whatever changes. Source: Mehrotra 1992 (predictor, corrector).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -128,13 +128,7 @@ class _Inside:
 
     def advanced(self, along: _Inside, part: float) -> _Inside:
         """Go `part` of the way `along`."""
-        return _Inside(
-            self.moved + part * along.moved,
-            self.multiplier + part * along.multiplier,
-            self.forces + part * along.forces,
-            self.strength + part * along.strength,
-            self.apart + part * along.apart,
-        )
+        return _Inside(*(getattr(self, one.name) + part * getattr(along, one.name) for one in fields(self)))
 
     def part_to_bound(self, along: _Inside, short: float) -> float:
         """Return the part of the way, at most 1, that keeps everything positive; `short` of it where it is shorter."""

@@ -44,14 +44,13 @@ BLOCK_FILES = {
         "2",
     ),
 }
-CASES = {
+VALUES = {
     "unknown section": ("[mash]\nsize = 1", "mash", "mesh"),
     "unknown key": ("[mesh]\nsiz = 1", "mesh.siz", "did you mean size"),
     "wrong unit": ('[mesh]\nsize = "3 kN"', "mesh.size", "use one of m, mm"),
     "no unit": ('[mesh]\nsize = "3"', "mesh.size", "use one of m, mm"),
     "negative": ('[mesh]\nsize = "-3 mm"', "mesh.size", "greater than 0"),
     "friction of zero": ("[wall]\nblocks = 'wall.json'\nfriction = 0", "wall.friction", "greater than 0"),
-    "no such direction": ('[load]\ndirection = "up"', "load.direction", "'+x' or '-x'"),
     "not a number": ("[macroblocks]\ntol_n = nan", "macroblocks.tol_n", "write a finite one"),
     "below the noise": ("[macroblocks]\ntol_n = 1e-15", "macroblocks.tol_n", "use at least"),
     "a number no float holds": (f"[mesh]\nsize = {10**400}", "mesh.size", "write a finite one"),
@@ -60,10 +59,17 @@ CASES = {
     "number for a section": ("mesh = 3", "mesh", "write [mesh]"),
     "text for a list": ("[run]\nmodels = 'both'", "run.models", "write a list"),
     "blocks nowhere": ("[wall]\nblocks = ''", "wall.blocks", "not empty"),
-    "joints of a metre": ("[joints]\ntolerance = 1", "joints.tolerance", "less than or equal to 0.01"),
+    "not TOML": ("[mesh\nsize = 1", "is not TOML", "example"),
+}
+LOADS = {
+    "no such direction": ('[load]\ndirection = "up"', "load.direction", "'+x' or '-x'"),
     "dead load without a unit": ('[[load.dead]]\nblocks = [1]\nforce = "5"', "load.dead.0.force", "use one of N, kN"),
     "dead load on nothing": ("[[load.dead]]\nblocks = []\nforce = 5", "load.dead.0", "give one of the two"),
     "unknown key of a load": ("[[load.dead]]\nblocks = [1]\nforc = 5", "load.dead.0.forc", "did you mean force"),
+    "turned too far": ('[load]\ninclination = "91 deg"', "load.inclination", "less than or equal"),
+}
+MORTAR = {
+    "joints of a metre": ("[joints]\ntolerance = 1", "joints.tolerance", "less than or equal to 0.01"),
     "stiffness in another unit": ('[[joints.classes]]\nnormal_stiffness = "5 GPa"', "normal_stiffness", "GN/m3, N/mm3"),
     "stiffness of zero": ("[[joints.classes]]\nshear_stiffness = 0", "shear_stiffness", "greater than 0"),
     "stiffness twice": (
@@ -86,9 +92,8 @@ CASES = {
         "contact.softening_displacement",
         "it would snap",
     ),
-    "turned too far": ('[load]\ninclination = "91 deg"', "load.inclination", "less than or equal"),
-    "not TOML": ("[mesh\nsize = 1", "is not TOML", "example"),
 }
+CASES = VALUES | LOADS | MORTAR
 
 LIMIT_CASES = {
     "class of unknown stone": (
