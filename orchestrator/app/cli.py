@@ -54,7 +54,7 @@ IMPORT_OPTIONS = {
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit code."""
-    options = _parser().parse_args(arguments)
+    options = argument_parser().parse_args(arguments)
     from orchestrator.app.commands import execute
 
     return execute(options)
@@ -71,7 +71,8 @@ class _Completion(argparse.Action):
         parser.exit(0)
 
 
-def _parser() -> argparse.ArgumentParser:
+def argument_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m orchestrator",
         description="Pushover analysis of masonry, stone by stone. Without a command: run the shipped benchmark 1"

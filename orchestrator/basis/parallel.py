@@ -117,7 +117,7 @@ def on_root_while(comm: MPI.Comm | None, *contexts: AbstractContextManager[None]
 
 
 @contextmanager
-def workers(comm: MPI.Intracomm | None) -> Iterator[Callable[[Callable[[Any], T], Iterable[Any]], Iterable[T]] | None]:
+def workers(comm: MPI.Intracomm | None) -> Iterator[Spread | None]:
     """Yield what calls a function for every value, in any order: spread over ranks 1 and up, on one rank `map`.
 
     Rank 0 hands out the values; the other ranks get None when rank 0 leaves: there is nothing left to do for them.

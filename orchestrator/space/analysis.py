@@ -132,7 +132,7 @@ def analyse(
     except UnboundedError:
         remedy = "push in another direction, or free the blocks that hold it"
         raise CaseError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
-    associative = _state("associative", assemblage, loads, found, found.velocities, settings.torsion)
+    associative = state_of("associative", assemblage, loads, found, found.velocities, settings.torsion)
     report(f"associative multiplier {found.load_multiplier:.5f}")
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
     other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
@@ -240,7 +240,7 @@ class _Search:
         )
 
     def _of_push(self, name: str, pushed: Push) -> SpaceState:
-        state = _state(name, self._assemblage, self._loads, pushed, pushed.velocities, self._equilibrium.torsion)
+        state = state_of(name, self._assemblage, self._loads, pushed, pushed.velocities, self._equilibrium.torsion)
         if pushed.converged:
             return state
         why = f"not at rest after {pushed.seconds:.0f} s: λ {pushed.load_multiplier:.4f}, flow error {pushed.flow:.0e}"
@@ -263,10 +263,10 @@ class _Search:
 
     def _of_closed(self, name: str, found: descent.Closed) -> SpaceState:
         velocities, torsion = found.mechanism.velocities, self._equilibrium.torsion
-        return _state(name, self._assemblage, self._loads, found.forces, velocities, torsion)
+        return state_of(name, self._assemblage, self._loads, found.forces, velocities, torsion)
 
 
-def _state(
+def state_of(
     name: str,
     assemblage: SpaceAssemblage,
     loads: SpaceLoads,

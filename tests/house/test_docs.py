@@ -12,7 +12,7 @@ import tomllib
 
 import pytest
 
-from orchestrator.app.cli import _parser, main
+from orchestrator.app.cli import argument_parser, main
 from orchestrator.settings import case as cases
 from tests.support.intake import WALL_1, as_polylines, painted, written
 from tests.support.paths import PROJECT
@@ -96,7 +96,7 @@ def test_every_command_of_a_page_works_in_its_order(page, tmp_path, monkeypatch)
     assert len(found) >= 3
     for command in found:
         if command[0] == "run":
-            _parser().parse_args(command)
+            argument_parser().parse_args(command)
         else:
             assert main(command) == 0, command
 
@@ -108,7 +108,7 @@ def test_every_wall_of_the_gallery_has_its_picture_and_a_command_that_takes_it()
     assert len(shown) == len(commands("gallery.md"))
     for name, (command, picture) in shown.items():
         assert (PROJECT / "docs" / "figures" / "gallery" / f"{name}.png").stat().st_size > 5000
-        options = _parser().parse_args(command)
+        options = argument_parser().parse_args(command)
         given = getattr(options, "case", None) or options.file
         assert (PROJECT / given).exists(), name
         assert picture.is_relative_to(options.output.parent), name

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from orchestrator.geometry.polyhedra import box
-from orchestrator.space.analysis import _state
+from orchestrator.space.analysis import state_of
 from orchestrator.space.central_path import ENOUGH, follow
 from orchestrator.space.conic_program import solve_associative
 from orchestrator.space.contacts import find_joints
@@ -57,7 +57,7 @@ def test_the_path_leads_to_a_state_past_the_points_where_it_turns_back(plan, tur
     assemblage, loads, equilibrium, end = path_of(u_wall(plan, Stones()))
     assert end.turns >= turns
     found = closed(equilibrium, end.slip, 0.0)
-    state = _state("closed", assemblage, loads, found.forces, found.mechanism.velocities, "corners")
+    state = state_of("closed", assemblage, loads, found.forces, found.mechanism.velocities, "corners")
     assert state.valid, state.error
     assert state.load_multiplier == pytest.approx(end.load_multiplier, rel=2e-3)
 

@@ -93,7 +93,7 @@ def verify(
             continue
         observed[pushover.name] = seen
         systems.append(_system(pushover.name, point, seen, line))
-        checks += [_n2(approach, settings, state, pushover.curve.base_shear_N, seen, line) for state in states]
+        checks += [n2_check(approach, settings, state, pushover.curve.base_shear_N, seen, line) for state in states]
         drifts += [_drift(LABELS[pushover.name], settings, state, seen, line) for state in states]
     kinematic, more = kinematic_checks(
         settings, states, loads_in_mechanism(assemblage, load, limit_analysis, analysis), analysis.load_direction
@@ -140,7 +140,7 @@ def _system(name: str, point: ControlPoint, seen: Observed, line: Bilinear) -> d
     }
 
 
-def _n2(
+def n2_check(
     approach: str,
     settings: SeismicSettings,
     state: LimitStateSettings,

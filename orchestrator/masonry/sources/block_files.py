@@ -44,7 +44,7 @@ def read_blocks(path: Path) -> Wall:
     The wall's shapes are not checked here: see wall.check_wall.
     """
     with naming(path):
-        return _wall(_record(path), path.stem)
+        return wall_from(_record(path), path.stem)
 
 
 def json_in(path: Path, kind: str, largest: int, remedy: str) -> Any:
@@ -68,7 +68,8 @@ def _record(path: Path) -> dict[str, Any]:
     return record
 
 
-def _wall(record: dict[str, Any], name: str) -> Wall:
+def wall_from(record: dict[str, Any], name: str) -> Wall:
+    """Return the wall that a block file's content describes, `name` where it has none itself. Raises CaseError."""
     refuse_unknown(record, (*REQUIRED, *OPTIONAL, *INFORMATION), "")
     for key in REQUIRED:
         if key not in record:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.joints import JointSettings, check_assemblage, find_joints
-from orchestrator.masonry.sources.block_files import _wall, read_blocks
+from orchestrator.masonry.sources.block_files import read_blocks, wall_from
 from orchestrator.masonry.wall import Block, Wall, check_wall
 from tests.support.paths import DATA, PROJECT
 
@@ -120,7 +120,7 @@ def test_no_drawing_gets_further_than_a_case_error_or_joints_of_finite_length(co
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            made = _wall(drawing, "drawing")
+            made = wall_from(drawing, "drawing")
             check_wall(made)
             joints = find_joints(made, JointSettings())
             check_assemblage(joints)

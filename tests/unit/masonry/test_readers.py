@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.masonry.sources.block_files import _wall, read_blocks
+from orchestrator.masonry.sources.block_files import read_blocks, wall_from
 from orchestrator.masonry.wall import check_wall
 
 
@@ -22,7 +22,7 @@ def record(**changes):
 
 
 def test_units_orientation_closing_corner_and_own_weight():
-    wall = _wall(record(), "stem")
+    wall = wall_from(record(), "stem")
     check_wall(wall)
     ground, stone = wall.blocks
     assert wall.name == "stem"
@@ -36,9 +36,9 @@ def test_units_orientation_closing_corner_and_own_weight():
 
 def test_a_corner_written_twice_counts_once():
     corners = [[0, 0], [500, 0], [500, 0], [500, 300], [0, 300], [0, 300]]
-    stone = _wall(record(), "stem").blocks[1]
+    stone = wall_from(record(), "stem").blocks[1]
     blocks = [record()["blocks"][0], {"id": 9, "polygon": corners, "unit_weight": 30}]
-    assert _wall(record(blocks=blocks), "stem").blocks[1].polygon == pytest.approx(stone.polygon)
+    assert wall_from(record(blocks=blocks), "stem").blocks[1].polygon == pytest.approx(stone.polygon)
 
 
 def test_running_bond_staggers_its_courses_on_one_wider_support():
@@ -80,7 +80,7 @@ BLOCK = st.dictionaries(st.sampled_from(["id", "polygon", "fixed", "unit_weight"
 def test_no_block_file_gets_further_than_a_case_error(changes):
     said = ""
     try:
-        check_wall(_wall(record(**changes), "stem"))
+        check_wall(wall_from(record(**changes), "stem"))
     except CaseError as error:
         said = str(error)
     assert "\n" not in said
@@ -103,7 +103,7 @@ def test_unknown_keys_are_refused_and_information_is_not(tmp_path):
 
 def refusal(blocks):
     with pytest.raises(CaseError) as refused:
-        _wall(record(blocks=blocks), "stem")
+        wall_from(record(blocks=blocks), "stem")
     return str(refused.value)
 
 
@@ -125,14 +125,14 @@ def test_a_coordinate_whose_square_overflows_is_refused_without_a_warning(far, r
 def test_corners_that_differ_by_rounding_count_once(noise):
     ground, stone = record()["blocks"]
     corners = [[0, 0], [500, 0], [500, noise], [500, 300], [0, 300]]
-    read = _wall(record(blocks=[ground, stone | {"polygon": corners}]), "stem").blocks[1].polygon
+    read = wall_from(record(blocks=[ground, stone | {"polygon": corners}]), "stem").blocks[1].polygon
     assert read == pytest.approx(np.array([[0, 0], [0.5, 0], [0.5, 0.3], [0, 0.3]]), abs=1e-12)
     pointed = [*corners[:2], [500, 1e-3], *corners[3:]]
-    assert len(_wall(record(blocks=[ground, stone | {"polygon": pointed}]), "stem").blocks[1].polygon) == 5
+    assert len(wall_from(record(blocks=[ground, stone | {"polygon": pointed}]), "stem").blocks[1].polygon) == 5
 
 
 def test_name_is_the_file_s_own_or_its_stem_and_can_be_written(tmp_path):
-    assert _wall(record(name="north wall"), "stem").name == "north wall"
+    assert wall_from(record(name="north wall"), "stem").name == "north wall"
     (tmp_path / "wall.json").write_text(json.dumps(record(name="\ud800")))
     with pytest.raises(CaseError, match=r"wall\.json: name: '.ud800' is not UTF-8; rename it"):
         read_blocks(tmp_path / "wall.json")
@@ -151,9 +151,9 @@ def test_name_is_the_file_s_own_or_its_stem_and_can_be_written(tmp_path):
 def test_values_of_another_type_are_refused(change, complaint):
     ground, stone = record()["blocks"]
     with pytest.raises(CaseError, match=complaint):
-        _wall(record(blocks=[ground, stone | change]), "stem")
+        wall_from(record(blocks=[ground, stone | change]), "stem")
 
 
 def test_a_third_unit_is_refused():
     with pytest.raises(CaseError, match=r"units\.force: is not a known key; known keys are length, unit_weight"):
-        _wall(record(units={"length": "mm", "unit_weight": "kN/m3", "force": "kN"}), "stem")
+        wall_from(record(units={"length": "mm", "unit_weight": "kN/m3", "force": "kN"}), "stem")

@@ -8,7 +8,7 @@ import pytest
 from orchestrator.assessment.capacity import Bilinear
 from orchestrator.assessment.seismic.n2 import EquivalentSystem
 from orchestrator.assessment.seismic.observed import Observed
-from orchestrator.assessment.seismic.seismic_verification import CLAUSES, _n2
+from orchestrator.assessment.seismic.seismic_verification import CLAUSES, n2_check
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, ratio, verdict
 from orchestrator.present.page.seismic_page import LABELS
@@ -22,7 +22,7 @@ SHEAR = np.array([0.0, 80e3, 80e3, 64e3])
 def checked(settings, *, ends=20e-3, dropped=True, yields=4e-3, slip=0.0, share=1.0):
     line = Bilinear(80e3 / yields, 80e3, yields, ends, dropped)
     seen = Observed(np.array([0.0, yields, 0.5 * ends, ends]), SYSTEM, slip, share)
-    return [_n2("N2, micro-FE", settings, state, SHEAR, seen, line) for state in limit_states(settings)]
+    return [n2_check("N2, micro-FE", settings, state, SHEAR, seen, line) for state in limit_states(settings)]
 
 
 def test_a_curve_shorter_than_150_per_cent_of_the_target_says_so():
