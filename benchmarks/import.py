@@ -34,7 +34,7 @@ def main() -> None:
             case = cases.read(blocks)
             assemblage = driver.check(case)
             driver.examine(case, assemblage)
-            joints = len(assemblage.block_i)
+            joints = assemblage.joints.count
             print(f"{len(wall.blocks) - 1:6d}  {joints:6d}  {imported - began:9.2f}  {process_time() - imported:8.2f}")
 
 

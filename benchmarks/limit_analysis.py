@@ -44,7 +44,7 @@ def measured(blocks: int) -> dict[str, float | str]:
     analysed = process_time()
     return {
         "blocks": sum(not block.fixed for block in wall.blocks),
-        "joints": len(assemblage.block_i),
+        "joints": assemblage.joints.count,
         "associative": found.associative.load_multiplier,
         "headline": found.headline.load_multiplier,
         "found_by": found.headline.flow_rule,

@@ -98,7 +98,7 @@ def onset(motion: dict[str, np.ndarray], mass: np.ndarray) -> dict[str, float]:
 
 def compared(name: str, wall: Wall, python: str) -> Iterator[dict[str, Any]]:
     """Yield the rows of a wall: one for each ramp."""
-    expected = refuse_what_cannot_be_analysed(find_joints(wall, JointSettings()), 1, loads_on(wall)).load_multiplier
+    expected = refuse_what_cannot_be_analysed(find_joints(wall, JointSettings()), loads_on(wall)).load_multiplier
     found = stored(RESULTS / "lmgc90_plane" / f"{name}.json", lambda: pushed(wall, {}, expected))
     curve = np.array(found["curve"])
     highest = float(curve[curve[:, 3] == 0, 2].max())

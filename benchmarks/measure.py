@@ -25,6 +25,8 @@ from time import perf_counter, process_time
 
 import numpy as np
 
+from orchestrator.pushover.solids.nodal_loads import own_weight
+
 FOLDER = Path(__file__).parent
 SIZES = {33: (5, 6), 147: (10, 14), 512: (20, 25), 1012: (40, 25), 2012: (80, 25)}
 """blocks: (blocks per course, courses) of a running bond wall"""
@@ -60,7 +62,7 @@ def scaling(blocks: int, increments: int | None = INCREMENTS) -> dict[str, float
     assemblage = find_joints(running_bond(*SIZES[blocks]), JointSettings())
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(), None)
-    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), 1, MPI.COMM_WORLD, True)
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), MPI.COMM_WORLD, True)
     built, started = seconds(), process_time()
     stepping = SteppingSettings(largest_increments=increments) if increments else SteppingSettings()
     iterations = failed = 0
@@ -109,7 +111,8 @@ def benchmark1(large: bool) -> dict[str, dict[str, float]]:
     for name, bodies in (("macroblocks", segmented.bodies), ("micro-FE", stones)):
         began = process_time()
         meshes = mesh_bodies(bodies, case.mesh, None)
-        model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, MPI.COMM_SELF, large)
+        loads = own_weight(meshes, case.load.vector)
+        model = build_model(bodies, meshes, case.elastic, case.contact, MPI.COMM_SELF, large, loads)
         iterations = failed = 0
         with LinearSystem(model, MPI.COMM_SELF) as system:
             for last in Pushover(model, system, case.newton, case.stepping).increments():

@@ -29,6 +29,7 @@ PUBLIC = {
     "macroblocks.criteria": (
         "MacroblockSettings", "Partition", "merged", "one_body", "one_body_per_block", "partition_of",
     ),
+    "masonry.interfaces": ("Interfaces",),
     "masonry.joints": ("Assemblage", "JointClass", "JointSettings", "check_assemblage", "find_joints"),
     "masonry.sources.block_files": ("read_blocks",),
     "masonry.wall": ("Block", "Wall", "check_wall"),

@@ -31,6 +31,7 @@ from orchestrator.macroblocks.criteria import merged as merged
 from orchestrator.macroblocks.criteria import one_body as one_body
 from orchestrator.macroblocks.criteria import one_body_per_block as one_body_per_block
 from orchestrator.macroblocks.criteria import partition_of as partition_of
+from orchestrator.masonry.interfaces import Interfaces as Interfaces
 from orchestrator.masonry.joints import Assemblage as Assemblage
 from orchestrator.masonry.joints import JointClass as JointClass
 from orchestrator.masonry.joints import JointSettings as JointSettings
@@ -82,6 +83,7 @@ __all__ = [
     "DeadLoad",
     "ElasticSettings",
     "Increment",
+    "Interfaces",
     "JointClass",
     "JointSettings",
     "LimitAnalysis",

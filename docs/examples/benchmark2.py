@@ -28,7 +28,7 @@ def main(tolerances: Sequence[float] = (2.5e-7, 22.5e-6)) -> dict[int, PushoverC
     """Return the curve by number of macroblocks, for each tolerance tol_n."""
     case = read_case(CASE, ["stepping.final_displacement=1mm"])
     assemblage = find_joints(read_wall(case), case.joints)
-    analysis = analyse(assemblage, case.limit_analysis, case.load.sign)
+    analysis = analyse(assemblage, case.limit_analysis)
     print(f"micro-LA: {analysis.headline.load_multiplier:.4f}")
 
     curves = {}

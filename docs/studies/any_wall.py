@@ -121,14 +121,14 @@ def _read(wall: Wall, errors: dict[str, float], folder: Path, seed: int) -> dict
         case = cases.read(folder / "wall.json")
         assemblage = driver.check(case)
         loads = loads_on(assemblage.wall, case.load)
-        multiplier = refuse_what_cannot_be_analysed(assemblage, case.load.sign, loads).load_multiplier
+        multiplier = refuse_what_cannot_be_analysed(assemblage, loads).load_multiplier
         said = driver.lost_joints(assemblage, case.joints)
     except CaseError as error:
         return {"refused": str(error).replace(f"{folder}/", "")}
     except Exception as error:  # what this study is to find
         return {"refused": f"TRACEBACK {type(error).__name__}: {error}"}
     seconds = process_time() - began
-    joints = len(assemblage.block_i)
+    joints = assemblage.joints.count
     return {"joints": joints, "associative": multiplier, "warned": bool(said), "seconds_read": round(seconds, 3)}
 
 
@@ -164,7 +164,7 @@ def _pushed(name: str, case: cases.Case, assemblage: Assemblage, partition: Part
     try:
         meshes = mesh_bodies(bodies, case.mesh, None)
         loads = nodal_loads(assemblage.wall, bodies, meshes, case.load)
-        model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, MPI.COMM_SELF, True, loads)
+        model = build_model(bodies, meshes, case.elastic, case.contact, MPI.COMM_SELF, True, loads)
         with LinearSystem(model, MPI.COMM_SELF) as system:
             for increment in Pushover(model, system, case.newton, stepping).increments():
                 iterations += increment.iterations

@@ -67,7 +67,7 @@ def run(case: Case, segmented: Segmented, model: str, partition: Partition, cohe
     bodies = make_bodies(find_joints(segmented.assemblage.wall, JointSettings(classes=(bond,))), partition)
     stepping = SteppingSettings(final_displacement=END)
     increments = pushover_increments(
-        bodies, case.mesh, case.elastic, case.contact, case.newton, stepping, case.load.sign
+        bodies, case.mesh, case.elastic, case.contact, case.newton, stepping, tuple(case.load.vector)
     )
     curve, _, seconds = followed(increments, stepping)
     weight, level = segmented.analysis.weight, segmented.analysis.headline.load_multiplier / 2

@@ -29,6 +29,7 @@ from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb, yield_matrix
 from orchestrator.limit_analysis.validation import validate
+from orchestrator.loads import Loads, LoadSettings, loads_on
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.sources.block_files import read_blocks
@@ -82,15 +83,18 @@ def row(name: str, wall: Wall, direction: int) -> dict[str, object]:
     assemblage = find_joints(wall, JointSettings())
     free = sum(not block.fixed for block in wall.blocks)
     start: dict[str, object] = {"wall": name, "blocks": free, "friction": wall.friction, "direction": f"{direction:+d}"}
+    image = find_joints(mirrored(wall), JointSettings())
+    loads = loads_on(wall, LoadSettings("+x" if direction > 0 else "-x"))
+    mirrored_loads = loads_on(image.wall, LoadSettings("-x" if direction > 0 else "+x"))
     try:
-        found = analyse(assemblage, load_direction=direction)
+        found = analyse(assemblage, loads=loads)
         seconds = perf_counter() - began
-        behind = analyse(find_joints(mirrored(wall), JointSettings()), load_direction=-direction)
+        behind = analyse(image, loads=mirrored_loads)
     except (CaseError, ConvergenceError) as error:
         return {**start, "remark": str(error).split(":", 1)[1][:60].strip()}
     if found.non_associative_range is None:
-        found = replace(found, remarks=(falls_alone(assemblage, direction, found.associative),))
-    complaints = [text for state in STATES for text in invalid(assemblage, direction, state, getattr(found, state))]
+        found = replace(found, remarks=(falls_alone(assemblage, loads, found.associative),))
+    complaints = [text for state in STATES for text in invalid(assemblage, loads, state, getattr(found, state))]
     return {
         **start,
         "associative": shown(found.associative),
@@ -107,13 +111,13 @@ def row(name: str, wall: Wall, direction: int) -> dict[str, object]:
     }
 
 
-def falls_alone(assemblage: Assemblage, direction: int, state: LimitState) -> str:
+def falls_alone(assemblage: Assemblage, loads: Loads, state: LimitState) -> str:
     """Say at which multipliers the fastest block of a state may slide down alone, for which the live load does nothing.
 
     All joint forces within Coulomb's law that balance and from which friction takes the block's weight while it falls:
     the least and the largest multiplier among them, with HiGHS.
     """
-    equilibrium, friction = assemble_equilibrium(assemblage, direction), coulomb(assemblage)
+    equilibrium, friction = assemble_equilibrium(assemblage, loads), coulomb(assemblage)
     fastest = int(np.argmax(np.hypot(*state.mechanism.velocities[equilibrium.free_blocks, :2].T)))
     falls = np.zeros(len(equilibrium.dead_load))
     falls[3 * fastest + 1] = -1.0
@@ -141,11 +145,11 @@ def states_of(found: LimitAnalysis) -> list[LimitState]:
     return [state for state in states if state is not None]
 
 
-def invalid(assemblage: Assemblage, direction: int, name: str, state: LimitState | None) -> list[str]:
+def invalid(assemblage: Assemblage, loads: Loads, name: str, state: LimitState | None) -> list[str]:
     """Return what is wrong with a state that claims to have converged."""
     if state is None or not state.converged:
         return []
-    equilibrium = assemble_equilibrium(assemblage, direction)
+    equilibrium = assemble_equilibrium(assemblage, loads)
     return [f"{name}: {text}" for text in validate(assemblage, equilibrium, coulomb(assemblage), state).complaints]
 
 

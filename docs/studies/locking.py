@@ -35,7 +35,7 @@ FINE, COARSE = 2.5e-7, 1e-6
 
 def multipliers(assemblage: Assemblage, partition: Partition) -> list[str]:
     """Return number of bodies and both multipliers of them as rigid ones."""
-    found = [merged_multiplier(assemblage, partition.body_of_block, 1, rule) for rule in ("associative", "sequence")]
+    found = [merged_multiplier(assemblage, partition.body_of_block, rule) for rule in ("associative", "sequence")]
     return [str(partition.count), *("not settled" if value is None else f"{value:.4f}" for value in found)]
 
 

@@ -22,6 +22,9 @@ from typing import Any
 
 import numpy as np
 
+from orchestrator.loads import LoadSettings
+from orchestrator.pushover.solids.nodal_loads import own_weight
+
 PROJECT, FOLDER = Path(__file__).parents[2], Path(__file__).parent
 sys.path[:0] = [str(PROJECT), str(FOLDER)]
 
@@ -79,10 +82,12 @@ def pushed_wall(family: str, wall: Wall, direction: int, limit: float = LIMIT) -
     assemblage = find_joints(wall, JointSettings())
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(), None)
-    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), direction, MPI.COMM_SELF, True)
+    along = own_weight(meshes, np.array([direction, 0.0]))
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), MPI.COMM_SELF, True, along)
     height = float(np.ptp(meshes.nodes[:, 1]))
     stepping = SteppingSettings(final_displacement=height / 30)
-    expected = refuse_what_cannot_be_analysed(assemblage, direction, loads_on(wall)).load_multiplier
+    loads = loads_on(wall, LoadSettings("+x" if direction > 0 else "-x"))
+    expected = refuse_what_cannot_be_analysed(assemblage, loads).load_multiplier
     ended, kept = "", list[Increment]()
     try:
         with LinearSystem(model, MPI.COMM_SELF) as system:

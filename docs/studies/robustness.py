@@ -16,6 +16,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from time import process_time
 
+import numpy as np
 from mpi4py import MPI
 
 from orchestrator.basis.errors import CollapseError, ConvergenceError
@@ -27,6 +28,7 @@ from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.path.stepping import Pushover, end_of_curve
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.pushover.solids.nodal_loads import own_weight
 from orchestrator.pushover.solve.linear_system import LinearSystem
 
 FOLDER = Path(__file__).parent
@@ -55,7 +57,8 @@ def pushed(pattern: IrregularCourses, direction: int) -> dict[str, object]:
     assemblage = find_joints(irregular_courses(pattern), JointSettings())
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(), None)
-    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), direction, MPI.COMM_SELF, True)
+    along = own_weight(meshes, np.array([direction, 0.0]))
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), MPI.COMM_SELF, True, along)
     stepping = SteppingSettings(final_displacement=pattern.height / 30)
     iterations = failed = moving = fallen = 0
     last = None

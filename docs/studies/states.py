@@ -21,6 +21,7 @@ from robustness import WALLS
 
 from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.analysis import closes_joints
+from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import irregular_courses
 
@@ -32,7 +33,7 @@ NEAR, ABOVE = 0.015, 0.03
 def compared(wall: str, assemblage: Assemblage, direction: int, peak: float) -> dict[str, object]:
     """Analyse one wall in one direction and return its row of the table."""
     began = process_time()
-    found = analyse(assemblage, load_direction=direction)
+    found = analyse(assemblage, loads=loads_on(assemblage.wall, LoadSettings("+x" if direction > 0 else "-x")))
     headline = found.headline.load_multiplier
     return {
         "wall": wall,

@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from orchestrator import Assemblage, find_joints, read_case, read_wall
+from orchestrator.loads import Loads, loads_on
 from orchestrator.macroblocks.merged_blocks import merged_multiplier
 
 FOLDER = Path(__file__).parent
@@ -131,16 +132,18 @@ def rigid_multipliers(folder: Path, name: str) -> Callable[[str], str]:
     case = read_case(PROJECT / "templates" / f"{name}.toml")
     assemblage = find_joints(read_wall(case), case.joints)
 
+    loads = loads_on(assemblage.wall, case.load)
+
     @cache
     def multiplier(run: str) -> str:
-        return " / ".join(_multipliers(assemblage, folder / "runs" / run / "macroblocks.json", case.load.sign))
+        return " / ".join(_multipliers(assemblage, folder / "runs" / run / "macroblocks.json", loads))
 
     return multiplier
 
 
-def _multipliers(assemblage: Assemblage, file: Path, direction: int) -> Iterator[str]:
+def _multipliers(assemblage: Assemblage, file: Path, loads: Loads) -> Iterator[str]:
     bodies = np.array([entry["body"] for entry in json.loads(file.read_text())["body_of_block"]])
-    found = merged_multiplier(assemblage, bodies, direction, "sequence")
+    found = merged_multiplier(assemblage, bodies, "sequence", loads=loads)
     yield "not settled" if found is None else f"{found:.4f}"
 
 

@@ -125,7 +125,7 @@ def kept_file(assemblage: Assemblage, partition: Partition) -> Path:
     total = hashlib.sha256(partition.body_of_block.tobytes())
     for block in assemblage.wall.blocks:
         total.update(block.polygon.tobytes())
-    total.update(repr((assemblage.wall.thickness, assemblage.friction.tolist())).encode())
+    total.update(repr((assemblage.wall.thickness, assemblage.joints.friction.tolist())).encode())
     return RESULTS / "tolerances" / f"{total.hexdigest()[:16]}.json"
 
 
@@ -141,14 +141,14 @@ def rows_of(name: str, wall: Wall) -> Iterator[dict[str, Any]]:
     for macroblocks, partition, choosing in partitions(assemblage, analysis):
         found = pushed(assemblage, partition)
         reference = reference or found
-        rigid = merged_multiplier(assemblage, partition.body_of_block, 1, "sequence")
+        rigid = merged_multiplier(assemblage, partition.body_of_block, "sequence")
         yield {
             "wall": name,
             "stones": sum(not block.fixed for block in wall.blocks),
-            "joints_of_wall": len(assemblage.block_i),
+            "joints_of_wall": assemblage.joints.count,
             "macroblocks": macroblocks,
             "bodies": partition.count,
-            "joints": len(assemblage.block_i) - len(partition.vanished_joints),
+            "joints": assemblage.joints.count - len(partition.vanished_joints),
             "contacts": found["contacts"],
             "micro_LA": micro.load_multiplier,
             "micro_LA_range": f"{least:.4f}-{largest:.4f}",

@@ -50,7 +50,7 @@ def check(case: Case, place: str, figures: Path, console: Console) -> int:
         console.print(f"{place}: {remark}", soft_wrap=True, markup=False)
     pictures = ", ".join(str(_draw(one, assemblage, name, figures)) for name, one in cases.items())
     free = sum(not block.fixed for block in wall.blocks)
-    counted = f"{free} blocks, {len(assemblage.block_i)} joints"
+    counted = f"{free} blocks, {assemblage.joints.count} joints"
     counted += f", {len(cases)} load cases" if case.load.cases else ""
     verdict = "see the warnings above" if warnings else "nothing to complain about"
     console.print(f"{place}: {counted}, {verdict}; {pictures}", soft_wrap=True, markup=False)

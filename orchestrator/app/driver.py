@@ -91,7 +91,7 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
         loads = loads_on(assemblage.wall, case.load)
         tied = with_ties(assemblage, case.reinforcement.ties)
     with naming(case.block_file):
-        refuse_what_cannot_be_analysed(tied, case.load.sign, loads)
+        refuse_what_cannot_be_analysed(tied, loads)
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
     if case.reinforcement.ties:
         said.append("WARNING: check, limit, segment and run take ties; study and export do not yet")
@@ -146,7 +146,7 @@ def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
         loads = loads_on(assemblage.wall, case.load)
         assemblage = with_ties(assemblage, case.reinforcement.ties)
     with naming(case.block_file):
-        return assemblage, analyse(assemblage, case.limit_analysis, case.load.sign, loads)
+        return assemblage, analyse(assemblage, case.limit_analysis, loads)
 
 
 def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:
@@ -180,14 +180,13 @@ def segment(case: Case) -> Segmented:
     tied, analysis = limit(case)
     assemblage = check(case) if case.reinforcement.ties else tied
     with naming(case.file):
-        loads = loads_on(assemblage.wall, case.load)
         criteria = case.macroblocks
         if criteria.choose == "automatic":  # a case file that says so and has tolerances has them for `study`
             criteria = MacroblockSettings(margin=criteria.margin)
-        partition = macroblocks_of(assemblage, analysis, criteria, loads, tied)
+        partition = macroblocks_of(assemblage, analysis, criteria, tied)
     idle = idle_ties(assemblage.wall, case.reinforcement.ties, partition.body_of_block)
     partition = replace(partition, remarks=(*partition.remarks, *idle))
-    analysis = of_first_joints(analysis, len(assemblage.block_i))
+    analysis = of_first_joints(analysis, assemblage.joints.count)
     return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from orchestrator.app.driver import Segmented
 from orchestrator.app.pushover_run import mesh_cache
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import IntArray
 from orchestrator.basis.atomic_files import replacing
 from orchestrator.basis.errors import CaseError
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
@@ -61,7 +61,7 @@ def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multip
     if kind in ("calculix", "abaqus") and (key := case.load.beyond_default):
         problem = "decks carry weight and a horizontal load proportional to mass only"
         raise CaseError(key, problem, "leave it out, or export the mesh", str(case.file))
-    joints = segmented.assemblage
+    joints = segmented.assemblage.joints
     laws = (1.0 / joints.normal_stiffness, 1.0 / joints.shear_stiffness, 1.0 / joints.compressive_strength)
     if kind in ("calculix", "abaqus") and any(law.any() for law in laws):
         problem = "decks carry rigid joints that do not crush"
@@ -80,7 +80,7 @@ def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multip
         return
     dialect: Dialect = "calculix" if kind == "calculix" else "abaqus"
     load = segmented.analysis.headline.load_multiplier if multiplier is None else multiplier
-    write_text(path, deck(bodies, case, case.load.sign * load, dialect))
+    write_text(path, deck(bodies, case, float(case.load.vector[0]) * load, dialect))
 
 
 def deck(bodies: Bodies, case: Case, multiplier: float, dialect: Dialect) -> str:
@@ -112,8 +112,8 @@ def contact_pairs(bodies: Bodies, meshes: BodyMeshes) -> Iterator[ContactPair]:
     touching = touching_faces(bodies, faces, sides)
     face_of = _faces(meshes.tetrahedra)
     joined: dict[tuple[int, int, float], list[tuple[IntArray, IntArray]]] = {}
-    for k in range(len(bodies.body_i)):
-        key = int(touching.slave_face[k]), int(touching.master_face[k]), float(bodies.friction[k])
+    for k in range(bodies.interfaces.count):
+        key = int(touching.slave_face[k]), int(touching.master_face[k]), float(bodies.interfaces.friction[k])
         part = np.unique(sides[touching.slave_edge[k]]), sides[touching.master_edge[k]]
         joined.setdefault(key, []).append(part)
     for key, parts in joined.items():
@@ -203,9 +203,9 @@ def _weight(meshes: BodyMeshes, moving: int) -> float:
 
 def _bed_pressure(bodies: Bodies, meshes: BodyMeshes) -> float:
     """Return weight over the area of the joints on the supports, N/m2."""
-    on_support = np.maximum(bodies.body_i, bodies.body_j) >= bodies.moving
-    length: FloatArray = np.linalg.norm(bodies.end - bodies.start, axis=1)
-    return _weight(meshes, bodies.moving) / (float(length[on_support].sum()) * bodies.thickness)
+    on_support = np.maximum(bodies.interfaces.i, bodies.interfaces.j) >= bodies.moving
+    length = bodies.interfaces.length[on_support].sum()
+    return _weight(meshes, bodies.moving) / (float(length) * bodies.thickness)
 
 
 def _step(name: str, multiplier: float, dialect: Dialect) -> Iterator[str]:

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
 
 SAME_LOAD = 1e-9
-"""part by which the horizontal live load of limit analysis and of `push` may differ: rounding"""
+"""part by which the live loads of limit analysis and of `push` may differ: rounding"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -114,7 +114,7 @@ def _model_of(
 
     settings = (elastic or ElasticSettings(), contact or ContactSettings())
     loads = nodal_loads(assemblage.wall, bodies, meshes, load)
-    return build_model(bodies, meshes, *settings, load.sign, this_rank(), large, loads)
+    return build_model(bodies, meshes, *settings, this_rank(), large, loads)
 
 
 def follow(
@@ -224,9 +224,9 @@ def _is_every_block(partition: Partition) -> bool:
 def _refuse_other_loads(assemblage: Assemblage, analysis: LimitAnalysis, load: LoadSettings) -> None:
     """Raise CaseError for a limit analysis that was made under other loads."""
     free = [not block.fixed for block in assemblage.wall.blocks]
-    pushed = float(loads_on(assemblage.wall, load).along_x[free, 0].sum())
-    if analysis.load_direction != load.sign or abs(pushed - analysis.horizontal_load) > SAME_LOAD * pushed:
-        remedy = "give `analyse` the direction load.sign and the loads loads_on(wall, load), and `push` the same load"
+    pushed, analysed = (loads.live[free, :2] for loads in (loads_on(assemblage.wall, load), analysis.loads))
+    if np.abs(pushed - analysed).sum() > SAME_LOAD * np.abs(pushed).sum():
+        remedy = "give `analyse` the loads loads_on(wall, load), and `push` the same load"
         raise CaseError("load", "is not the load of this limit analysis", remedy)
 
 

@@ -115,7 +115,7 @@ def _follow(
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()
     large = case.stepping.large_displacement
-    contact_model = build_model(bodies, meshes, case.elastic, case.contact, case.load.sign, working, large, loads, ties)
+    contact_model = build_model(bodies, meshes, case.elastic, case.contact, working, large, loads, ties)
     assembled = perf_counter()
 
     def keep(increment: Increment) -> None:
@@ -170,7 +170,7 @@ def _opened(store: storage.StateStore, resume: bool) -> Increment | None:
 def _fingerprint(case: Case, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> str:
     """Return a hash of everything that an increment depends on: identity of the run, bodies, and their meshes."""
     total = hashlib.sha256(identity(case, wall).encode())
-    for array in (meshes.nodes, meshes.tetrahedra, bodies.start, bodies.end):
+    for array in (meshes.nodes, meshes.tetrahedra, bodies.interfaces.start, bodies.interfaces.end):
         total.update(array.tobytes())
     total.update(repr([body.parts for body in bodies.bodies]).encode())
     return total.hexdigest()

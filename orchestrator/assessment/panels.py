@@ -164,12 +164,12 @@ def cut(assemblage: Assemblage, panels: Sequence[Panel], at: float) -> tuple[Sec
     beyond = block_centroids(wall)[:, axis] > at
     free = np.array([not block.fixed for block in wall.blocks])
     beyond &= free
-    first, second = beyond[assemblage.block_i], beyond[assemblage.block_j]
+    first, second = beyond[assemblage.joints.i], beyond[assemblage.joints.j]
     crossing = first != second
     if axis == 0:  # a support carries what reaches it: it is on neither side of a vertical cut
-        crossing &= free[assemblage.block_i] & free[assemblage.block_j]
+        crossing &= free[assemblage.joints.i] & free[assemblage.joints.j]
     joints = np.flatnonzero(crossing)
-    along = assemblage.midpoint[joints, 1 - axis]
+    along = assemblage.joints.centroid[joints, 1 - axis]
     ends = [(p.bottom, p.top) if p.horizontal else (p.left, p.right) for p in panels]
     distance = np.array([np.maximum(np.maximum(low - along, along - high), 0.0) for low, high in ends])
     owner = distance.argmin(axis=0) if len(joints) else np.zeros(0, dtype=np.int64)
@@ -177,7 +177,7 @@ def cut(assemblage: Assemblage, panels: Sequence[Panel], at: float) -> tuple[Sec
     for number, (panel, (low, high)) in enumerate(zip(panels, ends, strict=True)):
         own = joints[owner == number]
         sign = np.where(second[own], 1.0, -1.0)
-        lower = np.unique(np.where(second[own], assemblage.block_i[own], assemblage.block_j[own]))
+        lower = np.unique(np.where(second[own], assemblage.joints.i[own], assemblage.joints.j[own]))
         centre = np.array([at, at])
         centre[1 - axis] = 0.5 * (low + high)
         sections.append(Section(panel, at, own, read_only(sign), lower, read_only(centre)))

@@ -17,6 +17,7 @@ import numpy as np
 
 from orchestrator.assessment.panels import Section, cut, piers, rows, spandrels
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.geometry.rigid import cross
 from orchestrator.masonry.joints import Assemblage
 
 
@@ -55,23 +56,16 @@ class Reaction:
 def forces_on_j(assemblage: Assemblage, joint_forces: FloatArray) -> FloatArray:
     """Return the forces (k, 2) in N that block i exerts on block j in every joint; joint_forces (k, 3) in N."""
     normal = joint_forces[:, :2].sum(axis=1)[:, None]
-    return np.asarray(normal * assemblage.normal + joint_forces[:, 2:] * assemblage.tangent)
+    return np.asarray(normal * assemblage.joints.normal + joint_forces[:, 2:] * assemblage.joints.tangent)
 
 
 def moments_on_j(assemblage: Assemblage, joint_forces: FloatArray, about: FloatArray) -> FloatArray:
     """Return the moments (k,) in N m of the same forces about a point (2,)."""
-    at_start = joint_forces[:, :1] * assemblage.normal
-    at_end = joint_forces[:, 1:2] * assemblage.normal
-    along = joint_forces[:, 2:] * assemblage.tangent
-    return (
-        _moment(assemblage.start - about, at_start)
-        + _moment(assemblage.end - about, at_end)
-        + _moment(assemblage.midpoint - about, along)
+    at_start, at_end, along = (
+        cross(point - about, size[:, None] * direction)
+        for (point, direction), size in zip(assemblage.joints.acting, joint_forces.T, strict=True)
     )
-
-
-def _moment(arm: FloatArray, force: FloatArray) -> FloatArray:
-    return np.asarray(arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])
+    return at_start + at_end + along
 
 
 def section_forces(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[SectionForce, ...]:
@@ -103,14 +97,14 @@ def _of(
 
 def reactions(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[Reaction, ...]:
     """Return what every support that carries anything exerts on the wall."""
-    on_j = forces_on_j(assemblage, joint_forces)
+    on_j, between = forces_on_j(assemblage, joint_forces), assemblage.joints
     found = []
     for position, block in enumerate(assemblage.wall.blocks):
-        as_i, as_j = (np.flatnonzero(side == position) for side in (assemblage.block_i, assemblage.block_j))
+        as_i, as_j = (np.flatnonzero(side == position) for side in (between.i, between.j))
         if not block.fixed or not len(as_i) + len(as_j):
             continue
         joints, sign = np.concatenate([as_i, as_j]), np.repeat([1.0, -1.0], [len(as_i), len(as_j)])
-        at = np.average(assemblage.midpoint[joints], axis=0, weights=assemblage.length[joints])
+        at = np.average(between.centroid[joints], axis=0, weights=between.length[joints])
         force = (sign[:, None] * on_j[joints]).sum(axis=0)
         moment = float(sign @ moments_on_j(assemblage, joint_forces, at)[joints])
         found.append(Reaction(block.id, float(at[0]), float(at[1]), float(force[0]), float(force[1]), moment))

@@ -11,6 +11,7 @@ import shapely
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.geometry.outline_rings import ROUNDING
 from orchestrator.geometry.planar_map import OUTSIDE, PlanarMap, planar_map
+from orchestrator.geometry.rigid import cross
 
 BEND = 1 / 20
 """part of its length by which the joint of two blocks may bend where a drawing has arcs, and still be one straight
@@ -54,7 +55,7 @@ def heal(
 def _corners(ring: FloatArray) -> FloatArray:
     """Return the ring (n, 2) without points on its straight edges, as the corners of other blocks are."""
     chord, arm = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0), ring - np.roll(ring, 1, axis=0)
-    height = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
+    height = np.abs(cross(chord, arm))
     return read_only(ring[~(height < ROUNDING * np.sum(chord**2, axis=1))])
 
 

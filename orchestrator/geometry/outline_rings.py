@@ -11,6 +11,7 @@ import numpy.typing as npt
 import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.geometry.rigid import cross
 from orchestrator.geometry.ring_geometry import area_of, foot_on, kept_of_chain, rows_between
 
 ROUNDING = 1e-9
@@ -156,7 +157,7 @@ class Rings:
         along, arm = (b - a)[e], self.point[vertices[v]] - a[e]
         square = np.sum(along**2, axis=1)
         place = np.sum(along * arm, axis=1) / square
-        distance = np.abs(along[:, 0] * arm[:, 1] - along[:, 1] * arm[:, 0]) / np.sqrt(square)
+        distance = np.abs(cross(along, arm)) / np.sqrt(square)
         beside = (place > 0) & (place < 1) & (distance <= within)
         order = np.lexsort((rows[e], distance, self.block[rows[e]], vertices[v]))
         order = order[beside[order]]

@@ -12,6 +12,7 @@ import numpy as np
 import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.geometry.rigid import cross
 
 FLAT = 1e-4
 """Part of a block's size by which the corners of a face may lie off their common plane."""
@@ -212,7 +213,7 @@ def _cut_ears(polygon: FloatArray) -> list[tuple[int, int, int]]:
         for k in range(len(left)):
             a, b, c = left[k - 1], left[k], left[(k + 1) % len(left)]
             others = polygon[[other for other in left if other not in (a, b, c)]]
-            if _cross(polygon[b] - polygon[a], polygon[c] - polygon[b]) > 0 and not _inside(polygon[[a, b, c]], others):
+            if cross(polygon[b] - polygon[a], polygon[c] - polygon[b]) > 0 and not _inside(polygon[[a, b, c]], others):
                 found.append((a, b, c))
                 del left[k]
                 break
@@ -221,16 +222,12 @@ def _cut_ears(polygon: FloatArray) -> list[tuple[int, int, int]]:
     return [*found, *((left[0], left[k], left[k + 1]) for k in range(1, len(left) - 1))]
 
 
-def _cross(a: FloatArray, b: FloatArray) -> float:
-    return float(a[0] * b[1] - a[1] * b[0])
-
-
 def _inside(triangle: FloatArray, points: FloatArray) -> bool:
     """Return whether one of the points (n, 2) lies inside a counter-clockwise triangle (3, 2)."""
     inside = np.ones(len(points), dtype=bool)
     for start, end in zip(triangle, np.roll(triangle, -1, axis=0), strict=True):
         edge, arm = end - start, points - start
-        inside &= edge[0] * arm[:, 1] - edge[1] * arm[:, 0] > 0
+        inside &= cross(edge, arm) > 0
     return bool(inside.any())
 
 

@@ -31,7 +31,7 @@ from orchestrator.limit_analysis.search.other_states import (
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.validation import LIMITS
-from orchestrator.loads.block_loads import Loads
+from orchestrator.loads.block_loads import Loads, loads_on
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
@@ -53,24 +53,22 @@ CLOSED_BY = {
 def analyse(
     assemblage: Assemblage,
     settings: LimitAnalysisSettings | None = None,
-    load_direction: int = 1,
     loads: Loads | None = None,
 ) -> LimitAnalysis:
     """Analyse an assemblage under its dead load and lambda times its live load.
 
-    load_direction is +1 or -1 (along x); without `loads` both are the weight of every block. The wall is analysed in
-    its standard view: neither its numbering nor the side it is seen from matters. Raises CaseError when the wall
+    Without `loads` both are the weight of every block, the live load along +x. The wall is analysed in its standard
+    view: neither its numbering nor the side it is seen from matters. Raises CaseError when the wall
     cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative program
     cannot be solved. A non-associative answer that cannot be found is None, and `remarks` says why. Source:
     docs/theory.md.
     """
-    assert load_direction in (1, -1)
     started = perf_counter()
-    settings = settings or LimitAnalysisSettings()
-    view = standard_view(assemblage, load_direction, loads)
-    equilibrium = assemble_equilibrium(view.assemblage, 1, view.loads)
+    settings, loads = settings or LimitAnalysisSettings(), loads or loads_on(assemblage.wall)
+    view = standard_view(assemblage, loads)
+    equilibrium = assemble_equilibrium(view.assemblage, view.loads)
     problem = Problem(view.assemblage, equilibrium, coulomb(view.assemblage, equilibrium.dead_total))
-    blocks, joints = len(equilibrium.free_blocks), len(assemblage.block_i)
+    blocks, joints = len(equilibrium.free_blocks), assemblage.joints.count
     logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
     bound = optimum.load_multiplier
@@ -83,7 +81,7 @@ def analyse(
     other = others(problem, optimum, met, sequence, settings)
     met = None if met is None else closed_by_others(met, other)
     answer = LimitAnalysis(
-        load_direction=1,
+        loads=loads,
         weight=problem.equilibrium.total_weight,
         horizontal_load=problem.equilibrium.base_shear,
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
@@ -100,7 +98,7 @@ def analyse(
         interval=met.spread if met else None,
         associative_left=bound_left(problem, met),
     )
-    return view.carried_back(answer, assemble_equilibrium(assemblage, load_direction, loads))
+    return view.carried_back(answer, assemble_equilibrium(assemblage, loads))
 
 
 def closed_by_others(met: Loaded, other: Others) -> Loaded:

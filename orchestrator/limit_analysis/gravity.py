@@ -66,13 +66,13 @@ def associative_optimum(problem: Problem) -> LimitSolution:
         raise CaseError("wall", text, "the drawing is on the verge of collapse; give blocks more bearing") from error
 
 
-def problem_of(assemblage: Assemblage, load_direction: int = 1, loads: Loads | None = None) -> Problem:
+def problem_of(assemblage: Assemblage, loads: Loads | None = None) -> Problem:
     """Return what all linear programs of a wall share; without `loads` dead and live load are every block's weight."""
-    equilibrium = assemble_equilibrium(assemblage, load_direction, loads)
+    equilibrium = assemble_equilibrium(assemblage, loads)
     return Problem(assemblage, equilibrium, coulomb(assemblage, equilibrium.dead_total))
 
 
-def refuse_what_cannot_be_analysed(assemblage: Assemblage, load_direction: int, loads: Loads) -> LimitSolution:
+def refuse_what_cannot_be_analysed(assemblage: Assemblage, loads: Loads) -> LimitSolution:
     """Raise the CaseError that `analyse` would raise for this wall; return the associative optimum."""
-    problem = problem_of(assemblage, load_direction, loads)
+    problem = problem_of(assemblage, loads)
     return side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))[1]

@@ -36,7 +36,7 @@ def settlement_equilibrium(
     if position is None:
         supports = ", ".join(str(block.id) for block in assemblage.wall.blocks if block.fixed)
         raise CaseError("settlement.support", f"block {support} is not a support", f"supports are {supports}")
-    standing = assemble_equilibrium(assemblage, 1, loads)
+    standing = assemble_equilibrium(assemblage, loads)
     free = np.sort(np.append(standing.free_blocks, position))
     row = 3 * int(np.searchsorted(free, position))
     direction = np.array([np.cos(angle), np.sin(angle), 0.0])

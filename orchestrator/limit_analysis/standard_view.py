@@ -28,7 +28,8 @@ from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.loads.block_loads import Loads, loads_on
-from orchestrator.masonry.block_properties import block_centroids
+from orchestrator.masonry.block_properties import block_centroids, thinner
+from orchestrator.masonry.interfaces import STRENGTHS, straight_interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
 
@@ -45,7 +46,7 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StandardView:
-    """A wall with its joints and loads as analysed, the load along +x, and the way back.
+    """A wall with its joints and loads as analysed, the load towards +x, and the way back.
 
     block (n,), joint (k,): the original's numbers in the order of the view; interchanged (k,): joints whose start is
     the original's end; mirror: -1 where the view is a mirror image, else 1.
@@ -64,7 +65,6 @@ class StandardView:
         failures = [replace(failure, state=self._state(failure.state, None)) for failure in found.local_failures]
         return replace(
             found,
-            load_direction=self.mirror,
             associative=self._state(found.associative, equilibrium),
             sequence=found.sequence and self._state(found.sequence, equilibrium),
             path=found.path and self._state(found.path, standing),
@@ -100,52 +100,45 @@ class StandardView:
         )
 
 
-def standard_view(assemblage: Assemblage, load_direction: int, loads: Loads | None = None) -> StandardView:
-    """Return the view of an assemblage under a load in `load_direction` (+1 or -1); without `loads`: its weight."""
+def standard_view(assemblage: Assemblage, loads: Loads | None = None) -> StandardView:
+    """Return the view of an assemblage under loads, by default its weight and the same forces along +x."""
     wall, loads = assemblage.wall, loads or loads_on(assemblage.wall)
-    seen = np.array([load_direction, 1.0])
+    mirror = -1 if loads.direction[0] < 0 else 1
+    seen = np.array([mirror, 1.0])
     corners = np.vstack([block.polygon for block in wall.blocks]) * seen
     origin = corners.min(axis=0)
-    outlines = [_outline(block, seen, origin, load_direction) for block in wall.blocks]
+    outlines = [_outline(block, seen, origin, mirror) for block in wall.blocks]
     moved = Wall(wall.name, tuple(outlines), wall.thickness, wall.friction)
     places = np.round(block_centroids(moved), SORTED)
     block = np.lexsort([places[:, 0], places[:, 1]])
     moved = replace(moved, blocks=tuple(outlines[number] for number in block))
     number = np.argsort(block)
-    i, j = number[assemblage.block_i], number[assemblage.block_j]
-    interchanged = (i > j) ^ (load_direction < 0)
-    ends = [_on_corners(np.round(end * seen - origin, PICOMETRE), moved) for end in (assemblage.start, assemblage.end)]
+    joints = assemblage.joints
+    i, j = number[joints.i], number[joints.j]
+    interchanged = (i > j) ^ (mirror < 0)
+    ends = [_on_corners(np.round(end * seen - origin, PICOMETRE), moved) for end in (joints.start, joints.end)]
     start, end = (np.where(interchanged[:, None], other, one) for one, other in (ends, ends[::-1]))
     middle = np.round(0.5 * (start + end), SORTED)
-    joint = np.lexsort([middle[:, 1], middle[:, 0], np.maximum(i, j), np.minimum(i, j)])
-    turned = np.array([load_direction, 1.0, load_direction])
+    pair = np.minimum(i, j), np.maximum(i, j)
+    joint = np.lexsort([middle[:, 1], middle[:, 0], *pair[::-1]])
+    joints_seen = replace(
+        straight_interfaces(*pair, start, end, thinner(moved, *pair), joints.friction),
+        **{name: getattr(joints, name) for name in STRENGTHS},
+    )
+    turned = np.array([mirror, 1.0, mirror])
     return StandardView(
-        assemblage=Assemblage(
-            wall=moved,
-            block_i=read_only(np.minimum(i, j)[joint], np.int64),
-            block_j=read_only(np.maximum(i, j)[joint], np.int64),
-            start=read_only(start[joint]),
-            end=read_only(end[joint]),
-            friction=read_only(assemblage.friction[joint]),
-            cohesion=read_only(assemblage.cohesion[joint]),
-            tensile_strength=read_only(assemblage.tensile_strength[joint]),
-            compressive_strength=read_only(assemblage.compressive_strength[joint]),
-        ),
-        loads=Loads(
-            dead=read_only((loads.dead * turned)[block]),
-            along_x=read_only((load_direction * loads.along_x * turned)[block]),
-            upright=read_only((loads.upright * turned)[block]),
-        ),
+        assemblage=Assemblage(moved, joints_seen.part(joint)),
+        loads=Loads(loads.dead * turned, loads.live * turned, read_only(loads.direction * seen)).of_blocks(block),
         block=read_only(block, np.int64),
         joint=read_only(joint, np.int64),
         interchanged=interchanged[joint],
-        mirror=load_direction,
+        mirror=mirror,
     )
 
 
-def _outline(block: Block, seen: FloatArray, origin: FloatArray, load_direction: int) -> Block:
+def _outline(block: Block, seen: FloatArray, origin: FloatArray, mirror: int) -> Block:
     """Return a block in the view, its outline counter-clockwise from the leftmost (lowest) corner."""
-    polygon = np.round(block.polygon * seen - origin, PICOMETRE)[::load_direction]
+    polygon = np.round(block.polygon * seen - origin, PICOMETRE)[::mirror]
     first = int(np.lexsort([polygon[:, 1], polygon[:, 0]])[0])
     return replace(block, polygon=read_only(np.roll(polygon, -first, axis=0)))
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import FloatArray
+from orchestrator.geometry.rigid import cross, velocity_of_points
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.paper.mechanism import CLOSED
@@ -100,34 +101,27 @@ def validate(
 
 def block_forces(assemblage: Assemblage, forces: FloatArray) -> FloatArray:
     """Resultants (n, 3) in N and N m about the centroids of what joint forces (k, 3) do to the blocks."""
-    wall_forces = np.zeros((len(assemblage.wall.blocks), 3))
+    wall_forces, joints = np.zeros((len(assemblage.wall.blocks), 3)), assemblage.joints
     centroids = block_centroids(assemblage.wall)
     acting = (
-        (assemblage.start, forces[:, :1] * assemblage.normal),
-        (assemblage.end, forces[:, 1:2] * assemblage.normal),
-        (assemblage.midpoint, forces[:, 2:] * assemblage.tangent),
+        (joints.start, forces[:, :1] * joints.normal),
+        (joints.end, forces[:, 1:2] * joints.normal),
+        (joints.centroid, forces[:, 2:] * joints.tangent),
     )
-    for block, sign in ((assemblage.block_j, 1.0), (assemblage.block_i, -1.0)):
+    for block, sign in ((joints.j, 1.0), (joints.i, -1.0)):
         for point, force in acting:
-            arm = point - centroids[block]
-            moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+            moment = cross(point - centroids[block], force)
             np.add.at(wall_forces, block, sign * np.column_stack([force, moment]))
     return wall_forces
 
 
 def rates_at_joints(assemblage: Assemblage, velocities: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Openings (k, 2) at start and end and slips (k,) in m/s of blocks that move with velocities (n, 3)."""
-    apart = [
-        _velocity_at(assemblage, velocities, assemblage.block_j, point)
-        - _velocity_at(assemblage, velocities, assemblage.block_i, point)
-        for point in (assemblage.start, assemblage.end)
+    joints, centroids = assemblage.joints, block_centroids(assemblage.wall)
+    sides = [
+        [velocity_of_points(velocities[block], point - centroids[block]) for block in (joints.j, joints.i)]
+        for point in (joints.start, joints.end)
     ]
-    opening = np.column_stack([np.sum(rate * assemblage.normal, axis=1) for rate in apart])
-    return opening, np.sum(apart[0] * assemblage.tangent, axis=1)
-
-
-def _velocity_at(assemblage: Assemblage, velocities: FloatArray, block: IntArray, point: FloatArray) -> FloatArray:
-    """Velocities (k, 2) of points (k, 2) of blocks (k,)."""
-    arm = point - block_centroids(assemblage.wall)[block]
-    u, v, omega = velocities[block].T
-    return np.column_stack([u - omega * arm[:, 1], v + omega * arm[:, 0]])
+    apart = [of_j - of_i for of_j, of_i in sides]
+    opening = np.column_stack([np.sum(rate * joints.normal, axis=1) for rate in apart])
+    return opening, np.sum(apart[0] * joints.tangent, axis=1)

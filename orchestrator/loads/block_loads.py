@@ -5,8 +5,8 @@
             where it stands; "mass_height" multiplies by the height above the base, scaled to the same resultant;
             "per_block" are given forces at the centroids of the blocks named
 
-The direction is +x or -x, turned upwards by `inclination`. Only the part along x changes sign with the direction: a
-wall's mirror image under the opposite load has the same answer.
+The direction is +x or -x, turned upwards by `inclination`: a unit vector in the loads. A wall's mirror image under the
+mirrored load has the same answer.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
+import numpy.typing as npt
 from annotated_types import Ge, Gt, Le, MinLen
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
+from orchestrator.geometry.rigid import cross
 from orchestrator.loads.dead_loads import (
     DeadLoad,
     Placed,
@@ -90,9 +92,10 @@ class LoadSettings:
     """whether +x and -x, each with mass and with mass x height, are load cases too, before those in `cases`"""
 
     @property
-    def sign(self) -> int:
-        """+1 or -1."""
-        return 1 if self.direction == "+x" else -1
+    def vector(self) -> FloatArray:
+        """Unit vector (2,) of the live load."""
+        forward = 1.0 if self.direction == "+x" else -1.0
+        return np.array([forward * math.cos(self.inclination), math.sin(self.inclination)])
 
     @property
     def name(self) -> str:
@@ -143,29 +146,33 @@ def load_cases(settings: LoadSettings) -> dict[str, LoadSettings]:
 class Loads:
     """Force (N) and moment about the centroid (N m, counter-clockwise) on each of n blocks, supports included.
 
-    dead (n, 3): all dead load. along_x, upright (n, 3): the parts of the live load for +x that come from its horizontal
-    and from its vertical component.
+    dead (n, 3): all dead load; live (n, 3): at a load multiplier of 1; direction (2,): unit vector of the live load.
     """
 
     dead: FloatArray
-    along_x: FloatArray
-    upright: FloatArray
+    live: FloatArray
+    direction: FloatArray
 
-    def live(self, direction: int) -> FloatArray:
-        """Live load (n, 3) at a load multiplier of 1, for direction +1 or -1."""
-        return direction * self.along_x + self.upright
+    def of_blocks(self, which: npt.NDArray[np.bool_] | IntArray) -> Loads:
+        """Return the loads on some of the blocks, or on all of them in another order."""
+        return replace(self, dead=read_only(self.dead[which]), live=read_only(self.live[which]))
+
+
+def horizontal(direction: FloatArray) -> FloatArray:
+    """Return the unit vector (2,) along the horizontal part of a live load's direction (2,)."""
+    return np.array([np.copysign(1.0, direction[0]), 0.0])
 
 
 def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
     """Return the loads on a wall: by default its weight, and the same forces along x. Raises CaseError."""
     settings = settings or LoadSettings()
     live = live_loads(wall, settings)
-    horizontal, vertical = live.size * math.cos(settings.inclination), live.size * math.sin(settings.inclination)
-    nothing = np.zeros_like(live.size)
+    parts = (np.outer(live.size, part) for part in np.diag(settings.vector))
+    sideways, upwards = (_on_blocks(wall, live.block, live.point, part) for part in parts)
     return Loads(
         dead=read_only(_dead(wall, settings)),
-        along_x=read_only(_on_blocks(wall, live.block, live.point, np.column_stack([horizontal, nothing]))),
-        upright=read_only(_on_blocks(wall, live.block, live.point, np.column_stack([nothing, vertical]))),
+        live=read_only(sideways + upwards),
+        direction=read_only(settings.vector),
     )
 
 
@@ -221,8 +228,7 @@ def _dead(wall: Wall, settings: LoadSettings) -> FloatArray:
 
 def _on_blocks(wall: Wall, block: IntArray, point: FloatArray, force: FloatArray) -> FloatArray:
     """Sum forces (p, 2) at points (p, 2) into force and moment about the centroid of each block, (n, 3)."""
-    arm = point - block_centroids(wall)[block]
-    moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+    moment = cross(point - block_centroids(wall)[block], force)
     total = np.zeros((len(wall.blocks), 3))
     np.add.at(total, block, np.column_stack([force, moment]))
     return total

@@ -26,13 +26,13 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.errors import ConvergenceError
+from orchestrator.geometry.rigid import cross, polar_moment
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, Mechanism
 from orchestrator.limit_analysis.paper.equilibrium import block_areas, block_centroids, block_weights
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.search.loading import joints_left, part_of
 from orchestrator.limit_analysis.search.lower_states import BALANCE, TwoPrograms, descent
-from orchestrator.loads import Loads, loads_on
 from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings, Partition, merged, partition_of
 from orchestrator.macroblocks.merged_blocks import merged_problem
 from orchestrator.masonry.joints import Assemblage
@@ -65,7 +65,7 @@ def locked(first: Motion, second: Motion) -> tuple[Motion, float]:
     reduced = first.mass * second.mass / mass
     arm, apart = second.centre - first.centre, second.velocity - first.velocity
     inertia = first.inertia + second.inertia + reduced * float(arm @ arm)
-    spin = reduced * float(arm[0] * apart[1] - arm[1] * apart[0])
+    spin = reduced * float(cross(arm, apart))
     together = Motion(
         mass=mass,
         inertia=inertia,
@@ -80,20 +80,12 @@ def motion_of_blocks(assemblage: Assemblage, mechanism: Mechanism) -> list[Motio
     """Return the motion of every block, weights standing for masses."""
     wall = assemblage.wall
     weights, centres = block_weights(wall), block_centroids(wall)
-    gyration = np.array([_polar_moment(b.polygon - c) for b, c in zip(wall.blocks, centres, strict=True)])
+    gyration = np.array([polar_moment(b.polygon - c) for b, c in zip(wall.blocks, centres, strict=True)])
     inertia = weights * gyration / block_areas(wall)
     return [
         Motion(float(m), float(j), centre, velocity[:2], float(velocity[2]))
         for m, j, centre, velocity in zip(weights, inertia, centres, mechanism.velocities, strict=True)
     ]
-
-
-def _polar_moment(polygon: FloatArray) -> float:
-    """Return the polar second moment of area (m4) of a polygon (n, 2) about the origin."""
-    following = np.roll(polygon, -1, axis=0)
-    cross = polygon[:, 0] * following[:, 1] - following[:, 0] * polygon[:, 1]
-    squares = np.sum(polygon**2 + polygon * following + following**2, axis=1)
-    return float(cross @ squares) / 12.0
 
 
 def hierarchy(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> list[IntArray]:
@@ -159,7 +151,7 @@ def _priced(
 def _neighbours(assemblage: Assemblage) -> dict[int, set[int]]:
     """Return for every free block the free blocks that it shares a joint with."""
     found: dict[int, set[int]] = {k: set() for k, block in enumerate(assemblage.wall.blocks) if not block.fixed}
-    for i, j in zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), strict=True):
+    for i, j in assemblage.joints.pairs:
         if i in found and j in found:
             found[i].add(j)
             found[j].add(i)
@@ -170,7 +162,6 @@ def macroblocks_of(
     assemblage: Assemblage,
     analysis: LimitAnalysis,
     criteria: MacroblockSettings | None = None,
-    loads: Loads | None = None,
     tied: Assemblage | None = None,
 ) -> Partition:
     """Return macroblocks by the criteria's tolerances (`merged`, which may raise CaseError) where they say so or one is
@@ -181,9 +172,9 @@ def macroblocks_of(
     criteria = criteria or MacroblockSettings()
     given = any(getattr(criteria, name) != getattr(MacroblockSettings(), name) for name in TOLERANCES)
     if criteria.choose == "tolerances" or given:
-        of_joints = of_first_joints(analysis, len(assemblage.block_i))
+        of_joints = of_first_joints(analysis, assemblage.joints.count)
         return merged(assemblage, of_joints.headline.mechanism, criteria)
-    return chosen(assemblage, analysis, criteria.margin, loads, tied)
+    return chosen(assemblage, analysis, criteria.margin, tied)
 
 
 def states_to_keep(analysis: LimitAnalysis) -> list[LimitState]:
@@ -198,7 +189,6 @@ def chosen(
     assemblage: Assemblage,
     analysis: LimitAnalysis,
     margin: float,
-    loads: Loads | None = None,
     tied: Assemblage | None = None,
 ) -> Partition:
     """Return the partition with the fewest bodies found that keeps the states of micro-LA within `margin`, part of it.
@@ -207,7 +197,7 @@ def chosen(
     """
     tied = tied or assemblage
     if analysis.local_failures:
-        return _chosen_without_loose_stones(assemblage, analysis, margin, loads or loads_on(assemblage.wall), tied)
+        return _chosen_without_loose_stones(assemblage, analysis, margin, tied)
     states = states_to_keep(analysis)
     mechanisms = [state.mechanism for state in states]
 
@@ -216,7 +206,7 @@ def chosen(
         found = []
         logger.info("macroblocks: trying %d bodies", partition.count)
         for state in states:
-            multiplier = kept_multiplier(tied, analysis, state, partition, margin, loads)
+            multiplier = kept_multiplier(tied, analysis, state, partition, margin)
             if multiplier is None:
                 break
             found.append(multiplier)
@@ -238,7 +228,7 @@ def chosen(
 
 
 def _chosen_without_loose_stones(
-    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, loads: Loads, tied: Assemblage
+    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, tied: Assemblage
 ) -> Partition:
     """Return the partition chosen for the wall without the stones of local failures: these stay bodies of their own.
 
@@ -257,9 +247,8 @@ def _chosen_without_loose_stones(
     of_left = replace(state, joint_forces=state.joint_forces[joints], mechanism=mechanism)
     part = chosen(
         part_of(assemblage, left),
-        replace(analysis, path=of_left, sequence=None, local_failures=()),
+        replace(analysis, loads=analysis.loads.of_blocks(left), path=of_left, sequence=None, local_failures=()),
         margin,
-        Loads(loads.dead[left], loads.along_x[left], loads.upright[left]),
         part_of(tied, left),
     )
     group = len(left) + np.arange(len(left))
@@ -275,20 +264,19 @@ def kept_multiplier(
     state: LimitState,
     partition: Partition,
     margin: float,
-    loads: Loads | None = None,
 ) -> float | None:
     """Return the multiplier within `margin` of a state of micro-LA that the bodies have as rigid ones, None if none.
 
     Non-associative states are not unique. That of micro-LA is one of the bodies where its forces between them have a
     mechanism (they balance on any bodies); else one near it is reached by a descent from the slips it had.
     """
-    equilibrium, friction = merged_problem(assemblage, partition.body_of_block, analysis.load_direction, loads)
+    equilibrium, friction = merged_problem(assemblage, partition.body_of_block, analysis.loads)
     micro = state.load_multiplier
     try:
         if state.flow_rule == "associative":
             found = [solve_limit_lp(equilibrium, friction).load_multiplier]
         else:
-            remains = partition.body_of_block[assemblage.block_i] != partition.body_of_block[assemblage.block_j]
+            remains = partition.body_of_block[assemblage.joints.i] != partition.body_of_block[assemblage.joints.j]
             programs, normal = TwoPrograms(equilibrium, friction), state.joint_forces[remains, :2].sum(axis=1)
             if abs(programs.mechanism(normal).load_multiplier - state.load_multiplier) <= BALANCE * micro:
                 return micro
@@ -337,7 +325,7 @@ def _pairs_by_loss(
         reduce(_together, (blocks[k] for k in np.flatnonzero(body == number))) for number in range(partition.count)
     ]
     joints: dict[tuple[int, int], tuple[int, int]] = {}
-    for i, j in zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), strict=True):
+    for i, j in assemblage.joints.pairs:
         first, second = sorted((int(body[i]), int(body[j])))
         if first != second and second < partition.count:
             joints[first, second] = (i, j)

@@ -7,8 +7,9 @@ joint ends: without these vertices a wall of one element per stone loses 39 % of
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,13 +18,13 @@ import shapely
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.planar_map import OUTSIDE, PlanarMap
+from orchestrator.geometry.rigid import cross, polygon_area
 from orchestrator.macroblocks.criteria import Partition
-from orchestrator.masonry.block_properties import polygon_area
+from orchestrator.masonry.block_properties import thinner
+from orchestrator.masonry.interfaces import STRENGTHS, Interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
 
-STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness")
-"""what joints have per area"""
 STRAIGHT_HEIGHT = 1e-4
 """height of a vertex over the chord of its neighbours, part of the shorter edge, below which the outline goes straight
 on (1e-4 of a stone of 0.4 m is 40 micrometres: the rounding of a drawing)"""
@@ -64,36 +65,20 @@ class Body:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Bodies:
-    """Bodies of one thickness (m), moving ones first, and their k interfaces, each a straight segment.
+    """Bodies of one thickness (m), moving ones first, and their k interfaces.
 
-    body_i, body_j (k,), start, end (k, 2) in m (convention of joints.py: start -> end is counter-clockwise round i, the
-    normal points from i to j), friction (k,), joint (k,): the joint of the assemblage it comes from; edge_i, edge_j
-    (k,): the edge of the outline of each body that it is; cohesion, tensile_strength (k,) in N/m2 of the wall's
-    thickness (less than the joint's own where a thinner block meets it), where one number stands for all; likewise
-    compressive_strength (inf: no crushing), and normal_stiffness, shear_stiffness in N/m3 (inf: rigid).
+    Area and strengths of the interfaces are those of the wall's thickness (strengths less than the joint's own where a
+    thinner block meets it). joint (k,): the joint of the assemblage each comes from; edge_i, edge_j (k,): the edge of
+    the outline of each body that it is.
     """
 
     bodies: tuple[Body, ...]
     moving: int
     thickness: float
-    body_i: IntArray
-    body_j: IntArray
-    start: FloatArray
-    end: FloatArray
-    friction: FloatArray
+    interfaces: Interfaces
     joint: IntArray
     edge_i: IntArray
     edge_j: IntArray
-    cohesion: FloatArray = field(default_factory=lambda: read_only(0.0))
-    tensile_strength: FloatArray = field(default_factory=lambda: read_only(0.0))
-    compressive_strength: FloatArray = field(default_factory=lambda: read_only(np.inf))
-    normal_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
-    shear_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
-
-    def __post_init__(self) -> None:
-        for name in STRENGTHS:
-            each = np.broadcast_to(getattr(self, name), self.friction.shape)
-            object.__setattr__(self, name, read_only(each))
 
 
 def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
@@ -104,7 +89,7 @@ def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
 
 def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
     """Return the outlines of all bodies and the joints that remain between them."""
-    body_i, body_j = partition.body_of_block[assemblage.block_i], partition.body_of_block[assemblage.block_j]
+    body_i, body_j = (partition.body_of_block[side] for side in (assemblage.joints.i, assemblage.joints.j))
     joint = np.flatnonzero(body_i != body_j)
     outlines, edge = assemblage.outlines, assemblage.edge
     assert outlines is not None, "an assemblage without its planar map has no bodies"
@@ -113,20 +98,19 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
     is_interface[edge[joint]] = True
     rings = _rings(outlines, partition.body_of_block, is_interface)
     place = [{part: k for k, part in enumerate(p for ring in of_body for p in ring.edge)} for of_body in rings]
-    share = assemblage.width / assemblage.wall.thickness
+    wall, between = assemblage.wall, assemblage.joints.part(joint)
+    share = thinner(wall, between.i, between.j) / wall.thickness
+    strengths: dict[str, Any] = {name: read_only(getattr(between, name) * share) for name in STRENGTHS}
+    area = read_only(between.length * wall.thickness)
+    i, j = (read_only(side[joint], np.int64) for side in (body_i, body_j))
     return Bodies(
         bodies=tuple(_body(number, assemblage, partition, of_body) for number, of_body in enumerate(rings)),
         moving=partition.count,
-        thickness=assemblage.wall.thickness,
-        body_i=read_only(body_i[joint], np.int64),
-        body_j=read_only(body_j[joint], np.int64),
-        start=read_only(assemblage.start[joint]),
-        end=read_only(assemblage.end[joint]),
-        friction=read_only(assemblage.friction[joint]),
+        thickness=wall.thickness,
+        interfaces=replace(between, i=i, j=j, area=area, **strengths),
         joint=read_only(joint, np.int64),
-        edge_i=read_only([place[b][e] for b, e in zip(body_i[joint], edge[joint].tolist(), strict=True)], np.int64),
-        edge_j=read_only([place[b][e] for b, e in zip(body_j[joint], edge[joint].tolist(), strict=True)], np.int64),
-        **{name: read_only(getattr(assemblage, name)[joint] * share[joint]) for name in STRENGTHS},
+        edge_i=read_only([place[b][e] for b, e in zip(i, edge[joint].tolist(), strict=True)], np.int64),
+        edge_j=read_only([place[b][e] for b, e in zip(j, edge[joint].tolist(), strict=True)], np.int64),
     )
 
 
@@ -135,17 +119,17 @@ def glued(assemblage: Assemblage, blocks: IntArray) -> Wall:
     that are not loose themselves if there is one; a block that only supports touch stays. Raises CaseError where a body
     with a hole would come of it.
     """
-    wall = assemblage.wall
+    wall, joints = assemblage.wall, assemblage.joints
     group = np.arange(len(wall.blocks))
     fixed = np.array([block.fixed for block in wall.blocks])
     for block in blocks.tolist():
-        mine = (assemblage.block_i == block) | (assemblage.block_j == block)
-        other = np.where(assemblage.block_i == block, assemblage.block_j, assemblage.block_i)
+        mine = (joints.i == block) | (joints.j == block)
+        other = np.where(joints.i == block, joints.j, joints.i)
         mine &= ~fixed[other] & (group[other] != group[block])
         firm = mine & ~np.isin(other, blocks)
         mine = firm if firm.any() else mine
         if mine.any():
-            together = np.bincount(other[mine], assemblage.length[mine])
+            together = np.bincount(other[mine], joints.length[mine])
             group[group == group[block]] = group[int(np.argmax(together))]
     assert assemblage.outlines is not None, "an assemblage without its planar map has no bodies"
     numbers = np.unique(group, return_inverse=True)[1]
@@ -220,7 +204,7 @@ def _loops(vertex: FloatArray, start: IntArray, end: IntArray) -> list[list[int]
 def _turn(vertex: FloatArray, start: IntArray, end: IntArray, coming: int, leaving: int) -> float:
     """Return the angle (0, 2 pi] counter-clockwise from the edge `coming`, seen backwards, to the edge `leaving`."""
     back, on = vertex[start[coming]] - vertex[end[coming]], vertex[end[leaving]] - vertex[start[leaving]]
-    angle = float(np.arctan2(back[0] * on[1] - back[1] * on[0], back @ on))
+    angle = float(np.arctan2(cross(back, on), back @ on))
     return angle if angle > 0 else angle + 2 * np.pi
 
 
@@ -232,7 +216,7 @@ def _simplified(
     points = outlines.vertex[start]
     before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
     chord, arm = after - before, points - before
-    height = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0]) / np.linalg.norm(chord, axis=1)
+    height = np.abs(cross(chord, arm)) / np.linalg.norm(chord, axis=1)
     shorter = np.minimum(np.linalg.norm(arm, axis=1), np.linalg.norm(after - points, axis=1))
     corner = ~(height < STRAIGHT_HEIGHT * shorter)  # also where the neighbours coincide (a spike would be a corner)
     joint = is_interface[edge]

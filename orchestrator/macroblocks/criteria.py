@@ -92,17 +92,17 @@ class Partition:
 
 def one_body_per_block(assemblage: Assemblage) -> Partition:
     """Return the partition in which every stone is a body (micro-FE)."""
-    return _partition(assemblage, np.zeros(len(assemblage.block_i), bool), None)
+    return _partition(assemblage, np.zeros(assemblage.joints.count, bool), None)
 
 
 def one_body(assemblage: Assemblage) -> Partition:
     """Return the trivial partition: all stones that are connected without the supports are one body."""
-    return _partition(assemblage, np.ones(len(assemblage.block_i), bool), None)
+    return _partition(assemblage, np.ones(assemblage.joints.count, bool), None)
 
 
 def partition_of(assemblage: Assemblage, group: IntArray) -> Partition:
     """Return the partition in which neighbouring blocks of one group (n,) are one body."""
-    return _partition(assemblage, group[assemblage.block_i] == group[assemblage.block_j], None)
+    return _partition(assemblage, group[assemblage.joints.i] == group[assemblage.joints.j], None)
 
 
 def merged(assemblage: Assemblage, mechanism: Mechanism, settings: MacroblockSettings) -> Partition:
@@ -123,7 +123,7 @@ def _within_criterion_3(
     if settings.evaluate_at == "ends":
         opening = np.abs(mechanism.opening).max(axis=1)
     rotation = mechanism.velocities[:, 2]
-    turned = np.abs(rotation[assemblage.block_i] - rotation[assemblage.block_j])
+    turned = np.abs(rotation[assemblage.joints.i] - rotation[assemblage.joints.j])
     slip = np.abs(mechanism.slip)
     return (opening <= settings.tol_n) & (slip <= settings.tol_s) & (turned <= settings.tol_r)
 
@@ -131,7 +131,7 @@ def _within_criterion_3(
 def _within_criterion_4(assemblage: Assemblage, velocities: FloatArray, largest: float) -> npt.NDArray[np.bool_]:
     """Return (k,): whether the centres of rotation of both blocks are within `largest` (m)."""
     centres = centres_of_rotation(velocities, block_centroids(assemblage.wall))
-    i, j = assemblage.block_i, assemblage.block_j
+    i, j = assemblage.joints.i, assemblage.joints.j
     resting, translating = np.isnan(centres).any(axis=1), np.isinf(centres).any(axis=1)
     with np.errstate(invalid="ignore"):  # centres at infinity are dealt with below, centres of resting blocks are nan
         near = np.linalg.norm(centres[i] - centres[j], axis=1) <= largest
@@ -159,7 +159,7 @@ def _refuse_noise(settings: MacroblockSettings, mechanism: Mechanism) -> None:
 def _partition(assemblage: Assemblage, within: npt.NDArray[np.bool_], settings: MacroblockSettings | None) -> Partition:
     """Return connected components of the joints `within` (k,) tolerance that touch no support."""
     fixed = np.array([block.fixed for block in assemblage.wall.blocks])
-    i, j = assemblage.block_i, assemblage.block_j
+    i, j = assemblage.joints.i, assemblage.joints.j
     merges = within & ~fixed[i] & ~fixed[j]
     size = (len(fixed), len(fixed))
     _, group = connected_components(coo_matrix((np.ones(merges.sum()), (i[merges], j[merges])), size), directed=False)

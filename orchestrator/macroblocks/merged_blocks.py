@@ -23,15 +23,14 @@ from orchestrator.loads.block_loads import Loads
 from orchestrator.masonry.joints import Assemblage
 
 
-def merged_associative(assemblage: Assemblage, body_of_block: IntArray, load_direction: int) -> LimitSolution:
+def merged_associative(assemblage: Assemblage, body_of_block: IntArray, loads: Loads | None = None) -> LimitSolution:
     """Solve Eq. (1) for blocks held together: body_of_block (n,) as in Partition; supports are bodies of their own."""
-    return solve_limit_lp(*merged_problem(assemblage, body_of_block, load_direction))
+    return solve_limit_lp(*merged_problem(assemblage, body_of_block, loads))
 
 
 def merged_multiplier(
     assemblage: Assemblage,
     body_of_block: IntArray,
-    load_direction: int,
     flow_rule: Literal["associative", "sequence"],
     settings: LimitAnalysisSettings | None = None,
     loads: Loads | None = None,
@@ -41,7 +40,7 @@ def merged_multiplier(
     None where a non-associative rule finds no solution.
     """
     settings = settings or LimitAnalysisSettings()
-    equilibrium, friction = merged_problem(assemblage, body_of_block, load_direction, loads)
+    equilibrium, friction = merged_problem(assemblage, body_of_block, loads)
     try:
         optimum = solve_limit_lp(equilibrium, friction)
         if flow_rule == "associative":
@@ -52,11 +51,11 @@ def merged_multiplier(
 
 
 def merged_problem(
-    assemblage: Assemblage, body_of_block: IntArray, load_direction: int, loads: Loads | None = None
+    assemblage: Assemblage, body_of_block: IntArray, loads: Loads | None = None
 ) -> tuple[Equilibrium, YieldConditions]:
     """Return equilibrium of the bodies and the strength of the joints that remain between them."""
-    of_blocks = assemble_equilibrium(assemblage, load_direction, loads)
-    remains = body_of_block[assemblage.block_i] != body_of_block[assemblage.block_j]
+    of_blocks = assemble_equilibrium(assemblage, loads)
+    remains = body_of_block[assemblage.joints.i] != body_of_block[assemblage.joints.j]
     T = rigid_motion(assemblage, of_blocks, body_of_block)
     bodies = T.shape[1] // 3
     equilibrium = Equilibrium(

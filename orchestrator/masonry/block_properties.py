@@ -7,30 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.geometry.rigid import cross
 from orchestrator.masonry.wall import Wall
-
-
-def polygon_area(polygon: FloatArray) -> float:
-    """Area in m2 of a simple polygon (n, 2), positive when counter-clockwise."""
-    x, y = polygon.T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-
-
-def polygon_centroid(polygon: FloatArray) -> FloatArray:
-    """Centroid (2,) in m of a simple polygon (n, 2); taken about its first corner so that far walls lose no digits."""
-    origin = polygon[0]
-    x, y = (polygon - origin).T
-    next_x, next_y = np.roll(x, -1), np.roll(y, -1)
-    twice_area = x * next_y - next_x * y
-    first_moments = np.array([np.sum((x + next_x) * twice_area), np.sum((y + next_y) * twice_area)])
-    return origin + first_moments / (3.0 * np.sum(twice_area))
 
 
 def block_areas(wall: Wall) -> FloatArray:
     """Areas (n,) in m2."""
     outlines = outlines_of(wall)
     arm = outlines.corner - outlines.corner[outlines.first][outlines.block]
-    return 0.5 * np.add.reduceat(_cross(arm, arm[outlines.following]), outlines.first)
+    return 0.5 * np.add.reduceat(cross(arm, arm[outlines.following]), outlines.first)
 
 
 def block_centroids(wall: Wall) -> FloatArray:
@@ -38,7 +23,7 @@ def block_centroids(wall: Wall) -> FloatArray:
     outlines = outlines_of(wall)
     origin = outlines.corner[outlines.first]
     arm = outlines.corner - origin[outlines.block]
-    twice_area = _cross(arm, arm[outlines.following])
+    twice_area = cross(arm, arm[outlines.following])
     first_moments = np.add.reduceat((arm + arm[outlines.following]) * twice_area[:, None], outlines.first)
     return origin + first_moments / (3.0 * np.add.reduceat(twice_area, outlines.first))[:, None]
 
@@ -64,13 +49,15 @@ def outlines_of(wall: Wall) -> Outlines:
     return Outlines(corner, np.repeat(np.arange(len(counts)), counts), following, first)
 
 
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-
-
 def block_thicknesses(wall: Wall) -> FloatArray:
     """Thicknesses (n,) in m: the wall's where a block has none of its own."""
     return np.array([wall.thickness if block.thickness is None else block.thickness for block in wall.blocks])
+
+
+def thinner(wall: Wall, i: IntArray, j: IntArray) -> FloatArray:
+    """Thicknesses (k,) in m of the thinner of blocks i and j (k,): widths of joints, out of the wall's plane."""
+    thickness = block_thicknesses(wall)
+    return np.minimum(thickness[i], thickness[j])
 
 
 def block_weights(wall: Wall) -> FloatArray:

@@ -1,27 +1,22 @@
-"""Joints: the straight edges of the planar map that two blocks share.
-
-Convention used by every later stage: `start` -> `end` runs along the counter-clockwise outline of block i, so
-tangent t = (end - start)/length, and n = (t_y, -t_x) is the outward normal of block i, pointing from i to j.
-"""
+"""Joints: the straight edges of the planar map that two blocks share."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 from annotated_types import Ge, Gt, Le
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import VISIBLE
 from orchestrator.geometry.planar_map import OUTSIDE, OverlapError, PlanarMap, planar_map
-from orchestrator.masonry.block_properties import block_thicknesses, rounded_up
+from orchestrator.masonry.block_properties import rounded_up, thinner
+from orchestrator.masonry.interfaces import Interfaces, straight_interfaces
 from orchestrator.masonry.wall import Wall
 
 
@@ -69,59 +64,13 @@ class JointSettings:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Assemblage:
-    """A wall and its k joints as arrays (block numbers are positions in `wall.blocks`, not ids).
-
-    block_i, block_j (k,): the blocks on both sides; start, end (k, 2) in m; friction (k,); cohesion, tensile_strength,
-    compressive_strength (inf: no crushing) (k,) in N/m2, normal_stiffness, shear_stiffness (inf: rigid) (k,) in N/m3,
-    where one number stands for all joints. outlines: the planar map of the wall; edge (k,): the edge of it that each
-    joint is (neither is needed for limit analysis).
-    """
+    """A wall and its k joints. outlines: the planar map of the wall; edge (k,): the edge of it that each joint is
+    (neither is needed for limit analysis)."""
 
     wall: Wall
-    block_i: IntArray
-    block_j: IntArray
-    start: FloatArray
-    end: FloatArray
-    friction: FloatArray
-    cohesion: FloatArray
-    tensile_strength: FloatArray = field(default_factory=lambda: read_only(0.0))
-    compressive_strength: FloatArray = field(default_factory=lambda: read_only(np.inf))
-    normal_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
-    shear_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
+    joints: Interfaces
     outlines: PlanarMap | None = None
     edge: IntArray | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness"):
-            each = np.broadcast_to(getattr(self, name), self.friction.shape)
-            object.__setattr__(self, name, read_only(each))
-
-    @property
-    def length(self) -> FloatArray:
-        """Joint lengths (k,) in m."""
-        return np.linalg.norm(self.end - self.start, axis=1)
-
-    @property
-    def width(self) -> FloatArray:
-        """Joint widths (k,) in m, out of the wall's plane: the thickness of the thinner block."""
-        thickness = block_thicknesses(self.wall)
-        return np.minimum(thickness[self.block_i], thickness[self.block_j])
-
-    @property
-    def tangent(self) -> FloatArray:
-        """Unit tangents (k, 2), from start to end."""
-        return (self.end - self.start) / self.length[:, None]
-
-    @property
-    def normal(self) -> FloatArray:
-        """Unit normals (k, 2), pointing from block i to block j."""
-        tangent = self.tangent
-        return np.column_stack([tangent[:, 1], -tangent[:, 0]])
-
-    @property
-    def midpoint(self) -> FloatArray:
-        """Midpoints (k, 2) in m."""
-        return 0.5 * (self.start + self.end)
 
 
 def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
@@ -137,19 +86,11 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
         problem = f"lies on block {other} near ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
         raise CaseError(f"block {one}", problem, "move one of them or correct its polygon") from None
     edge = _joints_of(outlines, np.array([block.fixed for block in wall.blocks]), settings.minimum_length)
-    block_i, block_j = outlines.left[edge], outlines.right[edge]
+    pair = outlines.left[edge], outlines.right[edge]
     friction = np.array([wall.friction if block.friction is None else block.friction for block in wall.blocks])
-    assemblage = Assemblage(
-        wall=_with_outlines(wall, outlines),
-        block_i=read_only(block_i, np.int64),
-        block_j=read_only(block_j, np.int64),
-        start=read_only(outlines.vertex[outlines.start[edge]]),
-        end=read_only(outlines.vertex[outlines.end[edge]]),
-        friction=read_only(np.minimum(friction[block_i], friction[block_j])),
-        cohesion=read_only(np.zeros(len(block_i))),
-        outlines=outlines,
-        edge=read_only(edge, np.int64),
-    )
+    ends = outlines.vertex[outlines.start[edge]], outlines.vertex[outlines.end[edge]]
+    joints = straight_interfaces(*pair, *ends, thinner(wall, *pair), np.minimum(*(friction[side] for side in pair)))
+    assemblage = Assemblage(_with_outlines(wall, outlines), joints, outlines, read_only(edge, np.int64))
     for number, given in enumerate(settings.classes):
         assemblage = with_class(assemblage, given, f"joints.classes.{number}")
     return assemblage
@@ -181,25 +122,27 @@ def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblag
     if given.between and (len(given.between) != 2 or not {*given.between} <= {*known}):
         listed = ", ".join(known) or 'none yet: give blocks a "material" in the block file'
         raise CaseError(f"{key}.between", f"{list(given.between)} are not two materials", f"materials are {listed}")
-    horizontal, vertical = np.abs(assemblage.end - assemblage.start).T
+    joints = assemblage.joints
+    horizontal, vertical = np.abs(joints.end - joints.start).T
     fits = {"any": horizontal >= 0, "bed": horizontal > vertical, "head": horizontal <= vertical}[given.orientation]
     if given.between:
         one, other = given.between
-        i, j = material[assemblage.block_i], material[assemblage.block_j]
+        i, j = material[joints.i], material[joints.j]
         fits = fits & (((i == one) & (j == other)) | ((i == other) & (j == one)))
 
     def changed(value: float | FloatArray | None, before: FloatArray) -> FloatArray:
         return before if value is None else read_only(np.where(fits, value, before))
 
-    return replace(
-        assemblage,
-        friction=changed(given.friction, assemblage.friction),
-        cohesion=changed(given.cohesion, assemblage.cohesion),
-        tensile_strength=changed(given.tensile_strength, assemblage.tensile_strength),
-        compressive_strength=changed(given.compressive_strength, assemblage.compressive_strength),
-        normal_stiffness=changed(_stiffness(assemblage, given, fits, key, "normal"), assemblage.normal_stiffness),
-        shear_stiffness=changed(_stiffness(assemblage, given, fits, key, "shear"), assemblage.shear_stiffness),
+    joints = replace(
+        joints,
+        friction=changed(given.friction, joints.friction),
+        cohesion=changed(given.cohesion, joints.cohesion),
+        tensile_strength=changed(given.tensile_strength, joints.tensile_strength),
+        compressive_strength=changed(given.compressive_strength, joints.compressive_strength),
+        normal_stiffness=changed(_stiffness(assemblage, given, fits, key, "normal"), joints.normal_stiffness),
+        shear_stiffness=changed(_stiffness(assemblage, given, fits, key, "shear"), joints.shear_stiffness),
     )
+    return replace(assemblage, joints=joints)
 
 
 def _stiffness(
@@ -219,8 +162,8 @@ def _stiffness(
         return modulus / given.mortar_thickness
     drawn = {(mortar.i, mortar.j): mortar.thickness for mortar in assemblage.wall.mortar}
     ids = [block.id for block in assemblage.wall.blocks]
-    pairs = zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), strict=True)
-    thickness = np.array([drawn.get((min(ids[i], ids[j]), max(ids[i], ids[j])), np.nan) for i, j in pairs])
+    between = ((ids[i], ids[j]) for i, j in assemblage.joints.pairs)
+    thickness = np.array([drawn.get((min(pair), max(pair)), np.nan) for pair in between])
     if (unknown := np.isnan(thickness) & fits).any():
         problem = f"the thickness of {np.count_nonzero(unknown)} of {np.count_nonzero(fits)} joints is not known"
         raise CaseError(f"{key}.mortar_thickness", problem, 'give it, as in "10 mm"')
@@ -230,15 +173,8 @@ def _stiffness(
 def blocks_without_support(assemblage: Assemblage) -> IntArray:
     """Return the blocks that no chain of joints connects to a support."""
     fixed = np.array([block.fixed for block in assemblage.wall.blocks])
-    group = _connected(assemblage)
+    group = assemblage.joints.groups(len(fixed))
     return np.flatnonzero(~np.isin(group, group[fixed]))
-
-
-def _connected(assemblage: Assemblage) -> IntArray:
-    """Return for each block (n,) the number of the group that joints connect it to."""
-    size = 2 * (len(assemblage.wall.blocks),)
-    pairs = coo_matrix((np.ones(len(assemblage.block_i)), (assemblage.block_i, assemblage.block_j)), shape=size)
-    return connected_components(pairs, directed=False)[1]
 
 
 def check_assemblage(assemblage: Assemblage) -> None:
@@ -246,8 +182,8 @@ def check_assemblage(assemblage: Assemblage) -> None:
     blocks, apart = assemblage.wall.blocks, blocks_without_support(assemblage)
     if not len(apart):
         return
-    group = _connected(assemblage)
-    touching = {*assemblage.block_i.tolist(), *assemblage.block_j.tolist()}
+    group = assemblage.joints.groups(len(blocks))
+    touching = {*assemblage.joints.i.tolist(), *assemblage.joints.j.tolist()}
     first = int(apart[0])
     problem = "is not connected to any support" if first in touching else "touches no other block"
     outlines = shapely.polygons([shapely.linearrings(block.polygon) for block in blocks])

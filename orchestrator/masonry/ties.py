@@ -12,16 +12,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import shapely
 from annotated_types import Ge, Gt, MinLen
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import IntArray
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.block_properties import block_areas, block_thicknesses
+from orchestrator.masonry.block_properties import block_areas, thinner
+from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 
@@ -79,26 +80,16 @@ def with_ties(assemblage: Assemblage, ties: Sequence[Tie]) -> Assemblage:
     across = np.column_stack([first[:, 1] - last[:, 1], last[:, 0] - first[:, 0]])  # the normal then leads to the end
     across /= np.linalg.norm(across, axis=1)[:, None]
     length = TIE_LENGTH * float(np.sqrt(np.mean(block_areas(wall))))
-    width = block_thicknesses(wall)[ends].min(axis=1)
+    i, j = ends.T
+    width = thinner(wall, i, j)
     strength = np.array([tie.strength for tie in ties]) / (length * width)
-    nothing = np.zeros(len(ties))
-    added: dict[str, FloatArray] = {
-        "block_i": ends[:, 0],
-        "block_j": ends[:, 1],
-        "start": first - 0.5 * length * across,
-        "end": first + 0.5 * length * across,
-        "friction": nothing,
-        "cohesion": nothing,
-        "tensile_strength": strength,
-        "compressive_strength": np.where([tie.pushes for tie in ties], 1.0, NO_THRUST) * strength,
-        "normal_stiffness": nothing + np.inf,
-        "shear_stiffness": nothing + np.inf,
-    }
-    merged: dict[str, Any] = {
-        name: read_only(np.concatenate([getattr(assemblage, name), values]), getattr(assemblage, name).dtype)
-        for name, values in added.items()
-    }
-    return replace(assemblage, outlines=None, edge=None, **merged)
+    start, end = first - 0.5 * length * across, first + 0.5 * length * across
+    added = replace(
+        straight_interfaces(i, j, start, end, width, np.zeros(len(ties))),
+        tensile_strength=strength,
+        compressive_strength=np.where([tie.pushes for tie in ties], 1.0, NO_THRUST) * strength,
+    )
+    return Assemblage(wall, assemblage.joints.and_also(added))
 
 
 def idle_ties(wall: Wall, ties: Sequence[Tie], body_of_block: IntArray) -> list[str]:

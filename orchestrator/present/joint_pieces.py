@@ -6,11 +6,12 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.pushover.contact.contact_search import contacts_of_interfaces
+from orchestrator.pushover.contact.faces import find_faces, sides_of_edges, touching_faces
 from orchestrator.pushover.increments import ContactStatus, Increment
 from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.storage import ContactPlaces
 
-ON_JOINT = 1e-4
-"""distance within which a contact lies on an interface, part of the wall's largest dimension"""
 HAIRLINE = 1e-5
 """m; a joint that is open by less is drawn thin: it is a crack in the model, none that anybody finds on the wall"""
 THIN = 3
@@ -58,15 +59,6 @@ def _leave(following: dict[int, list[int]], node: int) -> int:
     return end
 
 
-def nodes_of_contacts(meshes: BodyMeshes, points: FloatArray, body: IntArray) -> IntArray:
-    """Return the node (c,) of the given body (c,) nearest to each point (c, 2)."""
-    from scipy.spatial import cKDTree  # 0.1 s that commands without pictures need not wait for
-
-    apart = 10.0 * float(np.ptp(meshes.nodes, axis=0).max())  # a third coordinate that keeps bodies apart
-    tree = cKDTree(np.column_stack([meshes.nodes[:, :2], apart * meshes.body_of_node]))
-    return tree.query(np.column_stack([points, apart * body]))[1]
-
-
 def shares_of_interface(along: FloatArray) -> tuple[IntArray, FloatArray]:
     """Share an interface among its contacts at `along` (c,), 0 at its start, 1 at its end.
 
@@ -80,35 +72,22 @@ def shares_of_interface(along: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def interface_pieces(
-    bodies: Bodies, points: FloatArray, body_slave: IntArray, body_master: IntArray
+    bodies: Bodies, meshes: BodyMeshes, contacts: ContactPlaces
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Return the pieces (p,) that draw all interfaces: the contact of each, and its neighbours before and after.
 
     A piece reaches from midway to the neighbour before to midway to the one after; at the end of an interface the
-    neighbour is the contact itself. points (c, 2): undeformed contacts in m.
+    neighbour is the contact itself.
     """
     pieces: list[tuple[int, int, int]] = []
-    pairs = np.sort(np.column_stack([body_slave, body_master]), axis=1)
-    tolerance = ON_JOINT * float(np.ptp(points, axis=0).max())
-    for i, j, start, end in zip(bodies.body_i, bodies.body_j, bodies.start, bodies.end, strict=True):
-        candidates = np.flatnonzero((pairs == sorted((i, j))).all(axis=1))
-        chosen, along = _on_segment(points, candidates, start, end, tolerance)
-        if chosen.size < 2:
-            continue
-        row = chosen[shares_of_interface(along)[0]].tolist()
+    faces, points = find_faces(bodies), meshes.nodes[contacts.slave_node, :2]
+    sides = sides_of_edges(faces, meshes)
+    touching = touching_faces(bodies, faces, sides)
+    rows = contacts_of_interfaces(touching, sides, contacts.slave_node, contacts.interface)
+    starts, tangents, lengths = bodies.interfaces.start, bodies.interfaces.tangent, bodies.interfaces.length
+    for here, start, tangent, length in zip(rows, starts, tangents, lengths, strict=True):
+        along = (points[here] - start) @ tangent / length
+        row = here[shares_of_interface(along)[0]].tolist()
         pieces.extend(zip(row, [row[0], *row[:-1]], [*row[1:], row[-1]], strict=True))
     contact, before, after = np.array(pieces, dtype=np.int64).reshape(-1, 3).T
     return contact, before, after
-
-
-def _on_segment(
-    points: FloatArray, candidates: IntArray, start: FloatArray, end: FloatArray, tolerance: float
-) -> tuple[IntArray, FloatArray]:
-    """Return those candidates (numbers of points) that lie on a segment, and where along it, 0 to 1."""
-    chord = end - start
-    offset = points[candidates] - start
-    along = offset @ chord / (chord @ chord)
-    away = np.abs(offset @ np.array([chord[1], -chord[0]])) / np.linalg.norm(chord)
-    slack = tolerance / float(np.linalg.norm(chord))
-    on = (away <= tolerance) & (along >= -slack) & (along <= 1.0 + slack)
-    return candidates[on], np.clip(along[on], 0.0, 1.0)

@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from orchestrator import storage
 from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.assessment.seismic.observed import StoredPushover
@@ -53,16 +55,15 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     storage.write_text(figures.parent / "mechanism.dxf", plots.mechanism_dxf(assemblage, analysis.headline))
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
     live = f"λ × {case.load.name}"
-    inclination = case.load.inclination
-    state, direction, ties = analysis.headline, analysis.load_direction, case.reinforcement.ties
-    figure = plots.mechanism(assemblage, state, direction, inclination, live, loose=loose, ties=ties)
+    state, ties = analysis.headline, case.reinforcement.ties
+    figure = plots.mechanism(assemblage, state, case.load.vector, live, loose=loose, ties=ties)
     return plots.save(figure, figures, "mechanism")
 
 
 def write_settlement(figures: Path, assemblage: Assemblage, state: LimitState, angle: float) -> list[Path]:
     """Draw the mechanism of a support that gives way at `angle`; return the files."""
     reaction = f"least reaction {-state.load_multiplier / 1e3:.4g} kN"
-    figure = plots.mechanism(assemblage, state, 1, angle, "settlement", reaction)
+    figure = plots.mechanism(assemblage, state, np.array([np.cos(angle), np.sin(angle)]), "settlement", reaction)
     return plots.save(figure, figures, "settlement")
 
 
@@ -92,12 +93,7 @@ def write_pushover(
     derive, materials = storage.stress_and_pressure(model, bodies), materials_of(bodies, wall)
     storage.write_paraview(store, model.meshes, contacts.point, derive, materials)
     touching = model.tracking.touching if model.tracking else len(contacts)
-    places = storage.ContactPlaces(
-        point=contacts.point[:touching, :2],
-        slave_body=contacts.slave_body[:touching],
-        master_body=contacts.master_body[:touching],
-        interface=contacts.interface[:touching],
-    )
+    places = storage.ContactPlaces(contacts.slave_node[:touching], contacts.interface[:touching])
     storage.write_geometry(store, model.meshes, places)
     draw_moments(store, name, bodies, model.meshes, places, curve, valid)
 
@@ -116,9 +112,8 @@ def draw_moments(
     moments = {"end": curve.step[-1], "peak": static.step[static.base_shear_N.argmax()]}
     for moment, number in moments.items():
         increment, title = store.read(int(number)), f"{name} FE at its {moment}"
-        contacts = (places.point, places.slave_body, places.master_body)
         under_gravity = float(curve.control_displacement_m[0])
-        figure = plots.deformed(bodies, meshes, increment, *contacts, title, under_gravity=under_gravity)
+        figure = plots.deformed(bodies, meshes, increment, places, title, under_gravity=under_gravity)
         if not valid:
             plots.stamp_not_valid(figure)
         plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}")

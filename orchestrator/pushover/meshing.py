@@ -235,6 +235,12 @@ def volumes(nodes: FloatArray, tetrahedra: IntArray) -> FloatArray:
     return np.einsum("ti,ti->t", b - a, np.cross(c - a, d - a)) / 6.0
 
 
+def triangle_areas(nodes: FloatArray, triangles: IntArray) -> FloatArray:
+    """Return areas (t,) in m2."""
+    edges = nodes[triangles[:, 1:]] - nodes[triangles[:, :1]]
+    return 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+
+
 def _sides(tetrahedra: IntArray, on_edge: list[IntArray]) -> tuple[IntArray, IntArray]:
     """Return the boundary triangles (f, 3), outward, that are among those of an edge (f, 3), and these edges (f,)."""
     faces = np.concatenate([tetrahedra[:, k] for k in ([1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1])])

@@ -11,17 +11,18 @@ import scipy.sparse as sparse
 from mpi4py import MPI
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.loads.block_loads import horizontal
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.cohesion import Bond, find_bond
 from orchestrator.pushover.contact.contact_search import Contacts, find_contacts
 from orchestrator.pushover.contact.contact_tracking import Frames, Tracking, fit_frames, handed_over, track
 from orchestrator.pushover.contact.mortar import Mortar, find_mortar
 from orchestrator.pushover.contact.possible_contacts import find_possible_contacts
-from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.pushover.meshing import BodyMeshes, triangle_areas
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
 from orchestrator.pushover.solids.elastic_constants import ElasticConstants, constants_of
 from orchestrator.pushover.solids.elasticity import assemble, gravity_and_lateral_loads
-from orchestrator.pushover.solids.nodal_loads import NodalLoads
+from orchestrator.pushover.solids.nodal_loads import NodalLoads, own_weight
 from orchestrator.pushover.solids.tie_bars import TieBars
 
 
@@ -32,7 +33,7 @@ class ContactModel:
     stiffness, mass (n, n) in N/m, kg; stiffness_magnitude: |K| entry by entry. body (n / 3,) of each node and edge.
     gravity, lateral (n,) in N: all dead load, and the live load for load multiplier 1. weight: all dead load in N;
     horizontal_load: horizontal part of the live load in N, what base shears are read against.
-    normal_rows B_n (c, n), tangential_rows B_t (2 c, n). direction: load along +x (1) or -x (-1).
+    normal_rows B_n (c, n), tangential_rows B_t (2 c, n). forward (2,): horizontal unit vector along the live load.
     rigid (n,) in m: displacement that causes no stress; gap_offset (c,) in m: gap = B_n u + gap_offset; both zero while
     the wall is undeformed. rows (c,): numbers of these contacts among all `possible` ones. heirs (h, 2): of those that
     gave way, and of what carries for them (contact_tracking.py). support_side (c,): 1 where the master is a support, -1
@@ -58,7 +59,7 @@ class ContactModel:
     horizontal_load: float
     normal_rows: sparse.csr_matrix
     tangential_rows: sparse.csr_matrix
-    direction: int
+    forward: FloatArray
     mean_row: FloatArray
     top_row: FloatArray
     support_side: IntArray
@@ -120,7 +121,6 @@ def build_model(
     meshes: BodyMeshes,
     elastic: ElasticSettings,
     contact: ContactSettings,
-    direction: int,
     comm: MPI.Comm,
     large_displacement: bool = False,
     loads: NodalLoads | None = None,
@@ -128,13 +128,15 @@ def build_model(
 ) -> ContactModel:
     """Assemble matrices and loads with dolfinx on `comm` and search the contacts, those that sliding may bring too.
 
-    Without `loads` the wall carries its weight, and the live load is the weight turned to +x or -x (`direction`).
+    Without `loads` the wall carries its weight, and the live load is the weight turned to +x.
     """
     constants = constants_of(bodies, elastic)
     elasticity = assemble(meshes, constants, elastic.element_order, comm)
     stiffness = elasticity.stiffness.tobsr((3, 3))
-    gravity, lateral, weight = _loads(elasticity.mass, meshes, direction, loads)
-    horizontal = _horizontal(lateral, meshes)
+    loads = loads or own_weight(meshes, np.array([1.0, 0.0]))
+    gravity, lateral, weight = _loads(elasticity.mass, meshes, loads)
+    forward = horizontal(loads.direction)
+    base_shear = _horizontal(lateral, meshes)
     contacts = find_contacts(bodies, meshes)
     model = ContactModel(
         meshes=meshes,
@@ -146,12 +148,12 @@ def build_model(
         gravity=gravity,
         lateral=lateral,
         weight=weight,
-        horizontal_load=horizontal,
+        horizontal_load=base_shear,
         normal_rows=contacts.normal_rows(len(elasticity.body)),
         tangential_rows=contacts.tangential_rows(len(elasticity.body)),
-        direction=direction,
-        mean_row=lateral / (horizontal / (loads.sideways if loads else 1.0)),
-        top_row=direction * _padded(top_weights(meshes), len(gravity)),
+        forward=forward,
+        mean_row=lateral / (base_shear / loads.sideways),
+        top_row=_padded(top_weights(meshes, forward), len(gravity)),
         support_side=support_side(contacts, bodies.moving),
         contact_stiffness=elastic.elastic_modulus * bodies.thickness / 10,
         slip_tolerance=contact.slip_tolerance,
@@ -202,7 +204,7 @@ def without(model: ContactModel, fallen: npt.NDArray[np.bool_]) -> ContactModel:
     top = model.top_row * here
     if not top.any():
         left = ~fallen[model.meshes.body_of_node]
-        top = model.direction * _padded(top_weights(model.meshes, left), len(top))
+        top = _padded(top_weights(model.meshes, model.forward, left), len(top))
     far = 0.0 if model.tracking else float(np.ptp(model.meshes.nodes[:, :2], axis=0).sum())
     return replace(
         model,
@@ -222,20 +224,16 @@ def _touches(fallen: npt.NDArray[np.bool_], contacts: Contacts) -> npt.NDArray[n
     return gone[contacts.slave_body] | gone[contacts.master_body]
 
 
-def _loads(
-    mass: sparse.csr_matrix, meshes: BodyMeshes, direction: int, given: NodalLoads | None
-) -> tuple[FloatArray, FloatArray, float]:
+def _loads(mass: sparse.csr_matrix, meshes: BodyMeshes, given: NodalLoads) -> tuple[FloatArray, FloatArray, float]:
     """Return all dead load and the live load (n,) in N, and the size of the dead load."""
-    gravity, lateral = gravity_and_lateral_loads(mass, len(meshes.nodes), direction)
-    weight = float(np.abs(lateral[: meshes.nodes.size].sum()))
-    if given is None:
-        return gravity, lateral, weight
+    gravity, turned = gravity_and_lateral_loads(mass, len(meshes.nodes))
+    weight = float(np.abs(turned[: meshes.nodes.size].sum()))
     dead = np.kron(given.dead, [0.0, -1.0, 0.0])
-    live = np.kron(given.live, [direction * given.sideways, given.upwards, 0.0])
-    own = given.sideways * lateral - given.upwards * gravity if given.of_mass else np.zeros_like(lateral)
+    live = np.kron(given.live, [*given.direction, 0.0])
+    own = given.direction[0] * turned - given.direction[1] * gravity if given.of_mass else np.zeros_like(turned)
     return (
         gravity + _padded(dead, len(gravity)),
-        own + _padded(live, len(lateral)),
+        own + _padded(live, len(turned)),
         weight + float(given.dead.sum()),
     )
 
@@ -308,8 +306,8 @@ def _turned(blocks: sparse.bsr_matrix, rotation: FloatArray) -> sparse.bsr_matri
     return sparse.bsr_matrix((turned, blocks.indices, blocks.indptr), shape=blocks.shape)
 
 
-def top_weights(meshes: BodyMeshes, of: npt.NDArray[np.bool_] | None = None) -> FloatArray:
-    """Return (3 nodes,): weights of the x displacements whose sum is the mean over the wall's top surface.
+def top_weights(meshes: BodyMeshes, forward: FloatArray, of: npt.NDArray[np.bool_] | None = None) -> FloatArray:
+    """Return (3 nodes,): weights of displacements whose sum is the mean along `forward` (2,) over the top surface.
 
     The surface is the set of side triangles at the largest y; where the top is a point or a slope, it is the highest
     nodes, with equal weights. of (nodes,): the nodes that count, by default all.
@@ -320,9 +318,7 @@ def top_weights(meshes: BodyMeshes, of: npt.NDArray[np.bool_] | None = None) -> 
     top = triangles[highest[triangles].all(axis=1)]
     weights = np.zeros(len(nodes))
     if len(top):
-        edges = nodes[top[:, 1:]] - nodes[top[:, :1]]
-        area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-        np.add.at(weights, top, area[:, None] / 3)
+        np.add.at(weights, top, triangle_areas(nodes, top)[:, None] / 3)
     else:
         weights[highest] = 1.0
-    return np.kron(weights / weights.sum(), [1.0, 0.0, 0.0])
+    return np.kron(weights / weights.sum(), [*forward, 0.0])

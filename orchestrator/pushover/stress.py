@@ -106,8 +106,8 @@ def slave_areas(contacts: Contacts, bodies: Bodies, meshes: BodyMeshes) -> Float
     areas = np.zeros(len(contacts))
     for number in np.unique(contacts.interface):
         for body, edge in (
-            (bodies.body_i[number], bodies.edge_i[number]),
-            (bodies.body_j[number], bodies.edge_j[number]),
+            (bodies.interfaces.i[number], bodies.edge_i[number]),
+            (bodies.interfaces.j[number], bodies.edge_j[number]),
         ):
             here = (contacts.interface == number) & (contacts.slave_body == body) & (contacts.slave_node >= 0)
             nodes, shares = tributary(sides[faces.first_edge[body] + edge], meshes.nodes)

@@ -90,7 +90,7 @@ def load_sums(wall: Wall, load: LoadSettings) -> LoadSums:
         weight=float(block_weights(wall)[free].sum()),
         extra=tuple(_extra(wall, one) for one in load.dead),
         dead=-float(loads.dead[free, 1].sum()),
-        base_shear=abs(float(loads.live(load.sign)[free, 0].sum())),
+        base_shear=abs(float(loads.live[free, 0].sum())),
     )
 
 
@@ -165,20 +165,20 @@ Key = tuple[tuple[str, str], tuple[float, ...]]
 
 
 def _grouped(assemblage: Assemblage) -> dict[Key, tuple[list[str], list[float]]]:
-    run = np.abs(assemblage.end - assemblage.start)
+    run = np.abs(assemblage.joints.end - assemblage.joints.start)
     grouped: dict[Key, tuple[list[str], list[float]]] = {}
     for k, key in enumerate(_keys(assemblage)):
         orientations, lengths = grouped.setdefault(key, ([], []))
         orientations.append("bed" if run[k, 0] > run[k, 1] else "head")
-        lengths.append(float(assemblage.length[k]))
+        lengths.append(float(assemblage.joints.length[k]))
     return grouped
 
 
 def _keys(assemblage: Assemblage) -> list[Key]:
     blocks = assemblage.wall.blocks
-    values: FloatArray = np.column_stack([getattr(assemblage, name) for name in VALUES])
+    values: FloatArray = np.column_stack([getattr(assemblage.joints, name) for name in VALUES])
     keys: list[Key] = []
-    for i, j, row in zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), values.tolist(), strict=True):
+    for (i, j), row in zip(assemblage.joints.pairs, values.tolist(), strict=True):
         one, other = sorted((_named(blocks[i]), _named(blocks[j])))
         keys.append(((one, other), tuple(row)))
     return keys

@@ -17,9 +17,11 @@ import numpy as np
 import shapely
 from annotated_types import Gt, Le
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.polyhedra import area_vector, face_normals, tangents_of
+from orchestrator.geometry.rigid import cross
+from orchestrator.masonry.interfaces import Interfaces
 from orchestrator.space.wall import SpaceWall, pairs_of_boxes
 
 TOUCHING = -0.998
@@ -51,43 +53,6 @@ class Ignored:
     i: int
     j: int
     area: float
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Interfaces:
-    """k joints and their p contact points, as arrays (block numbers are positions in `wall.blocks`, not ids).
-
-    block_i, block_j (k,); normal (k, 3) from i to j; tangents (k, 2, 3), with the normal a right-handed frame; area
-    (k,) in m2; centroid (k, 3) in m; friction (k,); capacity (k,) in N: largest normal force (inf; finite for ties).
-    point (p, 3) in m: corners of the joints' hulls, joint by joint; joint (p,) the number of the joint of each.
-    outlines: the joints' outlines (v, 3), for pictures.
-    """
-
-    block_i: IntArray
-    block_j: IntArray
-    normal: FloatArray
-    tangents: FloatArray
-    area: FloatArray
-    centroid: FloatArray
-    friction: FloatArray
-    capacity: FloatArray
-    point: FloatArray
-    joint: IntArray
-    outlines: tuple[FloatArray, ...]
-
-    @property
-    def is_tie(self) -> np.ndarray:
-        """Which of them are ties (k,)."""
-        return np.isfinite(self.capacity)
-
-    @property
-    def count(self) -> int:
-        """How many joints there are."""
-        return len(self.block_i)
-
-    def corners(self, joint: int) -> FloatArray:
-        """Contact points (v, 3) of one joint."""
-        return self.point[np.searchsorted(self.joint, joint) : np.searchsorted(self.joint, joint, side="right")]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -224,8 +189,8 @@ def _interfaces(wall: SpaceWall, found: list[tuple[int, int, _Region]]) -> Inter
     frames = np.array([region.frame for _, _, region in found]).reshape(-1, 3, 3)
     centres = [np.array(region.polygon.centroid.coords[0]) for _, _, region in found]
     return Interfaces(
-        block_i=read_only(i, np.int64),
-        block_j=read_only(j, np.int64),
+        i=read_only(i, np.int64),
+        j=read_only(j, np.int64),
         normal=read_only(frames[:, 2]),
         tangents=read_only(frames[:, :2]),
         area=read_only([region.polygon.area for _, _, region in found]),
@@ -233,7 +198,6 @@ def _interfaces(wall: SpaceWall, found: list[tuple[int, int, _Region]]) -> Inter
             np.array([r.origin + c @ r.frame[:2] for (_, _, r), c in zip(found, centres, strict=True)]).reshape(-1, 3)
         ),
         friction=read_only(np.minimum(friction[i], friction[j])),
-        capacity=read_only(np.full(len(found), np.inf)),
         point=read_only(np.concatenate(hulls) if hulls else np.zeros((0, 3))),
         joint=read_only(np.repeat(np.arange(len(hulls)), [len(hull) for hull in hulls]), np.int64),
         outlines=tuple(
@@ -250,7 +214,7 @@ def _hull(region: _Region) -> FloatArray:
     while k < len(flat) and len(flat) > 3:
         before, after = flat[k - 1], flat[(k + 1) % len(flat)]
         run, arm = after - before, flat[k] - before
-        if abs(run[0] * arm[1] - run[1] * arm[0]) <= COLLINEAR * size * np.linalg.norm(run):
+        if abs(cross(run, arm)) <= COLLINEAR * size * np.linalg.norm(run):
             flat = np.delete(flat, k, axis=0)
         else:
             k += 1
@@ -259,18 +223,13 @@ def _hull(region: _Region) -> FloatArray:
 
 def _refuse_unsupported(assemblage: SpaceAssemblage) -> None:
     """Raise CaseError for a block that touches nothing, or that no chain of joints connects to a support."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     wall, joints = assemblage.wall, assemblage.joints
-    shape = 2 * (len(wall.blocks),)
-    pairs = coo_matrix((np.ones(joints.count), (joints.block_i, joints.block_j)), shape=shape)
-    group = connected_components(pairs, directed=False)[1]
+    group = joints.groups(len(wall.blocks))
     apart = np.flatnonzero(~np.isin(group, group[wall.fixed]))
     if not len(apart):
         return
     first = int(apart[0])
-    touches = first in set(joints.block_i.tolist()) | set(joints.block_j.tolist())
+    touches = first in {*joints.i.tolist(), *joints.j.tolist()}
     problem = "is not connected to any support" if touches else "touches no other block"
     x, y, z = wall.centroids[first]
     problem += f", at ({x:.4g}, {y:.4g}, {z:.4g}) m"

@@ -18,7 +18,9 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
-from orchestrator.space.contacts import Interfaces, SpaceAssemblage
+from orchestrator.geometry.rigid import cross
+from orchestrator.masonry.interfaces import Interfaces
+from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.loads import SpaceLoads
 
 Torsion = Literal["corners", "uniform"]
@@ -61,7 +63,7 @@ def equilibrium_of(assemblage: SpaceAssemblage, loads: SpaceLoads, torsion: Tors
     directions = np.concatenate([joints.normal[j][:, None], joints.tangents[j]], axis=1)  # (p, 3 of n t1 t2, 3)
     place = joints.centroid[j][:, None] + arms(joints, torsion)
     parts = []
-    for sign, blocks in ((-1.0, joints.block_i), (1.0, joints.block_j)):
+    for sign, blocks in ((-1.0, joints.i), (1.0, joints.j)):
         block = blocks[j]
         moment = np.cross(place - centroids[block][:, None], directions)
         parts.append((row[block], sign * np.concatenate([directions, moment], axis=2)))  # (p, 3, 6)
@@ -142,7 +144,7 @@ def _mean_distance(outline: FloatArray, area: float) -> float:
     start, end = start[whole], end[whole]
     run = end - start
     length = np.linalg.norm(run, axis=1)
-    height = (start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]) / length
+    height = cross(start, end) / length
     near = np.abs(height) < 1e-12 * length.max()
     safe = np.where(near, 1.0, np.abs(height))
     first, last = np.einsum("ni,ni->n", start, run) / length / safe, np.einsum("ni,ni->n", end, run) / length / safe

@@ -10,6 +10,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.loads import SpaceLoads
 
@@ -50,8 +51,11 @@ def mechanism_of(assemblage: SpaceAssemblage, loads: SpaceLoads, velocities: Flo
     largest = float(speeds.max()) or 1.0
     limit = AT_REST * largest
     of = joints.joint
-    relative = _point_velocity(wall.centroids, velocities, joints.block_j[of], joints.point)
-    relative = relative - _point_velocity(wall.centroids, velocities, joints.block_i[of], joints.point)
+    of_j, of_i = (
+        velocity_of_points(velocities[block], joints.point - wall.centroids[block])
+        for block in (joints.j[of], joints.i[of])
+    )
+    relative = of_j - of_i
     opening = np.einsum("pi,pi->p", relative, joints.normal[of])
     slip = relative - opening[:, None] * joints.normal[of]
     first = np.searchsorted(of, np.arange(joints.count))
@@ -78,23 +82,17 @@ def corner_speeds(assemblage: SpaceAssemblage, velocities: FloatArray) -> FloatA
     centroids = assemblage.wall.centroids
     return np.array(
         [
-            np.linalg.norm(_point_velocity(centroids, velocities, k, block.shape.vertices), axis=1).max()
+            np.linalg.norm(velocity_of_points(velocities[k], block.shape.vertices - centroids[k]), axis=1).max()
             for k, block in enumerate(assemblage.wall.blocks)
         ]
     )
 
 
-def _point_velocity(
-    centroids: FloatArray, velocities: FloatArray, block: IntArray | int, point: FloatArray
-) -> FloatArray:
-    return velocities[block][..., :3] + np.cross(velocities[block][..., 3:], point - centroids[block])
-
-
 def _bodies(assemblage: SpaceAssemblage, motion: np.ndarray, moves: np.ndarray) -> IntArray:
     """Number the groups of moving blocks that joints at rest connect, the largest first; 0 for blocks at rest."""
     joints, count = assemblage.joints, len(assemblage.wall.blocks)
-    together = (motion == "rests") & ~joints.is_tie & moves[joints.block_i] & moves[joints.block_j]
-    pairs = (joints.block_i[together], joints.block_j[together])
+    together = (motion == "rests") & ~joints.is_tie & moves[joints.i] & moves[joints.j]
+    pairs = (joints.i[together], joints.j[together])
     group = connected_components(coo_matrix((np.ones(together.sum()), pairs), shape=(count, count)), directed=False)[1]
     numbers, sizes = np.unique(group[moves], return_counts=True)
     order = {int(number): k + 1 for k, number in enumerate(numbers[np.argsort(-sizes, kind="stable")])}

@@ -33,11 +33,10 @@ class ContactStiffness:
         self._lever = np.concatenate([frame, np.cross(arm, frame)], axis=2)  # (p, 3, 6): twist -> rates
         row = np.full(len(assemblage.wall.blocks), -1)
         row[equilibrium.free_blocks] = np.arange(len(equilibrium.free_blocks))
-        sides = (row[joints.block_i], row[joints.block_j])
+        sides = (row[joints.i], row[joints.j])
         centroids = assemblage.wall.centroids
         self._carry = [
-            _carried((joints.centroid - centroids[block]) / equilibrium.length)
-            for block in (joints.block_i, joints.block_j)
+            _carried((joints.centroid - centroids[block]) / equilibrium.length) for block in (joints.i, joints.j)
         ]
         self._lay_out(sides, len(equilibrium.free_blocks))
 

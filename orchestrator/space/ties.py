@@ -14,10 +14,11 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Gt, MinLen
 
-from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import tangents_of
+from orchestrator.masonry.interfaces import Interfaces
 from orchestrator.space.contacts import SpaceAssemblage
 
 
@@ -47,7 +48,7 @@ def with_ties(assemblage: SpaceAssemblage, ties: Sequence[Tie]) -> SpaceAssembla
     """Return the assemblage with ties added to its joints. Raises CaseError for one that joins no two blocks."""
     if not ties:
         return assemblage
-    joints, wall = assemblage.joints, assemblage.wall
+    wall = assemblage.wall
     place = {block.id: k for k, block in enumerate(wall.blocks)}
     ends, normals, starts = [], [], []
     for number, tie in enumerate(ties):
@@ -62,21 +63,17 @@ def with_ties(assemblage: SpaceAssemblage, ties: Sequence[Tie]) -> SpaceAssembla
         normals.append((start - end) / length)
         starts.append(start)
     blocks, normal, point = np.array(ends), np.array(normals), np.array(starts)
-    added = {
-        "block_i": blocks[:, 0],
-        "block_j": blocks[:, 1],
-        "normal": normal,
-        "tangents": np.array([tangents_of(n) for n in normal]),
-        "area": np.zeros(len(ties)),
-        "centroid": point,
-        "friction": np.zeros(len(ties)),
-        "capacity": np.array([tie.strength for tie in ties]),
-        "point": point,
-        "joint": joints.count + np.arange(len(ties)),
-    }
-    merged = {
-        name: read_only(np.concatenate([getattr(joints, name), values]), getattr(joints, name).dtype)
-        for name, values in added.items()
-    }
-    lines: tuple[FloatArray, ...] = tuple(read_only([tie.start, tie.end]) for tie in ties)
-    return replace(assemblage, joints=replace(joints, **merged, outlines=(*joints.outlines, *lines)))
+    added = Interfaces(
+        i=blocks[:, 0],
+        j=blocks[:, 1],
+        normal=normal,
+        tangents=np.array([tangents_of(n) for n in normal]),
+        area=np.zeros(len(ties)),
+        centroid=point,
+        friction=np.zeros(len(ties)),
+        capacity=np.array([tie.strength for tie in ties]),
+        point=point,
+        joint=np.arange(len(ties)),
+        outlines=tuple(read_only([tie.start, tie.end]) for tie in ties),
+    )
+    return replace(assemblage, joints=assemblage.joints.and_also(added))

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.limit_analysis.validation import beyond
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import Torsion, torsion_factors
@@ -64,7 +65,7 @@ def validate(
     wall, joints = assemblage.wall, assemblage.joints
     centroids = wall.centroids
     of = joints.joint
-    i, j = joints.block_i[of], joints.block_j[of]
+    i, j = joints.i[of], joints.j[of]
     sheared_at = joints.point
     if torsion == "uniform":
         factor = torsion_factors(joints)[of, None]
@@ -86,7 +87,7 @@ def validate(
     excess = max(float(-forces[:, 0].min(initial=0.0)), float((sheared - limit).max(initial=0.0)))
     excess = max(excess, float((forces[:, 0] - capacity).max(initial=0.0)))
     largest = max(
-        float(np.linalg.norm(_velocity(centroids, velocities, k, block.shape.vertices), axis=1).max())
+        float(np.linalg.norm(velocity_of_points(velocities[k], block.shape.vertices - centroids[k]), axis=1).max())
         for k, block in enumerate(wall.blocks)
     )
     misdirected = np.maximum(limit * sliding + np.einsum("pi,pi->p", shear, slip), 0.0)
@@ -99,14 +100,10 @@ def validate(
     )
 
 
-def _velocity(centroids: FloatArray, velocities: FloatArray, block: np.ndarray | int, point: FloatArray) -> FloatArray:
-    """Velocities (p, 3) of points (p, 3) of blocks."""
-    return velocities[block, ..., :3] + np.cross(velocities[block, ..., 3:], point - centroids[block])
-
-
 def _relative(centroids: FloatArray, velocities: FloatArray, i: IntArray, j: IntArray, point: FloatArray) -> FloatArray:
     """Velocities (p, 3) of points (p, 3) of blocks j relative to those of blocks i."""
-    return _velocity(centroids, velocities, j, point) - _velocity(centroids, velocities, i, point)
+    of_j, of_i = (velocity_of_points(velocities[block], point - centroids[block]) for block in (j, i))
+    return of_j - of_i
 
 
 def _out_of_balance(
@@ -120,7 +117,7 @@ def _out_of_balance(
     wall, joints = assemblage.wall, assemblage.joints
     centroids = wall.centroids
     total = loads.dead + multiplier * loads.live
-    for sign, block in ((-1.0, joints.block_i[joints.joint]), (1.0, joints.block_j[joints.joint])):
+    for sign, block in ((-1.0, joints.i[joints.joint]), (1.0, joints.j[joints.joint])):
         for force, place in forces:
             moment = np.cross(place - centroids[block], force)
             np.add.at(total, block, sign * np.hstack([force, moment]))

@@ -44,11 +44,12 @@ def _joints(ids: list[int], assemblage: Assemblage, state: LimitState) -> list[t
     normal = forces[:, :2].sum(axis=1)
     on_j = forces_on_j(assemblage, forces)
     columns = [
-        assemblage.start[:, 0], assemblage.start[:, 1], assemblage.end[:, 0], assemblage.end[:, 1],
+        *assemblage.joints.start.T, *assemblage.joints.end.T,
         forces[:, 0], forces[:, 1], normal, forces[:, 2], on_j[:, 0], on_j[:, 1],
         state.mechanism.opening[:, 0] / largest, state.mechanism.opening[:, 1] / largest,
         state.mechanism.slip / largest,
     ]  # fmt: skip
-    pairs = zip(assemblage.block_i.tolist(), assemblage.block_j.tolist(), strict=True)
     rows = zip(*(column.tolist() for column in columns), strict=True)
-    return [(k, ids[i], ids[j], *row) for k, ((i, j), row) in enumerate(zip(pairs, rows, strict=True))]
+    return [
+        (k, ids[i], ids[j], *row) for k, ((i, j), row) in enumerate(zip(assemblage.joints.pairs, rows, strict=True))
+    ]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import IntArray, read_only
 from orchestrator.basis.atomic_files import replacing, require_seal, seal
 from orchestrator.basis.errors import CaseError
 from orchestrator.pushover.meshing import BodyMeshes
@@ -23,12 +23,10 @@ GEOMETRY_FILE = "geometry.h5"
 class ContactPlaces:
     """The c contacts that touch in the undeformed wall; they are the first c of every array of an Increment.
 
-    point (c, 2) in m; slave_body, master_body, interface (c,): numbers, as in Bodies.
+    slave_node (c,): the node of the mesh that each is; interface (c,): number as in Bodies.
     """
 
-    point: FloatArray
-    slave_body: IntArray
-    master_body: IntArray
+    slave_node: IntArray
     interface: IntArray
 
 

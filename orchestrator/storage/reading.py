@@ -18,6 +18,9 @@ ARRAYS = {
     "velocities": "block_velocities",
     "opening": "joint_opening",
     "slip": "joint_slip",
+    "dead": "dead",
+    "live": "live",
+    "direction": "direction",
 }
 STORED_AS = {"weight": "weight_N", "horizontal_load": "horizontal_load_N", **ARRAYS}
 """keys of limit_analysis.json by the fields whose names they are not"""

@@ -257,8 +257,8 @@ def summarise(
 ) -> Summary:
     """Return the summary of a run that is not verified (yet)."""
     blocks = sum(not block.fixed for block in assemblage.wall.blocks)
-    wall = WallSummary(blocks, len(assemblage.block_i), analysis.weight)
-    merged = None if partition is None else _macroblocks(partition, len(assemblage.block_i))
+    wall = WallSummary(blocks, assemblage.joints.count, analysis.weight)
+    merged = None if partition is None else _macroblocks(partition, assemblage.joints.count)
     return Summary(case, wall, limit_summary(analysis), merged, tuple(pushovers))
 
 

@@ -13,6 +13,7 @@ from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.macroblocks.criteria import Partition
+from orchestrator.masonry.interfaces import STRENGTHS
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.increments import WHOLE_NUMBERS, Increment, PushoverCurve
@@ -38,13 +39,10 @@ def write_blocks(folder: Path, wall: Wall) -> None:
 
 def write_joints(folder: Path, assemblage: Assemblage) -> None:
     """Write joints.csv, one row per joint; start -> end runs counter-clockwise round block_i."""
-    ids = _ids(assemblage.wall)
+    ids, joints = _ids(assemblage.wall), assemblage.joints
     columns = zip(
-        range(len(assemblage.block_i)), ids[assemblage.block_i], ids[assemblage.block_j],
-        assemblage.start[:, 0], assemblage.start[:, 1], assemblage.end[:, 0], assemblage.end[:, 1],
-        assemblage.length, assemblage.friction, assemblage.cohesion,
-        assemblage.tensile_strength, assemblage.compressive_strength,
-        assemblage.normal_stiffness, assemblage.shear_stiffness, strict=True,
+        range(joints.count), ids[joints.i], ids[joints.j], *joints.start.T, *joints.end.T, joints.length,
+        joints.friction, *(getattr(joints, name) for name in STRENGTHS), strict=True,
     )  # fmt: skip
     write_csv(folder / "joints.csv", JOINT_COLUMNS, columns)
 
@@ -100,11 +98,12 @@ def blocks_record(wall: Wall) -> dict[str, Any]:
 
 
 def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]:
-    """Return all limit states; velocities are in the order of `blocks`, joint values in that of joints.csv."""
+    """Return all limit states; velocities and loads (N, N m) are in the order of `blocks`, joint values
+    in that of joints.csv."""
     names = ("associative", "associative_left", "sequence", "path", "lowest")
     states = {name: getattr(analysis, name) for name in names}
     return {
-        "load_direction": analysis.load_direction,
+        "loads": {"dead": analysis.loads.dead, "live": analysis.loads.live, "direction": analysis.loads.direction},
         "weight_N": analysis.weight,
         "horizontal_load_N": analysis.horizontal_load,
         "tilting_table": analysis.tilting_table,
@@ -142,11 +141,11 @@ def macroblocks_record(wall: Wall, partition: Partition, bodies: Bodies) -> dict
         "remarks": partition.remarks,
         "bodies": [_body_record(body, ids) for body in bodies.bodies],
         "interfaces": {
-            "body_i": bodies.body_i,
-            "body_j": bodies.body_j,
-            "start_m": bodies.start,
-            "end_m": bodies.end,
-            "friction": bodies.friction,
+            "body_i": bodies.interfaces.i,
+            "body_j": bodies.interfaces.j,
+            "start_m": bodies.interfaces.start,
+            "end_m": bodies.interfaces.end,
+            "friction": bodies.interfaces.friction,
             "joint": bodies.joint,
         },
     }

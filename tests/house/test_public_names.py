@@ -137,7 +137,7 @@ WIDTH, HEIGHT, WEIGHT, FLOOR = 0.2, 1.0, 500.0, 250.0
 def rocking(load):
     """Push the block under a load until its top has moved by 2 mm; return it and its limit analysis."""
     assemblage = assemblage_of(stack((WIDTH, HEIGHT), friction=0.7))
-    analysis = analyse(assemblage, None, load.sign, loads_on(assemblage.wall, load))
+    analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
     settings = {"mesh": MeshSettings(size=0.1), "stepping": SteppingSettings(final_displacement=2e-3)}
     return push(assemblage, analysis, one_body_per_block(assemblage), load, **settings), analysis
 

@@ -7,11 +7,10 @@ import numpy as np
 import shapely
 from PIL import Image, ImageDraw
 
-from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis import analyse
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.sources.drawing import Material
-from orchestrator.settings.case import LoadSettings
 from tests.support.paths import DATA
 
 WALL_1 = read_blocks(DATA / "ferris_tinloi_wall1.json")
@@ -29,7 +28,7 @@ support = 200
 
 def associative(wall):
     assemblage = find_joints(wall, JointSettings())
-    return analyse(assemblage, LimitAnalysisSettings(), LoadSettings().sign).associative.load_multiplier
+    return analyse(assemblage).associative.load_multiplier
 
 
 def assert_same_wall(found, expected, within=1e-9):
@@ -88,13 +87,13 @@ def areas(wall):
 
 def joint_lengths(wall):
     assemblage = find_joints(wall, JointSettings())
-    return len(assemblage.block_i), float(assemblage.length.sum())
+    return assemblage.joints.count, float(assemblage.joints.length.sum())
 
 
 def touching_pairs(wall, longer_than=0.0):
     assemblage = find_joints(wall, JointSettings())
-    long = assemblage.length > longer_than
-    return len(set(zip(assemblage.block_i[long].tolist(), assemblage.block_j[long].tolist(), strict=True)))
+    long = assemblage.joints.length > longer_than
+    return len(set(zip(assemblage.joints.i[long].tolist(), assemblage.joints.j[long].tolist(), strict=True)))
 
 
 def rubble(seed, count=40):

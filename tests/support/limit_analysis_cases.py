@@ -16,6 +16,7 @@ from shapely.geometry.polygon import orient
 
 from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse
+from orchestrator.loads import Loads, LoadSettings, loads_on
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.wall import Block, Wall
 from tests.support.paths import DATA, PROJECT
@@ -39,10 +40,20 @@ def case(name: str) -> Assemblage:
     return assemblage_of(polygons, fixed, data["friction"], data["thickness"], 1e3 * data["unit_weight"])
 
 
+def weight_along(assemblage: Assemblage, direction: int) -> Loads:
+    """Return a wall's weight, and the same forces along +x (1) or -x (-1)."""
+    return loads_on(assemblage.wall, LoadSettings("+x" if direction > 0 else "-x"))
+
+
+def analysed(assemblage: Assemblage, direction: int) -> LimitAnalysis:
+    """Analyse a wall under its weight, pushed along +x (1) or -x (-1)."""
+    return analyse(assemblage, loads=weight_along(assemblage, direction))
+
+
 @shared
 def answers(name: str, load_direction: int = 1) -> LimitAnalysis:
     """Analyse a block file with default settings."""
-    return analyse(case(name), load_direction=load_direction)
+    return analysed(case(name), load_direction)
 
 
 def assemblage_of(polygons, fixed=(0,), friction=0.65, thickness=1.0, unit_weight=20e3) -> Assemblage:
@@ -122,8 +133,8 @@ def audit(assemblage: Assemblage, state: LimitState, load_direction: int = 1) ->
             largest = max(largest, hypot(*_point_velocity(velocities[k], (x, y), corner)))
     worst = Audit(*[0.0] * 10)
     friction_power = 0.0
-    for k, (i, j) in enumerate(zip(assemblage.block_i, assemblage.block_j, strict=True)):
-        start, end = assemblage.start[k], assemblage.end[k]
+    for k, (i, j) in enumerate(assemblage.joints.pairs):
+        start, end = assemblage.joints.start[k], assemblage.joints.end[k]
         length = hypot(*(end - start))
         tx, ty = (end - start) / length
         normal, tangent, middle = np.array([ty, -tx]), np.array([tx, ty]), (start + end) / 2
@@ -134,7 +145,7 @@ def audit(assemblage: Assemblage, state: LimitState, load_direction: int = 1) ->
                 loads[j] = loads[j] + push
             if i in loads:
                 loads[i] = loads[i] - push
-        mu, cohesion = assemblage.friction[k], assemblage.cohesion[k] * length * thickness
+        mu, cohesion = assemblage.joints.friction[k], assemblage.joints.cohesion[k] * length * thickness
         resistance = cohesion + mu * (n_start + n_end)
         apart = [
             _point_velocity(velocities[j], shapes[j].centroid.coords[0], point)
@@ -180,7 +191,7 @@ def with_resultants(name):
     wall = case(name)
     free = [number for number, block in enumerate(wall.wall.blocks) if not block.fixed]
     shapes = [Polygon(block.polygon) for block in wall.wall.blocks]
-    joints = len(wall.block_i)
+    joints = wall.joints.count
     balance, right_side = np.zeros((3 * len(free), 3 * joints + 1)), np.zeros(3 * len(free))
     for row, number in enumerate(free):
         weight = shapes[number].area * wall.wall.thickness * wall.wall.blocks[number].unit_weight / 1e3
@@ -188,15 +199,15 @@ def with_resultants(name):
         right_side[3 * row : 3 * row + 3] = 0.0, weight, weight * x
         balance[3 * row : 3 * row + 3, -1] = weight, 0.0, -weight * y
     for k in range(joints):
-        x, y = wall.midpoint[k]
-        for number, sign in ((wall.block_j[k], 1.0), (wall.block_i[k], -1.0)):
+        x, y = wall.joints.centroid[k]
+        for number, sign in ((wall.joints.j[k], 1.0), (wall.joints.i[k], -1.0)):
             if number in free:
                 rows = slice(3 * free.index(number), 3 * free.index(number) + 3)
-                for column, (fx, fy) in enumerate((wall.normal[k], wall.tangent[k])):
+                for column, (fx, fy) in enumerate((wall.joints.normal[k], wall.joints.tangent[k])):
                     balance[rows, 3 * k + column] = sign * np.array([fx, fy, x * fy - y * fx])
                 balance[rows, 3 * k + 2] = 0.0, 0.0, sign
     yields = np.zeros((4 * joints, 3 * joints + 1))
     for k in range(joints):
-        mu, lever = wall.friction[k], wall.length[k] / 2
+        mu, lever = wall.joints.friction[k], wall.joints.length[k] / 2
         yields[4 * k : 4 * k + 4, 3 * k : 3 * k + 3] = [[-mu, 1, 0], [-mu, -1, 0], [-lever, 0, 1], [-lever, 0, -1]]
     return balance, right_side, yields

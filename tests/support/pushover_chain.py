@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
 from mpi4py import MPI
 
 from orchestrator.loads import LoadSettings
@@ -18,7 +19,7 @@ from orchestrator.pushover.model import ContactModel, build_model
 from orchestrator.pushover.path.increment_record import increment_of
 from orchestrator.pushover.path.stepping import Pushover, at_rest
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
-from orchestrator.pushover.solids.nodal_loads import nodal_loads
+from orchestrator.pushover.solids.nodal_loads import nodal_loads, own_weight
 from orchestrator.pushover.solids.tie_bars import find_ties
 from orchestrator.pushover.solve.iterate import Target, evaluate
 from orchestrator.pushover.solve.linear_system import LinearSystem
@@ -89,11 +90,13 @@ def model_of(
     assemblage = assemblage_of(wall, *([joints] if joints else []))
     bodies = make_bodies(assemblage, partition or one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(size=mesh_size), None)
-    given = nodal_loads(wall, bodies, meshes, loads) if loads else None
+    given = own_weight(meshes, np.array([direction, 0.0]))
+    if loads:
+        given = nodal_loads(wall, bodies, meshes, replace(loads, direction="+x" if direction > 0 else "-x"))
     contact = ContactSettings(slip_tolerance, softening)
     elastic = elastic or ElasticSettings()
     bars = find_ties(wall, bodies, meshes, ties)
-    return build_model(bodies, meshes, elastic, contact, direction, comm, large_displacement, given, bars)
+    return build_model(bodies, meshes, elastic, contact, comm, large_displacement, given, bars)
 
 
 def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float) -> Run:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from orchestrator.basis.arrays import read_only
+from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Block, Wall
@@ -35,12 +36,8 @@ def four_blocks(name: str = "hand made") -> Assemblage:
     """Support 10, blocks 11 and 12 side by side on it, block 13 on both: 5 joints."""
     boxes = [(0, -0.2, 2, 0), (0, 0, 1, 0.5), (1, 0, 2, 0.5), (0.5, 0.5, 1.5, 1)]
     blocks = tuple(Block(10 + n, between(*box), n == 0, 25e3) for n, box in enumerate(boxes))
-    return Assemblage(
-        wall=Wall(name, blocks, 0.1, 0.65),
-        block_i=np.array([0, 0, 1, 1, 2]),
-        block_j=np.array([1, 2, 2, 3, 3]),
-        start=np.array([[1, 0], [2, 0], [1, 0], [1, 0.5], [1.5, 0.5]]),
-        end=np.array([[0, 0], [1, 0], [1, 0.5], [0.5, 0.5], [1, 0.5]]),
-        friction=np.full(5, 0.65),
-        cohesion=np.zeros(5),
-    )
+    i, j = np.array([[0, 0, 1, 1, 2], [1, 2, 2, 3, 3]])
+    start = np.array([[1, 0], [2, 0], [1, 0], [1, 0.5], [1.5, 0.5]])
+    end = np.array([[0, 0], [1, 0], [1, 0.5], [0.5, 0.5], [1, 0.5]])
+    joints = straight_interfaces(i, j, start, end, 0.1, np.full(5, 0.65))
+    return Assemblage(Wall(name, blocks, 0.1, 0.65), joints)

@@ -14,6 +14,7 @@ from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.criteria import MacroblockSettings
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import Arch, arch_on_piers
+from tests.support.limit_analysis_cases import analysed
 from tests.support.pushover_chain import model_of, run
 
 WEIGHT = 20e3
@@ -142,7 +143,7 @@ def test_pushover_peaks_at_the_multiplier_of_the_thrust_line(arch, direction, ma
     """Elastic voussoirs in large displacements, as users push them: within 1 % of rigid ones, both ways."""
     arch = replace(arch, friction=1.2)
     assemblage = find_joints(arch_on_piers(arch), JointSettings())
-    partition = macroblocks_of(assemblage, analyse(assemblage, None, direction), MacroblockSettings())
+    partition = macroblocks_of(assemblage, analysed(assemblage, direction), MacroblockSettings())
     if macroblocks:
         assert partition.count < len(assemblage.wall.blocks) - 2
     model = model_of(assemblage.wall, partition if macroblocks else None, direction=direction, large_displacement=True)

@@ -18,12 +18,13 @@ from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import solve_gravity_lp
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
-from tests.support.limit_analysis_cases import assemblage_of, box, case, mirrored, transformed
+from orchestrator.masonry.interfaces import straight_interfaces
+from tests.support.limit_analysis_cases import analysed, assemblage_of, box, case, mirrored, transformed
 
 
 def multipliers(assemblage, load_direction=1):
     """Associative and sequence multiplier, and that which loading meets."""
-    found = analyse(assemblage, load_direction=load_direction)
+    found = analysed(assemblage, load_direction)
     assert found.remarks == ()
     return [state.load_multiplier for state in (found.associative, found.sequence, found.headline)]
 
@@ -77,9 +78,11 @@ def test_two_block_stack_topples_at_the_weaker_joint():
 
 def test_stack_slides_at_its_smoothest_joint():
     stack = assemblage_of(tower((2.0, 0.4), (2.0, 0.4), (2.0, 0.4)))
-    friction = np.where(stack.block_i == 1, 0.25, 0.6)
+    friction = np.where(stack.joints.i == 1, 0.25, 0.6)
     assert friction.tolist().count(0.25) == 1
-    assert multipliers(replace(stack, friction=read_only(friction))) == pytest.approx([0.25] * 3, abs=1e-6)
+    assert multipliers(replace(stack, joints=replace(stack.joints, friction=read_only(friction)))) == pytest.approx(
+        [0.25] * 3, abs=1e-6
+    )
 
 
 @pytest.mark.parametrize(("cohesion", "expected"), [(4e3, 0.3 + 4e3 * 0.8 / (0.8 * 0.5 * 20e3)), (60e3, 0.8 / 0.5)])
@@ -87,7 +90,7 @@ def test_cohesion_adds_to_sliding_but_not_to_overturning(cohesion, expected):
     """mu + c b/W (here per metre of thickness, also for a thickness of 0.1 m), at most b/h: no tension."""
     for thickness in (1.0, 0.1):
         block = assemblage_of(tower((0.8, 0.5)), friction=0.3, thickness=thickness)
-        glued = replace(block, cohesion=read_only([cohesion]))
+        glued = replace(block, joints=replace(block.joints, cohesion=read_only([cohesion])))
         assert multipliers(glued) == pytest.approx([expected] * 3, abs=1e-6)
 
 
@@ -155,8 +158,8 @@ def hinges(assemblage, rates):
     turns = np.flatnonzero(np.ptp(opening, axis=1) > 1e-3 * np.abs(opening).max())
     found = []
     for k in turns:
-        ends = np.array([assemblage.start[k], assemblage.end[k]])
-        x, y = assemblage.midpoint[k]
+        ends = np.array([assemblage.joints.start[k], assemblage.joints.end[k]])
+        x, y = assemblage.joints.centroid[k]
         open_radius, closed_radius = np.linalg.norm(ends[np.argsort(opening[k])[::-1]], axis=1)
         found.append((float(np.degrees(np.arctan2(x, y))), 1 if open_radius > closed_radius else -1))
     return sorted(found)
@@ -168,7 +171,7 @@ def test_semicircular_arch_of_least_thickness_has_its_hinges_where_the_thrust_li
     Without sliding; half a voussoir of 101 is 0.9 degrees, and the crown lies in the middle of one: two joints turn.
     """
     thin = arch(101, 0.1074)
-    equilibrium = assemble_equilibrium(thin, 1)
+    equilibrium = assemble_equilibrium(thin)
     missing, velocities = solve_gravity_lp(equilibrium, coulomb(thin))
     rates = equilibrium.joint_rates(velocities)
     assert missing > 0
@@ -195,12 +198,9 @@ def test_scaling_lengths_leaves_the_multipliers(scaling):
     grown = transformed(wall, lambda polygon: scaling * polygon)
     if scaling < 1e-2:  # joints are shorter than the least length of a joint then: scale the assemblage itself
         blocks = tuple(replace(block, polygon=read_only(scaling * block.polygon)) for block in wall.wall.blocks)
-        grown = replace(
-            wall,
-            wall=replace(wall.wall, blocks=blocks),
-            start=read_only(scaling * wall.start),
-            end=read_only(scaling * wall.end),
-        )
+        ends = scaling * wall.joints.start, scaling * wall.joints.end
+        joints = straight_interfaces(wall.joints.i, wall.joints.j, *ends, wall.wall.thickness, wall.joints.friction)
+        grown = replace(wall, wall=replace(wall.wall, blocks=blocks), joints=joints)
     assert multipliers(grown) == pytest.approx(multipliers(wall), abs=1e-7)
 
 

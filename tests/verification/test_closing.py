@@ -26,7 +26,7 @@ def test_state_from_forces_under_dead_load_alone(width, height):
     path = load_path(problem, expected)
     standing = replace(path.state, joint_forces=path.forces[0])
     closing = Closing(problem, elastic_wall(wall, problem.equilibrium, problem.friction).stiffness)
-    no_slip = np.zeros(len(wall.block_i))
+    no_slip = np.zeros(wall.joints.count)
     found = closing.near(standing, no_slip, 0.0, 1.0)
     assert found.load_multiplier == pytest.approx(expected, rel=1e-6)
     assert problem.complaints(found) == ()
@@ -51,10 +51,10 @@ def pushed_against_a_stop():
     problem = problem_of(wall)
     alone = problem_of(assemblage_of([FLOOR, box(-0.5, 0.0, 1.0, 0.5)]))
     sliding = load_path(alone, 0.65).state
-    stop = np.flatnonzero((wall.block_i == 1) & (wall.block_j == 2) | (wall.block_i == 2) & (wall.block_j == 1))
-    floor = np.flatnonzero((wall.block_i == 0) & (wall.block_j == 1) | (wall.block_i == 1) & (wall.block_j == 0))
+    stop = np.flatnonzero((wall.joints.i == 1) & (wall.joints.j == 2) | (wall.joints.i == 2) & (wall.joints.j == 1))
+    floor = np.flatnonzero((wall.joints.i == 0) & (wall.joints.j == 1) | (wall.joints.i == 1) & (wall.joints.j == 0))
     assert len(stop) == len(floor) == 1
-    forces = np.zeros((len(wall.block_i), 3))
+    forces = np.zeros((wall.joints.count, 3))
     forces[floor] = sliding.joint_forces
     state = replace(
         sliding,

@@ -24,15 +24,15 @@ def falling(number, multiplier):
     wall = case(NAME)
     balance, right_side, yields = with_resultants(NAME)
     position = [block.id for block in wall.wall.blocks].index(number)
-    below, above = (wall.block_j == position), (wall.block_i == position)
+    below, above = (wall.joints.j == position), (wall.joints.i == position)
     rows, values = [], []
     heads = 0
     for k in np.flatnonzero(below | above):
         row = np.zeros(yields.shape[1])
-        if abs(wall.normal[k, 0]) > 0.99:
+        if abs(wall.joints.normal[k, 0]) > 0.99:
             heads += 1
-            upward = wall.tangent[k, 1] * (1.0 if below[k] else -1.0)  # what shear does to the block
-            row[3 * k], row[3 * k + 1] = wall.friction[k], -upward
+            upward = wall.joints.tangent[k, 1] * (1.0 if below[k] else -1.0)  # what shear does to the block
+            row[3 * k], row[3 * k + 1] = wall.joints.friction[k], -upward
         else:
             row[3 * k] = 1.0
         rows.append(row)
@@ -52,7 +52,9 @@ def test_block_falls_alone_at_any_multiplier(number, multiplier):
     forces = falling(number, multiplier)
     wall = case(NAME)
     position = [block.id for block in wall.wall.blocks].index(number)
-    beside = np.flatnonzero(((wall.block_i == position) | (wall.block_j == position)) & (abs(wall.normal[:, 0]) > 0.99))
+    beside = np.flatnonzero(
+        ((wall.joints.i == position) | (wall.joints.j == position)) & (abs(wall.joints.normal[:, 0]) > 0.99)
+    )
     weight = 0.4 * 0.175 * 0.1 * 25.0  # kN
     assert 0.65 * forces[3 * beside].sum() == pytest.approx(weight, rel=1e-6)
     assert abs(np.diff(forces[3 * beside])[0]) == pytest.approx(abs(multiplier) * weight, rel=1e-6, abs=1e-9)

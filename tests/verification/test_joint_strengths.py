@@ -16,7 +16,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
-from tests.support.limit_analysis_cases import answers, assemblage_of, box, case, mirrored
+from tests.support.limit_analysis_cases import analysed, answers, assemblage_of, box, case, mirrored
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)
 ROUGH = 5.0
@@ -30,9 +30,9 @@ def block(width, height, *strengths, friction=ROUGH, thickness=0.2):
     return find_joints(wall.wall, JointSettings(classes=strengths))
 
 
-def multipliers(assemblage, loads=None, direction=1):
+def multipliers(assemblage, loads=None):
     """Associative and sequence multiplier, and the headline, of checked states."""
-    found = analyse(assemblage, load_direction=direction, loads=loads and loads_on(assemblage.wall, loads))
+    found = analyse(assemblage, loads=loads and loads_on(assemblage.wall, loads))
     assert set(found.remarks) <= {
         "joints that crush, and ties, have no path of loading: the headline is the paper's sequence"
     }
@@ -43,13 +43,13 @@ def multipliers(assemblage, loads=None, direction=1):
     return np.array([state.load_multiplier for state in (found.associative, found.sequence, found.headline)])
 
 
-@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("direction", ["+x", "-x"])
 def test_tension_holds_a_rocking_block(direction):
     """lambda W h/2 = (W + N_t) b/2."""
     b, h, t, f_t = 0.5, 1.0, 0.2, 30e3
     W, N_t = 20e3 * b * h * t, f_t * b * t
     glued = block(b, h, JointClass(tensile_strength=f_t), thickness=t)
-    assert multipliers(glued, direction=direction) == pytest.approx(b / h * (1 + N_t / W), abs=1e-6)
+    assert multipliers(glued, LoadSettings(direction)) == pytest.approx(b / h * (1 + N_t / W), abs=1e-6)
 
 
 @pytest.mark.parametrize(("cohesion", "least"), [(1e6, 30e3), (3e3, 3e3 / 0.6)])
@@ -96,7 +96,8 @@ def test_a_block_too_heavy_for_its_joint_cannot_stand():
 def test_strength_without_end_returns_the_wall_without(strength, within):
     """A joint of 0.1 m x 0.1 m bears 1e10 N at 1e12 N/m2, the wall weighs 7,875 N: 8e-7 of the moment is lost."""
     wall = case("ferris_tinloi_wall4")
-    strong = replace(wall, compressive_strength=read_only(np.full(len(wall.friction), strength)))
+    joints = replace(wall.joints, compressive_strength=read_only(np.full(wall.joints.count, strength)))
+    strong = replace(wall, joints=joints)
     expected = answers("ferris_tinloi_wall4").associative.load_multiplier
     assert analyse(strong).associative.load_multiplier == pytest.approx(expected, rel=within)
 
@@ -109,7 +110,7 @@ def test_a_wall_with_all_strengths_and_its_mirror_image():
         JointClass(orientation="head", friction=0.4),
     )
     strong, image = (find_joints(w.wall, JointSettings(classes=classes)) for w in (wall, mirrored(wall)))
-    found, other = analyse(strong).associative, analyse(image, load_direction=-1).associative
+    found, other = analyse(strong).associative, analysed(image, -1).associative
     assert other.load_multiplier == pytest.approx(found.load_multiplier, abs=1e-8)
     for state in (found, other):
         assert state.equilibrium_residual < 1e-10
@@ -122,10 +123,10 @@ def test_classes_by_orientation(orientation, expected):
     """A block that slides on its bed joint, free at its head joint."""
     stones = [FLOOR, box(0.0, 0.0, 1.0, 0.4), box(-1.0, 0.0, 1.0, 0.4)]
     wall = assemblage_of(stones, friction=0.6).wall
-    joints = find_joints(wall, JointSettings(classes=(JointClass(orientation=orientation, friction=0.3),)))
-    head = (joints.block_i > 0) & (joints.block_j > 0)
-    assert joints.friction[head] == (0.6 if orientation == "bed" else 0.3)
-    assert analyse(joints).associative.load_multiplier == pytest.approx(expected, abs=1e-8)
+    assemblage = find_joints(wall, JointSettings(classes=(JointClass(orientation=orientation, friction=0.3),)))
+    head = (assemblage.joints.i > 0) & (assemblage.joints.j > 0)
+    assert assemblage.joints.friction[head] == (0.6 if orientation == "bed" else 0.3)
+    assert analyse(assemblage).associative.load_multiplier == pytest.approx(expected, abs=1e-8)
 
 
 def test_classes_by_pair_of_materials():
@@ -134,16 +135,16 @@ def test_classes_by_pair_of_materials():
     materials = ("stone", "stone", "stone", "brick")
     named = replace(stack, blocks=tuple(replace(b, material=m) for b, m in zip(stack.blocks, materials, strict=True)))
     for pair in (("brick", "stone"), ("stone", "brick")):
-        joints = find_joints(named, JointSettings(classes=(JointClass(between=pair, friction=0.2),)))
+        joints = find_joints(named, JointSettings(classes=(JointClass(between=pair, friction=0.2),))).joints
         assert joints.friction.tolist() == [0.6, 0.6, 0.2]
-    same = find_joints(named, JointSettings(classes=(JointClass(between=("stone", "stone"), friction=0.2),)))
+    same = find_joints(named, JointSettings(classes=(JointClass(between=("stone", "stone"), friction=0.2),))).joints
     assert same.friction.tolist() == [0.2, 0.2, 0.6]
 
 
 def test_the_last_class_that_fits_counts_value_by_value():
     classes = (JointClass(friction=0.5, cohesion=1e3), JointClass(orientation="bed", friction=0.4))
     joint = block(1.0, 1.0, *classes)
-    assert (joint.friction.tolist(), joint.cohesion.tolist()) == ([0.4], [1e3])
+    assert (joint.joints.friction.tolist(), joint.joints.cohesion.tolist()) == ([0.4], [1e3])
 
 
 @pytest.mark.parametrize("between", [("stone",), ("stone", "marble"), ("stone",) * 3])

@@ -20,7 +20,7 @@ from tests.support.limit_analysis_cases import assemblage_of, box, case
 def terms(blocks: int, courses: int):
     """Running bond: terms of Eq. (1) and Coulomb's law."""
     assemblage = find_joints(running_bond(blocks, courses), JointSettings())
-    return assemble_equilibrium(assemblage, 1), coulomb(assemblage)
+    return assemble_equilibrium(assemblage), coulomb(assemblage)
 
 
 def test_multiplier_of_a_wall_is_that_of_highs():
@@ -78,7 +78,7 @@ def test_a_wall_that_is_not_followed_to_its_end_has_a_valid_state_and_says_how_f
     state = found.headline
     assert (state.flow_rule, state.converged) == ("smoothed", True)
     assert state is found.path
-    terms = assemble_equilibrium(wall, 1)
+    terms = assemble_equilibrium(wall)
     assert validate(wall, terms, coulomb(wall, terms.dead_total), state).complaints == ()
     assert 0.8 * state.load_multiplier < found.last_rest < state.load_multiplier < found.associative.load_multiplier
     (said,) = [remark for remark in found.remarks if "path" in remark]

@@ -29,7 +29,16 @@ from orchestrator.limit_analysis.validation import validate
 from orchestrator.loads import loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from tests.support.limit_analysis_cases import answers, assemblage_of, audit, box, case, transformed
+from tests.support.limit_analysis_cases import (
+    analysed,
+    answers,
+    assemblage_of,
+    audit,
+    box,
+    case,
+    transformed,
+    weight_along,
+)
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)
 PUBLISHED = {
@@ -70,8 +79,8 @@ def test_elastic_displacement_of_a_wall_whose_joints_stay_closed():
     free, shapes = [1, 2, 3], [np.array(block.polygon) for block in wall.wall.blocks]
     size = problem.equilibrium.block_length
     K = np.zeros((12, 12))
-    for k, (i, j) in enumerate(zip(wall.block_i, wall.block_j, strict=True)):
-        (x0, y0), (x1, y1) = wall.start[k], wall.end[k]
+    for k, (i, j) in enumerate(wall.joints.pairs):
+        (x0, y0), (x1, y1) = wall.joints.start[k], wall.joints.end[k]
         length = np.hypot(x1 - x0, y1 - y0)
         t = np.array([x1 - x0, y1 - y0]) / length
         n = np.array([t[1], -t[0]])
@@ -140,7 +149,7 @@ def test_headline_of_a_mirrored_wall_and_of_one_with_other_weights():
     wall = irregular()
     here = analyse(wall).headline.load_multiplier
     behind = transformed(wall, lambda polygon: polygon * [-1.0, 1.0])
-    assert analyse(behind, load_direction=-1).headline.load_multiplier == pytest.approx(here, rel=1e-6)
+    assert analysed(behind, -1).headline.load_multiplier == pytest.approx(here, rel=1e-6)
     polygons = [block.polygon for block in wall.wall.blocks]
     fixed = [number for number, block in enumerate(wall.wall.blocks) if block.fixed]
     light = assemblage_of(polygons, fixed, wall.wall.friction, 0.07, 3.0)
@@ -155,7 +164,7 @@ def test_headline_of_a_wall_with_openings_its_mirror_image_and_another_numbering
     settings = LimitAnalysisSettings(sequence_blocks=1, search_blocks=1)
     here = analyse(wall, settings).headline.load_multiplier
     behind = transformed(wall, lambda polygon: polygon * [-1.0, 1.0])
-    assert analyse(behind, settings, -1).headline.load_multiplier == pytest.approx(here, rel=1e-6)
+    assert analyse(behind, settings, weight_along(behind, -1)).headline.load_multiplier == pytest.approx(here, rel=1e-6)
     order = np.random.default_rng(1).permutation(len(wall.wall.blocks))
     stones = [wall.wall.blocks[number] for number in order]
     fixed = [number for number, block in enumerate(stones) if block.fixed]
@@ -168,7 +177,7 @@ def test_block_on_a_slope_that_turns_with_the_wall():
     angle, friction = radians(8.0), 0.4
     turn = np.array([[cos(angle), -sin(angle)], [sin(angle), cos(angle)]])
     stones = [np.array(polygon) @ turn.T for polygon in (box(-3, -0.5, 6, 0.5), box(-0.5, 0, 1.0, 0.4))]
-    found = analyse(assemblage_of(stones, friction=friction), load_direction=-1)
+    found = analysed(assemblage_of(stones, friction=friction), -1)
     assert found.headline.load_multiplier == pytest.approx(np.tan(np.arctan(friction) - angle), rel=1e-6)
 
 
@@ -224,7 +233,7 @@ def test_stopping_at_the_first_mechanism_however_small():
     assert found.local_failures == ()
     assert found.headline.load_multiplier == pytest.approx(0.25, rel=1e-6)
     wall = loose_top()
-    checked = validate(wall, assemble_equilibrium(wall, 1), coulomb(wall), found.headline)
+    checked = validate(wall, assemble_equilibrium(wall), coulomb(wall), found.headline)
     assert checked.complaints == ()
 
 

@@ -141,6 +141,6 @@ def test_resultant_and_moment_are_those_of_limit_analysis(macroblocks):
     moment = -blocks.dead[~fixed, 2].sum() + extra @ centroid[~fixed, 0]
     assert dead == pytest.approx([extra.sum(), moment, extra.sum() * wall.thickness / 2], rel=1e-9)
     live = np.array([found.live.sum(), found.live @ y, found.live @ z])
-    along, turning = blocks.along_x[~fixed, 0], blocks.along_x[~fixed, 2]
+    along, turning = blocks.live[~fixed, 0], blocks.live[~fixed, 2]
     expected = [along.sum(), along @ centroid[~fixed, 1] - turning.sum(), along.sum() * wall.thickness / 2]
     assert live == pytest.approx(expected, rel=1e-9)

@@ -10,7 +10,7 @@ from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.validation import validate
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from tests.support.limit_analysis_cases import answers, case, mirrored
+from tests.support.limit_analysis_cases import analysed, answers, case, mirrored, weight_along
 
 NAMES = [
     "block_on_10deg_slope", "ferris_tinloi_wall1", "ferris_tinloi_wall3", "ferris_tinloi_wall4", "ferris_tinloi_wall6",
@@ -22,7 +22,7 @@ NAMES = [
 @pytest.mark.parametrize("name", NAMES)
 def test_every_state_reported_is_valid(name, rule):
     wall = case(name)
-    found = validate(wall, assemble_equilibrium(wall, 1), coulomb(wall), getattr(answers(name), rule))
+    found = validate(wall, assemble_equilibrium(wall), coulomb(wall), getattr(answers(name), rule))
     assert found.complaints == ()
 
 
@@ -39,7 +39,7 @@ def test_lowest_and_highest_enclose_every_other_and_none_exceeds_the_bound(name)
 @pytest.mark.parametrize(("seed", "friction"), [(1, 0.75), (2, 0.4)])
 def test_mirrored_irregular_wall_has_the_same_headline_and_range(seed, friction):
     wall = find_joints(irregular_courses(IrregularCourses(1.2, 1.0, friction=friction, seed=seed)), JointSettings())
-    there, behind = analyse(wall), analyse(mirrored(wall), load_direction=-1)
+    there, behind = analyse(wall), analysed(mirrored(wall), -1)
     assert behind.headline.load_multiplier == pytest.approx(there.headline.load_multiplier, abs=1e-6)
     assert behind.non_associative_range == pytest.approx(there.non_associative_range, abs=1e-5)
 
@@ -48,11 +48,11 @@ def test_a_last_rest_is_closed_by_a_valid_state_beside_it_and_the_answer_says_so
     """Random wall 5 of docs/studies, to the left: the whole wall slides at mu = 0.5, and the path creeps there."""
     pattern = IrregularCourses(2.0, 1.2, widths=(0.2, 0.4), heights=(0.15, 0.2), friction=0.5, seed=5)
     wall = find_joints(irregular_courses(pattern), JointSettings())
-    found = analyse(wall, load_direction=-1)
+    found = analysed(wall, -1)
     state = found.headline
     assert state is found.path
     assert state.converged
-    assert validate(wall, assemble_equilibrium(wall, -1), coulomb(wall), state).complaints == ()
+    assert validate(wall, assemble_equilibrium(wall, weight_along(wall, -1)), coulomb(wall), state).complaints == ()
     assert state.load_multiplier == pytest.approx(0.5, rel=1e-6)
     assert found.last_rest == pytest.approx(0.5, rel=0.01)
     assert state.flow_rule == "descent"

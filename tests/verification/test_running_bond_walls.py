@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis import analyse
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body, one_body_per_block
 from orchestrator.masonry.patterns import running_bond
@@ -40,7 +40,7 @@ def wide() -> Run:
 def test_peak_against_limit_analysis_and_an_independent_prototype(courses, blocks, associative, peak):
     wall = running_bond(5, courses)
     assert sum(not block.fixed for block in wall.blocks) == blocks
-    limit = analyse(assemblage_of(wall), LimitAnalysisSettings(), 1)
+    limit = analyse(assemblage_of(wall))
     assert limit.associative.load_multiplier == pytest.approx(associative, abs=1e-4)
     result = run(model_of(wall), final_displacement=10e-3)
     assert result.curve.control_displacement_m[-1] == pytest.approx(10e-3, rel=2e-3)

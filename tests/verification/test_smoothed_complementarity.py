@@ -34,7 +34,7 @@ from tests.support.limit_analysis_cases import assemblage_of, box
 def test_one_block_overturns_or_slides(width, height, expected):
     """min(mu, b/h)."""
     wall = assemblage_of([box(-3, -1, 6, 1), box(0, 0, width, height)])
-    found = solve_smoothed(assemble_equilibrium(wall, 1), coulomb(wall), 1.0)
+    found = solve_smoothed(assemble_equilibrium(wall), coulomb(wall), 1.0)
     assert found.converged
     assert found.gap <= LAST_GAP
     assert found.load_multiplier == pytest.approx(expected, abs=1e-5)
@@ -44,7 +44,7 @@ def test_one_block_overturns_or_slides(width, height, expected):
 def bond():
     """A wall of 290 blocks: its assemblage, terms of Eq. (1), Coulomb's law, associative optimum and moving part."""
     wall = find_joints(running_bond(14, 20), JointSettings())
-    whole, friction = assemble_equilibrium(wall, 1), coulomb(wall)
+    whole, friction = assemble_equilibrium(wall), coulomb(wall)
     optimum = solve_limit_lp(whole, friction)
     return wall, whole, friction, optimum, moving_part(wall, whole, friction, optimum.velocities)
 
@@ -121,7 +121,7 @@ def test_where_the_part_is_too_small_the_whole_wall_has_the_mechanism(bond, stat
 def test_both_directions_of_slip_are_found_whatever_their_sum_was(scale):
     """Joints that stick, slide and open, with y z = t in each of their four conditions: p and m from p - m alone."""
     wall = assemblage_of([box(-3, -1, 6, 1), *(box(3 * i, 0, 1, 1) for i in range(-1, 1))])
-    problem = scaled_problem(assemble_equilibrium(wall, 1), coulomb(wall))
+    problem = scaled_problem(assemble_equilibrium(wall), coulomb(wall))
     rng, joints = np.random.default_rng(1), len(problem.friction)
     for _ in range(200):
         targets = np.exp(3.0 * rng.normal(size=(joints, 4)))
@@ -142,9 +142,9 @@ def test_both_directions_of_slip_are_found_whatever_their_sum_was(scale):
 def test_state_of_a_large_wall(blocks, courses):
     """Closed by forces on the whole wall and a mechanism of its moving part: valid, and below Eq. (1)."""
     wall = find_joints(running_bond(blocks, courses), JointSettings())
-    equilibrium, friction = assemble_equilibrium(wall, 1), coulomb(wall)
+    equilibrium, friction = assemble_equilibrium(wall), coulomb(wall)
     optimum = solve_limit_lp(equilibrium, friction)
-    height = wall.midpoint[:, 1]
+    height = wall.joints.centroid[:, 1]
     depth = equilibrium.block_length + height.max() - height
     part = moving_part(wall, equilibrium, friction, optimum.velocities)
     found, slip = smoothed_start(part, depth)

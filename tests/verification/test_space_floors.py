@@ -58,7 +58,7 @@ def test_stones_are_cut_where_a_floor_is_let_in():
     assert len({block.id for block in floored.blocks}) == len(floored.blocks)
     joints = find_joints(floored).joints
     slab = len(floored.blocks) - 1
-    touching = (joints.block_i == slab) | (joints.block_j == slab)
+    touching = (joints.i == slab) | (joints.j == slab)
     below = np.abs(joints.normal[touching] @ floored.up) > 0.99
     assert joints.area[touching][below].sum() == pytest.approx(2 * shared)  # what is under it, and what is on it
 

@@ -12,9 +12,8 @@ import pytest
 
 from orchestrator.app import cli
 from orchestrator.basis.errors import CaseError
-from orchestrator.limit_analysis import analyse
 from orchestrator.masonry.ties import Tie, with_ties
-from tests.support.limit_analysis_cases import assemblage_of, box
+from tests.support.limit_analysis_cases import analysed, assemblage_of, box
 
 B, H, Z = 0.5, 2.0, 1.5
 W = 20e3 * B * H
@@ -23,7 +22,7 @@ FLOOR = box(-5.0, -0.5, 10.0, 0.5)
 
 def multiplier(assemblage, *ties, direction=1):
     """Return the multiplier on which all rules agree (the ties and the toes have no friction to speak of)."""
-    found = analyse(with_ties(assemblage, ties), load_direction=direction)
+    found = analysed(with_ties(assemblage, ties), direction)
     assert found.headline is not found.associative
     assert found.headline.power_residual < 1e-8
     assert found.headline.load_multiplier == pytest.approx(found.associative.load_multiplier, rel=1e-6)

@@ -16,6 +16,7 @@ from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.settings import ElasticSettings
 from orchestrator.settings import case as cases
+from tests.support.limit_analysis_cases import analysed
 from tests.support.pushover_chain import assemblage_of, model_of, rectangle, run, stack
 from tests.verification.test_ranks import WALL, start
 
@@ -79,7 +80,7 @@ def test_a_tie_does_not_push_but_a_floor_does():
     assert floor.peak == pytest.approx(FREE + 2 * HELD.strength / WEIGHT, rel=2e-3)
     assert floor.increments[-1].tie_force == pytest.approx([-HELD.strength])
     wall = with_ties(assemblage_of(stack((WIDTH, HEIGHT), friction=5.0)), (replace(HELD, pushes=True),))
-    assert analyse(wall, load_direction=-1).associative.load_multiplier == pytest.approx(floor.peak, rel=2e-3)
+    assert analysed(wall, -1).associative.load_multiplier == pytest.approx(floor.peak, rel=2e-3)
 
 
 def test_an_upright_tie_through_the_bed():

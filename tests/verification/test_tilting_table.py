@@ -56,7 +56,7 @@ def test_a_wall_drawn_beyond_its_angle_cannot_stand():
 )
 def test_only_a_load_that_tilts_with_the_wall_is_an_angle(settings, tilts):
     wall = case("tower_5_blocks")
-    found = analyse(wall, load_direction=settings.sign, loads=loads_on(wall.wall, settings))
+    found = analyse(wall, loads=loads_on(wall.wall, settings))
     assert (found.tilt_angle(found.associative) is not None) == tilts
 
 

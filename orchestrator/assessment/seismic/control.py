@@ -14,8 +14,10 @@ import numpy as np
 from orchestrator.assessment.seismic.settings import SeismicSettings
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.limit_analysis import Mechanism
 from orchestrator.loads import LoadSettings
+from orchestrator.loads.block_loads import horizontal
 from orchestrator.loads.dead_loads import AT_LEVEL, extra_dead_loads, top_of
 from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
@@ -34,13 +36,13 @@ class ControlPoint:
 
 
 def control_point(
-    settings: SeismicSettings, assemblage: Assemblage, load: LoadSettings, mechanism: Mechanism, load_direction: int
+    settings: SeismicSettings, assemblage: Assemblage, load: LoadSettings, mechanism: Mechanism
 ) -> ControlPoint:
     """Return the control point asked for, else the roof or floor that moves most along the load. Raises CaseError."""
     named = named_point(settings, assemblage.wall)
     if named is not None:
         return named
-    velocity = load_direction * velocity_of_tops(assemblage.wall, mechanism)
+    velocity = velocity_of_tops(assemblage.wall, mechanism) @ horizontal(load.vector)
     return max(candidates(assemblage, load), key=lambda point: float(velocity[list(point.blocks)].mean()))
 
 
@@ -82,9 +84,9 @@ def uncovered(assemblage: Assemblage) -> IntArray:
     wall = assemblage.wall
     centroids = block_centroids(wall)
     covered = np.zeros(len(wall.blocks))
-    run = np.abs(assemblage.end - assemblage.start)
+    run = np.abs(assemblage.joints.end - assemblage.joints.start)
     for joint in np.flatnonzero(run[:, 0] > run[:, 1]):
-        pair = (int(assemblage.block_i[joint]), int(assemblage.block_j[joint]))
+        pair = (int(assemblage.joints.i[joint]), int(assemblage.joints.j[joint]))
         lower = min(pair, key=lambda k: float(centroids[k, 1]))
         covered[lower] += run[joint, 0]
     free = [position for position, block in enumerate(wall.blocks) if not block.fixed]
@@ -93,10 +95,9 @@ def uncovered(assemblage: Assemblage) -> IntArray:
 
 
 def velocity_of_tops(wall: Wall, mechanism: Mechanism) -> FloatArray:
-    """Return the horizontal velocity (n,) of the middle of every block's top, in the mechanism's scale."""
-    u, _, w = mechanism.velocities.T
-    middle = np.array([top_of(block.polygon)[1][1] for block in wall.blocks])
-    return np.asarray(u - w * (middle - block_centroids(wall)[:, 1]))
+    """Return the velocity (n, 2) of the middle of every block's top, in the mechanism's scale."""
+    middle = np.array([top_of(block.polygon)[1] for block in wall.blocks])
+    return velocity_of_points(mechanism.velocities, middle - block_centroids(wall))
 
 
 def _tops(wall: Wall) -> FloatArray:

@@ -69,7 +69,7 @@ def drifting_piers(assemblage: Assemblage, control_blocks: tuple[int, ...]) -> t
             if not len(foot.lower) or not len(top.lower):
                 continue
             height = _level(wall, top.lower) - _level(wall, foot.lower)
-            friction = float(assemblage.friction[foot.joints].min())
+            friction = float(assemblage.joints.friction[foot.joints].min())
             found.append(
                 DriftingPier(
                     panel.name, tuple(foot.lower), tuple(top.lower), height, panel.depth, 0.5 * height, friction
@@ -79,10 +79,10 @@ def drifting_piers(assemblage: Assemblage, control_blocks: tuple[int, ...]) -> t
         return tuple(found)
     base = min(float(block.polygon[:, 1].min()) for block in wall.blocks if not block.fixed)
     ground = np.array([block.fixed for block in wall.blocks])
-    standing = np.flatnonzero(ground[assemblage.block_i] | ground[assemblage.block_j])
-    ends = np.concatenate([assemblage.start[standing, 0], assemblage.end[standing, 0]])
+    standing = np.flatnonzero(ground[assemblage.joints.i] | ground[assemblage.joints.j])
+    ends = np.concatenate([assemblage.joints.start[standing, 0], assemblage.joints.end[standing, 0]])
     height = _level(wall, control_blocks) - base
-    friction = float(assemblage.friction[standing].min())
+    friction = float(assemblage.joints.friction[standing].min())
     return (DriftingPier("whole wall", (), control_blocks, height, float(np.ptp(ends)), height, friction),)
 
 

@@ -58,18 +58,19 @@ class Kinematics:
     friction_share: float
 
 
-def kinematics(multiplier: float, masses: Moving, dead: Moving, load_direction: int) -> Kinematics:
+def kinematics(multiplier: float, masses: Moving, dead: Moving, forward: FloatArray) -> Kinematics:
     """Return participation and finite displacement of a mechanism under a horizontal live load of all `masses`.
 
-    dead: all weights, also those without mass, which do work only (P_k and Q_k of the clause are `masses`).
+    dead: all weights, also those without mass, which do work only (P_k and Q_k of the clause are `masses`). forward
+    (2,): unit vector of the live load.
     """
-    weight, delta = as_bodies(masses, load_direction)
-    live, friction = powers(multiplier, masses, dead, load_direction)
+    weight, delta = as_bodies(masses, forward)
+    live, friction = powers(multiplier, masses, dead, forward)
     balance = balance_displacement(friction, masses, dead)
     return Kinematics(multiplier, participation(weight, delta), len(weight), balance, friction / live)
 
 
-def as_bodies(masses: Moving, load_direction: int) -> tuple[FloatArray, FloatArray]:
+def as_bodies(masses: Moving, forward: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return weight (b,) in N and displacement along the load (b,) of the bodies that move, in the mechanism's scale.
 
     Masses of one number are one body at their common centroid: the clause's sums run over bodies, and a rigid part has
@@ -77,10 +78,10 @@ def as_bodies(masses: Moving, load_direction: int) -> tuple[FloatArray, FloatArr
     """
     _, body = np.unique(masses.body, return_inverse=True)
     weight = np.bincount(body, masses.weight)
-    u, v = (np.bincount(body, masses.weight * masses.velocities[:, k]) / weight for k in (0, 1))
-    speed = np.hypot(u, v)
+    velocity = np.column_stack([np.bincount(body, masses.weight * one) / weight for one in masses.velocities.T[:2]])
+    speed = np.hypot(*velocity.T)
     moving = speed > MECHANISM_SPEED * speed.max()
-    return weight[moving], load_direction * u[moving]
+    return weight[moving], velocity[moving] @ forward
 
 
 def participation(weight: FloatArray, delta: FloatArray) -> float:
@@ -104,9 +105,9 @@ def rocking_period(state: LimitStateName, displacement: float, acceleration: flo
     return PERIOD[state] * pi * sqrt(displacement / at_displacement)
 
 
-def powers(multiplier: float, masses: Moving, dead: Moving, load_direction: int) -> tuple[float, float]:
+def powers(multiplier: float, masses: Moving, dead: Moving, forward: FloatArray) -> tuple[float, float]:
     """Return the power of the live load at alpha_0, and what friction takes of it: the rest lifts weights."""
-    live = multiplier * float(masses.weight @ (load_direction * masses.velocities[:, 0]))
+    live = multiplier * float(masses.weight @ (masses.velocities[:, :2] @ forward))
     return live, live - float(dead.weight @ dead.velocities[:, 1])
 
 

@@ -31,6 +31,7 @@ from orchestrator.assessment.seismic.settings import LIKE, LimitStateName, Limit
 from orchestrator.assessment.seismic.spectrum import FloorSpectrum, Spectrum, spectrum_at_height
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings, LimitState, Mechanism, analyse
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.loads.block_loads import extra_dead_loads, live_loads
@@ -84,7 +85,7 @@ def loads_in_mechanism(
     remarks: tuple[str, ...] = ()
     if (load.distribution, load.inclination) != ("mass", 0.0):
         try:
-            analysis = analyse(assemblage, settings, load.sign, loads_on(assemblage.wall, by_mass))
+            analysis = analyse(assemblage, settings, loads_on(assemblage.wall, by_mass))
         except (CaseError, ConvergenceError) as error:
             return f"under a horizontal load proportional to mass: {error}"
         remarks = ("analysed for a horizontal load proportional to mass, not for the load of this case",)
@@ -93,7 +94,7 @@ def loads_in_mechanism(
         return UPPER_BOUND
     remarks += said_of(state, analysis)
     masses, dead = moving_loads(assemblage, by_mass, state.mechanism)
-    found = kinematics(state.load_multiplier, masses, dead, load.sign)
+    found = kinematics(state.load_multiplier, masses, dead, by_mass.vector)
     return InMechanism(state.flow_rule.replace("_", " "), found, remarks)
 
 
@@ -124,7 +125,7 @@ def moving_loads(assemblage: Assemblage, load: LoadSettings, mechanism: Mechanis
 
 
 def kinematic_checks(
-    settings: SeismicSettings, states: Sequence[LimitStateSettings], found: InMechanism | str, load_direction: int
+    settings: SeismicSettings, states: Sequence[LimitStateSettings], found: InMechanism | str, direction: FloatArray
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return what the mechanism has, for the summary, and its rows: linear and non-linear at every limit state."""
     if isinstance(found, str):
@@ -133,7 +134,7 @@ def kinematic_checks(
     acceleration = activation_acceleration(has.multiplier, has.participation, settings.confidence_factor)
     record = {
         "state": found.flow_rule,
-        "direction": load_direction,
+        "direction": 1 if direction[0] > 0 else -1,
         "alpha0": has.multiplier,
         "alpha0_g_over_FC_m_per_s2": has.multiplier * GRAVITY / settings.confidence_factor,
         "FC": settings.confidence_factor,
@@ -262,6 +263,6 @@ def _spectrum(
 
 def _velocity_at(assemblage: Assemblage, mechanism: Mechanism, block: IntArray, point: FloatArray) -> FloatArray:
     """Return the velocities (p, 3) of points (p, 2) of blocks (p,)."""
+    of_block = mechanism.velocities[block]
     arm = point - block_centroids(assemblage.wall)[block]
-    u, v, w = mechanism.velocities[block].T
-    return np.column_stack([u - w * arm[:, 1], v + w * arm[:, 0], w])
+    return np.column_stack([velocity_of_points(of_block, arm), of_block[:, 2]])

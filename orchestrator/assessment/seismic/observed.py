@@ -20,6 +20,7 @@ from orchestrator.assessment.seismic.n2 import EquivalentSystem, equivalent_syst
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.errors import ResultError
 from orchestrator.loads import DeadLoad, LoadSettings
+from orchestrator.loads.block_loads import horizontal
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.wall import GRAVITY, Wall
 from orchestrator.pushover.increments import Increment, PushoverCurve
@@ -61,18 +62,18 @@ def observe(
     """Return what a pushover says of one control point and of piers. Raises ResultError for a point that does not go
     with the load."""
     meshes, bodies, curve = pushover.meshes, pushover.bodies, pushover.curve
-    weights = load.sign * point_weights(wall, bodies, meshes, point)
+    forward, weights = horizontal(load.vector), point_weights(wall, bodies, meshes, point)
     gravity = pushover.read(int(curve.step[0]))
     of_piers = drift_weights(wall, bodies, meshes, piers)
     displacement, drift = np.zeros(len(curve.step)), np.zeros((len(curve.step), len(piers)))
     for row, number in enumerate(curve.step):
-        moved = _moved(pushover.read(int(number)), gravity, len(meshes.nodes))[:, 0]
+        moved = _moved(pushover.read(int(number)), gravity, len(meshes.nodes))[:, :2] @ forward
         displacement[row], drift[row] = weights @ moved, np.abs(of_piers @ moved)
     if displacement[elastic_row(curve)] <= 0.0:
         raise ResultError("control point", f"{point.name} does not move along the load: name another control point")
     elastic = pushover.read(int(curve.step[elastic_row(curve)]))
     mass, force = masses_and_load(wall, bodies, meshes, load)
-    along = load.sign * _moved(elastic, gravity, len(meshes.nodes))[:, 0]
+    along = _moved(elastic, gravity, len(meshes.nodes))[:, :2] @ forward
     shape = along / float(displacement[elastic_row(curve)])
     last = _moved(pushover.read(int(curve.step[-1])), gravity, len(meshes.nodes))
     return Observed(
@@ -129,8 +130,8 @@ def slip_share(pushover: StoredPushover, gravity: Increment, elastic: Increment,
     displacement in J.
     """
     count = len(pushover.interface)
-    rigid = np.isinf(pushover.bodies.shear_stiffness)  # what mortar slips by is no numerical artefact
-    friction = np.where(rigid, pushover.bodies.friction, 0.0)[pushover.interface][:, None]
+    rigid = np.isinf(pushover.bodies.interfaces.shear_stiffness)  # what mortar slips by is no numerical artefact
+    friction = np.where(rigid, pushover.bodies.interfaces.friction, 0.0)[pushover.interface][:, None]
 
     def force(state: Increment) -> FloatArray:
         normal = np.maximum(state.normal_force[:count], 0.0)[:, None]

@@ -76,7 +76,7 @@ def verify(
     if not states:
         return None
     mechanism = (safest_state(analysis) or analysis.associative).mechanism
-    point = control_point(settings, assemblage, load, mechanism, analysis.load_direction)
+    point = control_point(settings, assemblage, load, mechanism)
     observed: dict[str, Observed] = {}
     systems: list[dict[str, Any]] = []
     checks: list[dict[str, Any]] = []
@@ -96,7 +96,7 @@ def verify(
         checks += [n2_check(approach, settings, state, pushover.curve.base_shear_N, seen, line) for state in states]
         drifts += [_drift(LABELS[pushover.name], settings, state, seen, line) for state in states]
     kinematic, more = kinematic_checks(
-        settings, states, loads_in_mechanism(assemblage, load, limit_analysis, analysis), analysis.load_direction
+        settings, states, loads_in_mechanism(assemblage, load, limit_analysis, analysis), analysis.loads.direction
     )
     record = {
         "spectrum": {"kind": settings.spectrum, "ground": settings.ground, "damping": settings.damping},

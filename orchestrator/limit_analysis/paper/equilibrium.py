@@ -18,6 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.geometry.rigid import cross
 from orchestrator.loads.block_loads import Loads, loads_on
 from orchestrator.masonry.block_properties import block_areas, block_centroids, block_weights
 from orchestrator.masonry.joints import Assemblage
@@ -88,15 +89,15 @@ class Equilibrium:
         return float(np.max(np.abs(self.row_scale * unbalanced)) / self.total_weight)
 
 
-def assemble_equilibrium(assemblage: Assemblage, load_direction: int, loads: Loads | None = None) -> Equilibrium:
-    """Assemble Eq. (1) for a live load in `load_direction` (+1 or -1); without `loads`: the weight of every block."""
+def assemble_equilibrium(assemblage: Assemblage, loads: Loads | None = None) -> Equilibrium:
+    """Assemble Eq. (1); without `loads`: the weight of every block, and the same forces along +x."""
     wall = assemblage.wall
     loads = loads or loads_on(wall)
     free = np.flatnonzero([not block.fixed for block in wall.blocks])
     return Equilibrium(
         matrix=equilibrium_matrix(assemblage, free),
         dead_load=read_only(loads.dead[free].ravel()),
-        live_load=read_only(loads.live(load_direction)[free].ravel()),
+        live_load=read_only(loads.live[free].ravel()),
         free_blocks=read_only(free, np.int64),
         blocks=len(wall.blocks),
         block_length=float(np.sqrt(np.mean(block_areas(wall)[free]))),
@@ -106,26 +107,21 @@ def assemble_equilibrium(assemblage: Assemblage, load_direction: int, loads: Loa
 
 def equilibrium_matrix(assemblage: Assemblage, free: IntArray) -> sp.csc_matrix:
     """B (3m, 3k): what a unit of each joint unknown contributes to the rows of the two blocks beside it."""
-    joints = np.arange(len(assemblage.block_i))
+    joints = assemblage.joints
+    number = np.arange(joints.count)
     centroids = block_centroids(assemblage.wall)
     first_row = np.full(len(assemblage.wall.blocks), -1)
     first_row[free] = 3 * np.arange(len(free))
-    unknowns = (
-        (assemblage.start, assemblage.normal),
-        (assemblage.end, assemblage.normal),
-        (assemblage.midpoint, assemblage.tangent),
-    )
     rows, columns, entries = [], [], []
-    for block, sign in ((assemblage.block_i, 1.0), (assemblage.block_j, -1.0)):
+    for block, sign in ((joints.i, 1.0), (joints.j, -1.0)):
         moves = first_row[block] >= 0
-        for unknown, (point, direction) in enumerate(unknowns):
-            arm = point - centroids[block]
-            moment = arm[:, 0] * direction[:, 1] - arm[:, 1] * direction[:, 0]
+        for unknown, (point, direction) in enumerate(joints.acting):
+            moment = cross(point - centroids[block], direction)
             for row, value in enumerate((direction[:, 0], direction[:, 1], moment)):
                 rows.append(first_row[block][moves] + row)
-                columns.append(3 * joints[moves] + unknown)
+                columns.append(3 * number[moves] + unknown)
                 entries.append(sign * value[moves])
     place = (np.concatenate(rows), np.concatenate(columns))
-    B = sp.csc_matrix((np.concatenate(entries), place), shape=(3 * len(free), 3 * len(joints)))
+    B = sp.csc_matrix((np.concatenate(entries), place), shape=(3 * len(free), 3 * joints.count))
     B.eliminate_zeros()
     return B

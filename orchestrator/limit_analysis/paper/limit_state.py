@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.loads.block_loads import Loads
 
 BoolArray = npt.NDArray[np.bool_]
 Scale = Literal["unit_power", "unit_displacement"]
@@ -102,9 +103,9 @@ class LocalFailure:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LimitAnalysis:
-    """All answers for one load direction: associative always; the others or why there is none.
+    """All answers for one direction of the load: associative always; the others or why there is none.
 
-    `load_direction` is +1 or -1 (along x); `weight` the weight of the free blocks in N; `horizontal_load` the
+    `loads` are those of the wall as given; `weight` the weight of the free blocks in N; `horizontal_load` the
     horizontal resultant of the live load at a multiplier of 1, in N (by default the weight): base shear = multiplier x
     this. tilting_table: whether tan(angle) of a table that tilts the wall is just another way to state the multiplier.
 
@@ -120,7 +121,7 @@ class LimitAnalysis:
     geometry decides, or None.
     """
 
-    load_direction: int
+    loads: Loads
     weight: float
     horizontal_load: float
     tilting_table: bool

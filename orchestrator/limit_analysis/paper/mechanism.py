@@ -19,6 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.limit_state import Mechanism
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
@@ -46,8 +47,7 @@ def largest_corner_velocity(wall: Wall, velocities: FloatArray) -> float:
     """Largest velocity in m/s of any corner of the blocks, which move with velocities (n, 3)."""
     outlines = outlines_of(wall)
     arm = outlines.corner - block_centroids(wall)[outlines.block]
-    u, v, omega = velocities[outlines.block].T
-    return float(np.hypot(u - omega * arm[:, 1], v + omega * arm[:, 0]).max())
+    return float(np.hypot(*velocity_of_points(velocities[outlines.block], arm).T).max())
 
 
 def centres_of_rotation(

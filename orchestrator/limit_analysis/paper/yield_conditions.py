@@ -128,13 +128,13 @@ def coulomb(assemblage: Assemblage, carried: float | None = None) -> YieldCondit
 
     carried is the whole dead load in N (none given: the weight of the free blocks).
     """
-    area = assemblage.length * assemblage.width
+    joints, area = assemblage.joints, assemblage.joints.area
     free = [not block.fixed for block in assemblage.wall.blocks]
     carried = block_weights(assemblage.wall)[free].sum() if carried is None else carried
-    tension, crushing = assemblage.tensile_strength * area, assemblage.compressive_strength * area
+    tension, crushing = joints.tensile_strength * area, joints.compressive_strength * area
     return YieldConditions(
-        slope=read_only(assemblage.friction),
-        cohesion=read_only(assemblage.cohesion * area),
+        slope=read_only(joints.friction),
+        cohesion=read_only(joints.cohesion * area),
         tension=read_only(tension),
         crushing=read_only(np.where(NEGLIGIBLE * (crushing + tension) < carried + tension, crushing, np.inf)),
         carried=carried,

@@ -97,11 +97,11 @@ def elastic_wall(
     centroids = block_centroids(assemblage.wall)
     free = np.array([not block.fixed for block in assemblage.wall.blocks])
     distance = sum(
-        free[block] * np.linalg.norm(centroids[block] - assemblage.midpoint, axis=1)
-        for block in (assemblage.block_i, assemblage.block_j)
+        free[block] * np.linalg.norm(centroids[block] - assemblage.joints.centroid, axis=1)
+        for block in (assemblage.joints.i, assemblage.joints.j)
     )
     by_distance, tangential = stiffness
-    normal = assemblage.length * assemblage.width
+    normal = assemblage.joints.area
     if by_distance:
         normal = normal / np.maximum(distance, LEAST_DISTANCE * equilibrium.block_length)
     normal = normal / normal.mean()

@@ -37,7 +37,7 @@ def smoothed_state(problem: Problem, optimum: LimitSolution) -> LimitState | Non
     optimum: that of Eq. (1); blocks that rest in it, far from those that move, are supports. Joints have no tension.
     """
     equilibrium, friction = problem.equilibrium, problem.friction
-    height = problem.assemblage.midpoint[:, 1]
+    height = problem.assemblage.joints.centroid[:, 1]
     part = moving_part(problem.assemblage, equilibrium, friction, optimum.velocities)
     found, slip = smoothed_start(part, equilibrium.block_length + height.max() - height)
     record = LinearProgramRecord(found.load_multiplier, 0.0, found.iterations, found.seconds, "smoothed")

@@ -170,8 +170,7 @@ def _standing(problem: Problem, loads: Loads, left: Chosen) -> tuple[Problem, Ch
     free = np.array([not block.fixed for block in problem.assemblage.wall.blocks])
     while (left & free).any():
         assemblage = part_of(problem.assemblage, left)
-        of_part = Loads(loads.dead[left], loads.along_x[left], loads.upright[left])
-        equilibrium = assemble_equilibrium(assemblage, 1, of_part)
+        equilibrium = assemble_equilibrium(assemblage, loads.of_blocks(left))
         part = Problem(assemblage, equilibrium, coulomb(assemblage, equilibrium.dead_total))
         missing, falling = falling_blocks(part)
         if not missing:
@@ -184,23 +183,15 @@ def _standing(problem: Problem, loads: Loads, left: Chosen) -> tuple[Problem, Ch
 
 def part_of(assemblage: Assemblage, left: Chosen) -> Assemblage:
     """Return the assemblage of the blocks left (n,) and the joints between them."""
-    joints, number = joints_left(assemblage, left), np.cumsum(left) - 1
-    return Assemblage(
-        wall=replace(assemblage.wall, blocks=tuple(b for b, k in zip(assemblage.wall.blocks, left, strict=True) if k)),
-        block_i=read_only(number[assemblage.block_i[joints]], np.int64),
-        block_j=read_only(number[assemblage.block_j[joints]], np.int64),
-        start=read_only(assemblage.start[joints]),
-        end=read_only(assemblage.end[joints]),
-        friction=read_only(assemblage.friction[joints]),
-        cohesion=read_only(assemblage.cohesion[joints]),
-        tensile_strength=read_only(assemblage.tensile_strength[joints]),
-        compressive_strength=read_only(assemblage.compressive_strength[joints]),
-    )
+    joints, number = assemblage.joints.part(joints_left(assemblage, left)), np.cumsum(left) - 1
+    blocks = tuple(b for b, k in zip(assemblage.wall.blocks, left, strict=True) if k)
+    i, j = (read_only(number[side], np.int64) for side in (joints.i, joints.j))
+    return Assemblage(replace(assemblage.wall, blocks=blocks), replace(joints, i=i, j=j))
 
 
 def joints_left(assemblage: Assemblage, left: Chosen) -> Chosen:
     """Return the joints (k,) between blocks that are left (n,)."""
-    joints: Chosen = left[assemblage.block_i] & left[assemblage.block_j]
+    joints: Chosen = left[assemblage.joints.i] & left[assemblage.joints.j]
     return joints
 
 

@@ -55,10 +55,10 @@ def moving_part(
     free[equilibrium.free_blocks] = True
     chosen[equilibrium.free_blocks] = motion > MOVES * motion.max()
     for _ in range(RINGS):
-        beside = chosen[assemblage.block_i] | chosen[assemblage.block_j]
-        chosen[assemblage.block_i[beside]] = chosen[assemblage.block_j[beside]] = True
+        beside = chosen[assemblage.joints.i] | chosen[assemblage.joints.j]
+        chosen[assemblage.joints.i[beside]] = chosen[assemblage.joints.j[beside]] = True
         chosen &= free  # a long support is beside everything
-    joints = chosen[assemblage.block_i] | chosen[assemblage.block_j]
+    joints = chosen[assemblage.joints.i] | chosen[assemblage.joints.j]
     moving = chosen[equilibrium.free_blocks]
     rows = np.repeat(moving, 3)
     part = replace(

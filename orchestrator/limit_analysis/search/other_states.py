@@ -31,7 +31,7 @@ def states_around(problem: Problem, slips: Sequence[FloatArray], scattered: int)
         passed += list(descent(programs, slip, passed=passed))
     if slips and scattered:
         with ThreadPoolExecutor(max_workers=1) as other:
-            starts = scattered_starts(problem.assemblage, 1, slips[0], scattered)
+            starts = scattered_starts(problem.assemblage, slips[0], scattered)
             other_programs = TwoPrograms(problem.equilibrium, problem.friction)
             passed += scattered_states(other, (programs, other_programs), starts)
     return [state for state in passed if state.balances]

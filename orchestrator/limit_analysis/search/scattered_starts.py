@@ -32,19 +32,19 @@ turns; half of the first, a third of the second, a tenth of the third each lose 
 SEED = 1
 
 
-def scattered_starts(assemblage: Assemblage, load_direction: int, slip: FloatArray, count: int) -> Iterator[FloatArray]:
-    """Yield `count` slips (k,) >= 0 around known ones (k,), m/s; a mirrored wall seen from behind has the same."""
+def scattered_starts(assemblage: Assemblage, slip: FloatArray, count: int) -> Iterator[FloatArray]:
+    """Yield `count` slips (k,) >= 0 around known ones (k,), m/s, for a wall in its standard view."""
     random = np.random.default_rng(SEED)
-    order = _by_place(assemblage, load_direction)
+    order = _by_place(assemblage)
     for _ in range(count):
         factor, added = np.empty_like(slip), np.empty_like(slip)
         factor[order], added[order] = np.exp(SPREAD * random.normal(size=len(slip))), random.random(len(slip))
         yield np.abs(slip) * factor + EVERYWHERE * np.abs(slip).max() * added
 
 
-def _by_place(assemblage: Assemblage, load_direction: int) -> IntArray:
-    """Return the joints from bottom to top, along the load in each course."""
-    x, y = np.round(assemblage.midpoint * [load_direction, 1.0], 6).T
+def _by_place(assemblage: Assemblage) -> IntArray:
+    """Return the joints from bottom to top, along +x in each course."""
+    x, y = np.round(assemblage.joints.centroid, 6).T
     order: IntArray = np.lexsort((x, y))
     return order
 

@@ -15,6 +15,7 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.rigid import cross
 from orchestrator.masonry.wall import Block, Wall
 
 Ring = list[int]
@@ -181,6 +182,6 @@ def _without_idle_corners(rings: list[Ring], corner: FloatArray, tolerance: floa
         if len(neighbours[k]) != 2:
             return False
         first, second = (corner[j] - corner[k] for j in neighbours[k])
-        return bool(abs(first[0] * second[1] - first[1] * second[0]) < tolerance * np.linalg.norm(first - second))
+        return bool(abs(cross(first, second)) < tolerance * np.linalg.norm(first - second))
 
     return [[k for k in ring if not idle(k)] for ring in rings]

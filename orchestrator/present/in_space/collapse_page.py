@@ -95,7 +95,7 @@ def scene(
 def _joint(assemblage: SpaceAssemblage, number: int, kind: str, centre: FloatArray, size: float) -> dict[str, Any]:
     """Return the block that a joint moves with, its colour by its kind of motion, and its outline."""
     return {
-        "block": int(assemblage.joints.block_i[number]),
+        "block": int(assemblage.joints.i[number]),
         "colour": KINDS[kind][0] if kind in KINDS else (0.25, 0.45, 0.65),
         "moves": kind != "rests",
         "at": np.round((assemblage.joints.outlines[number] - centre) / size, 5),

@@ -12,6 +12,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.atomic_files import write_bytes
 from orchestrator.geometry.polyhedra import Polyhedron
+from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.present.in_space.raster import Line, View, drawn, view_towards
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.displaced_blocks import moved
@@ -115,10 +116,10 @@ def joint_lines(
     for k, kind in enumerate(mechanism.motion):
         if kind not in ("hinges", "slides", "twists"):
             continue
-        corners, i, j = joints.corners(k), joints.block_i[k], joints.block_j[k]
+        corners, i, j = joints.corners(k), joints.i[k], joints.j[k]
         if kind == "hinges":
-            relative = velocities[j, :3] - velocities[i, :3] + np.cross(velocities[j, 3:], corners - centroids[j])
-            relative = relative - np.cross(velocities[i, 3:], corners - centroids[i])
+            of_i, of_j = (velocity_of_points(velocities[block], corners - centroids[block]) for block in (i, j))
+            relative = of_j - of_i
             shut = corners[relative @ joints.normal[k] <= limit]
             line = shut if len(shut) > 1 else np.repeat(shut, 2, axis=0)
         else:

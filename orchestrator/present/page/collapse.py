@@ -14,7 +14,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.present.joint_pieces import DAMAGED, front_loops, interface_pieces, nodes_of_contacts, shown_status
+from orchestrator.present.joint_pieces import DAMAGED, front_loops, interface_pieces, shown_status
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces, StateStore
@@ -28,10 +28,9 @@ def collapse(
 ) -> dict[str, Any]:
     """Return outlines, pieces of joints and frames of at most about `room` bytes as JSON."""
     loops = [front_loops(meshes, body) for body in range(bodies.moving)]
-    at_contact = nodes_of_contacts(meshes, contacts.point, contacts.slave_body)
-    contact, before, after = interface_pieces(bodies, contacts.point, contacts.slave_body, contacts.master_body)
+    contact, before, after = interface_pieces(bodies, meshes, contacts)
     used = [node for body in loops for loop in body for node in loop]
-    nodes, place = np.unique(np.concatenate([used, at_contact]).astype(np.int64), return_inverse=True)
+    nodes, place = np.unique(np.concatenate([used, contacts.slave_node]).astype(np.int64), return_inverse=True)
     number = dict(zip(nodes.tolist(), range(len(nodes)), strict=True))
     at_contact = place[len(used) :]
     frame_size = len(nodes) * 16 // 3 + len(contact) + 150

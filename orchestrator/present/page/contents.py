@@ -207,15 +207,15 @@ def _model(run: StoredRun, model: StoredModel) -> dict[str, Any]:
         "more_damage": rows[SHOWN_DAMAGE:],
         "damage_limit": limit,
         "interfaces": len(model.bodies.joint),
-        "bonded": bool(model.bodies.cohesion.any()),
+        "bonded": bool(model.bodies.interfaces.cohesion.any()),
     }
 
 
 def _damage(run: StoredRun, model: StoredModel, damage: Damage) -> dict[str, Any]:
     """Return a row of the table; the joint is named by the ids of its blocks and the position of its middle."""
     joint, wall = int(model.bodies.joint[damage.interface]), run.assemblage.wall
-    ends = run.assemblage.start[joint], run.assemblage.end[joint]
-    ids = [wall.blocks[int(side[joint])].id for side in (run.assemblage.block_i, run.assemblage.block_j)]
+    ends = run.assemblage.joints.start[joint], run.assemblage.joints.end[joint]
+    ids = [wall.blocks[int(side[joint])].id for side in (run.assemblage.joints.i, run.assemblage.joints.j)]
     chord = np.abs(ends[1] - ends[0])
     return {
         "damage": damage,

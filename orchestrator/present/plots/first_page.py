@@ -52,7 +52,7 @@ def given(
     wall = assemblage.wall
     free = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     size = float(np.ptp(free, axis=0).max())
-    arrow = load_arrow(free, load.sign, load.inclination)
+    arrow = load_arrow(free, load.vector)
     above = free.max(axis=0) + [0.0, 2 * DRAWN_LOAD * size * bool(load.dead)]
     ends = [point for tie in ties for point in (tie.start, tie.end)]
     name = f"λ × {load.name}"
@@ -80,7 +80,7 @@ def _draw_classes(axes: Axes, assemblage: Assemblage, class_of_joint: Sequence[s
     classes = list(dict.fromkeys(class_of_joint))
     if len(classes) < 2:
         return
-    segments = np.stack([assemblage.start, assemblage.end], axis=1)
+    segments = np.stack([assemblage.joints.start, assemblage.joints.end], axis=1)
     for number, one in enumerate(classes):
         of_class = [k for k, name in enumerate(class_of_joint) if name == one]
         drawn = draw_segments(axes, segments[of_class], CLASSES[number % len(CLASSES)], 1.6, label_of(one))

@@ -24,7 +24,6 @@ from orchestrator.present.joint_pieces import (
     THIN,
     front_loops,
     interface_pieces,
-    nodes_of_contacts,
     shown_status,
 )
 from orchestrator.present.plots.canvas import (
@@ -44,6 +43,7 @@ from orchestrator.present.plots.canvas import (
 )
 from orchestrator.pushover.increments import ContactStatus, Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.storage import ContactPlaces
 
 DRAWN_DISPLACEMENT = 0.06
 """largest displacement of a drawn deformed wall, part of the wall's height, where no factor is given"""
@@ -62,9 +62,7 @@ def deformed(
     bodies: Bodies,
     meshes: BodyMeshes,
     increment: Increment,
-    contact_points: FloatArray,
-    body_slave: IntArray,
-    body_master: IntArray,
+    contacts: ContactPlaces,
     name: str,
     amplification: float | None = None,
     under_gravity: float = 0.0,
@@ -73,8 +71,7 @@ def deformed(
 
     Bonded joints that are damaged have a band under them whose colour is their degree of damage.
 
-    contact_points (c, 2) or (c, 3) in m, undeformed; body_slave, body_master (c,): body numbers; all in the order of
-    Increment.status. Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
+    Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
     ten, never below 1). under_gravity: control displacement (m) that the one in the title is counted from.
     """
     plane = increment.displacement[: len(meshes.nodes), :2]
@@ -91,8 +88,7 @@ def deformed(
     for number in range(bodies.moving):
         axes.add_patch(PathPatch(outline(meshes, number, moved), facecolor=STONE, edgecolor="#888888", linewidth=0.5))
     draw_supports(axes, supports)
-    nearest = nodes_of_contacts(meshes, contact_points[:, :2], body_slave)
-    _draw_contacts(axes, bodies, contact_points[:, :2], body_slave, body_master, increment, moved[nearest])
+    _draw_contacts(axes, interface_pieces(bodies, meshes, contacts), increment, moved[contacts.slave_node])
     legend_below(axes, 3)
     return figure
 
@@ -123,7 +119,7 @@ def curves(
     multiplier = axes.secondary_yaxis("right", functions=(_times(1.0 / kilonewtons), _times(kilonewtons)))
     of_weight = abs(analysis.horizontal_load - analysis.weight) < 1e-6 * analysis.weight
     multiplier.set_ylabel(f"load multiplier λ = base shear / {'weight' if of_weight else 'horizontal live load'}")
-    direction = "+x" if analysis.load_direction > 0 else "−x"
+    direction = "+x" if analysis.loads.direction[0] > 0 else "−x"
     wrong = [f"NOT VALID: {reason}" for reason in not_valid]
     head = f"Pushover along {direction}, weight {analysis.weight / 1e3:.5g} kN"
     write_title(axes, "\n".join([head, *wrong]), name)
@@ -184,17 +180,11 @@ def idealised(models: Mapping[str, tuple[PushoverCurve, Bilinear]], name: str) -
 
 
 def _draw_contacts(
-    axes: Axes,
-    bodies: Bodies,
-    points: FloatArray,
-    body_slave: IntArray,
-    body_master: IntArray,
-    increment: Increment,
-    drawn: FloatArray,
+    axes: Axes, pieces_of_joints: tuple[IntArray, IntArray, IntArray], increment: Increment, drawn: FloatArray
 ) -> None:
     """Draw every interface on its slave's displaced face (`drawn` (c, 2): displaced contacts), coloured by status."""
     status = shown_status(increment)
-    contact, before, after = interface_pieces(bodies, points, body_slave, body_master)
+    contact, before, after = pieces_of_joints
     corners = np.stack([0.5 * (drawn[before] + drawn[contact]), 0.5 * (drawn[contact] + drawn[after])], axis=1)
     pieces = {name: corners[status[contact] == name] for name in LINES}
     for name, (colour, width, label) in LINES.items():

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.masonry.block_properties import block_areas, block_centroids
 from orchestrator.masonry.joints import Assemblage
 
@@ -39,13 +40,14 @@ def carrying(joint_forces: FloatArray) -> npt.NDArray[np.bool_]:
 
 def thrust(assemblage: Assemblage, joint_forces: FloatArray) -> Thrust:
     """Return the thrust of joint forces (k, 3) in the wall as it stands; two struts a joint that carries load."""
-    joints = np.flatnonzero(carrying(joint_forces))
-    normal, shear = joint_forces[joints, :2].sum(axis=1), joint_forces[joints, 2]
-    resultant = normal[:, None] * assemblage.normal[joints] + shear[:, None] * assemblage.tangent[joints]
+    carry = carrying(joint_forces)
+    forces, joints = joint_forces[carry], assemblage.joints.part(carry)
+    normal = forces[:, :2].sum(axis=1)
+    resultant = normal[:, None] * joints.normal + forces[:, 2:] * joints.tangent
     size = np.linalg.norm(resultant, axis=1)
-    part = np.clip(joint_forces[joints, 1] / normal, 0.0, 1.0)[:, None]
-    crossing = (1.0 - part) * assemblage.start[joints] + part * assemblage.end[joints]
-    block = np.concatenate([assemblage.block_i[joints], assemblage.block_j[joints]])
+    part = np.clip(forces[:, 1] / normal, 0.0, 1.0)[:, None]
+    crossing = (1.0 - part) * joints.start + part * joints.end
+    block = np.concatenate([joints.i, joints.j])
     points, sizes = np.vstack([crossing, crossing]), np.concatenate([size, size])
     inwards = np.vstack([-resultant, resultant]) / sizes[:, None]
     ends = _hubs(len(assemblage.wall.blocks), block, points, sizes)[block]
@@ -64,7 +66,5 @@ def _hubs(blocks: int, block: IntArray, points: FloatArray, weights: FloatArray)
 
 def moved(assemblage: Assemblage, drawn: Thrust, displacements: FloatArray) -> FloatArray:
     """Return the segments (c, 2, 2) of a thrust moved with their blocks by displacements (n, 3) in m and rad."""
-    u = displacements[drawn.block]
     arm = drawn.segments - block_centroids(assemblage.wall)[drawn.block][:, None]
-    turned = u[:, None, 2:] * np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
-    return drawn.segments + u[:, None, :2] + turned
+    return drawn.segments + velocity_of_points(displacements[drawn.block][:, None], arm)

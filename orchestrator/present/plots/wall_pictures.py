@@ -10,8 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.geometry.rigid import polygon_centroid, velocity_of_points
 from orchestrator.limit_analysis.paper.limit_state import LimitState, Mechanism
 from orchestrator.macroblocks.criteria import Partition
+from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import Tie
 from orchestrator.masonry.wall import Block, Wall
@@ -92,15 +94,14 @@ def draw_blocks(axes: Axes, wall: Wall) -> None:
 def number_blocks(axes: Axes, wall: Wall) -> None:
     """Write the blocks' ids."""
     polygons = [block.polygon for block in wall.blocks]
-    centres = [centroid(polygon) for polygon in polygons]
+    centres = [polygon_centroid(polygon) for polygon in polygons]
     write_numbers(axes, centres, [block.id for block in wall.blocks], number_size(polygons, axes))
 
 
 def mechanism(
     assemblage: Assemblage,
     state: LimitState,
-    load_direction: int,
-    load_inclination: float = 0.0,
+    direction: FloatArray,
     load_name: str = "λ × weight",
     answer: str = "",
     loose: Collection[int] = (),
@@ -108,7 +109,7 @@ def mechanism(
 ) -> Figure:
     """Draw the collapse mechanism: blocks displaced by their velocities times one factor, hinges and sliding joints.
 
-    The live load is an arrow at load_inclination (rad) above load_direction (+1 or -1 along x), with its name. `answer`
+    The live load is an arrow along its direction (2,), with its name. `answer`
     (none: the load multiplier) goes into the title. Stones `loose` (ids) have come loose before. Ends of ties move with
     their blocks. A hinge
     is a joint that opens at one end only (marked at the other end), a sliding joint one that slips while it carries
@@ -121,7 +122,7 @@ def mechanism(
     velocities = factor * state.mechanism.velocities
     displaced = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
     before = [block.polygon for block in wall.blocks]
-    arrow = _arrow_of(wall, state, load_direction, load_inclination)
+    arrow = _arrow_of(wall, state, direction)
     answer = answer or f"load multiplier {state.load_multiplier:.4f}"
     drawn = f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
     title = (
@@ -140,13 +141,13 @@ def mechanism(
     return figure
 
 
-def _arrow_of(wall: Wall, state: LimitState, load_direction: int, load_inclination: float) -> FloatArray:
+def _arrow_of(wall: Wall, state: LimitState, direction: FloatArray) -> FloatArray:
     """Return the arrow of the live load, or of the support that gives way."""
     loaded = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     sinking = [b.polygon for b, v in zip(wall.blocks, state.mechanism.velocities, strict=True) if b.fixed and v.any()]
     if sinking:
-        return settlement_arrow(np.vstack(sinking), loaded, load_inclination)
-    return load_arrow(loaded, load_direction, load_inclination)
+        return settlement_arrow(np.vstack(sinking), loaded, direction)
+    return load_arrow(loaded, direction)
 
 
 def _draw_displaced(axes: Axes, wall: Wall, displaced: Sequence[FloatArray], loose: Collection[int]) -> None:
@@ -163,16 +164,16 @@ def _draw_displaced(axes: Axes, wall: Wall, displaced: Sequence[FloatArray], loo
 def macroblocks(assemblage: Assemblage, partition: Partition) -> Figure:
     """Draw the bodies in colours that differ between neighbours, their numbers, and the interfaces thick."""
     wall, body = assemblage.wall, partition.body_of_block
-    remaining = np.setdiff1d(np.arange(len(assemblage.block_i)), partition.vanished_joints)
+    remaining = np.setdiff1d(np.arange(assemblage.joints.count), partition.vanished_joints)
     polygons = [block.polygon for block in wall.blocks]
-    title = f"{partition.count} macroblocks, {len(remaining)} of {len(assemblage.block_i)} joints remain"
+    title = f"{partition.count} macroblocks, {len(remaining)} of {assemblage.joints.count} joints remain"
     figure, axes = wall_figure(np.vstack(polygons), title, wall.name)
     free = np.flatnonzero([not block.fixed for block in wall.blocks])
     colours = body_colours(assemblage, partition)
     fill = [colours[body[block]] for block in free]
     draw_polygons(axes, [polygons[block] for block in free], fill, INK, 0.3)
     draw_supports(axes, [block.polygon for block in wall.blocks if block.fixed])
-    segments = np.stack([assemblage.start, assemblage.end], axis=1)[remaining]
+    segments = np.stack([assemblage.joints.start, assemblage.joints.end], axis=1)[remaining]
     draw_segments(axes, segments, "black", 2.0, "interface")
     for number in range(partition.count):
         members = [wall.blocks[block] for block in np.flatnonzero(body == number)]
@@ -184,7 +185,7 @@ def macroblocks(assemblage: Assemblage, partition: Partition) -> Figure:
 def body_colours(assemblage: Assemblage, partition: Partition) -> list[str]:
     """Return the fill of every moving body, different from those of its neighbours."""
     body = partition.body_of_block
-    pairs = np.column_stack([body[assemblage.block_i], body[assemblage.block_j]])
+    pairs = np.column_stack([body[assemblage.joints.i], body[assemblage.joints.j]])
     apart = (pairs[:, 0] != pairs[:, 1]) & np.all(pairs < partition.count, axis=1)
     return [BODY_COLOURS[k % len(BODY_COLOURS)] for k in colours_of_bodies(pairs[apart], partition.count)]
 
@@ -207,18 +208,9 @@ def displaced_blocks(assemblage: Assemblage, mechanism: Mechanism, part: float) 
     return [b.polygon + rigid_displacement(b, v, b.polygon) for b, v in zip(wall.blocks, velocities, strict=True)]
 
 
-def centroid(polygon: FloatArray) -> FloatArray:
-    """Return the centroid (2,) of a simple polygon (n, 2) in m."""
-    from_corner = polygon - polygon[0]
-    following = np.roll(from_corner, -1, axis=0)
-    twice_area = from_corner[:, 0] * following[:, 1] - following[:, 0] * from_corner[:, 1]
-    return polygon[0] + ((from_corner + following) * twice_area[:, None]).sum(axis=0) / (3.0 * twice_area.sum())
-
-
 def rigid_displacement(block: Block, velocity: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the displacement (p, 2) of `points` (p, 2) moving with a block: u - w dy, v + w dx about its centroid."""
-    arm = points - centroid(block.polygon)
-    return velocity[:2] + velocity[2] * np.column_stack([-arm[:, 1], arm[:, 0]])
+    """Return the displacement (p, 2) of `points` (p, 2) moving with a block that turns about its centroid."""
+    return velocity_of_points(velocity, points - polygon_centroid(block.polygon))
 
 
 def hinge_ends(opening: FloatArray, threshold: float) -> IntArray:
@@ -246,27 +238,27 @@ def colours_of_bodies(pairs: IntArray, count: int) -> IntArray:
 
 def label_position(members: list[Block]) -> FloatArray:
     """Return where a body's number goes (2,): the centroid of its block nearest to the centroid of them all."""
-    centres = np.array([centroid(block.polygon) for block in members])
+    centres = np.array([polygon_centroid(block.polygon) for block in members])
     return centres[np.argmin(np.linalg.norm(centres - centres.mean(axis=0), axis=1))]
 
 
-def load_arrow(points: FloatArray, load_direction: int, inclination: float = 0.0) -> FloatArray:
+def load_arrow(points: FloatArray, direction: FloatArray) -> FloatArray:
     """Return tail and tip (2, 2) of the load arrow: beside the wall the load pushes from, at mid height."""
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.max(high - low))
-    side = low[0] if load_direction > 0 else high[0]
-    direction = np.array([load_direction * np.cos(inclination), np.sin(inclination)])
-    middle = np.array([side - load_direction * (0.5 * ARROW + 0.02) * size, 0.5 * (low[1] + high[1])])
+    side = low[0] if direction[0] > 0 else high[0]
+    before = np.copysign(0.5 * ARROW + 0.02, direction[0]) * size
+    middle = np.array([side - before, 0.5 * (low[1] + high[1])])
     return middle + np.array([[-0.5], [0.5]]) * ARROW * size * direction
 
 
-def settlement_arrow(support: FloatArray, wall: FloatArray, inclination: float) -> FloatArray:
+def settlement_arrow(support: FloatArray, wall: FloatArray, direction: FloatArray) -> FloatArray:
     """Return tail and tip (2, 2) of the arrow beside a `support` (n, 2) that gives way, away from the wall."""
     low, high, size = support.min(axis=0), support.max(axis=0), float(np.max(np.ptp(wall, axis=0)))
     outwards = 1.0 if support[:, 0].mean() >= wall[:, 0].mean() else -1.0
     side = high[0] if outwards > 0 else low[0]
     middle = np.array([side + outwards * (0.5 * ARROW + 0.02) * size, 0.5 * (low[1] + high[1])])
-    return middle + np.array([[-0.5], [0.5]]) * ARROW * size * np.array([np.cos(inclination), np.sin(inclination)])
+    return middle + np.array([[-0.5], [0.5]]) * ARROW * size * direction
 
 
 def draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
@@ -309,7 +301,8 @@ def _draw_thrust(axes: Axes, assemblage: Assemblage, state: LimitState, displace
 def _mark_joints(axes: Axes, assemblage: Assemblage, state: LimitState, velocities: FloatArray) -> None:
     """Mark hinges and sliding joints in the displaced wall, midway between the two faces."""
     threshold = MARKED_DISPLACEMENT * state.mechanism.largest_displacement
-    ends = np.stack([_displaced(assemblage, p, velocities) for p in (assemblage.start, assemblage.end)], axis=1)
+    points = (assemblage.joints.start, assemblage.joints.end)
+    ends = np.stack([_displaced(assemblage, point, velocities) for point in points], axis=1)
     sliding = (np.abs(state.mechanism.slip) > threshold) & carrying(state.joint_forces)
     draw_segments(axes, ends[sliding], BLUE, 2.0, "sliding joint")
     end = hinge_ends(state.mechanism.opening, threshold)
@@ -319,10 +312,7 @@ def _mark_joints(axes: Axes, assemblage: Assemblage, state: LimitState, velociti
 
 def _displaced(assemblage: Assemblage, points: FloatArray, velocities: FloatArray) -> npt.NDArray[np.float64]:
     """Return one point (k, 2) per joint, moved by the mean of the two blocks that meet there."""
-    wall = assemblage.wall
-    centres = np.array([centroid(block.polygon) for block in wall.blocks])
-    moved = points.copy()
-    for side in (assemblage.block_i, assemblage.block_j):
-        arm, velocity = points - centres[side], velocities[side]
-        moved += 0.5 * (velocity[:, :2] + velocity[:, 2:] * np.column_stack([-arm[:, 1], arm[:, 0]]))
+    centres, moved = block_centroids(assemblage.wall), points.copy()
+    for side in (assemblage.joints.i, assemblage.joints.j):
+        moved += 0.5 * velocity_of_points(velocities[side], points - centres[side])
     return moved

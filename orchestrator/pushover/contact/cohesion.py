@@ -22,9 +22,9 @@ import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.pushover.contact.contact_search import Contacts
+from orchestrator.pushover.contact.contact_search import Contacts, contacts_of_interfaces
 from orchestrator.pushover.contact.faces import find_faces, sides_of_edges, touching_faces
-from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.pushover.meshing import BodyMeshes, triangle_areas
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -130,30 +130,25 @@ def stored(response: BondResponse, gap: FloatArray) -> float:
 
 def find_bond(bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: int, softening: float) -> Bond | None:
     """Return the bond of `possible` contacts, of which `contacts` come first and touch; None where joints have none."""
-    if not bodies.cohesion.any():
+    cohesion, friction = bodies.interfaces.cohesion, bodies.interfaces.friction
+    if not cohesion.any():
         return None
-    ends = np.divide(
-        bodies.cohesion, bodies.friction, out=np.full(len(bodies.friction), np.inf), where=bodies.friction > 0
-    )
-    tensile = np.minimum(bodies.tensile_strength, ends)
+    ends = np.divide(cohesion, friction, out=np.full(len(friction), np.inf), where=friction > 0)
+    tensile = np.minimum(bodies.interfaces.tensile_strength, ends)
     faces = find_faces(bodies)
     sides = sides_of_edges(faces, meshes)
     touching = touching_faces(bodies, faces, sides)
-    places = zip(contacts.slave_node.tolist(), touching.master_face[contacts.interface].tolist(), strict=True)
-    row = {place: number for number, place in enumerate(places)}
+    rows = contacts_of_interfaces(touching, sides, contacts.slave_node, contacts.interface)
     strength = np.zeros((possible, 2))
-    for number, strengths in enumerate(zip(tensile, bodies.cohesion, strict=True)):
-        nodes, areas = tributary(sides[touching.slave_edge[number]], meshes.nodes)
-        rows = [row[node, int(touching.master_face[number])] for node in nodes.tolist()]
-        strength[rows] += areas[:, None] * np.array(strengths)
+    for number, strengths in enumerate(zip(tensile, cohesion, strict=True)):
+        _, areas = tributary(sides[touching.slave_edge[number]], meshes.nodes)
+        strength[rows[number]] += areas[:, None] * np.array(strengths)
     nothing = read_only(np.zeros(possible))
     return Bond(read_only(strength[:, 0]), read_only(strength[:, 1]), softening, nothing, nothing, nothing)
 
 
 def tributary(triangles: IntArray, nodes: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return the nodes (s,) of the triangles (t, 3), in ascending order, and their shares (s,) of the area in m2."""
-    edges = nodes[triangles[:, 1:]] - nodes[triangles[:, :1]]
-    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
     found, place = np.unique(triangles, return_inverse=True)
-    shares: FloatArray = np.bincount(place.ravel(), np.repeat(area / 3, 3)).astype(float)
+    shares: FloatArray = np.bincount(place.ravel(), np.repeat(triangle_areas(nodes, triangles) / 3, 3)).astype(float)
     return found, shares

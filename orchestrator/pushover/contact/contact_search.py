@@ -21,6 +21,7 @@ import numpy.typing as npt
 import scipy.sparse as sparse
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.geometry.rigid import cross
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.faces import Touching, find_faces, sides_of_edges, touching_faces
 from orchestrator.pushover.meshing import BodyMeshes
@@ -85,7 +86,7 @@ def find_contacts(bodies: Bodies, meshes: BodyMeshes) -> Contacts:
     faces = find_faces(bodies)
     sides = sides_of_edges(faces, meshes)
     touching = touching_faces(bodies, faces, sides)
-    parts = [_of_interface(k, bodies, meshes.nodes, touching, sides) for k in range(len(bodies.body_i))]
+    parts = [_of_interface(k, bodies, meshes.nodes, touching, sides) for k in range(bodies.interfaces.count)]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     place = np.column_stack([columns["slave_node"], touching.master_face[columns["interface"]]])
     first = np.sort(np.unique(place, axis=0, return_index=True)[1])
@@ -111,9 +112,23 @@ def _of_interface(
         "weights": weights,
         "normal": np.tile(touching.normal[number], (count, 1)),
         "tangent": np.tile(tangent, (count, 1)),
-        "friction": np.full(count, bodies.friction[number]),
+        "friction": np.full(count, bodies.interfaces.friction[number]),
         "point": nodes[slave_nodes],
     }
+
+
+def contacts_of_interfaces(
+    touching: Touching, sides: list[IntArray], slave_node: IntArray, interface: IntArray
+) -> list[IntArray]:
+    """Return the contacts (s,) of each interface: one a node of its slave's edge, in ascending order.
+
+    Where interfaces end on one face of the master, the contact of their common node is one of both. sides: of
+    `sides_of_edges`; slave_node, interface (c,): those of `find_contacts`.
+    """
+    places = zip(slave_node.tolist(), touching.master_face[interface].tolist(), strict=True)
+    row = {place: number for number, place in enumerate(places)}
+    both = zip(touching.slave_edge.tolist(), touching.master_face.tolist(), strict=True)
+    return [np.array([row[node, face] for node in np.unique(sides[edge]).tolist()], np.int64) for edge, face in both]
 
 
 def _project(
@@ -133,9 +148,5 @@ def _project(
 def barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:
     """Return weights (..., 3) of points (..., 2) in triangles with corners (..., 3, 2)."""
     a, b, c = (corners[..., k, :] for k in range(3))
-    doubled = _cross(b - a, c - a)
-    return np.stack([_cross(q - points, r - points) / doubled for q, r in ((b, c), (c, a), (a, b))], axis=-1)
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    doubled = cross(b - a, c - a)
+    return np.stack([cross(q - points, r - points) / doubled for q, r in ((b, c), (c, a), (a, b))], axis=-1)

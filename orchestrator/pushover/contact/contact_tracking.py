@@ -16,6 +16,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.geometry.rigid import cross
 from orchestrator.pushover.contact.contact_search import Contacts, barycentric
 from orchestrator.pushover.contact.faces import Faces
 from orchestrator.pushover.meshing import BodyMeshes
@@ -69,7 +70,7 @@ def fit_frames(meshes: BodyMeshes, displacement: FloatArray, bodies: int) -> Fra
 
     old, new = mean(reference), mean(moved)
     arm, turned = reference - old[body], moved - new[body]
-    sine = np.bincount(body, arm[:, 0] * turned[:, 1] - arm[:, 1] * turned[:, 0], bodies)
+    sine = np.bincount(body, cross(arm, turned), bodies)
     cosine = np.bincount(body, np.sum(arm * turned, axis=1), bodies)
     angle = np.arctan2(sine, cosine)
     rotation = np.stack(

@@ -13,6 +13,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.geometry.rigid import cross
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.meshing import BodyMeshes
 
@@ -87,7 +88,7 @@ def _begins(ring: FloatArray) -> npt.NDArray[np.bool_]:
     """
     along = np.roll(ring, -1, axis=0) - ring
     before = np.roll(along, 1, axis=0)
-    turn = np.arctan2(before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0], np.sum(before * along, axis=1))
+    turn = np.arctan2(cross(before, along), np.sum(before * along, axis=1))
     sharpest = int(np.abs(turn).argmax())
     begins = np.zeros(len(ring), bool)
     begins[sharpest] = True
@@ -141,27 +142,23 @@ def touching_faces(bodies: Bodies, faces: Faces, sides: list[IntArray]) -> Touch
     Interfaces of two bodies that share a face need the same slave, or a node between them has two contacts that are
     one: the first of them decides.
     """
-    edge_i, edge_j = faces.first_edge[bodies.body_i] + bodies.edge_i, faces.first_edge[bodies.body_j] + bodies.edge_j
-    first = _first_on_faces(
-        np.stack([bodies.body_i, bodies.body_j]), np.stack([faces.of_edge[edge_i], faces.of_edge[edge_j]])
-    )
+    between = bodies.interfaces
+    edge_i, edge_j = faces.first_edge[between.i] + bodies.edge_i, faces.first_edge[between.j] + bodies.edge_j
+    first = _first_on_faces(np.stack([between.i, between.j]), faces.of_edge[np.stack([edge_i, edge_j])])
     count = np.array([len(side) for side in sides])
-    finer_j = (bodies.body_i >= bodies.moving) | (count[edge_j] > count[edge_i])
-    slave = np.where(finer_j, bodies.body_j, bodies.body_i)[first]
-    i_is_slave = slave == bodies.body_i
+    finer_j = (between.i >= bodies.moving) | (count[edge_j] > count[edge_i])
+    slave = np.where(finer_j, between.j, between.i)[first]
+    i_is_slave = slave == between.i
     slave_edge, master_edge = np.where(i_is_slave, edge_i, edge_j), np.where(i_is_slave, edge_j, edge_i)
-    along = bodies.end - bodies.start
-    tangent = along / np.linalg.norm(along, axis=1)[:, None]
-    outward_of_i = np.column_stack([tangent[:, 1], -tangent[:, 0]])
     return Touching(
         slave=slave,
-        master=np.where(i_is_slave, bodies.body_j, bodies.body_i),
+        master=np.where(i_is_slave, between.j, between.i),
         slave_edge=slave_edge,
         master_edge=master_edge,
         slave_face=faces.of_edge[slave_edge],
         master_face=faces.of_edge[master_edge],
-        normal=np.where(i_is_slave[:, None], -outward_of_i, outward_of_i),
-        tangent=tangent,
+        normal=np.where(i_is_slave[:, None], -between.normal, between.normal),
+        tangent=between.tangent,
     )
 
 

@@ -28,7 +28,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.pushover.contact.cohesion import tributary
-from orchestrator.pushover.contact.contact_search import Contacts
+from orchestrator.pushover.contact.contact_search import Contacts, contacts_of_interfaces
 from orchestrator.pushover.contact.contact_tracking import Tracking
 from orchestrator.pushover.contact.faces import (
     Faces,
@@ -85,11 +85,12 @@ class Mortar:
 
 def refuse_bonded_mortar(assemblage: Assemblage, softening: float) -> None:
     """Raise CaseError (key only) for bonded joints whose mortar has no answer: softening in m."""
-    bonded = (assemblage.cohesion > 0.0) | (assemblage.tensile_strength > 0.0)
-    if count := np.count_nonzero(bonded & np.isfinite(assemblage.shear_stiffness)):
+    joints = assemblage.joints
+    bonded = (joints.cohesion > 0.0) | (joints.tensile_strength > 0.0)
+    if count := np.count_nonzero(bonded & np.isfinite(joints.shear_stiffness)):
         problem = f"{count} joints have a shear stiffness and cohesion or tension: not yet in the FE pushover"
         raise CaseError("joints.classes", problem, "leave one of the two out")
-    least = float(np.max(assemblage.tensile_strength / assemblage.normal_stiffness, initial=0.0))
+    least = float(np.max(joints.tensile_strength / joints.normal_stiffness, initial=0.0))
     if least >= softening:
         problem = f"{softening:g} m is less than what mortar opens by under its tension, {least:.3g} m: it would snap"
         raise CaseError("contact.softening_displacement", problem, "give more, or a larger normal stiffness")
@@ -99,19 +100,19 @@ def find_mortar(
     bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: Contacts, tracking: Tracking | None
 ) -> Mortar | None:
     """Return the mortar of all possible contacts, of which `contacts` come first and touch; None without any."""
-    normal, shear, strength = bodies.normal_stiffness, bodies.shear_stiffness, bodies.compressive_strength
+    joints = bodies.interfaces
+    normal, shear, strength = joints.normal_stiffness, joints.shear_stiffness, joints.compressive_strength
     if np.isinf(normal).all() and np.isinf(shear).all() and np.isinf(strength).all():
         return None
     faces = find_faces(bodies)
     sides = sides_of_edges(faces, meshes)
     touching = touching_faces(bodies, faces, sides)
     of_contact = np.zeros((len(possible), 3))
-    places = zip(contacts.slave_node.tolist(), touching.master_face[contacts.interface].tolist(), strict=True)
-    row = {place: number for number, place in enumerate(places)}
+    rows = contacts_of_interfaces(touching, sides, contacts.slave_node, contacts.interface)
     for number, values in enumerate(zip(normal, shear, strength, strict=True)):
-        nodes, areas = tributary(sides[touching.slave_edge[number]], meshes.nodes)
-        rows = [row[node, int(touching.master_face[number])] for node in nodes.tolist()]
-        of_contact[rows] += _areas(areas, sides[touching.slave_edge[number]], nodes, meshes, touching, number) * values
+        side = sides[touching.slave_edge[number]]
+        nodes, areas = tributary(side, meshes.nodes)
+        of_contact[rows[number]] += _areas(areas, side, nodes, meshes, touching, number) * values
     if tracking is not None:
         later = np.arange(len(contacts), len(possible))
         area = _areas_of_nodes(faces, meshes, possible, tracking)[later]
@@ -192,13 +193,13 @@ def coarse_toes(bodies: Bodies, contacts: Contacts, state: Increment) -> float:
     With a normal force N the toe takes x = N / (f_c t). Elements of length l know its resultant to l / 4, and take it
     to the edge where x is less than half of one: x / 2 is missing.
     """
-    worst, length = 0.0, np.linalg.norm(bodies.end - bodies.start, axis=1)
-    for joint in np.flatnonzero(np.isfinite(bodies.compressive_strength)):
+    worst, length = 0.0, bodies.interfaces.length
+    for joint in np.flatnonzero(np.isfinite(bodies.interfaces.compressive_strength)):
         here = np.flatnonzero(contacts.interface == joint)
         force = np.maximum(state.normal_force[here], 0.0)
         columns = len(np.unique(np.round(contacts.point[here, :2] / length[joint], 6), axis=0))
         if columns < 2 or not force.any() or force.all():
             continue
-        toe = force.sum() / (bodies.compressive_strength[joint] * bodies.thickness)
+        toe = force.sum() / (bodies.interfaces.compressive_strength[joint] * bodies.thickness)
         worst = max(worst, min(0.5 * toe / length[joint], 0.25 / (columns - 1)))
     return float(worst)

@@ -50,7 +50,7 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
         weights=read_only(np.zeros((len(order), 3))),
         normal=read_only(columns["normal"]),
         tangent=read_only(columns["tangent"]),
-        friction=read_only(bodies.friction[interface]),
+        friction=read_only(bodies.interfaces.friction[interface]),
         point=read_only(columns["point"]),
         moving=True,
     )
@@ -186,9 +186,9 @@ class _Surface:
     def nearest_interface(self, columns: dict[str, npt.NDArray]) -> IntArray:
         """Return for each row the interface whose middle is nearest, one between the same bodies if there is one."""
         bodies = self.bodies
-        middle = 0.5 * (bodies.start + bodies.end)
+        middle = bodies.interfaces.centroid
         pair = np.sort(np.column_stack([columns["slave_body"], columns["master_body"]]), axis=1)
-        known = np.sort(np.column_stack([bodies.body_i, bodies.body_j]), axis=1)
+        known = np.sort(np.column_stack([bodies.interfaces.i, bodies.interfaces.j]), axis=1)
         nearest = shapely.STRtree(shapely.points(middle)).nearest(shapely.points(columns["point"][:, :2]))
         by_pair: dict[tuple[int, int], int] = {}
         for number, (i, j) in enumerate(known.tolist()):

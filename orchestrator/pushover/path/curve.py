@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from orchestrator.basis.parallel import this_rank
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import Increment
@@ -16,6 +18,7 @@ from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.pushover.solids.nodal_loads import own_weight
 from orchestrator.pushover.solve.linear_system import LinearSystem
 
 
@@ -26,20 +29,21 @@ def pushover_increments(
     contact: ContactSettings | None = None,
     newton: NewtonSettings | None = None,
     stepping: SteppingSettings | None = None,
-    direction: int = 1,
+    direction: tuple[float, float] = (1.0, 0.0),
     expected_multiplier: float | None = None,
 ) -> Iterator[Increment]:
     """Yield the increments: gravity, load control, displacement control, and motion between static states.
 
-    mesh: settings, or meshes of `mesh_bodies`. direction: load along +x (1) or -x (-1). A body has one density, that of
-    its stones in the mean. expected_multiplier: what limit analysis expects, the measure of load increments; without it
-    0.3 x weight / horizontal load. Raises ConvergenceError when no further increment converges, CollapseError when a
-    large part of the wall has fallen; what was yielded stays valid.
+    mesh: settings, or meshes of `mesh_bodies`. direction: unit vector into which the weight is turned as live load. A
+    body has one density, that of its stones in the mean. expected_multiplier: what limit analysis expects, the measure
+    of load increments; without it 0.3 x weight / horizontal load. Raises ConvergenceError when no further increment
+    converges, CollapseError when a large part of the wall has fallen; what was yielded stays valid.
     """
     stepping, alone = stepping or SteppingSettings(), this_rank()
     meshes = mesh if isinstance(mesh, BodyMeshes) else mesh_bodies(bodies, mesh or MeshSettings(), None)
     elastic, contact = elastic or ElasticSettings(), contact or ContactSettings()
-    model = build_model(bodies, meshes, elastic, contact, direction, alone, stepping.large_displacement)
+    loads = own_weight(meshes, np.array(direction))
+    model = build_model(bodies, meshes, elastic, contact, alone, stepping.large_displacement, loads)
     with LinearSystem(model, alone) as system:
         expected = expected_multiplier or 0.3 * model.weight / model.horizontal_load
         yield from Pushover(model, system, newton or NewtonSettings(), stepping, expected).increments()

@@ -248,12 +248,12 @@ def _gravity_share(state: Increment) -> float:
 
 def _base_shear(model: ContactModel, iterate: Iterate) -> float:
     """Return the horizontal force of supports and anchors on the wall against the load, N."""
-    x_on_slave = iterate.normal_force * model.contacts.normal[:, 0]
-    x_on_slave = x_on_slave - iterate.response.traction[:, 0] * model.contacts.tangent[:, 0]
-    shear = -model.direction * float(x_on_slave @ model.support_side)
+    on_slave = iterate.normal_force * (model.contacts.normal @ model.forward)
+    on_slave = on_slave - iterate.response.traction[:, 0] * (model.contacts.tangent @ model.forward)
+    shear = -float(on_slave @ model.support_side)
     if model.ties is None or iterate.ties is None:
         return shear
-    return shear - model.direction * model.ties.towards_anchors(iterate.ties.force)
+    return shear - model.ties.towards_anchors(iterate.ties.force, model.forward)
 
 
 def _internal_energy(

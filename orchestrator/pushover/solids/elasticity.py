@@ -162,9 +162,9 @@ def _gathered(form: ufl.Form, numbering: IntArray, comm: MPI.Comm) -> sparse.csr
     return assembled
 
 
-def gravity_and_lateral_loads(mass: sparse.csr_matrix, nodes: int, direction: int) -> tuple[FloatArray, FloatArray]:
-    """Return forces (n,) in N: own weight, and the weight turned to +x or -x (load multiplier 1)."""
+def gravity_and_lateral_loads(mass: sparse.csr_matrix, nodes: int) -> tuple[FloatArray, FloatArray]:
+    """Return forces (n,) in N: own weight, and the weight turned to +x."""
     unit = (np.arange(mass.shape[0] // 3) < nodes).astype(float)  # edges do not depart in a translation
     vertical = np.kron(unit, [0.0, -GRAVITY, 0.0])
-    horizontal = np.kron(unit, [direction * GRAVITY, 0.0, 0.0])
+    horizontal = np.kron(unit, [GRAVITY, 0.0, 0.0])
     return mass @ vertical, mass @ horizontal

@@ -8,7 +8,7 @@ and moment are those of limit analysis whatever the mesh; on the outline that is
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos
 
 import numpy as np
 import shapely
@@ -35,22 +35,24 @@ UPRIGHT_COSINE = 1e-6
 @dataclass(frozen=True, eq=False, slots=True)
 class NodalLoads:
     """Forces in N on m nodes. dead (m,): downwards, besides the weight. live (m,): along the live load's direction at a
-    load multiplier of 1, besides that of the bodies' own mass, which acts where `of_mass`. inclination in rad."""
+    load multiplier of 1, besides that of the bodies' own mass, which acts where `of_mass`. direction (2,): unit vector
+    of the live load."""
 
     dead: FloatArray
     live: FloatArray
     of_mass: bool
-    inclination: float
-
-    @property
-    def upwards(self) -> float:
-        """Upward part of a live load of 1."""
-        return sin(self.inclination)
+    direction: FloatArray
 
     @property
     def sideways(self) -> float:
         """Horizontal part of a live load of 1."""
-        return cos(self.inclination)
+        return abs(float(self.direction[0]))
+
+
+def own_weight(meshes: BodyMeshes, direction: FloatArray) -> NodalLoads:
+    """Return the bodies' own weight as the only load, and the same turned into `direction` (2,) as the live load."""
+    nothing = read_only(np.zeros(len(meshes.nodes)))
+    return NodalLoads(nothing, nothing, True, read_only(direction))
 
 
 def nodal_loads(wall: Wall, bodies: Bodies, meshes: BodyMeshes, settings: LoadSettings) -> NodalLoads:
@@ -66,7 +68,7 @@ def nodal_loads(wall: Wall, bodies: Bodies, meshes: BodyMeshes, settings: LoadSe
         dead=read_only(uneven + _spread(extra_dead_loads(wall, settings.dead), wall, bodies, meshes)),
         live=read_only(with_mass * uneven + _spread(live, wall, bodies, meshes)),
         of_mass=settings.distribution == "mass",
-        inclination=settings.inclination,
+        direction=read_only(settings.vector),
     )
 
 

@@ -86,9 +86,9 @@ class TieBars:
             pretension=kept(self.pretension),
         )
 
-    def towards_anchors(self, force: FloatArray) -> float:
-        """Return the force along x with which anchors pull at the wall when ties carry `force` (m,), N."""
-        along = self.rows @ np.tile([1.0, 0.0, 0.0], self.rows.shape[1] // 3)  # 0 between two bodies
+    def towards_anchors(self, force: FloatArray, forward: FloatArray) -> float:
+        """Return the force along `forward` (2,) with which anchors pull at the wall when ties carry `force` (m,), N."""
+        along = self.rows @ np.tile([*forward, 0.0], self.rows.shape[1] // 3)  # 0 between two bodies
         return -float(along @ force)
 
 

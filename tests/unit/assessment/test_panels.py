@@ -50,6 +50,6 @@ def test_every_joint_of_a_cut_belongs_to_one_panel(name):
         joints = np.concatenate([section.joints for section in sections])
         assert len(joints) == len(set(joints.tolist())) > 0
         lower = set(np.concatenate([section.lower for section in sections]).tolist())
-        upper = set(np.concatenate([assemblage.block_i[joints], assemblage.block_j[joints]]).tolist()) - lower
+        upper = set(np.concatenate([assemblage.joints.i[joints], assemblage.joints.j[joints]]).tolist()) - lower
         assert upper, "blocks stand on the section"
         assert all(assemblage.wall.blocks[block].polygon[:, 1].max() > row[0].bottom for block in upper)

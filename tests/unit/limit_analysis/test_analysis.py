@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import solve_gravity_lp
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.wall import Wall
@@ -23,15 +23,9 @@ from tests.support.walls import upright
 def cantilever(overhang):
     """Block 12 on block 11 on a floor, the upper one displaced by `overhang` (m) of its 1 m."""
     blocks = (upright(10, -2, -1, 6, 1, fixed=True), upright(11, 0, 0, 1, 0.5), upright(12, overhang, 0.5, 1, 0.5))
-    return Assemblage(
-        wall=Wall("cantilever", blocks, 1.0, 0.7),
-        block_i=read_only([0, 1], np.int64),
-        block_j=read_only([1, 2], np.int64),
-        start=read_only([[1.0, 0.0], [1.0, 0.5]]),
-        end=read_only([[0.0, 0.0], [overhang, 0.5]]),
-        friction=read_only([0.7, 0.7]),
-        cohesion=read_only([0.0, 0.0]),
-    )
+    start, end = np.array([[1.0, 0.0], [1.0, 0.5]]), np.array([[0.0, 0.0], [overhang, 0.5]])
+    joints = straight_interfaces(np.array([0, 1]), np.array([1, 2]), start, end, 1.0, np.full(2, 0.7))
+    return Assemblage(Wall("cantilever", blocks, 1.0, 0.7), joints)
 
 
 def test_overhang_of_less_than_half_a_block_stands():
@@ -66,7 +60,7 @@ def test_overhang_beyond_half_a_block_by_a_hair_falls(beyond):
 def test_nothing_is_missing_in_walls_that_stand_however_large(courses, stones):
     """Rounding only: 1e-10 is 1e4 times less than what passes."""
     assemblage = find_joints(running_bond(stones, courses), JointSettings())
-    equilibrium = assemble_equilibrium(assemblage, 1)
+    equilibrium = assemble_equilibrium(assemblage)
     missing, _ = solve_gravity_lp(equilibrium, coulomb(assemblage))
     assert len(equilibrium.free_blocks) > 100
     assert missing < 1e-10
@@ -75,15 +69,10 @@ def test_nothing_is_missing_in_walls_that_stand_however_large(courses, stones):
 def test_wedged_block_is_refused_in_plain_words():
     blocks = (upright(0, -1, 0, 1, 1, fixed=True), upright(1, 0, 0, 1, 1), upright(2, 1, 0, 1, 1, fixed=True))
     floor = upright(3, -1, -1, 3, 1, fixed=True)
-    wedged = Assemblage(
-        wall=Wall("wedged", (*blocks, floor), 1.0, 0.7),
-        block_i=read_only([0, 1, 3], np.int64),
-        block_j=read_only([1, 2, 1], np.int64),
-        start=read_only([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]),
-        end=read_only([[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]),
-        friction=read_only([0.7] * 3),
-        cohesion=read_only([0.0] * 3),
-    )
+    i, j = np.array([[0, 1, 3], [1, 2, 1]])
+    start, end = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]), np.array([[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]])
+    joints = straight_interfaces(i, j, start, end, 1.0, np.full(3, 0.7))
+    wedged = Assemblage(Wall("wedged", (*blocks, floor), 1.0, 0.7), joints)
     with pytest.raises(CaseError, match="no live load in this direction brings it down while sliding dilates"):
         analyse(wedged)
 

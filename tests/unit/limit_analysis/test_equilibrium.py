@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 
 from orchestrator.basis.arrays import read_only
+from orchestrator.geometry.rigid import polygon_area, polygon_centroid
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.masonry.block_properties import (
     block_areas,
     block_centroids,
     block_weights,
-    polygon_area,
-    polygon_centroid,
 )
+from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
+from tests.support.limit_analysis_cases import weight_along
 from tests.support.walls import upright
 
 
@@ -23,15 +24,10 @@ def stack():
     """Floor, block 1 (2 m x 1 m, 2 kN), block 2 (1 m x 1 m, 1 kN) on its right end. Joint 0: floor-1, joint 1: 1-2."""
     floor = upright(7, -1, -1, 4, 1, 1000.0, fixed=True)
     blocks = (floor, upright(8, 0, 0, 2, 1, 1000.0), upright(9, 1, 1, 1, 1, 1000.0))
-    return Assemblage(
-        wall=Wall("stack", blocks, 1.0, 0.5),
-        block_i=read_only([0, 1], np.int64),
-        block_j=read_only([1, 2], np.int64),
-        start=read_only([[2.0, 0.0], [2.0, 1.0]]),  # along the counter-clockwise outline of i: tops run to the left
-        end=read_only([[0.0, 0.0], [1.0, 1.0]]),
-        friction=read_only([0.5, 0.5]),
-        cohesion=read_only([0.0, 0.0]),
-    )
+    start = np.array([[2.0, 0.0], [2.0, 1.0]])  # along the counter-clockwise outline of i: tops run to the left
+    end = np.array([[0.0, 0.0], [1.0, 1.0]])
+    joints = straight_interfaces(np.array([0, 1]), np.array([1, 2]), start, end, 1.0, np.full(2, 0.5))
+    return Assemblage(Wall("stack", blocks, 1.0, 0.5), joints)
 
 
 def test_polygon_properties_of_an_l_shape():
@@ -64,7 +60,7 @@ def test_loads_are_weights_at_centroids():
     assert block_weights(assemblage.wall) == pytest.approx([4000, 2000, 1000])
     assert block_centroids(assemblage.wall).tolist() == [[1, -0.5], [1, 0.5], [1.5, 1.5]]
     for direction in (1, -1):
-        equilibrium = assemble_equilibrium(assemblage, direction)
+        equilibrium = assemble_equilibrium(assemblage, weight_along(assemblage, direction))
         assert equilibrium.free_blocks.tolist() == [1, 2]
         assert equilibrium.dead_load.tolist() == [0, -2000, 0, 0, -1000, 0]
         assert equilibrium.live_load.tolist() == [direction * 2000, 0, 0, direction * 1000, 0, 0]
@@ -75,7 +71,7 @@ def test_loads_are_weights_at_centroids():
 def test_matrix_of_the_stack_by_hand():
     """Rows x, y, moment of blocks 1 and 2; columns n_start, n_end, s of both joints. The normal points up, the tangent
     to the left; block i pushes j with +n, +s, and B q are the forces blocks exert: minus for j, plus for i."""
-    B = assemble_equilibrium(stack(), 1).matrix.toarray()
+    B = assemble_equilibrium(stack()).matrix.toarray()
     lower = [[0, 0, 1], [-1, -1, 0], [-1, 1, 0.5]]  # joint 0 on block 1 (its j): arms x = +1, -1; y = -0.5
     upper_on_1 = [[0, 0, -1], [1, 1, 0], [1, 0, 0.5]]  # joint 1 on block 1 (its i): arms x = +1, 0; y = +0.5
     upper_on_2 = [[0, 0, 1], [-1, -1, 0], [-0.5, 0.5, 0.5]]  # joint 1 on block 2 (its j): arms x = +-0.5; y = -0.5
@@ -87,7 +83,7 @@ def test_matrix_of_the_stack_by_hand():
 
 def test_residual_vanishes_for_the_state_at_rest_only():
     """The upper block's 1 kN on its joint's middle; the lower joint carries 3 kN with its resultant at x = 3.5/3 m."""
-    equilibrium = assemble_equilibrium(stack(), 1)
+    equilibrium = assemble_equilibrium(stack())
     at_start = 3000 * (3.5 / 3) / 2
     at_rest = np.array([[at_start, 3000 - at_start, 0.0], [500.0, 500.0, 0.0]])
     assert equilibrium.residual(at_rest, 0.0) < 1e-14
@@ -97,7 +93,7 @@ def test_residual_vanishes_for_the_state_at_rest_only():
 
 def test_joint_rates_of_a_known_motion():
     """Block 2 lifts 0.1 m/s, drifts 0.3 m/s to the right and turns 0.2 rad/s; block 1 rests."""
-    equilibrium = assemble_equilibrium(stack(), 1)
+    equilibrium = assemble_equilibrium(stack())
     rates = equilibrium.joint_rates(np.array([0, 0, 0, 0.3, 0.1, 0.2]))
     opening_right, opening_left = 0.1 + 0.2 * 0.5, 0.1 - 0.2 * 0.5
     slip_to_the_left = -(0.3 - 0.2 * (-0.5))
@@ -105,6 +101,6 @@ def test_joint_rates_of_a_known_motion():
 
 
 def test_velocities_of_supports_are_zero():
-    equilibrium = assemble_equilibrium(stack(), 1)
+    equilibrium = assemble_equilibrium(stack())
     everyone = equilibrium.of_all_blocks(np.arange(1.0, 7.0))
     assert everyone.tolist() == [[0, 0, 0], [1, 2, 3], [4, 5, 6]]

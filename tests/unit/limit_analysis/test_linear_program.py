@@ -18,8 +18,10 @@ from orchestrator.limit_analysis.paper.linear_program import (
     solve_limit_lp,
 )
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
+from tests.support.limit_analysis_cases import weight_along
 
 
 def block_on_floor(width=1.0, height=2.0, friction=0.65, joint=None):
@@ -27,19 +29,13 @@ def block_on_floor(width=1.0, height=2.0, friction=0.65, joint=None):
     left, right = joint or (0.0, width)
     floor = Block(0, read_only([[-1, -1], [9, -1], [9, 0], [-1, 0]]), True, 1000.0)
     block = Block(1, read_only([[0, 0], [width, 0], [width, height], [0, height]]), False, 1000.0)
-    return Assemblage(
-        wall=Wall("block", (floor, block), 1.0, friction),
-        block_i=read_only([0], np.int64),
-        block_j=read_only([1], np.int64),
-        start=read_only([[right, 0.0]]),
-        end=read_only([[left, 0.0]]),
-        friction=read_only([friction]),
-        cohesion=read_only([0.0]),
-    )
+    ends = np.array([[right, 0.0]]), np.array([[left, 0.0]])
+    joints = straight_interfaces(np.array([0]), np.array([1]), *ends, 1.0, np.array([friction]))
+    return Assemblage(Wall("block", (floor, block), 1.0, friction), joints)
 
 
 def terms(assemblage, direction=1):
-    return assemble_equilibrium(assemblage, direction), coulomb(assemblage)
+    return assemble_equilibrium(assemblage, weight_along(assemblage, direction)), coulomb(assemblage)
 
 
 def test_overturning_block():
@@ -89,17 +85,10 @@ def test_infinite_multiplier_raises():
     """Load to the left against a wall: a second joint on the block's left side, along the wall's face."""
     free = block_on_floor(width=2.0, height=1.0)
     wall = Block(2, read_only([[-0.5, 0], [0, 0], [0, 2], [-0.5, 2]]), True, 1000.0)
-    held = replace(
-        free,
-        wall=replace(free.wall, blocks=(*free.wall.blocks, wall)),
-        block_i=read_only([0, 2], np.int64),
-        block_j=read_only([1, 1], np.int64),
-        start=read_only([[2.0, 0.0], [0.0, 0.0]]),
-        end=read_only([[0.0, 0.0], [0.0, 1.0]]),
-        friction=read_only([0.65, 0.65]),
-        cohesion=read_only([0.0, 0.0]),
-    )
-    assert held.normal[1].tolist() == [1.0, 0.0]
+    ends = np.array([[2.0, 0.0], [0.0, 0.0]]), np.array([[0.0, 0.0], [0.0, 1.0]])
+    joints = straight_interfaces(np.array([0, 2]), np.array([1, 1]), *ends, 1.0, np.full(2, 0.65))
+    held = Assemblage(replace(free.wall, blocks=(*free.wall.blocks, wall)), joints)
+    assert joints.normal[1].tolist() == [1.0, 0.0]
     with pytest.raises(UnboundedError):
         solve_limit_lp(*terms(held, -1))
     assert solve_limit_lp(*terms(held, 1)).load_multiplier == pytest.approx(0.5 * 2.0 / 1.0 * 0.65, abs=1e-8)

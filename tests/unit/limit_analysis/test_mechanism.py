@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, isnan
 
 import numpy as np
@@ -17,8 +18,10 @@ from orchestrator.limit_analysis.paper.mechanism import (
     power_residual,
 )
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
+from tests.support.limit_analysis_cases import weight_along
 
 CENTROIDS = np.array([[0.0, 0.0], [1.0, 2.0], [3.0, 1.0]])
 
@@ -27,15 +30,9 @@ def block_on_floor(cohesion=0.0):
     """2 m x 1 m, 2 kN, on a floor with mu = 0.5; the joint's tangent points left, its normal up."""
     floor = Block(0, read_only([[-1, -1], [9, -1], [9, 0], [-1, 0]]), True, 1000.0)
     block = Block(1, read_only([[0, 0], [2, 0], [2, 1], [0, 1]]), False, 1000.0)
-    return Assemblage(
-        wall=Wall("block", (floor, block), 1.0, 0.5),
-        block_i=read_only([0], np.int64),
-        block_j=read_only([1], np.int64),
-        start=read_only([[2.0, 0.0]]),
-        end=read_only([[0.0, 0.0]]),
-        friction=read_only([0.5]),
-        cohesion=read_only([cohesion]),
-    )
+    ends = np.array([[2.0, 0.0]]), np.array([[0.0, 0.0]])
+    joints = straight_interfaces(np.array([0]), np.array([1]), *ends, 1.0, np.array([0.5]))
+    return Assemblage(Wall("block", (floor, block), 1.0, 0.5), replace(joints, cohesion=read_only([cohesion])))
 
 
 def test_centre_of_a_turning_block_stands_still():
@@ -101,11 +98,12 @@ def test_largest_corner_velocity_of_a_shape_without_symmetry():
 
 def test_mechanism_is_scaled_to_unit_live_power():
     assemblage = block_on_floor()
-    mechanism = mechanism_from(assemblage.wall, assemble_equilibrium(assemblage, 1), np.array([3.0, 0.0, 0.0]))
+    mechanism = mechanism_from(assemblage.wall, assemble_equilibrium(assemblage), np.array([3.0, 0.0, 0.0]))
     assert mechanism.velocities.tolist() == [[0, 0, 0], [1 / 2000, 0, 0]]
     assert mechanism.slip == pytest.approx([-1 / 2000])
     assert mechanism.largest_displacement == pytest.approx(1 / 2000)
-    leftwards = mechanism_from(assemblage.wall, assemble_equilibrium(assemblage, -1), np.array([-3.0, 0.0, 0.0]))
+    pushed_left = assemble_equilibrium(assemblage, weight_along(assemblage, -1))
+    leftwards = mechanism_from(assemblage.wall, pushed_left, np.array([-3.0, 0.0, 0.0]))
     assert leftwards.velocities[1, 0] == pytest.approx(-1 / 2000)
 
 
@@ -116,7 +114,7 @@ def test_mechanism_is_scaled_to_unit_live_power():
 def test_power_of_a_sliding_block_balances_for_each_flow_rule(psi, lift, cohesion, multiplier):
     """It slides right at 1, lifts at psi: live 2000 lambda, dead -2000 psi, friction (2 m2 c + (mu - psi) 2000) 1."""
     assemblage = block_on_floor(cohesion)
-    equilibrium, law = assemble_equilibrium(assemblage, 1), coulomb(assemblage)
+    equilibrium, law = assemble_equilibrium(assemblage), coulomb(assemblage)
     assert law.cohesion == pytest.approx([2.0 * cohesion])
     forces = np.array([[1000.0, 1000.0, 2000.0 * multiplier]])
     mechanism = mechanism_from(assemblage.wall, equilibrium, np.array([1.0, lift, 0.0]))
@@ -128,7 +126,7 @@ def test_power_of_a_sliding_block_balances_for_each_flow_rule(psi, lift, cohesio
 
 def test_dilation_counts_only_where_a_joint_carries_load():
     assemblage = block_on_floor()
-    equilibrium, law = assemble_equilibrium(assemblage, 1), coulomb(assemblage)
+    equilibrium, law = assemble_equilibrium(assemblage), coulomb(assemblage)
     tilting = mechanism_from(assemblage.wall, equilibrium, np.array([0.5, 1.0, -1.0]))  # about the right toe
     at_toe, at_heel = np.array([[2000.0, 0.0, 0.0]]), np.array([[0.0, 2000.0, 0.0]])
     assert dilation(equilibrium, law, at_toe, tilting) == pytest.approx(0.0, abs=1e-12)

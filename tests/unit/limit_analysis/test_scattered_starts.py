@@ -14,8 +14,10 @@ from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.search.lower_states import TwoPrograms, descent
 from orchestrator.limit_analysis.search.scattered_starts import TURNS, scattered_starts, scattered_states
+from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
+from tests.support.limit_analysis_cases import weight_along
 from tests.support.paths import DATA
 
 WALL = read_blocks(DATA / "ferris_tinloi_wall3.json")
@@ -26,16 +28,18 @@ def mirrored(wall):
     return replace(wall, blocks=blocks[::-1])
 
 
-def by_place(assemblage, direction):
+def by_place(assemblage):
     """A slip that depends on where a joint is, and the joints' places, rounded."""
-    x, y = (assemblage.midpoint * [direction, 1.0]).T
+    x, y = assemblage.joints.centroid.T
     return np.abs(np.sin(7.0 * x + 3.0 * y)), [tuple(place) for place in np.round([x, y], 6).T]
 
 
 def starts(wall, direction):
+    """In the standard view of a wall pushed along +x (1) or -x (-1)."""
     assemblage = find_joints(wall, JointSettings())
-    slip, places = by_place(assemblage, direction)
-    found = list(scattered_starts(assemblage, direction, slip, 4))
+    seen = standard_view(assemblage, weight_along(assemblage, direction)).assemblage
+    slip, places = by_place(seen)
+    found = list(scattered_starts(seen, slip, 4))
     return slip, [dict(zip(places, start, strict=True)) for start in found]
 
 
@@ -69,11 +73,11 @@ class NobodyElse(ThreadPoolExecutor):
 def descents():
     """Three starts near a mechanism, three that have nothing of one: their descents, and how two threads run all."""
     assemblage = find_joints(WALL, JointSettings())
-    equilibrium, friction = assemble_equilibrium(assemblage, 1), coulomb(assemblage)
+    equilibrium, friction = assemble_equilibrium(assemblage), coulomb(assemblage)
     one, two = (TwoPrograms(equilibrium, friction) for _ in range(2))
     known = one.mechanism(solve_limit_lp(equilibrium, friction).normal)
-    near, far = known.rates[:, 2], by_place(assemblage, 1)[0]
-    begin = [list(scattered_starts(assemblage, 1, slip, 3)) for slip in (near, far)]
+    near, far = known.rates[:, 2], by_place(assemblage)[0]
+    begin = [list(scattered_starts(assemblage, slip, 3)) for slip in (near, far)]
 
     def run(threads):
         with threads(max_workers=1) as other:

@@ -12,7 +12,7 @@ from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
-from tests.support.limit_analysis_cases import assemblage_of, audit, box, case, mirrored
+from tests.support.limit_analysis_cases import analysed, assemblage_of, audit, box, case, mirrored, weight_along
 
 
 def irregular():
@@ -33,13 +33,13 @@ def test_one_view_of_all_images_to_the_last_digit(wall, direction):
     images = [(wall(), direction), (mirrored(wall()), -direction)]
     if len(wall().wall.blocks) > 2:
         images.append((renumbered(wall()), direction))
-    first, *others = (standard_view(*image) for image in images)
+    first, *others = (standard_view(image, weight_along(image, side)) for image, side in images)
     assert len(first.joint) > 0
     for other in others:
-        assert np.array_equal(first.assemblage.block_i, other.assemblage.block_i)
-        assert np.array_equal(first.assemblage.block_j, other.assemblage.block_j)
+        assert np.array_equal(first.assemblage.joints.i, other.assemblage.joints.i)
+        assert np.array_equal(first.assemblage.joints.j, other.assemblage.joints.j)
         for name in ("start", "end", "friction"):
-            assert np.array_equal(getattr(first.assemblage, name), getattr(other.assemblage, name))
+            assert np.array_equal(getattr(first.assemblage.joints, name), getattr(other.assemblage.joints, name))
         for one, same in zip(first.assemblage.wall.blocks, other.assemblage.wall.blocks, strict=True):
             assert np.array_equal(one.polygon, same.polygon)
             assert one.fixed == same.fixed
@@ -50,8 +50,8 @@ def test_one_view_of_all_images_to_the_last_digit(wall, direction):
 def test_answers_are_those_of_the_original_wall(image, direction):
     """Statics, Coulomb's law, kinematics and power in the original's numbers, places and directions."""
     wall = image()
-    found = analyse(wall, load_direction=direction)
-    assert found.load_direction == direction
+    found = analysed(wall, direction)
+    assert found.loads.direction.tolist() == [direction, 0.0]
     assert found.horizontal_load == pytest.approx(found.weight)
     for state in (found.sequence, found.path):
         checked = audit(wall, state, direction)
@@ -64,7 +64,7 @@ def test_answers_are_those_of_the_original_wall(image, direction):
 
 def test_images_have_the_same_answers_to_rounding():
     wall = irregular()
-    there, behind, anew = analyse(wall), analyse(mirrored(wall), load_direction=-1), analyse(renumbered(wall))
+    there, behind, anew = analyse(wall), analysed(mirrored(wall), -1), analyse(renumbered(wall))
     for name in ("sequence", "path", "lowest"):
         expected = getattr(there, name).load_multiplier
         assert getattr(behind, name).load_multiplier == pytest.approx(expected, rel=1e-12)
@@ -77,6 +77,6 @@ def test_far_from_the_origin_on_a_wall_of_round_numbers():
     floor = (-1.0, -0.3, 4.0, 0.3)
     here = assemblage_of([box(*stone) for stone in (floor, *stones)])
     behind = assemblage_of([box(1003.0 - x - width, y, width, height) for x, y, width, height in (floor, *stones)])
-    one, other = standard_view(here, 1).assemblage, standard_view(behind, -1).assemblage
-    assert np.array_equal(one.start, other.start)
-    assert np.array_equal(one.end, other.end)
+    one, other = standard_view(here).assemblage, standard_view(behind, weight_along(behind, -1)).assemblage
+    assert np.array_equal(one.joints.start, other.joints.start)
+    assert np.array_equal(one.joints.end, other.joints.end)

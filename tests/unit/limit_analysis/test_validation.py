@@ -26,12 +26,12 @@ WEIGHT, HEIGHT, FRICTION = 20e3, 0.5, 0.4
 def sliding():
     wall = Wall("block", (upright(0, -1, -1, 3, 1, fixed=True), upright(1, 0, 0, 1, HEIGHT, 40e3)), 1.0, FRICTION)
     assemblage = find_joints(wall, JointSettings())
-    equilibrium = assemble_equilibrium(assemblage, 1)
-    assert (assemblage.block_i[0], assemblage.block_j[0]) == (0, 1)
+    equilibrium = assemble_equilibrium(assemblage)
+    assert (assemblage.joints.i[0], assemblage.joints.j[0]) == (0, 1)
     toe = WEIGHT / 2 + FRICTION * WEIGHT * HEIGHT / 2  # under the end the load pushes to
-    at_right = assemblage.start[0, 0] > assemblage.end[0, 0]
+    at_right = assemblage.joints.start[0, 0] > assemblage.joints.end[0, 0]
     normal = (toe, WEIGHT - toe) if at_right else (WEIGHT - toe, toe)
-    slip = float(assemblage.tangent[0, 0]) / WEIGHT
+    slip = float(assemblage.joints.tangent[0, 0]) / WEIGHT
     state = LimitState(
         flow_rule="sequence",
         load_multiplier=FRICTION,

@@ -39,7 +39,7 @@ def dense(joints):
 @pytest.mark.parametrize("wall", sorted(WALLS))
 @pytest.mark.parametrize("drag", [0.0, 3.0])
 def test_linear_systems_are_those_of_the_dense_product(wall, drag):
-    B = assemble_equilibrium(WALLS[wall](), 1).matrix
+    B = assemble_equilibrium(WALLS[wall]()).matrix
     stiffness, rng = WallStiffness(B), np.random.default_rng(1)
     for _ in range(3):  # the same pattern with ever new joints
         joints = rng.uniform(0.5, 2.0, (B.shape[1] // 3, len(ENTRIES)))
@@ -53,7 +53,7 @@ def test_linear_systems_are_those_of_the_dense_product(wall, drag):
 
 
 def test_a_block_that_no_joint_holds_has_a_singular_matrix():
-    B = assemble_equilibrium(WALLS["block"](), 1).matrix
+    B = assemble_equilibrium(WALLS["block"]()).matrix
     with pytest.raises(RuntimeError, match="singular"):
         WallStiffness(B).factorised(np.zeros((B.shape[1] // 3, len(ENTRIES))))
 

@@ -89,7 +89,7 @@ def test_wall_1_few_bodies_and_the_multiplier_within_the_margin(wall_1, margin):
     partition = chosen(assemblage, analysis, margin)
     assert 1 < partition.count < 10
     micro = analysis.headline
-    found = merged_multiplier(assemblage, partition.body_of_block, 1, micro.flow_rule)
+    found = merged_multiplier(assemblage, partition.body_of_block, micro.flow_rule)
     assert found == pytest.approx(micro.load_multiplier, rel=margin)
 
 

@@ -24,7 +24,7 @@ def partition_of(assemblage, *bodies):
     """Return the partition whose bodies are the given sets of block ids, supports last."""
     number = {block: k for k, body in enumerate(bodies) for block in body}
     body_of_block = np.array([number.get(block.id, len(bodies)) for block in assemblage.wall.blocks])
-    same = np.flatnonzero(body_of_block[assemblage.block_i] == body_of_block[assemblage.block_j])
+    same = np.flatnonzero(body_of_block[assemblage.joints.i] == body_of_block[assemblage.joints.j])
     return Partition(body_of_block, len(bodies), same, np.zeros(0, int), None)
 
 
@@ -39,10 +39,10 @@ def bond():
 
 def test_joint_ends_are_imprinted_on_both_sides(bond):
     bodies = make_bodies(bond, one_body_per_block(bond))
-    assert len(bodies.joint) == len(bond.block_i) == 2 + 1 + 4 + 2
+    assert len(bodies.joint) == bond.joints.count == 2 + 1 + 4 + 2
     for k in range(len(bodies.joint)):
-        for body in (bodies.body_i[k], bodies.body_j[k]):
-            for end in (bodies.start[k], bodies.end[k]):
+        for body in (bodies.interfaces.i[k], bodies.interfaces.j[k]):
+            for end in (bodies.interfaces.start[k], bodies.interfaces.end[k]):
                 assert has_vertex(bodies.bodies[body].exterior, end)
 
 
@@ -66,10 +66,12 @@ def test_interfaces_run_counter_clockwise_round_body_i(bond):
     bodies = make_bodies(bond, partition_of(bond, {1, 2}, {3, 4}, {5}))
     assert len(bodies.joint) > 3
     for k in range(len(bodies.joint)):
-        tangent = bodies.end[k] - bodies.start[k]
-        left = 0.5 * (bodies.start[k] + bodies.end[k]) + 1e-3 * np.array([-tangent[1], tangent[0]])
-        assert shapely.Polygon(bodies.bodies[bodies.body_i[k]].exterior).contains(shapely.Point(left))
-        assert bodies.body_i[k] != bodies.body_j[k]
+        tangent = bodies.interfaces.end[k] - bodies.interfaces.start[k]
+        left = 0.5 * (bodies.interfaces.start[k] + bodies.interfaces.end[k]) + 1e-3 * np.array(
+            [-tangent[1], tangent[0]]
+        )
+        assert shapely.Polygon(bodies.bodies[bodies.interfaces.i[k]].exterior).contains(shapely.Point(left))
+        assert bodies.interfaces.i[k] != bodies.interfaces.j[k]
 
 
 def test_a_body_round_an_opening_has_a_hole_and_one_round_another_body_has_its_joints_on_it():
@@ -89,7 +91,7 @@ def test_a_body_round_an_opening_has_a_hole_and_one_round_another_body_has_its_j
     filled = assemblage_of(*frame, between(1, 1, 2, 2))
     bodies = make_bodies(filled, partition_of(filled, {1, 2, 3, 4}, {5}))
     assert len(bodies.bodies[0].holes) == 1
-    pairs = [{int(i), int(j)} for i, j in zip(bodies.body_i, bodies.body_j, strict=True)]
+    pairs = [{int(i), int(j)} for i, j in zip(bodies.interfaces.i, bodies.interfaces.j, strict=True)]
     assert pairs.count({0, 1}) == 4
     assert pairs.count({0, 2}) == 1
     assert len(pairs) == 5

@@ -48,10 +48,10 @@ def mechanism(assemblage, motion):
         arm = point - centroids[block]
         return np.column_stack([u - rate * arm[:, 1], v + rate * arm[:, 0]])
 
-    i, j = assemblage.block_i, assemblage.block_j
-    relative = [at(j, point) - at(i, point) for point in (assemblage.start, assemblage.end)]
-    opening = np.column_stack([np.sum(r * assemblage.normal, axis=1) for r in relative])
-    slip = np.sum(relative[0] * assemblage.tangent, axis=1)
+    i, j = assemblage.joints.i, assemblage.joints.j
+    relative = [at(j, point) - at(i, point) for point in (assemblage.joints.start, assemblage.joints.end)]
+    opening = np.column_stack([np.sum(r * assemblage.joints.normal, axis=1) for r in relative])
+    slip = np.sum(relative[0] * assemblage.joints.tangent, axis=1)
     return Mechanism(velocities, opening, slip, float(np.abs(velocities[:, :2]).max()))
 
 
@@ -71,7 +71,7 @@ def test_blocks_that_rotate_about_one_point_are_one_body(three):
     partition = merged(three, mechanism(three, {2: (toe, -1.0), 3: (toe, -1.0)}), MacroblockSettings())
     assert groups(three, partition) == [{1}, {2, 3}]
     assert partition.body_of_block[0] == 2, "the support comes after the moving bodies"
-    assert [set(three.block_i[[k]]) | set(three.block_j[[k]]) for k in partition.vanished_joints] == [{2, 3}]
+    assert [set(three.joints.i[[k]]) | set(three.joints.j[[k]]) for k in partition.vanished_joints] == [{2, 3}]
 
 
 def test_centres_further_apart_than_tol_d_stay_two_bodies(three):
@@ -158,7 +158,7 @@ def test_joined_through_others_is_reported():
     opens = mechanism(wall, drift)
     partition = merged(wall, opens, MacroblockSettings(tol_n=0.15, tol_s=0.15, tol_d=inf))
     assert partition.count == 1
-    pair = {frozenset((int(wall.block_i[k]), int(wall.block_j[k]))) for k in partition.transitive_joints}
+    pair = {frozenset((int(wall.joints.i[k]), int(wall.joints.j[k]))) for k in partition.transitive_joints}
     assert pair == {frozenset((bottom_left, bottom_right))}
     assert any("joined through others" in remark for remark in partition.remarks)
     assert merged(wall, opens, settings).transitive_joints.size == 0

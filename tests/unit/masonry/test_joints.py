@@ -29,16 +29,16 @@ GROUND = ([[-1, -1], [3, -1], [3, 0], [-1, 0]], True)
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_number_of_joints_is_the_one_the_file_carries(path):
     assemblage = find_joints(read_blocks(path), JointSettings())
-    assert len(assemblage.block_i) == json.loads(path.read_text())["interfaces"]
+    assert assemblage.joints.count == json.loads(path.read_text())["interfaces"]
     check_assemblage(assemblage)
 
 
 def test_segment_normal_and_order():
     stone = ([[0, 0], [2, 0], [2, 1], [0, 1]], False)
     above = ([[1, 1], [3, 1], [3, 2], [1, 2]], False)
-    joints = find_joints(wall(GROUND, stone, above), JointSettings())
-    assert joints.block_i.tolist() == [0, 1]
-    assert joints.block_j.tolist() == [1, 2]
+    joints = find_joints(wall(GROUND, stone, above), JointSettings()).joints
+    assert joints.i.tolist() == [0, 1]
+    assert joints.j.tolist() == [1, 2]
     assert joints.start.tolist() == [[2, 0], [2, 1]]  # counter-clockwise round the lower block: leftwards on its top
     assert joints.end.tolist() == [[0, 0], [1, 1]]
     assert joints.normal == pytest.approx(np.array([[0, 1], [0, 1]]))
@@ -51,8 +51,8 @@ def test_inclined_contact():
     left = ([[0, 0], [1, 0], [0, 1]], False)
     right = ([[1, 0], [1, 1], [0, 1]], False)
     bridge_like = ([[0, 1], [1, 1], [1, 2], [0, 2]], False)
-    joints = find_joints(wall(GROUND, left, right, bridge_like), JointSettings())
-    pairs = list(zip(joints.block_i.tolist(), joints.block_j.tolist(), strict=True))
+    joints = find_joints(wall(GROUND, left, right, bridge_like), JointSettings()).joints
+    pairs = list(joints.pairs)
     assert pairs == [(0, 1), (1, 2), (2, 3)]
     assert joints.normal[1] == pytest.approx(np.array([1, 1]) / np.sqrt(2))
 
@@ -60,8 +60,8 @@ def test_inclined_contact():
 @pytest.mark.parametrize("first", range(8))
 def test_two_joints_with_one_neighbour_are_in_order_along_the_first_block(first):
     portal = [[0, 0], [0.5, 0], [0.5, 1], [1.5, 1], [1.5, 0], [2, 0], [2, 2], [0, 2]]
-    joints = find_joints(wall(GROUND, (np.roll(portal, first, axis=0), False)), JointSettings())
-    assert joints.block_j.tolist() == [1, 1]
+    joints = find_joints(wall(GROUND, (np.roll(portal, first, axis=0), False)), JointSettings()).joints
+    assert joints.j.tolist() == [1, 1]
     assert joints.start.tolist() == [[2, 0], [0.5, 0]]  # leftwards on the ground, whatever corner the portal starts at
     assert joints.end.tolist() == [[1.5, 0], [0, 0]]
 
@@ -69,9 +69,9 @@ def test_two_joints_with_one_neighbour_are_in_order_along_the_first_block(first)
 def test_supports_have_no_joint_and_gaps_beyond_the_tolerance_none():
     ground = ([[3, -1], [5, -1], [5, 0], [3, 0]], True)
     floating = ([[0, 2e-5], [1, 2e-5], [1, 1], [0, 1]], False)
-    assert len(find_joints(wall(GROUND, ground, floating), JointSettings()).block_i) == 0
+    assert find_joints(wall(GROUND, ground, floating), JointSettings()).joints.count == 0
     near = find_joints(wall(GROUND, ground, floating), JointSettings(tolerance=3e-5))
-    assert near.block_j.tolist() == [2]
+    assert near.joints.j.tolist() == [2]
 
 
 def test_groups_without_support_are_named():
@@ -86,24 +86,24 @@ def test_groups_without_support_are_named():
 def test_shared_segment_is_cut_to_both_edges():
     """The stone's base runs over both ends of a short support; its left side continues that of the stone below."""
     support = ([[0.3, -1], [0.8, -1], [0.8, 0], [0.3, 0]], True)
-    joints = find_joints(wall(support, ([[0, 0], [1, 0], [1, 1], [0, 1]], False)), JointSettings())
+    joints = find_joints(wall(support, ([[0, 0], [1, 0], [1, 1], [0, 1]], False)), JointSettings()).joints
     assert joints.start.tolist() == [[0.8, 0]]
     assert joints.end == pytest.approx(np.array([[0.3, 0]]))
-    assert joints.midpoint.tolist() == [[0.55, 0]]
+    assert joints.centroid.tolist() == [[0.55, 0]]
 
 
 def test_a_contact_below_the_minimum_length_is_no_joint():
     beside = ([[0.95, 1], [2, 1], [2, 2], [0.95, 2]], False)
     assemblage = wall(GROUND, ([[0, 0], [1, 0], [1, 1], [0, 1]], False), beside)
-    assert len(find_joints(assemblage, JointSettings(minimum_length=0.049)).length) == 2
-    assert len(find_joints(assemblage, JointSettings(minimum_length=0.051)).length) == 1
+    assert find_joints(assemblage, JointSettings(minimum_length=0.049)).joints.count == 2
+    assert find_joints(assemblage, JointSettings(minimum_length=0.051)).joints.count == 1
 
 
 def test_edges_that_run_the_same_way_share_nothing():
     """Two stones on one line of the ground, one above and one below a common level, touch at a corner only."""
     left, right = ([[0, 0], [1, 0], [1, 1], [0, 1]], False), ([[1, 1], [2, 1], [2, 2], [1, 2]], False)
-    joints = find_joints(wall(GROUND, left, right), JointSettings())
-    assert joints.block_j.tolist() == [1]
+    joints = find_joints(wall(GROUND, left, right), JointSettings()).joints
+    assert joints.j.tolist() == [1]
 
 
 SIDE = st.sampled_from([0.0, 1.0, 0.5, 2.0, 1e-12, 1e-5, 1e-3, 1e5, 1e90, 5e-324]) | st.floats(-3, 3)
@@ -122,8 +122,9 @@ def test_no_drawing_gets_further_than_a_case_error_or_joints_of_finite_length(co
         try:
             made = wall_from(drawing, "drawing")
             check_wall(made)
-            joints = find_joints(made, JointSettings())
-            check_assemblage(joints)
+            assemblage = find_joints(made, JointSettings())
+            joints = assemblage.joints
+            check_assemblage(assemblage)
             assert len(joints.length) >= 2
             assert (joints.length > 1e-3).all()
             assert np.isfinite(joints.normal).all()

@@ -53,8 +53,8 @@ def test_slanted_stones_keep_one_common_edge(tmp_path):
     wall, _ = wall_of(read_picture(tmp_path / "cut.png", settings), "cut", MATERIAL, HealingSettings(0.003, 0.2))
     assert len(wall.blocks) == 3
     assemblage = find_joints(wall, JointSettings())
-    between = (assemblage.block_i == 1) & (assemblage.block_j == 2)
-    assert assemblage.length[between] == pytest.approx([0.005 * np.hypot(40, 200)], rel=0.03)
+    between = (assemblage.joints.i == 1) & (assemblage.joints.j == 2)
+    assert assemblage.joints.length[between] == pytest.approx([0.005 * np.hypot(40, 200)], rel=0.03)
     assert areas(wall).sum() == pytest.approx(1.0, rel=0.02)
 
 

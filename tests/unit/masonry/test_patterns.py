@@ -67,7 +67,7 @@ def test_number_of_joints(per_course, courses):
     """Base: one a stone. Bed joints: half a stone each, 2n. Head joints: n - 1 in whole courses, n in halved ones."""
     expected = per_course + 2 * per_course * (courses - 1)
     expected += (per_course - 1) * ((courses + 1) // 2) + per_course * (courses // 2)
-    assert len(find_joints(running_bond(per_course, courses), JointSettings()).block_i) == expected
+    assert find_joints(running_bond(per_course, courses), JointSettings()).joints.count == expected
 
 
 OPENINGS = ((0.5, 1.0, 0.0, 1.2), (1.6, 2.1, 0.6, 1.3))
@@ -267,11 +267,11 @@ def test_arch_has_equal_voussoirs_on_its_piers(angle, courses):
     check_wall(wall)
     assemblage = find_joints(wall, JointSettings())
     check_assemblage(assemblage)
-    assert len(assemblage.block_i) == 12 + 2 * courses
+    assert assemblage.joints.count == 12 + 2 * courses
     assert [block.fixed for block in wall.blocks] == [True, True] + [False] * (2 * courses + 11)
     voussoir = 0.5 * (1.65**2 - 1.35**2) * np.sin(angle / 11)
     assert [stone.area for stone in shapes(wall)[-11:]] == pytest.approx([voussoir] * 11)
-    assert np.allclose(sorted(assemblage.length)[:12], 0.3)
+    assert np.allclose(sorted(assemblage.joints.length)[:12], 0.3)
 
 
 @pytest.mark.parametrize(("depth", "standing"), [(0.112, True), (0.100, False)])

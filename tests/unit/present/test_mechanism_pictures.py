@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from orchestrator.geometry.rigid import polygon_centroid
+from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import Tie
 from orchestrator.masonry.wall import Block, Wall
@@ -13,7 +15,6 @@ from orchestrator.present import plots
 from orchestrator.present.plots.canvas import BLUE, lay_out
 from orchestrator.present.plots.thrust import carrying, thrust
 from orchestrator.present.plots.wall_pictures import (
-    centroid,
     hinge_ends,
     load_arrow,
     rigid_displacement,
@@ -22,19 +23,21 @@ from orchestrator.present.plots.wall_pictures import (
 from tests.support.figures import polygons, segments, shown
 from tests.support.walls import between
 
+FORWARD = np.array([1.0, 0.0])
+
 
 def test_ends_of_a_tie_move_with_their_blocks_and_an_anchor_stays(assemblage, state):
     """Upper left corner of the third block: by hand it moves up by its velocity and half of it to the right."""
     factor = 0.08 * 1.2 / np.hypot(1.0, 0.5)
     tie = Tie((assemblage.wall.blocks[3].id,), (0.5, 1.0), (3.0, 1.1), 1e3)
-    axes = plots.mechanism(assemblage, state, 1, ties=(tie,)).axes[0]
+    axes = plots.mechanism(assemblage, state, FORWARD, ties=(tie,)).axes[0]
     (bar,) = next(one for one in axes.collections if one.get_label() == "tie").get_segments()
     np.testing.assert_allclose(bar, [[0.5 + 0.5 * factor, 1.0 + factor], [3.0, 1.1]], atol=1e-12)
     assert axes.get_xlim()[1] > 3.0
 
 
 def test_mechanism_moves_blocks_by_their_velocities_scaled_to_8_percent_of_the_height(assemblage, state):
-    figure = plots.mechanism(assemblage, state, 1)
+    figure = plots.mechanism(assemblage, state, FORWARD)
     factor = 0.08 * 1.2 / np.hypot(1.0, 0.5)
     assert len(polygons(figure, 0)) == 4  # undeformed outlines, support included
     moved = polygons(figure, 1)
@@ -50,7 +53,7 @@ def test_mechanism_moves_blocks_by_their_velocities_scaled_to_8_percent_of_the_h
 
 
 def test_mechanism_marks_hinges_and_joints_that_slide_under_load(assemblage, state):
-    figure = plots.mechanism(assemblage, state, 1)
+    figure = plots.mechanism(assemblage, state, FORWARD)
     np.testing.assert_allclose(segments(figure, BLUE), [[[1, 0], [1, 0.5]]])  # joint 3 slips too, but came apart
     (hinges,) = figure.axes[0].lines
     np.testing.assert_allclose(hinges.get_xydata(), [[1.5, 0.5]], atol=1e-12)
@@ -66,7 +69,7 @@ def test_mechanism_marks_hinges_and_joints_that_slide_under_load(assemblage, sta
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_mechanism_shows_the_load_beside_the_wall_it_pushes(assemblage, state, direction):
-    axes = plots.mechanism(assemblage, state, direction).axes[0]
+    axes = plots.mechanism(assemblage, state, direction * FORWARD).axes[0]
     arrow = next(text for text in axes.texts if text.get_text() == "")
     (tip, _), (tail, height) = arrow.xy, arrow.xyann
     assert np.sign(tip - tail) == direction
@@ -79,7 +82,7 @@ def test_mechanism_shows_the_load_beside_the_wall_it_pushes(assemblage, state, d
 def test_the_arrow_of_a_settlement_points_down_beside_the_support_that_sinks(left):
     wall = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [0.0, 6.0]])
     support = np.array([[left, -0.5], [left + 3.0, -0.5], [left + 3.0, 0.0], [left, 0.0]])
-    tail, tip = settlement_arrow(support, wall, -np.pi / 2)
+    tail, tip = settlement_arrow(support, wall, np.array([0.0, -1.0]))
     assert tip[1] < tail[1]
     assert tip[0] == pytest.approx(tail[0])
     assert tail[0] < left if left < 0.0 else tail[0] > left + 3.0
@@ -89,8 +92,8 @@ def test_the_arrow_of_a_settlement_points_down_beside_the_support_that_sinks(lef
 @pytest.mark.parametrize("name", ["settlement", "λ × weight × height, as given on named blocks"])
 def test_the_name_of_a_load_stands_within_the_frame(assemblage, state, name):
     """However long it is, and beside an upright arrow at the edge of the picture, too."""
-    for inclination in (0.0, -np.pi / 2):
-        figure = plots.mechanism(assemblage, state, 1, inclination, name)
+    for direction in (FORWARD, np.array([0.0, -1.0])):
+        figure = plots.mechanism(assemblage, state, direction, name)
         FigureCanvasAgg(figure)
         lay_out(figure)
         figure.set_layout_engine("none")
@@ -104,7 +107,7 @@ def test_the_name_of_a_load_stands_within_the_frame(assemblage, state, name):
 @pytest.mark.parametrize("direction", [1, -1])
 def test_load_arrow_turns_with_the_load_and_keeps_clear_of_the_wall(direction):
     points = np.array([[0.0, 0.0], [2.0, 1.0]])
-    tail, tip = load_arrow(points, direction, np.pi / 6)
+    tail, tip = load_arrow(points, np.array([direction * np.cos(np.pi / 6), np.sin(np.pi / 6)]))
     assert np.arctan2(tip[1] - tail[1], direction * (tip[0] - tail[0])) == pytest.approx(np.pi / 6)
     assert all((x < 0.0 if direction > 0 else x > 2.0) for x, _ in (tail, tip))
 
@@ -112,12 +115,12 @@ def test_load_arrow_turns_with_the_load_and_keeps_clear_of_the_wall(direction):
 def test_thrust_crosses_joints_at_their_resultants_and_ends_in_the_support_along_them():
     """Block 2 x 1 rocking about its toe under 0.6 of its weight W: all through the toe, at slope 1 : 0.6."""
     blocks = (Block(0, between(-1, -1, 3, 0), True, 1e3), Block(1, between(0, 0, 2, 1), False, 1e3))
-    joint = {"start": np.array([[2.0, 0.0]]), "end": np.array([[0.0, 0.0]])}
-    block_i, block_j, mu = np.array([0]), np.array([1]), np.array([0.65])
-    stack = Assemblage(Wall("w", blocks, 1.0, 0.65), block_i, block_j, **joint, friction=mu, cohesion=np.zeros(1))
+    ends = np.array([[2.0, 0.0]]), np.array([[0.0, 0.0]])
+    joints = straight_interfaces(np.array([0]), np.array([1]), *ends, 1.0, np.array([0.65]))
+    stack = Assemblage(Wall("w", blocks, 1.0, 0.65), joints)
     drawn = thrust(stack, np.array([[2000.0, 0.0, 1200.0]]))
     np.testing.assert_allclose(drawn.segments[:, 0], [[2.0, 0.0]] * 2)
-    tangent, down = stack.tangent[0], -stack.normal[0]
+    tangent, down = stack.joints.tangent[0], -stack.joints.normal[0]
     np.testing.assert_allclose(np.cross(drawn.segments[0, 1] - [2.0, 0.0], down - 0.6 * tangent), 0.0, atol=1e-12)
     assert drawn.segments[0, 1, 1] < 0.0
     assert drawn.resultant == pytest.approx(2000.0 * np.hypot(1.0, 0.6))
@@ -126,8 +129,8 @@ def test_thrust_crosses_joints_at_their_resultants_and_ends_in_the_support_along
 def test_thrust_of_a_block_with_two_joints_is_a_straight_line_between_them():
     blocks = tuple(Block(n, between(0, n, 2, n + 1), n == 0, 1e3) for n in range(3))
     start, end = np.array([[2.0, 1.0], [2.0, 2.0]]), np.array([[0.0, 1.0], [0.0, 2.0]])
-    pairs = {"block_i": np.array([0, 1]), "block_j": np.array([1, 2]), "start": start, "end": end}
-    stack = Assemblage(Wall("w", blocks, 1.0, 0.65), **pairs, friction=np.full(2, 0.65), cohesion=np.zeros(2))
+    joints = straight_interfaces(np.array([0, 1]), np.array([1, 2]), start, end, 1.0, np.full(2, 0.65))
+    stack = Assemblage(Wall("w", blocks, 1.0, 0.65), joints)
     drawn = thrust(stack, np.array([[3.0, 1.0, 0.5], [1.0, 1.0, 0.5]]))
     inside = drawn.segments[drawn.block == 1]
     np.testing.assert_allclose(sorted(inside[:, 0].tolist()), [[1.0, 2.0], [1.5, 1.0]])
@@ -143,7 +146,7 @@ def test_rigid_displacement_is_about_the_centroid():
 
 def test_centroid_of_an_l_shape_far_from_the_origin():
     shape = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], dtype=float) + 1e6
-    np.testing.assert_allclose(centroid(shape) - 1e6, [5 / 6, 5 / 6], rtol=1e-9)
+    np.testing.assert_allclose(polygon_centroid(shape) - 1e6, [5 / 6, 5 / 6], rtol=1e-9)
 
 
 def test_hinge_is_a_joint_that_opens_at_one_end_only():

@@ -31,8 +31,7 @@ def states(gaps, slips, damage=None):
 
 
 def places(interface):
-    nothing = np.zeros(len(interface), dtype=np.int64)
-    return ContactPlaces(np.zeros((len(interface), 2)), nothing, nothing, np.array(interface))
+    return ContactPlaces(np.zeros(len(interface), dtype=np.int64), np.array(interface))
 
 
 def test_damage_comes_in_order_of_load_with_load_displacement_and_end_value():

@@ -14,13 +14,16 @@ from matplotlib.patches import PathPatch
 
 from orchestrator.assessment.capacity import Capacity
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
+from orchestrator.loads import Loads
 from orchestrator.macroblocks.bodies import Bodies, Body
+from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.present import plots
-from orchestrator.present.joint_pieces import closed_loops, nodes_of_contacts, shares_of_interface
+from orchestrator.present.joint_pieces import closed_loops, shares_of_interface
 from orchestrator.present.plots.canvas import BLUE, INK, STONE, VERMILLION
 from orchestrator.present.plots.pushover_pictures import outline, readable_factor
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.storage import ContactPlaces
 from tests.support.figures import drawn, pixel, polygons, segments, shown
 from tests.support.walls import between
 
@@ -34,9 +37,9 @@ def model():
     made = [
         Body(n, f"block {n}", outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array([n])) for n in range(3)
     ]
-    start, end = np.array([[2.0, 0.0], [1.0, 1.5]]), np.array([[0.0, 0.0], [0.0, 1.5]])
-    joints = (np.array([2, 0]), np.array([0, 1]), start, end, np.full(2, 0.65), np.arange(2))
-    bodies = Bodies(tuple(made), 2, 0.1, *joints, edge_i=np.array([2, 3]), edge_j=np.array([0, 0]))
+    start, end = np.array([[2.0, 0.0], [0.0, 1.5]]), np.array([[0.0, 0.0], [1.0, 1.5]])
+    joints = straight_interfaces(np.array([2, 1]), np.array([0, 0]), start, end, 0.1, np.full(2, 0.65))
+    bodies = Bodies(tuple(made), 2, 0.1, joints, np.arange(2), edge_i=np.array([2, 0]), edge_j=np.array([0, 3]))
     nodes, triangles, body_of_node, body_of_side, side_edge = [], [], [], [], []
     count = 0
     for body, rings in ((0, (frame, hole)), (1, (outlines[1],))):
@@ -65,24 +68,21 @@ def increment(model):
     _, meshes = model
     displacement = np.zeros_like(meshes.nodes)
     displacement[meshes.body_of_node == 1] = [0.01, 0.005, 0.0]
-    none, gap, status = np.zeros(6), np.full(6, 0.005), np.array([1, 2, 0, 0, 0, 0])
+    none, gap, status = np.zeros(8), np.full(8, 0.005), np.array([1, 2, 1, 2, 0, 0, 0, 0])
     return Increment(
-        7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((6, 2)), *3 * [none],
+        7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((8, 2)), *3 * [none],
         *2 * [np.zeros(0)], gap, none,
         status, 100.0, 400.0, 0.0123, 0.01, 1.0, *6 * [0.0], 100.0, 0.0, False, np.ones(2, bool), np.zeros(2, bool),
         np.zeros(2), 0.0, 3, (0.1,),
     )  # fmt: skip
 
 
-CONTACTS = {
-    "contact_points": np.array([[0, 0], [2, 0], [0, 1.5], [1, 1.5], [0, 1.5], [1, 1.5]], dtype=float),
-    "body_slave": np.array([0, 0, 1, 1, 1, 1]),
-    "body_master": np.array([2, 2, 0, 0, 0, 0]),
-}
+CONTACTS = ContactPlaces(np.array([0, 1, 5, 6, 18, 19, 22, 23]), np.repeat([0, 1], 4))
+"""corners of body 0 on the support, of body 1 on body 0, at both faces of the wall"""
 
 
 def test_deformed_draws_each_body_displaced_with_its_holes(model, increment):
-    figure = plots.deformed(*model, increment, **CONTACTS, name="frame", amplification=10.0)
+    figure = plots.deformed(*model, increment, CONTACTS, name="frame", amplification=10.0)
     frame, top = (patch.get_path() for patch in figure.axes[0].patches if isinstance(patch, PathPatch))
     assert len(frame.vertices) == 6 + 5
     assert pixel(figure, 0.25, 0.75) == pixel(figure, 0.6, 1.8) == STONE
@@ -99,7 +99,7 @@ def test_deformed_draws_each_body_displaced_with_its_holes(model, increment):
 
 
 def test_deformed_colours_joints_by_status_on_the_displaced_slave(model, increment):
-    figure = plots.deformed(*model, increment, **CONTACTS, name="frame", amplification=10.0)
+    figure = plots.deformed(*model, increment, CONTACTS, name="frame", amplification=10.0)
 
     def sorted_ends(colour):
         return sorted(sorted(map(tuple, np.round(s, 9).tolist())) for s in segments(figure, colour))
@@ -111,18 +111,18 @@ def test_deformed_colours_joints_by_status_on_the_displaced_slave(model, increme
 
 
 def test_a_joint_open_by_a_hair_is_drawn_thinner(model, increment):
-    hair = replace(increment, gap=np.array([0, 0, 5e-6, 5e-6, 0.005, 0.005]))
+    hair = replace(increment, gap=np.array([0, 0, 0, 0, 5e-6, 5e-6, 0.005, 0.005]))
     for drawn_increment, widths in ((increment, {2.2}), (hair, {0.8})):
-        axes = plots.deformed(*model, drawn_increment, **CONTACTS, name="frame").axes[0]
+        axes = plots.deformed(*model, drawn_increment, CONTACTS, name="frame").axes[0]
         lines = [c for c in axes.collections if isinstance(c, LineCollection) and len(c.get_segments())]
         assert {c.get_linewidth()[0] for c in lines if to_hex(c.get_color()[0]) == VERMILLION} == widths
 
 
 def test_damaged_joints_have_a_band_that_a_scale_explains(model, increment):
     """Half of the base joint is damaged by 0.25; without damage there is neither band nor scale."""
-    assert len(plots.deformed(*model, increment, **CONTACTS, name="frame").axes) == 1
-    damaged = replace(increment, damage=np.array([0.25, 0, 0, 0, 0, 0]))
-    axes, scale = plots.deformed(*model, damaged, **CONTACTS, name="frame").axes
+    assert len(plots.deformed(*model, increment, CONTACTS, name="frame").axes) == 1
+    damaged = replace(increment, damage=np.array([0.25, 0, 0.25, 0, 0, 0, 0, 0]))
+    axes, scale = plots.deformed(*model, damaged, CONTACTS, name="frame").axes
     (band,) = [c for c in axes.collections if isinstance(c, LineCollection) and c.get_array() is not None]
     assert band.get_array().tolist() == [0.25]
     assert sorted(band.get_segments()[0].tolist()) == [[0.0, 0.0], [1.0, 0.0]]
@@ -133,7 +133,7 @@ def test_damaged_joints_have_a_band_that_a_scale_explains(model, increment):
 
 
 def test_deformed_chooses_a_readable_factor(model, increment):
-    figure = plots.deformed(*model, increment, **CONTACTS, name="frame")
+    figure = plots.deformed(*model, increment, CONTACTS, name="frame")
     assert figure.axes[0].get_title().endswith("× 10")  # 6 % of 2 m is 12 times 10 mm
 
 
@@ -165,17 +165,10 @@ def test_an_interface_is_shared_midway_between_its_contacts():
     np.testing.assert_allclose(borders, [0, 0.2, 0.7, 1])
 
 
-def test_contacts_find_the_node_of_their_own_body(model):
-    _, meshes = model
-    found = nodes_of_contacts(meshes, np.array([[1.0, 1.5], [1.0, 1.5]]), np.array([0, 1]))
-    assert meshes.body_of_node[found].tolist() == [0, 1]
-    np.testing.assert_array_equal(meshes.nodes[found, :2], [[1.0, 1.5], [1.0, 1.5]])
-
-
 @pytest.fixture
 def curves_figure(state):
     analysis = LimitAnalysis(
-        load_direction=1,
+        loads=Loads(np.zeros((4, 3)), np.zeros((4, 3)), np.array([1.0, 0.0])),
         weight=22225.0,
         horizontal_load=22225.0,
         tilting_table=True,

@@ -14,12 +14,12 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.image import imread
 
+from orchestrator.geometry.rigid import polygon_centroid
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.present import plots
 from orchestrator.present.plots.canvas import STONE, lay_out, legend_below, wall_figure
 from orchestrator.present.plots.wall_pictures import (
-    centroid,
     colours_of_bodies,
 )
 from tests.support.figures import drawn, pixel, polygons, segments, shown
@@ -70,7 +70,7 @@ def test_numbers_of_two_thousand_stones_are_few_artists_at_the_centroids():
     assert not figure.axes[0].texts
     assert len(digits) < 100
     offsets = np.vstack([c.get_offsets() for c in digits])
-    expected = np.vstack([np.tile(centroid(b.polygon), (len(str(b.id)), 1)) for b in wall.blocks])
+    expected = np.vstack([np.tile(polygon_centroid(b.polygon), (len(str(b.id)), 1)) for b in wall.blocks])
     np.testing.assert_allclose(*(p[np.lexsort(np.round(p, 9).T)] for p in (offsets, expected)), atol=1e-9)
     boxes = [c.get_paths()[0].get_extents() for c in digits if len(c.get_offsets())]
     assert min(box.x0 for box in boxes) == pytest.approx(-max(box.x1 for box in boxes), abs=0.5)  # points
@@ -120,7 +120,7 @@ def test_macroblocks_have_one_colour_each_and_thick_interfaces(assemblage):
     left, right, top = map(to_hex, figure.axes[0].collections[0].get_facecolors())
     assert left == right != top
     kept = [0, 1, 3, 4]
-    np.testing.assert_array_equal(segments(figure, "black"), np.stack([assemblage.start, assemblage.end], axis=1)[kept])
+    np.testing.assert_array_equal(segments(figure, "black"), assemblage.joints.point.reshape(-1, 2, 2)[kept])
     assert shown(figure)[0] == ["0", "1"]
     np.testing.assert_allclose(figure.axes[0].texts[1].get_position(), [1.0, 0.75])
     assert figure.axes[0].get_title().endswith("2 macroblocks, 4 of 5 joints remain")

@@ -149,12 +149,14 @@ def test_contacts_are_those_of_the_joints():
     assemblage = assemblage_of(running_bond(3, 3))
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     contacts = find_contacts(bodies, model_of(running_bond(3, 3)).meshes)
-    for k in range(len(bodies.body_i)):
+    for k in range(bodies.interfaces.count):
         mine = contacts.interface == k
         assert {*contacts.slave_body[mine].tolist(), *contacts.master_body[mine].tolist()} <= {
-            int(bodies.body_i[k]),
-            int(bodies.body_j[k]),
+            int(bodies.interfaces.i[k]),
+            int(bodies.interfaces.j[k]),
         }
-        along = (contacts.point[mine, :2] - bodies.start[k]) @ (bodies.end[k] - bodies.start[k])
+        along = (contacts.point[mine, :2] - bodies.interfaces.start[k]) @ (
+            bodies.interfaces.end[k] - bodies.interfaces.start[k]
+        )
         assert along.min() > -1e-9
-        assert along.max() < np.sum((bodies.end[k] - bodies.start[k]) ** 2) + 1e-9
+        assert along.max() < np.sum((bodies.interfaces.end[k] - bodies.interfaces.start[k]) ** 2) + 1e-9

@@ -78,9 +78,9 @@ def test_sides_know_the_edge_that_they_lie_on(wall6, bond, settings):
 def test_joint_ends_are_nodes_on_both_faces(bond):
     meshes = mesh_bodies(bond, MeshSettings(size=0.13), None)
     for k in range(len(bond.joint)):
-        for body in {int(bond.body_i[k]), int(bond.body_j[k])} & set(range(bond.moving)):
+        for body in {int(bond.interfaces.i[k]), int(bond.interfaces.j[k])} & set(range(bond.moving)):
             nodes = meshes.nodes[meshes.body_of_node == body]
-            for end in (bond.start[k], bond.end[k]):
+            for end in (bond.interfaces.start[k], bond.interfaces.end[k]):
                 at_end = nodes[np.linalg.norm(nodes[:, :2] - end, axis=1) < 1e-9]
                 assert sorted(at_end[:, 2]) == pytest.approx([0.0, 0.1])
 

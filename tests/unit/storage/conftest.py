@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis.paper.limit_state import (
     LimitAnalysis,
     LimitState,
@@ -12,6 +13,7 @@ from orchestrator.limit_analysis.paper.limit_state import (
     LocalFailure,
     Mechanism,
 )
+from orchestrator.loads import Loads
 from orchestrator.macroblocks.criteria import MacroblockSettings, Partition
 from tests.support.walls import four_blocks
 
@@ -41,7 +43,7 @@ def limit_state(rule, multiplier, programs):
 @pytest.fixture
 def analysis():
     return LimitAnalysis(
-        load_direction=1,
+        loads=Loads(read_only(np.ones((2, 3))), read_only(np.eye(2, 3)), read_only([1.0, 0.0])),
         weight=3125.0,
         horizontal_load=3125.0,
         tilting_table=True,

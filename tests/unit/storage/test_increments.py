@@ -166,7 +166,7 @@ def test_a_bit_flipped_anywhere_is_found_and_named(store, meshes, file):
     """Superblock, directory, attributes, numbers, seal: fifty places over the whole file, and both of its ends."""
     if file == "states.h5":
         store.assemble()
-    places = ContactPlaces(np.zeros((1, 2)), *np.zeros((3, 1), dtype=int))
+    places = ContactPlaces(*np.zeros((2, 1), dtype=int))
     write_geometry(store, meshes, places)
     path = store.folder / file
     whole = path.read_bytes()

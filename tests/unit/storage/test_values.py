@@ -11,6 +11,7 @@ import pytest
 
 from orchestrator import storage
 from orchestrator.macroblocks.bodies import Bodies, Body
+from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.pushover.increments import PushoverCurve
 from tests.support.walls import between
@@ -72,9 +73,9 @@ def test_macroblocks_file_holds_partition_and_polygons(tmp_path, assemblage, par
         Body(n, f"block {n}", outlines[n], (hole,) if n == 0 else (), n == 2, 25e3, np.array(blocks[n]))
         for n in range(3)
     ]
-    interfaces = {"body_i": np.array([2]), "body_j": np.array([0]), "start": np.array([[2.0, 0]])}
-    interfaces |= {"edge_i": np.array([2]), "edge_j": np.array([0])}
-    bodies = Bodies(tuple(made), 2, 0.1, **interfaces, end=np.zeros((1, 2)), friction=np.ones(1), joint=np.array([0]))
+    ends = np.array([[2.0, 0]]), np.zeros((1, 2))
+    interfaces = straight_interfaces(np.array([2]), np.array([0]), *ends, 0.1, np.ones(1))
+    bodies = Bodies(tuple(made), 2, 0.1, interfaces, np.array([0]), edge_i=np.array([2]), edge_j=np.array([0]))
     storage.write_macroblocks(tmp_path, assemblage.wall, partition, bodies)
     record = json.loads((tmp_path / "macroblocks.json").read_text())
     assert record["body_of_block"][3] == {"block": 13, "body": 1}

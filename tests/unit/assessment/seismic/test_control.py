@@ -27,8 +27,8 @@ def two_towers():
 
 def chosen(assemblage, load=None, **settings):
     load = load or LoadSettings()
-    mechanism = safest_state(analyse(assemblage, None, load.sign, loads_on(assemblage.wall, load))).mechanism
-    return control_point(SeismicSettings(1.0, **settings), assemblage, load, mechanism, load.sign)
+    mechanism = safest_state(analyse(assemblage, loads=loads_on(assemblage.wall, load))).mechanism
+    return control_point(SeismicSettings(1.0, **settings), assemblage, load, mechanism)
 
 
 @pytest.mark.parametrize("direction", ["+x", "-x"])

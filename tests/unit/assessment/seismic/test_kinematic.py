@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import atan, cos, pi, sin, sqrt
 
 import numpy as np
@@ -23,6 +24,8 @@ from orchestrator.masonry.wall import Wall
 from tests.support.limit_analysis_cases import case
 from tests.support.walls import upright
 
+FORWARD = np.array([1.0, 0.0])
+
 G, AG = 9.81, 0.15 * 9.81
 WIDTH, HEIGHT, THICKNESS = 0.5, 1.0, 1.0
 
@@ -41,10 +44,10 @@ def rocking(height=1.0, weight=10e3, stones=1):
 def checked(assemblage, load=None, **settings):
     """Return the summary's record of the mechanism and its rows by (approach, limit state)."""
     load = load or LoadSettings()
-    analysis = analyse(assemblage, None, load.sign, loads_on(assemblage.wall, load))
+    analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
     asked = SeismicSettings(AG, ground="B", **settings)
     found = loads_in_mechanism(assemblage, load, LimitAnalysisSettings(), analysis)
-    record, rows = kinematic_checks(asked, limit_states(asked), found, load.sign)
+    record, rows = kinematic_checks(asked, limit_states(asked), found, load.vector)
     return record, {(row["approach"], row["limit_state"]): row for row in rows}
 
 
@@ -174,13 +177,11 @@ def test_an_associative_state_alone_is_refused():
     """H6: without a non-associative state there is nothing to verify."""
     assemblage = rocking()
     analysis = analyse(assemblage)
-    alone = type(analysis)(
-        1, analysis.weight, analysis.horizontal_load, True, analysis.associative, None, None, (), 0.0
-    )
+    alone = replace(analysis, sequence=None, path=None, lowest=None, local_failures=())
     found = loads_in_mechanism(assemblage, LoadSettings(), LimitAnalysisSettings(), alone)
     assert found == UPPER_BOUND
     asked = SeismicSettings(AG)
-    record, rows = kinematic_checks(asked, limit_states(asked), found, 1)
+    record, rows = kinematic_checks(asked, limit_states(asked), found, FORWARD)
     assert record == {"refused": UPPER_BOUND}
     assert rows == [{"approach": "kinematic approach", "limit_state": "all", "refused": UPPER_BOUND}]
 
@@ -189,8 +190,8 @@ def test_the_part_that_friction_takes_is_stated():
     """10 kN that slides at 0.65 (friction takes all) or turns about its toe at 0.5 (weight is lifted, none)."""
     slides = Moving(np.array([10e3]), np.array([[1.0, 0.0, 0.0]]), np.zeros(1, np.int64))
     turns = Moving(np.array([10e3]), np.array([[0.5, 0.25, -1.0]]), np.zeros(1, np.int64))
-    assert kinematics(0.65, slides, slides, 1).friction_share == pytest.approx(1.0)
-    assert kinematics(0.5, turns, turns, 1).friction_share == pytest.approx(0.0, abs=1e-12)
+    assert kinematics(0.65, slides, slides, FORWARD).friction_share == pytest.approx(1.0)
+    assert kinematics(0.5, turns, turns, FORWARD).friction_share == pytest.approx(0.0, abs=1e-12)
 
 
 def test_slow_stones_of_benchmark_1_no_longer_make_its_participation():
@@ -199,7 +200,7 @@ def test_slow_stones_of_benchmark_1_no_longer_make_its_participation():
     load = LoadSettings()
     found = loads_in_mechanism(assemblage, load, LimitAnalysisSettings(), analyse(assemblage))
     record, (linear, rocks) = kinematic_checks(
-        SeismicSettings(AG, confidence_factor=1.0), limit_states(SeismicSettings(AG)), found, 1
+        SeismicSettings(AG, confidence_factor=1.0), limit_states(SeismicSettings(AG)), found, FORWARD
     )
     assert record["bodies"] < 10
     assert 0.74 < record["e_star"] < 0.77
@@ -220,7 +221,7 @@ def test_slow_bodies_are_not_in_the_mechanism_and_fast_ones_are_whatever_the_sca
     velocity = np.array([[1.0, 0, 0], [3.0, 0, 0], [0.02, 0, 0]])
     for scale in (1.0, -7.0):
         masses = Moving(weight, scale * velocity, body)
-        found = kinematics(0.65, masses, masses, 1 if scale > 0 else -1)
+        found = kinematics(0.65, masses, masses, np.sign(scale) * FORWARD)
         assert found.participation == pytest.approx(0.8)
         assert found.bodies == 2
         assert found.displacement is None, "what slides has no d_0*"
@@ -231,13 +232,13 @@ def test_mirrored_and_faster_mechanisms_have_the_same_displacement():
     velocity = np.array([[0.5, 0.25, -1.0]])
     for factor, direction in ((np.array([1, 1, 1]), 1), (7.0 * np.array([-1, 1, -1]), -1)):
         masses = Moving(np.array([10e3]), factor * velocity, np.zeros(1, np.int64))
-        assert kinematics(0.5, masses, masses, direction).displacement == pytest.approx(0.25)
+        assert kinematics(0.5, masses, masses, direction * FORWARD).displacement == pytest.approx(0.25)
 
 
 def test_a_small_participation_is_warned_about_and_what_slides_has_no_non_linear_check():
     found = InMechanism("sequence", Kinematics(0.3, 0.5, 8, None, 1.0), ())
     asked = SeismicSettings(AG)
-    _, (linear, rocks) = kinematic_checks(asked, limit_states(asked), found, 1)
+    _, (linear, rocks) = kinematic_checks(asked, limit_states(asked), found, FORWARD)
     assert "e* = 0.5 of 8 bodies is below 0.75: slow bodies count in it, read e* = 1" in linear["remarks"]
     assert rocks == {
         "approach": "kinematic, non-linear", "limit_state": "SD", "refused": NOT_TURNING, "remarks": []
