@@ -62,7 +62,7 @@ def _draw(case: Case, assemblage: Assemblage, name: str, figures: Path) -> Path:
     several = len({value_words(one) for one in classes}) > 1
     words = [f"{one.between[0]}-{one.between[1]}: {value_words(one)}" for one in classes] if several else []
     picture = plots.given(assemblage, case.load, words, case.reinforcement.ties)
-    return plots.save(picture, figures, f"blocks{'_' * bool(name)}{name}")[0]
+    return plots.save(picture, figures, f"blocks{'_' * bool(name)}{name}", case.project.language)[0]
 
 
 def loads_table(sums: LoadSums, name: str = "") -> Table:

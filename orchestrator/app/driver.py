@@ -161,7 +161,7 @@ def draw_macroblocks(case: Case, segmented: Segmented, output: Path) -> tuple[Pa
     from orchestrator.present import plots
 
     drawn = plots.macroblocks(segmented.assemblage, segmented.partition)
-    picture = plots.save(drawn, output / "figures", "macroblocks")[0]
+    picture = plots.save(drawn, output / "figures", "macroblocks", case.project.language)[0]
     return picture, draw_mechanism(case, segmented.assemblage, segmented.analysis, output)
 
 
@@ -172,7 +172,7 @@ def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[Li
     with naming(case.file):
         assemblage = with_ties(check(case), case.reinforcement.ties)
         state = settle(assemblage, support, angle, loads_on(assemblage.wall, case.load))
-    return state, reporting.write_settlement(output / "figures", assemblage, state, angle)[0]
+    return state, reporting.write_settlement(output / "figures", assemblage, state, angle, case.project.language)[0]
 
 
 def segment(case: Case) -> Segmented:

@@ -217,10 +217,11 @@ def _presented(folder: Path) -> tuple[tuple[dict[str, Any], ...], Verdict]:
         plots.ModelCurve(row["load_case"], row["model"], row["valid"], curve)
         for row, curve in zip(drawn, curves, strict=True)
     ]
-    plots.save(plots.load_case_curves(lines, record["case"]), folder / "figures", "curves")
+    language = record.get("language", "en")
+    plots.save(plots.load_case_curves(lines, record["case"]), folder / "figures", "curves", language)
     found = verdict(record["case"], [_answered(entry, folder / entry["name"]) for entry in record["load_cases"]])
     page.write_verdict(folder, found)
-    page.write_index(folder, record["case"], rows, found, record.get("language", "en"))
+    page.write_index(folder, record["case"], rows, found, language)
     return rows, found
 
 

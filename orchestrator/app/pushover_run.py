@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from orchestrator.pushover.model import ContactModel
-    from orchestrator.pushover.settings import SteppingSettings
     from orchestrator.pushover.solids.nodal_loads import NodalLoads
     from orchestrator.pushover.solids.tie_bars import TieBars
 
@@ -127,7 +126,7 @@ def _follow(
     seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - factorise}
     seconds["total"] = meshes.seconds + perf_counter() - began
     return on_root(
-        comm, _folded, model, wall, bodies, contact_model, store, stepping, expected, complaint, working.size, seconds
+        comm, _folded, model, case, wall, bodies, contact_model, store, expected, complaint, working.size, seconds
     )
 
 
@@ -178,11 +177,11 @@ def _fingerprint(case: Case, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> 
 
 def _folded(
     model: ModelName,
+    case: Case,
     wall: Wall,
     bodies: Bodies,
     contact_model: ContactModel,
     store: storage.StateStore,
-    stepping: SteppingSettings,
     expected: float,
     complaint: ConvergenceError | CollapseError | None,
     ranks: int,
@@ -191,8 +190,9 @@ def _folded(
     """Fold and check the stored increments; write curve, pictures and ParaView files."""
     from orchestrator.present import report as reporting
 
-    kept = (store.increments, store.last())
+    kept, stepping = (store.increments, store.last()), stepping_of(model, case.stepping)
     done = judged(model, bodies, contact_model, *kept, stepping, expected, complaint, ranks=ranks, seconds=seconds)
-    reporting.write_pushover(store, model, wall, bodies, contact_model, done.curve, done.summary.valid)
+    language, valid = case.project.language, done.summary.valid
+    reporting.write_pushover(store, model, wall, bodies, contact_model, done.curve, valid, language)
     storage.write_ties(store.folder, store.increments(), len(contact_model.ties or ()))
     return replace(done, summary=replace(done.summary, peak_memory=peak_memory()))

@@ -23,6 +23,7 @@ from orchestrator.present import page, plots
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.settings.case import Case, as_toml
+from orchestrator.settings.project import Language
 from orchestrator.storage.stored_run import read_run
 
 if TYPE_CHECKING:
@@ -42,10 +43,10 @@ def write_segmentation(
     storage.write_joints(output, assemblage)
     storage.write_limit_analysis(output, assemblage.wall, analysis)
     storage.write_macroblocks(output, assemblage.wall, partition, bodies)
-    figures = output / "figures"
-    plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks")
+    figures, language = output / "figures", case.project.language
+    plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks", language)
     write_mechanism(figures, case, assemblage, analysis)
-    plots.save(plots.macroblocks(assemblage, partition), figures, "macroblocks")
+    plots.save(plots.macroblocks(assemblage, partition), figures, "macroblocks", language)
 
 
 def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:
@@ -57,14 +58,16 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     live = f"λ × {case.load.name}"
     state, ties = analysis.headline, case.reinforcement.ties
     figure = plots.mechanism(assemblage, state, case.load.vector, live, loose=loose, ties=ties)
-    return plots.save(figure, figures, "mechanism")
+    return plots.save(figure, figures, "mechanism", case.project.language)
 
 
-def write_settlement(figures: Path, assemblage: Assemblage, state: LimitState, angle: float) -> list[Path]:
+def write_settlement(
+    figures: Path, assemblage: Assemblage, state: LimitState, angle: float, language: Language = "en"
+) -> list[Path]:
     """Draw the mechanism of a support that gives way at `angle`; return the files."""
     reaction = f"least reaction {-state.load_multiplier / 1e3:.4g} kN"
     figure = plots.mechanism(assemblage, state, np.array([np.cos(angle), np.sin(angle)]), "settlement", reaction)
-    return plots.save(figure, figures, "settlement")
+    return plots.save(figure, figures, "settlement", language)
 
 
 def as_run(case: Case) -> str:
@@ -86,6 +89,7 @@ def write_pushover(
     model: ContactModel,
     curve: PushoverCurve,
     valid: bool,
+    language: Language = "en",
 ) -> None:
     """Write the curve, the ParaView files, what pictures need, and the deformed wall at its peak and its end."""
     storage.write_curve(store.folder, curve)
@@ -95,7 +99,7 @@ def write_pushover(
     touching = model.tracking.touching if model.tracking else len(contacts)
     places = storage.ContactPlaces(contacts.slave_node[:touching], contacts.interface[:touching])
     storage.write_geometry(store, model.meshes, places)
-    draw_moments(store, name, bodies, model.meshes, places, curve, valid)
+    draw_moments(store, name, bodies, model.meshes, places, curve, valid, language)
 
 
 def draw_moments(
@@ -106,6 +110,7 @@ def draw_moments(
     places: storage.ContactPlaces,
     curve: PushoverCurve,
     valid: bool,
+    language: Language = "en",
 ) -> None:
     """Draw the deformed wall at the end of the curve and at its peak; stamped where the curve is not valid."""
     static = curve.static
@@ -113,10 +118,10 @@ def draw_moments(
     for moment, number in moments.items():
         increment, title = store.read(int(number)), f"{name} FE at its {moment}"
         under_gravity = float(curve.control_displacement_m[0])
-        figure = plots.deformed(bodies, meshes, increment, places, title, under_gravity=under_gravity)
+        figure = plots.deformed(bodies, meshes, increment, places, "", under_gravity=under_gravity, moment=title)
         if not valid:
             plots.stamp_not_valid(figure)
-        plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}")
+        plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}", language)
 
 
 def write_summary(
@@ -129,7 +134,8 @@ def write_summary(
     pushovers: Sequence[storage.PushoverSummary],
 ) -> storage.Summary:
     """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
-    draw_curves(output / "figures", case.name, analysis, partition, curves, storage.reasons(pushovers))
+    reasons = storage.reasons(pushovers)
+    draw_curves(output / "figures", case.name, analysis, partition, curves, reasons, case.project.language)
     summary = storage.summarise(case.name, assemblage, analysis, partition, pushovers)
     summary = replace(
         summary, seismic=write_verification(output, case, assemblage, analysis, partition, curves, pushovers)
@@ -167,7 +173,7 @@ def write_verification(
     drawn = {name: (seen.displacement, curves[name][0].base_shear_N) for name, seen in observed.items()}
     for name, columns in drawn.items():
         storage.write_csv(output / name / "control_point.csv", CONTROL_COLUMNS, list(zip(*columns, strict=True)))
-    plots.save(plots.verification(record, drawn), output / "figures", "verification")
+    plots.save(plots.verification(record, drawn), output / "figures", "verification", case.project.language)
     return record
 
 
@@ -188,6 +194,7 @@ def draw_curves(
     partition: Partition,
     curves: Mapping[str, tuple[PushoverCurve, Capacity]],
     reasons: Sequence[str],
+    language: Language = "en",
 ) -> None:
     """Draw all curves in one picture, and their bilinear idealisations in another.
 
@@ -195,13 +202,13 @@ def draw_curves(
     """
     labels = {"macro": f"macroblock FE ({partition.count} bodies)", "micro": "micro-FE (every stone)"}
     labelled = {labels[model]: curve for model, curve in curves.items()}
-    plots.save(plots.curves(labelled, analysis, name, reasons), figures, "curves")
+    plots.save(plots.curves(labelled, analysis, name, reasons), figures, "curves", language)
     simple = {label: (curve, page.bilinear_of(curve)) for label, (curve, _) in labelled.items()}
     if drawn := {label: (curve, bilinear) for label, (curve, bilinear) in simple.items() if bilinear}:
         figure = plots.idealised(drawn, name)
         if reasons:
             plots.stamp_not_valid(figure)
-        plots.save(figure, figures, "bilinear")
+        plots.save(figure, figures, "bilinear", language)
 
 
 def rebuild(run: Path) -> Path:
@@ -210,17 +217,16 @@ def rebuild(run: Path) -> Path:
     Raises CaseError for a folder that holds no finished run.
     """
     stored = read_run(run)
-    figures, wall = run / "figures", stored.assemblage.wall
-    plots.save(plots.blocks(wall, numbered=True), figures, "blocks")
+    figures, wall, language = run / "figures", stored.assemblage.wall, stored.case.project.language
+    plots.save(plots.blocks(wall, numbered=True), figures, "blocks", language)
     write_mechanism(figures, stored.case, stored.assemblage, stored.analysis)
-    plots.save(plots.macroblocks(stored.assemblage, stored.partition), figures, "macroblocks")
+    plots.save(plots.macroblocks(stored.assemblage, stored.partition), figures, "macroblocks", language)
     for model in stored.models:
-        draw_moments(
-            model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve, model.summary.valid
-        )
+        drawn = (model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve, model.summary.valid)
+        draw_moments(*drawn, language)
     capacities = {model.name: (model.curve, find_capacity(model.curve)) for model in stored.models}
     reasons = storage.reasons([model.summary for model in stored.models])
-    draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons)
+    draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons, language)
     found = (stored.case, stored.assemblage, stored.analysis, stored.partition, capacities, stored.summary.pushover)
     summary = replace(stored.summary, seismic=write_verification(run, *found))
     storage.write_summary(run, summary)

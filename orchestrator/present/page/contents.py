@@ -20,10 +20,10 @@ from orchestrator.masonry.block_properties import block_areas, block_weights
 from orchestrator.masonry.wall import Wall
 from orchestrator.present.page.collapse import collapse
 from orchestrator.present.page.damage import Damage, damage_sequence
-from orchestrator.present.page.phrases import phrases
 from orchestrator.present.page.practice import practice_contents
 from orchestrator.present.page.seismic_page import LABELS, seismic_contents
 from orchestrator.present.page.verdict_page import verdict_contents, verdict_of
+from orchestrator.present.phrases import phrases
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path import curve_checks
 from orchestrator.storage.stored_run import StoredModel, StoredRun

@@ -7,7 +7,7 @@ from textwrap import shorten
 from typing import Any
 
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, verdict
-from orchestrator.present.page.phrases import in_language, phrases
+from orchestrator.present.phrases import in_language, phrases
 from orchestrator.storage.stored_run import StoredRun
 
 LABELS = {"macro": "Macroblock FE", "micro": "Micro-FE"}

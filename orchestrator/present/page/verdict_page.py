@@ -8,7 +8,7 @@ from typing import Any
 from orchestrator import storage
 from orchestrator.assessment.seismic.verification_record import in_its_unit
 from orchestrator.basis.printed import printed
-from orchestrator.present.page.phrases import in_language, phrases
+from orchestrator.present.phrases import in_language, phrases
 from orchestrator.present.verdict import COLUMNS, STRENGTH, Answered, Verdict, sentence, verdict
 from orchestrator.settings.case import Case
 from orchestrator.settings.project import Language

@@ -10,8 +10,8 @@ from urllib.parse import quote
 from orchestrator.basis.printed import FORMS, Figure, printed
 from orchestrator.present.environment import environment_of
 from orchestrator.present.page.contents import contents, picture
-from orchestrator.present.page.phrases import in_language, phrases
 from orchestrator.present.page.verdict_page import verdict_contents
+from orchestrator.present.phrases import in_language, phrases
 from orchestrator.present.verdict import Verdict
 from orchestrator.settings.project import Language
 from orchestrator.storage.files import plain, write_text

@@ -24,6 +24,8 @@ from matplotlib.transforms import Affine2D
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.atomic_files import write_bytes
+from orchestrator.present.plots.words import LINE, tell, write_title
+from orchestrator.settings.project import Language
 
 STONE, SUPPORT, FAINT, INK = "#f2ece1", "#d5d5d5", "#b5b5b5", "#333333"
 VERMILLION, BLUE, GREEN, ORANGE, PURPLE = "#d55e00", "#0072b2", "#009e73", "#e69f00", "#cc79a7"
@@ -39,10 +41,11 @@ SMALLEST_WIDTH = 5.0
 
 
 def wall_figure(points: FloatArray, title: str, name: str) -> tuple[Figure, Axes]:
-    """Return a figure with axes in m that shows all `points` (n, 2); `name` of the wall goes above the title."""
+    """Return a figure with axes in m that shows all `points` (n, 2); `name` of the wall goes above the title, unless it
+    is ""."""
     low, high, scale = _frame(points)
     extent = high - low
-    height = scale * extent[1] + 1.5 + 0.2 * title.count("\n")
+    height = scale * extent[1] + 1.5 + LINE * (title.count("\n") - (not name))
     figure = Figure(figsize=(max(SMALLEST_WIDTH, scale * extent[0] + 0.8), height))
     figure.set_layout_engine("constrained")
     axes = figure.add_subplot()
@@ -71,17 +74,6 @@ def text_ends(points: FloatArray, middle: FloatArray, text: str, size: float) ->
         scale = _frame(np.vstack([points, ends]))[2]
         ends = middle + np.array([[-half / scale, 0.0], [half / scale, 0.0]])
     return ends
-
-
-def write_title(axes: Axes, title: str, name: str) -> None:
-    """Write the wall's name (shortened) and the lines of the title, wrapped to fit; `$` in a name is only a dollar."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    letters = int(figure.get_figwidth() * 11)
-    wrapped = [part for line in title.splitlines() for part in textwrap.wrap(line, letters)]
-    axes.set_title(
-        "\n".join([textwrap.shorten(name, letters, placeholder="…"), *wrapped]), fontsize=10, parse_math=False
-    )
 
 
 def draw_polygons(
@@ -154,16 +146,6 @@ def number_size(polygons: Sequence[FloatArray], axes: Axes) -> float:
     return float(np.clip(0.4 * smallest * points_per_metre, SMALLEST_NUMBER, 9.0))
 
 
-def legend_below(axes: Axes, columns: int = 4) -> None:
-    """Put the legend of everything labelled below the axes."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    handles, labels = axes.get_legend_handles_labels()
-    more_rows = (len(labels) - 1) // columns
-    figure.set_figheight(figure.get_figheight() + 0.2 * more_rows)
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8, frameon=False)
-
-
 def stamp_not_valid(place: Figure | Axes, size: float = 56.0) -> None:
     """Write NOT VALID across a picture, so that nobody who sees it can overlook it; size in points."""
     text = place.text(0.5, 0.5, "NOT VALID", ha="center", va="center", rotation=30)
@@ -190,8 +172,10 @@ def lay_out(figure: Figure) -> None:
             engine.execute(figure)
 
 
-def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Write `name`.png and `name`.svg to `folder`, whole or not at all; equal figures give equal files."""
+def save(figure: Figure, folder: Path, name: str, language: Language = "en") -> list[Path]:
+    """Write `name`.png and `name`.svg to `folder` in a language, whole or not at all; equal figures give equal
+    files."""
+    tell(figure, language)
     lay_out(figure)
     paths = []
     for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):

@@ -15,17 +15,7 @@ from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads, upper_edge
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import Tie
 from orchestrator.masonry.wall import Wall
-from orchestrator.present.plots.canvas import (
-    BLUE,
-    GREEN,
-    INK,
-    ORANGE,
-    PURPLE,
-    VERMILLION,
-    draw_segments,
-    label_of,
-    legend_below,
-)
+from orchestrator.present.plots.canvas import BLUE, GREEN, INK, ORANGE, PURPLE, VERMILLION, draw_segments, label_of
 from orchestrator.present.plots.wall_pictures import (
     draw_blocks,
     draw_load,
@@ -34,6 +24,7 @@ from orchestrator.present.plots.wall_pictures import (
     number_blocks,
     wall_canvas,
 )
+from orchestrator.present.plots.words import legend_below
 
 CLASSES = (BLUE, ORANGE, PURPLE, GREEN)
 DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1.5)), (0, (6, 1.5, 1.5, 1.5)))

@@ -36,11 +36,10 @@ from orchestrator.present.plots.canvas import (
     VERMILLION,
     draw_segments,
     draw_supports,
-    legend_below,
     stamp_not_valid,
     wall_figure,
-    write_title,
 )
+from orchestrator.present.plots.words import legend_below, write_title
 from orchestrator.pushover.increments import ContactStatus, Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces
@@ -66,13 +65,15 @@ def deformed(
     name: str,
     amplification: float | None = None,
     under_gravity: float = 0.0,
+    moment: str = "",
 ) -> Figure:
     """Draw the outline of every body at z = 0, displaced times `amplification`, and its contacts coloured by status.
 
     Bonded joints that are damaged have a band under them whose colour is their degree of damage.
 
     Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
-    ten, never below 1). under_gravity: control displacement (m) that the one in the title is counted from.
+    ten, never below 1). under_gravity: control displacement (m) that the one in the title is counted from. moment:
+    what the title begins with.
     """
     plane = increment.displacement[: len(meshes.nodes), :2]
     supports = [body.exterior for body in bodies.bodies[bodies.moving :]]
@@ -84,7 +85,7 @@ def deformed(
         f"{printed('displacement', increment.control_displacement - under_gravity)} mm\n"
         f"displacements drawn × {factor:g}"
     )
-    figure, axes = wall_figure(np.vstack([moved, *supports]), title, name)
+    figure, axes = wall_figure(np.vstack([moved, *supports]), f"{moment}\n{title}".lstrip(), name)
     for number in range(bodies.moving):
         axes.add_patch(PathPatch(outline(meshes, number, moved), facecolor=STONE, edgecolor="#888888", linewidth=0.5))
     draw_supports(axes, supports)

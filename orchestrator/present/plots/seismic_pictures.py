@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from orchestrator.assessment.seismic.spectrum import Spectrum
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.present.plots.canvas import BLUE, GREEN, INK, ORANGE, PURPLE, VERMILLION
+from orchestrator.present.plots.words import write_legend
 
 MODELS = {"macro": (BLUE, "macroblock FE"), "micro": (VERMILLION, "micro-FE")}
 STATES = (INK, GREEN, PURPLE, ORANGE)
@@ -48,12 +49,10 @@ def verification(record: Mapping[str, Any], curves: Mapping[str, tuple[FloatArra
         axes.set_ylim(bottom=0.0)
         axes.grid(color="#dddddd", linewidth=0.6)
         axes.title.set_fontsize(10)
-    handles = [*spectra.get_legend_handles_labels()[0], *shear.get_legend_handles_labels()[0]]
-    names = [*spectra.get_legend_handles_labels()[1], *shear.get_legend_handles_labels()[1]]
     for marker, said in (("o", "demand"), ("s", "capacity")):
-        handles += adrs.plot([], [], marker, color="white", markeredgecolor=INK)
-        names.append(said)
-    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 5), fontsize=8, frameon=False)
+        shear.plot([], [], marker, color="white", markeredgecolor=INK, label=said)
+    labels = [label for axes in (spectra, adrs, shear) for label in axes.get_legend_handles_labels()[1]]
+    write_legend(figure, min(len(labels), 5))
     return figure
 
 
@@ -72,8 +71,9 @@ def _draw_system(
     corners, force = 1e3 * np.array([0.0, yields, ends]), np.array([0.0, 1.0, 1.0]) * system["yield_base_shear_N"]
     moved = 1e3 * displacement
     for axes, length, strength in ((adrs, 1.0 / gamma, to_acceleration), (shear, 1.0, 1e-3)):
-        axes.plot(length * moved, strength * base_shear, color=colour, linewidth=1.0, alpha=0.6, label=label)
-        axes.plot(length * corners, strength * force, "--", color=colour, linewidth=1.6, label=f"{label}, bilinear")
+        names = (label, f"{label}, bilinear") if axes is shear else ("_", "_")  # the legend shows them once
+        axes.plot(length * moved, strength * base_shear, color=colour, linewidth=1.0, alpha=0.6, label=names[0])
+        axes.plot(length * corners, strength * force, "--", color=colour, linewidth=1.6, label=names[1])
     reach = float(max(corners[-1], moved.max())) / gamma
     states = [state["limit_state"] for state in record["limit_states"]]
     for row in record["checks"]:

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from orchestrator.assessment.sensitivity import ALIKE, Lognormal, value_of_range
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.present.plots.canvas import BLUE, INK, ORANGE, VERMILLION, legend_below, write_title
+from orchestrator.present.plots.canvas import BLUE, INK, ORANGE, VERMILLION
+from orchestrator.present.plots.words import legend_below, write_title
 
 NARROW = 0.05
 """part of the capacity that the axis of a tornado shows to both sides at least"""

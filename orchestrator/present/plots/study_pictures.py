@@ -29,12 +29,11 @@ from orchestrator.present.plots.canvas import (
     VERMILLION,
     draw_supports,
     label_of,
-    legend_below,
     stamp_not_valid,
-    write_title,
 )
 from orchestrator.present.plots.pushover_pictures import DRAWN_DISPLACEMENT, draw_limit_analysis, outline
 from orchestrator.present.plots.wall_pictures import body_colours, displaced_blocks
+from orchestrator.present.plots.words import legend_below, write_legend, write_title
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 
@@ -152,7 +151,7 @@ def study_curves(
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=axes, label="bodies of the macroblock FE")
     bar.set_ticks(sorted(set(counts)), labels=[str(count) for count in sorted(set(counts))], fontsize=7)
     bar.minorticks_off()
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8, frameon=False)
+    write_legend(figure, 2)
     return figure
 
 

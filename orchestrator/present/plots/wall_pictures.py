@@ -28,7 +28,6 @@ from orchestrator.present.plots.canvas import (
     draw_segments,
     draw_supports,
     label_of,
-    legend_below,
     number_size,
     text_ends,
     wall_figure,
@@ -36,6 +35,7 @@ from orchestrator.present.plots.canvas import (
     write_numbers,
 )
 from orchestrator.present.plots.thrust import carrying, moved, thrust
+from orchestrator.present.plots.words import legend_below
 
 DRAWN_DISPLACEMENT = 0.08
 """largest displacement of a drawn mechanism, part of the wall's height"""

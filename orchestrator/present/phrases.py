@@ -1,4 +1,4 @@
-"""The phrases of the page in English, Italian and Portuguese, and numbers as each language writes them.
+"""The phrases of page and pictures in English, Italian and Portuguese, and numbers as each language writes them.
 
 English is the key. What is not here is shown in English: most remarks of the mechanics, clauses, names from the input.
 """
@@ -18,8 +18,8 @@ NUMBER = re.compile(r"[-+]?\d+\.\d+")
 
 @cache
 def table() -> dict[str, tuple[str, str]]:
-    """Return English -> Italian, Portuguese (template/phrases.csv)."""
-    text = files("orchestrator.present.page").joinpath("template", "phrases.csv").read_text(encoding="utf-8")
+    """Return English -> Italian, Portuguese (phrases.csv)."""
+    text = files("orchestrator.present").joinpath("phrases.csv").read_text(encoding="utf-8")
     rows = list(csv.reader(text.splitlines()))
     return {english: (italian, portuguese) for english, italian, portuguese in rows[1:]}
 
