@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,8 +23,8 @@ from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.present import plots
 from orchestrator.present.plots.canvas import DOTS_PER_INCH, lay_out
 from orchestrator.settings import case as cases
+from tests.support.paths import DATA
 
-PROJECT = Path(__file__).parents[2]
 GROUND = [[[x, -0.5], [x + 2.3, -0.5], [x + 2.3, 0], [x, 0]] for x in (-1, 1.3)]
 STONES = [[[x, y], [x + 0.6, y], [x + 0.6, y + 0.75], [x, y + 0.75]] for x in (0, 2) for y in (0, 0.75)]
 LINTEL = [[0, 1.5], [2.6, 1.5], [2.6, 1.9], [0, 1.9]]
@@ -164,7 +163,7 @@ def test_no_text_leaves_its_picture(saved, language):
 
 
 def picture():
-    wall = read_blocks(PROJECT / "tests" / "data" / "ferris_tinloi_wall1.json")
+    wall = read_blocks(DATA / "ferris_tinloi_wall1.json")
     return plots.blocks(wall, numbered=True)
 
 

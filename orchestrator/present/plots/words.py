@@ -10,6 +10,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
@@ -49,7 +50,14 @@ def legend_below(axes: Axes, columns: int = 4) -> None:
 
 def write_legend(figure: Figure, columns: int) -> Legend:
     """Put the legend of everything labelled in a figure at its foot."""
-    return figure.legend(loc="outside lower center", ncols=columns, fontsize=8, frameon=False)
+    handles = _labelled(figure)
+    names = [str(handle.get_label()) for handle in handles]
+    return figure.legend(handles, names, loc="outside lower center", ncols=columns, fontsize=8, frameon=False)
+
+
+def _labelled(figure: Figure) -> list[Artist]:
+    """Return what a legend shows, in the order of the axes."""
+    return [handle for axes in figure.axes for handle in axes.get_legend_handles_labels()[0]]
 
 
 def tell(figure: Figure, language: Language) -> None:
@@ -87,7 +95,7 @@ def _tell_legend(figure: Figure, legend: Legend, say: Callable[[str], str]) -> N
     """Say the labels and write the legend again, in as few rows as fit; the figure grows with the rows."""
     before = legend.get_window_extent().height
     legend.remove()
-    labelled = [handle for axes in figure.axes for handle in axes.get_legend_handles_labels()[0]]
+    labelled = _labelled(figure)
     for handle in labelled:
         handle.set_label(say(str(handle.get_label())))
     for rows in range(-(-len(labelled) // COLUMNS), len(labelled) + 1):

@@ -14,7 +14,7 @@ import pytest
 
 from orchestrator.app import driver
 from orchestrator.basis.errors import CollapseError
-from orchestrator.present.page.phrases import in_language, phrases, table
+from orchestrator.present.phrases import in_language, phrases, table
 from orchestrator.present.verdict import sentence
 from orchestrator.pushover.path.stepping import end_of_curve
 from orchestrator.pushover.settings import SteppingSettings

@@ -18,10 +18,11 @@ from orchestrator.geometry.rigid import polygon_centroid
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.present import plots
-from orchestrator.present.plots.canvas import STONE, lay_out, legend_below, wall_figure
+from orchestrator.present.plots.canvas import STONE, lay_out, wall_figure
 from orchestrator.present.plots.wall_pictures import (
     colours_of_bodies,
 )
+from orchestrator.present.plots.words import legend_below
 from tests.support.figures import drawn, pixel, polygons, segments, shown
 
 
