@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,6 +33,7 @@ from orchestrator.assessment.sensitivity import (
     lognormal,
     one_at_a_time,
     ranges,
+    value_of_range,
 )
 from orchestrator.basis.errors import CaseError, ConvergenceError, naming
 from orchestrator.basis.parallel import Spread, workers_into
@@ -39,7 +41,7 @@ from orchestrator.basis.program import sources
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.masonry.joints import Assemblage, JointClass
 from orchestrator.present import plots
-from orchestrator.present.verdict import Answered, verdict
+from orchestrator.present.verdict import Answered, kind_of, verdict
 from orchestrator.settings.case import Case, RunSettings
 from orchestrator.settings.project import ProjectSettings
 
@@ -47,9 +49,10 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 FALLS = "cannot stand"
-"""how the refusal of a wall that falls under its dead load begins"""
+"""how the refusal of a wall that falls under its dead load begins, and which kind of answer it is"""
+NO_ANSWER = "no answer"
 OF_JOINTS = ("friction", "cohesion", "tensile_strength", "compressive_strength")
-COLUMNS = ("point", "capacity", "quantity", "load_case", "check", "remark")
+COLUMNS = ("point", "capacity", "kind", "quantity", "load_case", "check", "remark")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,14 +66,20 @@ class PointRun:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SensitivityOutcome:
-    """What a study leaves: the quantity, rows of the tornado (name, low, high, capacities) with the largest first, the
-    capacity of the case as given, that of every sample (None: not known), and the lognormal fit."""
+    """What a study leaves: the quantity; the capacity of the case as given and which kind of answer it is; rows of the
+    tornado with the largest first; the capacity of every sample; the lognormal fit; how many samples are of which kind.
+
+    bars: name, low, high (SI); of each end at_ (capacity), found_ and kind_: what was found, of which kind. A capacity
+    is None, of ends and samples, where none is known or one of another kind, which is compared with nothing.
+    """
 
     quantity: str
     base: float | None
+    kind: str
     bars: tuple[dict[str, Any], ...]
     samples: tuple[float | None, ...]
     fit: Lognormal | None
+    kinds: Mapping[str, int]
 
 
 def sensitivity(case: Case, output: Path, comm: MPI.Intracomm | None, report: Report) -> SensitivityOutcome | None:
@@ -136,30 +145,37 @@ def compute(run: PointRun) -> str:
         except CaseError as error:
             if not error.problem.startswith(FALLS):
                 raise
-            record = {"capacity": 0.0, "load_case": load, "check": "dead load", "remark": error.problem}
+            record = {"capacity": 0.0, "kind": FALLS, "load_case": load, "check": "dead load", "remark": error.problem}
             storage.write_json(run.file, {"values": dict(run.point.values)} | record)
             return f"{run.point.name}: {error.problem}"
         except ConvergenceError as error:
             remarks.append(f"{load}: {error}")
             continue
         answers.append(Answered(*about, summary))
-    record = _governing(answers, remarks)
+    record = governing(answers, remarks)
     storage.write_json(run.file, {"values": dict(run.point.values)} | record)
     capacity = record["capacity"]
     return f"{run.point.name}: " + ("no answer" if capacity is None else f"{capacity:.4g}")
 
 
-def _governing(answers: Sequence[Answered], remarks: Sequence[str]) -> dict[str, Any]:
-    """Return the capacity of the load case that governs; None where a load case has no answer."""
+def governing(answers: Sequence[Answered], remarks: Sequence[str]) -> dict[str, Any]:
+    """Return the capacity of the load case that governs, and which kind of answer it is; None where a load case has
+    no answer."""
     found = verdict("", answers) if answers else None
     row = None if found is None or remarks else found.governing
     if row is None:
-        return {"capacity": None, "load_case": "", "check": "", "remark": "; ".join(remarks) or "nothing counts"}
+        said = "; ".join(remarks) or "nothing counts"
+        return {"capacity": None, "kind": NO_ANSWER, "load_case": "", "check": "", "remark": said}
     capacity = row["multiplier"] if row["safety_ratio"] == "" else row["capacity_ag_m_per_s2"]
     assert found is not None
+    summary = next(answer.summary for answer in answers if answer.name == row["load_case"])
+    assert summary is not None
     left_out = f"{found.not_made} checks could not be made" if found.not_made else ""
     remark = "; ".join(text for text in (left_out, row["remarks"]) if text)
-    return {"capacity": capacity, "load_case": row["load_case"], "check": row["check"], "remark": remark}
+    kind = kind_of(row, summary)
+    if found.not_made and row["safety_ratio"] != "":
+        kind += f", {found.not_made} not made"
+    return {"capacity": capacity, "kind": kind, "load_case": row["load_case"], "check": row["check"], "remark": remark}
 
 
 def _limit(case: Case) -> storage.Summary:
@@ -195,20 +211,20 @@ def _presented(
     """Write tables and pictures; return the outcome."""
     asked = bool(limit_states(case.seismic))
     quantity = "ground acceleration that passes (m/s2)" if asked else "load multiplier"
+    kind = _kind_compared(found)
     bars: list[dict[str, Any]] = [
-        {"name": name, "low": low, "high": high}
-        | {f"at_{end}": found[f"{name} {end}"]["capacity"] for end in ("low", "high")}
-        for name, (low, high) in given.items()
+        {"name": name, "low": low, "high": high} | _ends(name, found, kind) for name, (low, high) in given.items()
     ]
     bars.sort(key=lambda bar: -abs((bar["at_high"] or 0.0) - (bar["at_low"] or 0.0)))
     rows = [
-        [point.name, one["capacity"], quantity, one["load_case"], one["check"], one["remark"]]
+        [point.name, one["capacity"], one["kind"], quantity, one["load_case"], one["check"], one["remark"]]
         + [one["values"].get(name) for name in given]
         for point in points
         for one in [found[point.name]]
     ]
     storage.write_csv(output / "sensitivity.csv", (*COLUMNS, *given), rows)
-    sampled = [found[point.name]["capacity"] for point in points if point.name.startswith("sample")]
+    samples = [found[point.name] for point in points if point.name.startswith("sample")]
+    sampled = [_compared(one, kind) for one in samples]
     known = [capacity for capacity in sampled if capacity is not None]
     base = found["as given"]["capacity"]
     plots.save(plots.tornado(bars, base, quantity, case.name), output / "figures", "tornado")
@@ -223,13 +239,39 @@ def _presented(
         demands = [state.peak_ground_acceleration for state in limit_states(case.seismic)]
         figure = plots.fragility_curve(ordered, probability, fit, quantity, demands, case.name)
         plots.save(figure, output / "figures", "fragility")
-    return SensitivityOutcome(quantity, base, tuple(bars), tuple(sampled), fit)
+    return SensitivityOutcome(
+        quantity, base, kind, tuple(bars), tuple(sampled), fit, Counter(one["kind"] for one in samples)
+    )
+
+
+def _kind_compared(found: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return the kind of answer that all are compared in: that of the case as given, or the one of most points."""
+    kind: str = found["as given"]["kind"]
+    if kind not in (NO_ANSWER, FALLS):
+        return kind
+    others = Counter(one["kind"] for one in found.values() if one["kind"] not in (NO_ANSWER, FALLS))
+    return others.most_common(1)[0][0] if others else kind
+
+
+def _compared(one: Mapping[str, Any], kind: str) -> float | None:
+    """Return a capacity that can be compared; None for one of another kind. A wall that falls has 0 in all of them."""
+    capacity: float | None = one["capacity"]
+    return capacity if one["kind"] in (kind, FALLS) else None
+
+
+def _ends(name: str, found: Mapping[str, Mapping[str, Any]], kind: str) -> dict[str, Any]:
+    """Return what a bar says of its two ends."""
+    ends: dict[str, Any] = {}
+    for end in ("low", "high"):
+        one = found[f"{name} {end}"]
+        ends |= {f"at_{end}": _compared(one, kind), f"found_{end}": one["capacity"], f"kind_{end}": one["kind"]}
+    return ends
 
 
 def words(outcome: SensitivityOutcome) -> list[str]:
     """Return what the samples say, in a few sentences."""
     known = [capacity for capacity in outcome.samples if capacity is not None]
-    said = []
+    said = _not_compared(outcome)
     if known:
         ordered, _ = fragility(known)
         low, middle, high = (float(np.quantile(ordered, part)) for part in (0.05, 0.5, 0.95))
@@ -244,6 +286,25 @@ def words(outcome: SensitivityOutcome) -> list[str]:
         said.append("All samples have one answer: these ranges do not matter.")
     if fallen := sum(capacity == 0.0 for capacity in known):
         said.append(f"{fallen} of them do not stand under their own weight: their capacity is 0, and there is no fit.")
-    if missing := len(outcome.samples) - len(known):
+    if missing := outcome.kinds.get(NO_ANSWER, 0):
         said.append(f"{missing} samples have no answer and are left out: sensitivity.csv says why.")
+    others = {kind: count for kind, count in outcome.kinds.items() if kind not in (outcome.kind, NO_ANSWER, FALLS)}
+    if others:
+        counted, many = ", ".join(f"{count} {kind}" for kind, count in others.items()), sum(others.values())
+        have = f"{many} of {len(outcome.samples)} samples ha{'s' if many == 1 else 've'}"
+        said.append(
+            f"{have} another kind of answer ({counted}) than {outcome.kind} and are left out of fragility and fit, "
+            "which say nothing of them."
+        )
     return said
+
+
+def _not_compared(outcome: SensitivityOutcome) -> list[str]:
+    """Return a sentence for every end of a range whose answer is of another kind."""
+    return [
+        f"{bar['name'].replace('_', ' ')} {value_of_range(bar['name'], bar[end])}: {bar[f'found_{end}']:.4g}, "
+        f"{bar[f'kind_{end}']}, not compared with the case as given ({outcome.kind})."
+        for bar in outcome.bars
+        for end in ("low", "high")
+        if bar[f"at_{end}"] is None and bar[f"found_{end}"] is not None
+    ]

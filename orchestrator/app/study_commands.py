@@ -52,7 +52,7 @@ def sensitivity(options: argparse.Namespace, case: cases.Case, comm: MPI.Intraco
         outcome = sensitivity_runs.sensitivity(case, output, comm, report)
     if outcome is None:
         return 0
-    console.print(tables.sensitivity_table(case.name, outcome.quantity, outcome.base, outcome.bars))
+    console.print(tables.sensitivity_table(case.name, outcome.quantity, outcome.base, outcome.kind, outcome.bars))
     for said in sensitivity_runs.words(outcome):
         console.print(said, soft_wrap=True, markup=False)
     console.print(f"points: {output / 'sensitivity.csv'}; pictures: {output / 'figures'}", soft_wrap=True)

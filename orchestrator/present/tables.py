@@ -176,17 +176,23 @@ def verdict_table(found: Verdict) -> Table:
     return table
 
 
-def sensitivity_table(name: str, quantity: str, base: float | None, bars: Sequence[dict[str, Any]]) -> Table:
-    """Return the tornado: every range with its ends and the capacity at both, the one that matters most on top."""
-    given = "no answer" if base is None else f"{base:.4g}"
+def sensitivity_table(name: str, quantity: str, base: float | None, kind: str, bars: Sequence[dict[str, Any]]) -> Table:
+    """Return the tornado: every range with its ends and the capacity at both, the one that matters most on top. kind:
+    which kind of answer is compared."""
+    given = "no answer" if base is None else f"{base:.4g} ({kind})"
     table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(name)}: {quantity}, as given {given}")
     for column in ("range", "low", "high", "at\nlow", "at\nhigh"):
         table.add_column(column, justify="left" if column == "range" else "right", no_wrap=True)
     for bar in bars:
         ends = [value_of_range(bar["name"], bar[end]) for end in ("low", "high")]
-        found = ["no answer" if bar[f"at_{end}"] is None else f"{bar[f'at_{end}']:.4g}" for end in ("low", "high")]
-        table.add_row(bar["name"].replace("_", " "), *ends, *found)
+        table.add_row(bar["name"].replace("_", " "), *ends, *(_end_of(bar, end) for end in ("low", "high")))
     return table
+
+
+def _end_of(bar: dict[str, Any], end: str) -> str:
+    if bar[f"found_{end}"] is None:
+        return "no answer"
+    return "other kind" if bar[f"at_{end}"] is None else f"{bar[f'at_{end}']:.4g}"
 
 
 def _pushover_row(pushed: PushoverSummary) -> list[str]:

@@ -22,6 +22,8 @@ COLUMNS = (
 )  # fmt: skip
 STRENGTH = "strength"
 """what stands for the limit state in rows of base shear"""
+LIMIT = "limit analysis"
+"""the check of such a row where it is not from a curve"""
 State = Literal["verified", "not verified", "open", "strength", "nothing"]
 
 
@@ -107,6 +109,16 @@ def _check(check: Mapping[str, Any]) -> dict[str, Any]:
     return row | {key: check[key] for key in keys} | {"verified": passed, "remarks": "; ".join(check["remarks"])}
 
 
+def kind_of(row: Mapping[str, Any], summary: Summary) -> str:
+    """Return which kind of answer a row that governs is, of the summary it comes from: only like can be compared."""
+    limit = "collapse state" if summary.limit_analysis.converged else _open(summary.limit_analysis)
+    if row["limit_state"] != STRENGTH:
+        return "checks" if summary.limit_analysis.converged else f"checks, {limit}"
+    if row["check"] == LIMIT:
+        return limit
+    return "curve without its peak" if row["remarks"] else "peak of a curve"
+
+
 def _strength(summary: Summary) -> dict[str, Any]:
     """Return the base shear of one load case that counts, and what it is from."""
     row = {"limit_state": STRENGTH, "unit": "N"}
@@ -128,9 +140,14 @@ def _of_curve(pushed: PushoverSummary) -> dict[str, Any]:
 
 
 def _of_limit_analysis(limit: LimitSummary, doubts: list[str]) -> dict[str, Any]:
-    said = [*([] if limit.converged else ["an upper bound only"]), *doubts]
-    found = {"check": "limit analysis", "capacity": limit.base_shear, "multiplier": limit.multiplier}
+    said = [*([] if limit.converged else [_open(limit)]), *doubts]
+    found = {"check": LIMIT, "capacity": limit.base_shear, "multiplier": limit.multiplier}
     return found | {"remarks": "; ".join(said), "verified": "not made" if said else ""}
+
+
+def _open(limit: LimitSummary) -> str:
+    """Return what a headline is that is no collapse state."""
+    return "an upper bound only" if limit.non_associative is None else "last rest: no limit state was closed"
 
 
 def sentence(found: Verdict, say: Callable[[str], str] = str) -> str:

@@ -18,7 +18,9 @@ from orchestrator.app import sensitivity_runs
 from orchestrator.app.cli import main
 from orchestrator.assessment.sensitivity import SensitivitySettings, fragility, latin_hypercube, lognormal, ranges
 from orchestrator.basis.errors import CaseError
+from orchestrator.present.verdict import Answered
 from orchestrator.settings import case as cases
+from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
 from tests.support.ranks import on_ranks
 
 SAMPLES = 16
@@ -164,3 +166,52 @@ def test_what_is_no_range_is_refused_by_its_key(given, key):
     with pytest.raises(CaseError) as refused:
         ranges(SensitivitySettings(**given))
     assert refused.value.key == key
+
+
+def test_a_curve_without_its_peak_is_not_compared_with_a_peak(tmp_path, capsys):
+    """A cube slides at friction 0.3 and has its peak; at 0.9 it rises to 0.9 and is not there by 0.06 mm: no end of a
+    bar."""
+    more = "analysis = 'macro'\n[stepping]\nfinal_displacement = '0.06 mm'\n"
+    path = write(tmp_path, 1.0, 1.0, samples=4)
+    text = path.read_text("utf-8").replace("friction = [0.55, 0.75]", "friction = [0.2, 0.9]")
+    path.write_text("\n".join(line for line in text.splitlines() if "unit_weight" not in line) + "\n" + more, "utf-8")
+    block = tmp_path / "block.json"
+    block.write_text(block.read_text("utf-8").replace('"friction": 0.6', '"friction": 0.3'), "utf-8")
+    assert main(["sensitivity", str(path), "--output", str(tmp_path / "out")]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    with (tmp_path / "out" / "sensitivity.csv").open() as file:
+        rows = {row["point"]: row for row in csv.DictReader(file)}
+    assert rows["as given"]["kind"] == rows["friction low"]["kind"] == "peak of a curve"
+    assert rows["friction high"]["kind"] == "curve without its peak"
+    assert float(rows["friction high"]["capacity"]) > 0.6, "what was found stands in the table"
+    outcome = sensitivity_runs.sensitivity(cases.read(path), tmp_path / "out", None, quiet)
+    assert bars(outcome)["friction"] == (pytest.approx(0.2, rel=1e-3), None)
+    assert f"friction 0.9: {float(rows['friction high']['capacity']):.4g}, curve without its peak" in printed
+    assert "curve without its peak, not compared with the case as given (peak of a curve)" in printed
+    counted = [row for name, row in rows.items() if name.startswith("sample") and row["kind"] == "peak of a curve"]
+    assert [capacity for capacity in outcome.samples if capacity is not None] == [
+        float(row["capacity"]) for row in counted
+    ]
+    others = 4 - len(counted)
+    assert 0 < others < 4, "in the uppermost quarter of the range the cube has no peak yet"
+    have = "1 of 4 samples has" if others == 1 else f"{others} of 4 samples have"
+    assert f"{have} another kind of answer ({others} curve without its peak)" in printed
+
+
+def limit(**changes):
+    found = {"associative": 0.5, "non_associative": 0.4, "non_associative_range": (0.4, 0.4), "iterations": 1}
+    found |= {"converged": True, "equilibrium_residual": 0.0, "base_shear": 4e3, "seconds": 0.0}
+    return Summary("", WallSummary(1, 1, 1e4), LimitSummary(**found | changes), None, ())
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind"),
+    [
+        ({}, "collapse state"),
+        ({"converged": False}, "last rest: no limit state was closed"),
+        ({"non_associative": None, "non_associative_range": None, "converged": False}, "an upper bound only"),
+    ],
+)
+def test_a_last_rest_and_an_upper_bound_are_called_so(changes, kind):
+    found = sensitivity_runs.governing([Answered("a", "+x", "mass", limit(**changes))], [])
+    assert (found["kind"], found["capacity"]) == (kind, limit(**changes).limit_analysis.multiplier)

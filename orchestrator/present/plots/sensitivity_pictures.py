@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from orchestrator.assessment.sensitivity import ALIKE, Lognormal, value_of_range
@@ -22,7 +24,8 @@ LABEL = 0.25
 def tornado(bars: Sequence[Mapping[str, Any]], base: float | None, quantity: str, name: str) -> Figure:
     """Draw a bar for every range from its capacity at the low end to that at the high end, the longest on top.
 
-    bars: name, low, high (SI), at_low, at_high; base: the capacity of the case as given.
+    bars: name, low, high (SI), at_low, at_high, kind_low, kind_high; base: the capacity of the case as given. An end
+    without a capacity that can be compared has its kind of answer written beside the bar.
     """
     figure = Figure(figsize=(7.0, 1.9 + 0.55 * len(bars)), layout="constrained")
     axes = figure.add_subplot()
@@ -30,7 +33,7 @@ def tornado(bars: Sequence[Mapping[str, Any]], base: float | None, quantity: str
         for end, colour in (("low", BLUE), ("high", ORANGE)):
             value = bar[f"at_{end}"]
             if value is None or base is None:
-                axes.text(0.5, place, "no answer", ha="center", va="center", transform=axes.get_yaxis_transform())
+                _write_kind(axes, place, bar, end, base)
                 continue
             axes.barh(place, value - base, left=base, height=0.6, color=colour, edgecolor=INK, linewidth=0.6)
             left = value < base - ALIKE * base or (value <= base + ALIKE * base and end == "low")
@@ -54,6 +57,17 @@ def tornado(bars: Sequence[Mapping[str, Any]], base: float | None, quantity: str
     said = "as given: no answer" if base is None else f"as given: {base:.4g}"
     write_title(axes, f"One range at a time, low and high end; {said}", name)
     return figure
+
+
+def _write_kind(axes: Axes, place: int, bar: Mapping[str, Any], end: str, base: float | None) -> None:
+    """Write which kind of answer an end has, on the side of the picture where the other end has no bar."""
+    other = bar["at_low" if end == "high" else "at_high"]
+    right = end == "high" if other is None or base is None else other <= base
+    said = f"{value_of_range(bar['name'], bar[end])}:\n{textwrap.fill(bar[f'kind_{end}'], 22)}"
+    axes.text(
+        0.98 if right else 0.02, place, said, ha="right" if right else "left", va="center", fontsize=8,
+        transform=axes.get_yaxis_transform(),
+    )  # fmt: skip
 
 
 def fragility_curve(
