@@ -46,7 +46,9 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
         console.print(f"and {len(remarks) - LISTED} more, all in {options.output}", soft_wrap=True, markup=False)
     free = sum(not block.fixed for block in wall.blocks)
     files = ", ".join(str(path) for path in written)
-    console.print(f"{free} blocks, {len(wall.blocks) - free} supports: {files}", soft_wrap=True, markup=False)
+    supports = len(wall.blocks) - free
+    counted = f"{free} block{'s' * (free != 1)}, {supports} support{'s' * (supports != 1)}"
+    console.print(f"{counted}: {files}", soft_wrap=True, markup=False)
     return 0
 
 

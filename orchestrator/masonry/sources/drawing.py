@@ -295,7 +295,7 @@ def _words(gap: Gap, wall: Wall) -> str:
     x, y = gap.at
     return (
         f"WARNING: {kind} of {_millimetres(gap.width)} between blocks {first} and {second} at ({x:.4g}, {y:.4g}) m NOT "
-        f"closed, wider than the tolerance; --tolerance closes it"
+        f"closed, wider than the tolerance; --tolerance closes it, or --mortar if it is a joint"
     )
 
 

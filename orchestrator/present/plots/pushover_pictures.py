@@ -231,7 +231,7 @@ def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     rule, multiplier = headline.flow_rule.replace("_", " "), printed("multiplier", headline.load_multiplier)
     said = f"micro-LA, non-associative ({rule}): λ = {multiplier}"
     axes.axhline(headline.load_multiplier * kilonewtons, color=INK, linestyle="--", linewidth=1.2, label=said)
-    if found[1] > found[0]:
-        low, high = (printed("multiplier", end) for end in found)
+    low, high = (printed("multiplier", end) for end in found)
+    if low != high:
         said = f"micro-LA, non-associative range: λ = {low} to {high}"
         axes.axhspan(found[0] * kilonewtons, found[1] * kilonewtons, color=ORANGE, alpha=0.35, linewidth=0, label=said)

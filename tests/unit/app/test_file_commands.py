@@ -51,7 +51,7 @@ def test_import_of_every_kind_gives_a_block_file_and_its_picture(tmp_path, capsy
         kind = "templates/wall1.txt" if name == "wall.txt" else "tests/data/ferris_tinloi_wall1.json"
         source.write_text((PROJECT / kind).read_text())
     assert call("import", source, "--output", output, *options) == 0
-    assert "33 blocks, 1 supports" in capsys.readouterr().out
+    assert "33 blocks, 1 support" in capsys.readouterr().out
     wall = read_blocks(output)
     if name != "wall.png":
         assert_same_wall(wall, WALL_1)

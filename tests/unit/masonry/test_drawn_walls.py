@@ -145,7 +145,7 @@ def test_a_gap_wider_than_the_tolerance_is_named(tmp_path):
     _, remarks = imported(written(tmp_path / "gap.dxf", draw), ground=0.2)
     assert remarks[0] == (
         "WARNING: gap of 4 mm between blocks 1 and 2 at (0.502, 0.15) m NOT closed, wider than the tolerance; "
-        "--tolerance closes it"
+        "--tolerance closes it, or --mortar if it is a joint"
     )
 
 
