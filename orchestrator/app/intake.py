@@ -38,6 +38,7 @@ from orchestrator.storage.values import blocks_record
 
 DRAWINGS, VECTORS, ROWS, BLOCK_FILES = (".dxf",), (".svg",), (".txt", ".rows"), (".json",)
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif")
+_KNOWN = " ".join(DRAWINGS + VECTORS + ROWS + BLOCK_FILES + PICTURES)
 MOST_LOOSE = 0.25
 """part of the blocks that may be loose: where more fall, the wall was misread"""
 LISTED = 20
@@ -74,6 +75,8 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
     """
     refuse_what_is_not_utf8(str(path), "")
     with naming(path):
+        if not path.exists():
+            raise CaseError("", "no such file", f"give one that ends in {_KNOWN}")
         given = {key: value for key, value in options.items() if value}
         loose = _settings(LooseSettings, given)
         try:
@@ -187,8 +190,7 @@ def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
         wall, said = closed(wall, healing) if healing else (wall, [])
         return wall, [*said, *implausible(wall)]
     if suffix not in DRAWINGS + VECTORS + PICTURES + BLOCK_FILES:
-        known = " ".join(DRAWINGS + VECTORS + ROWS + BLOCK_FILES + PICTURES)
-        raise CaseError("", f"files ending in {suffix!r} are not read", f"give one of {known}")
+        raise CaseError("", f"files ending in {suffix!r} are not read", f"give one that ends in {_KNOWN}")
     material = _settings(Material, options, thickness='--thickness "300 mm"')
     if suffix in DRAWINGS + VECTORS:
         healing, layers = _settings(HealingSettings, options), _settings(Layers, options)

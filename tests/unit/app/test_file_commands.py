@@ -74,7 +74,7 @@ def test_import_of_every_kind_gives_a_block_file_and_its_picture(tmp_path, capsy
         ("wall.png", ["--thickness", "0.1", "--scale", "1mm", "--stones", "red"], "--stones: 'red' is not accepted"),
         ("wall.txt", ["--thickness", "0.1"], "--thickness: states everything itself"),
         ("wall.doc", [], "files ending in '.doc' are not read"),
-        ("absent.dxf", ["--thickness", "0.1"], "no such file"),
+        ("absent.dxf", [], "no such file"),
         ("absent.txt", [], "no such file"),
         ("absent.png", ["--thickness", "0.1", "--scale", "1mm"], "no such file"),
     ],
