@@ -62,7 +62,7 @@ def scaling(blocks: int, increments: int | None = INCREMENTS) -> dict[str, float
     assemblage = find_joints(running_bond(*SIZES[blocks]), JointSettings())
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(), None)
-    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), MPI.COMM_WORLD, True)
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), True)
     built, started = seconds(), process_time()
     stepping = SteppingSettings(largest_increments=increments) if increments else SteppingSettings()
     iterations = failed = 0
@@ -112,7 +112,7 @@ def benchmark1(large: bool) -> dict[str, dict[str, float]]:
         began = process_time()
         meshes = mesh_bodies(bodies, case.mesh, None)
         loads = own_weight(meshes, case.load.vector)
-        model = build_model(bodies, meshes, case.elastic, case.contact, MPI.COMM_SELF, large, loads)
+        model = build_model(bodies, meshes, case.elastic, case.contact, large, loads)
         iterations = failed = 0
         with LinearSystem(model, MPI.COMM_SELF) as system:
             for last in Pushover(model, system, case.newton, case.stepping).increments():

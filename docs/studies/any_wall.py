@@ -164,7 +164,7 @@ def _pushed(name: str, case: cases.Case, assemblage: Assemblage, partition: Part
     try:
         meshes = mesh_bodies(bodies, case.mesh, None)
         loads = nodal_loads(assemblage.wall, bodies, meshes, case.load)
-        model = build_model(bodies, meshes, case.elastic, case.contact, MPI.COMM_SELF, True, loads)
+        model = build_model(bodies, meshes, case.elastic, case.contact, True, loads)
         with LinearSystem(model, MPI.COMM_SELF) as system:
             for increment in Pushover(model, system, case.newton, stepping).increments():
                 iterations += increment.iterations

@@ -90,7 +90,7 @@ def _pushed(case: cases.Case, segmented: driver.Segmented) -> dict[str, Any]:
     bodies, peak, iterations = segmented.bodies, 0.0, 0
     meshes = mesh_bodies(bodies, case.mesh, None)
     loads = nodal_loads(segmented.assemblage.wall, bodies, meshes, case.load)
-    model = build_model(bodies, meshes, case.elastic, case.contact, MPI.COMM_SELF, True, loads)
+    model = build_model(bodies, meshes, case.elastic, case.contact, True, loads)
     stepping = replace(case.stepping, final_displacement=DISPLACEMENT)
     began, moved = process_time(), 0.0
     with LinearSystem(model, MPI.COMM_SELF) as system:

@@ -83,7 +83,7 @@ def pushed_wall(family: str, wall: Wall, direction: int, limit: float = LIMIT) -
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(), None)
     along = own_weight(meshes, np.array([direction, 0.0]))
-    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), MPI.COMM_SELF, True, along)
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), True, along)
     height = float(np.ptp(meshes.nodes[:, 1]))
     stepping = SteppingSettings(final_displacement=height / 30)
     loads = loads_on(wall, LoadSettings("+x" if direction > 0 else "-x"))

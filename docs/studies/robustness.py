@@ -58,7 +58,7 @@ def pushed(pattern: IrregularCourses, direction: int) -> dict[str, object]:
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(), None)
     along = own_weight(meshes, np.array([direction, 0.0]))
-    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), MPI.COMM_SELF, True, along)
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), True, along)
     stepping = SteppingSettings(final_displacement=pattern.height / 30)
     iterations = failed = moving = fallen = 0
     last = None

@@ -58,7 +58,7 @@ def curve_of(settings: dict) -> tuple[PushoverCurve, float, int]:
     assemblage = find_joints(running_bond(5, 10), JointSettings())
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, settings["mesh"], None)
-    model = build_model(bodies, meshes, settings["elastic"], settings["contact"], MPI.COMM_SELF)
+    model = build_model(bodies, meshes, settings["elastic"], settings["contact"])
     with LinearSystem(model, MPI.COMM_SELF) as system:
         increments = Pushover(model, system, NewtonSettings(), settings["stepping"]).increments()
         return PushoverCurve.from_increments(increments, "10 mm"), model.weight, model.unknowns

@@ -114,7 +114,7 @@ def _model_of(
 
     settings = (elastic or ElasticSettings(), contact or ContactSettings())
     loads = nodal_loads(assemblage.wall, bodies, meshes, load)
-    return build_model(bodies, meshes, *settings, this_rank(), large, loads)
+    return build_model(bodies, meshes, *settings, large, loads)
 
 
 def follow(

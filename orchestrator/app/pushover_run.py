@@ -114,7 +114,7 @@ def _follow(
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()
     large = case.stepping.large_displacement
-    contact_model = build_model(bodies, meshes, case.elastic, case.contact, working, large, loads, ties)
+    contact_model = build_model(bodies, meshes, case.elastic, case.contact, large, loads, ties)
     assembled = perf_counter()
 
     def keep(increment: Increment) -> None:

@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sparse
-from mpi4py import MPI
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.loads.block_loads import horizontal
@@ -121,17 +120,16 @@ def build_model(
     meshes: BodyMeshes,
     elastic: ElasticSettings,
     contact: ContactSettings,
-    comm: MPI.Comm,
     large_displacement: bool = False,
     loads: NodalLoads | None = None,
     ties: TieBars | None = None,
 ) -> ContactModel:
-    """Assemble matrices and loads with dolfinx on `comm` and search the contacts, those that sliding may bring too.
+    """Assemble matrices and loads with dolfinx and search the contacts, those that sliding may bring too.
 
     Without `loads` the wall carries its weight, and the live load is the weight turned to +x.
     """
     constants = constants_of(bodies, elastic)
-    elasticity = assemble(meshes, constants, elastic.element_order, comm)
+    elasticity = assemble(meshes, constants, elastic.element_order)
     stiffness = elasticity.stiffness.tobsr((3, 3))
     loads = loads or own_weight(meshes, np.array([1.0, 0.0]))
     gravity, lateral, weight = _loads(elasticity.mass, meshes, loads)

@@ -79,7 +79,6 @@ def model_of(
     mesh_size: float = 0.2,
     direction: int = 1,
     slip_tolerance: float = 1e-6,
-    comm: MPI.Comm = MPI.COMM_SELF,
     large_displacement: bool = False,
     loads: LoadSettings | None = None,
     joints: JointClass | None = None,
@@ -96,7 +95,7 @@ def model_of(
     contact = ContactSettings(slip_tolerance, softening)
     elastic = elastic or ElasticSettings()
     bars = find_ties(wall, bodies, meshes, ties)
-    return build_model(bodies, meshes, elastic, contact, comm, large_displacement, given, bars)
+    return build_model(bodies, meshes, elastic, contact, large_displacement, given, bars)
 
 
 def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float) -> Run:

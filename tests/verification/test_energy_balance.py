@@ -100,10 +100,11 @@ def other_work(result: Run, final: float) -> np.ndarray:
         gaps = -0.5 * float((before.normal_force + after.normal_force)[model.rows] @ moved)
         stiffer = friction * (after.normal_force - before.normal_force) / tolerance
         sticking = -0.5 * float(stiffer @ np.sum(before.elastic_slip * after.elastic_slip, axis=1))
-        size = 1.0
-        if after.phase == "displacement":  # the drag has one share of the weight for every size of increment
-            size = np.clip(after.step[1] / largest, 1e-3, 1.0)
-        proximal = stepping.proximal_share * float(weight @ np.sum(change**2, axis=1)) / (size * largest)
+        stiffness = stepping.proximal_share / largest
+        if after.phase == "displacement":  # what the supports do not carry of the live load, over the motion along it
+            left = after.load_multiplier * after.horizontal_load - after.base_shear
+            stiffness = left / float(weight @ change[:, 0])
+        proximal = stiffness * float(weight @ np.sum(change**2, axis=1))
         work.append(gaps + sticking + proximal)
     return np.cumsum(work)
 

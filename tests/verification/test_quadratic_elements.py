@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 from scipy.sparse.linalg import spsolve
 
 from orchestrator.macroblocks.bodies import make_bodies
@@ -25,7 +24,7 @@ def bar(size):
 
 def of_order(order, meshes, poisson_ratio=0.2):
     constants = ElasticConstants(np.array([1e9]), np.array([poisson_ratio]))
-    return assemble(meshes, constants, order, MPI.COMM_SELF)
+    return assemble(meshes, constants, order)
 
 
 def with_departures(field, elasticity):
@@ -91,5 +90,5 @@ def test_a_wall_of_10_node_tetrahedra_slides_and_rocks_at_the_same_multiplier():
         meshes = mesh_bodies(bodies, MeshSettings(), None)
         elastic = ElasticSettings(element_order=2)
         for large in (False, True):
-            model = build_model(bodies, meshes, elastic, ContactSettings(), MPI.COMM_SELF, large)
+            model = build_model(bodies, meshes, elastic, ContactSettings(), large)
             assert run(model, final_displacement=1e-3).peak == pytest.approx(multiplier, rel=5e-3)

@@ -44,7 +44,7 @@ def curve(wall, scale, mortar=None):
     contact = ContactSettings(slip_tolerance=scale * ContactSettings().slip_tolerance)
     newton = replace(NewtonSettings(), gap=scale * NewtonSettings().gap)
     stepping = replace(stepping, final_displacement=4e-3 * scale)
-    model = build_model(bodies, meshes, elastic, contact, MPI.COMM_SELF, True)
+    model = build_model(bodies, meshes, elastic, contact, True)
     with LinearSystem(model, MPI.COMM_SELF) as system:
         path = list(Pushover(model, system, newton, stepping).increments())
     return np.array([(i.load_multiplier, i.control_displacement / scale) for i in path])

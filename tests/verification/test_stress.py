@@ -34,7 +34,7 @@ def column(order):
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(size=0.1), None)
     elastic = ElasticSettings(element_order=order)
-    return bodies, build_model(bodies, meshes, elastic, ContactSettings(), MPI.COMM_SELF, True)
+    return bodies, build_model(bodies, meshes, elastic, ContactSettings(), True)
 
 
 def under_gravity(model):
@@ -112,7 +112,7 @@ def test_forces_of_contacts_hold_every_body(strengths, large):
     assemblage = find_joints(running_bond(3, 4), JointSettings(classes=(JointClass(**strengths),)))
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = mesh_bodies(bodies, MeshSettings(size=0.2), None)
-    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), MPI.COMM_SELF, large)
+    model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), large)
     with LinearSystem(model, MPI.COMM_SELF) as system:
         steps = Pushover(model, system, NewtonSettings(), SteppingSettings(final_displacement=5e-3)).increments()
         state = next(one for one in steps if one.load_multiplier > 0.1 and not one.moving)

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
@@ -28,7 +27,7 @@ def parts():
 def pushed(bodies, meshes, direction=1, modulus=3.5e9):
     along = own_weight(meshes, np.array([direction, 0.0]))
     elastic = ElasticSettings(elastic_modulus=modulus)
-    model = build_model(bodies, meshes, elastic, ContactSettings(), MPI.COMM_SELF, loads=along)
+    model = build_model(bodies, meshes, elastic, ContactSettings(), loads=along)
     curve = run(model, final_displacement=2e-3).curve
     assert len(curve.step) > 30
     return curve.control_displacement_m, curve.base_shear_N / model.weight

@@ -43,7 +43,7 @@ def pushover_increments(
     meshes = mesh if isinstance(mesh, BodyMeshes) else mesh_bodies(bodies, mesh or MeshSettings(), None)
     elastic, contact = elastic or ElasticSettings(), contact or ContactSettings()
     loads = own_weight(meshes, np.array(direction))
-    model = build_model(bodies, meshes, elastic, contact, alone, stepping.large_displacement, loads)
+    model = build_model(bodies, meshes, elastic, contact, stepping.large_displacement, loads)
     with LinearSystem(model, alone) as system:
         expected = expected_multiplier or 0.3 * model.weight / model.horizontal_load
         yield from Pushover(model, system, newton or NewtonSettings(), stepping, expected).increments()

@@ -20,6 +20,7 @@ from orchestrator.pushover.path.increment_record import (
     states_of,
     without_jumps,
 )
+from orchestrator.pushover.path.moving import body_motion
 from orchestrator.pushover.path.prediction import carried_on
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solids.tie_bars import tightened
@@ -31,7 +32,9 @@ TURN = 5e-4
 """an increment whose bodies turn by more than this (rad) from the predicted geometry is solved again on its own"""
 TURN_SHARE = 0.05
 """so is one that moves, where they turn by more than this share of what they turn in it"""
-GEOMETRY_PASSES = 6
+NEARER = 0.5
+"""each solution on its own geometry must turn by less than this share of what the one before it turned: passes that do
+not come nearer swing between two states, which an end after six of them never met"""
 JUMP = 10.0
 """a solution that lies farther from the expected one than this many times the expected motion is another branch's"""
 
@@ -86,18 +89,20 @@ class IncrementSolver:
             return 0.0
         return min(aim.size / state.step[1], 2.0)
 
-    def time_step(self, aim: Aim) -> float:
-        """Return the time step of a static increment, s: of displacement, its root, so that the drag has one share."""
-        share = aim.size / self.largest_displacement if aim.phase == "displacement" else 1.0
+    def time_step(self, aim: Aim, fastest: float = 0.0) -> float:
+        """Return the time step of a static increment, s: the drag of the `fastest` body (m, expected) has one share."""
+        moves = largest = self.largest_displacement
+        if aim.phase == "displacement":
+            moves = max(aim.size, fastest, 1e-3 * largest)
         gravity = self.model.weight / float(self.model.body_mass.sum())
-        largest = self.largest_displacement / (self.stepping.proximal_share * gravity)
-        return float(np.sqrt(largest * max(share, 1e-3)))
+        return float(np.sqrt(moves / (self.stepping.proximal_share * gravity)))
 
     def static(self, state: Increment, aim: Aim) -> Increment:
         """Return the static increment; its proximal term carries the same share of every size of displacement."""
-        here, time_step, share = state.displacement.ravel(), self.time_step(aim), self.share(state, aim)
+        here, share = state.displacement.ravel(), self.share(state, aim)
         predicted = carried_on(self.model, here, state.change.ravel(), share) if share else here
-        solved = self.solved(state, aim, predicted, 0.0, time_step)
+        fastest = share * float(body_motion(self.model, state.change.ravel()).max())
+        solved = self.solved(state, aim, predicted, 0.0, self.time_step(aim, fastest))
         if aim.phase == "displacement" and aim.size:
             refuse_jump(state, solved, predicted, aim.size)
         return solved
@@ -127,8 +132,8 @@ class IncrementSolver:
         if undeformed.mortar is not None:
             mortar = replace(undeformed.mortar, closing=state.closing)
             opening, closed = mortar.opened(opening, state.normal_force), mortar.closed_by(state.normal_force)
-        known = ~np.isnan(state.gap)
-        for _ in range(GEOMETRY_PASSES):
+        known, turned_before = ~np.isnan(state.gap), np.inf
+        while True:
             model = without_jumps(displaced(undeformed, predicted, closed, known), state)
             self.system.follow(model)
             bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, opening)
@@ -151,11 +156,12 @@ class IncrementSolver:
             )
             if turned < max(TURN, allowed):
                 break
+            if turned > NEARER * turned_before:
+                raise ConvergenceError("geometry", f"bodies turn by {turned:.1e} more than expected", spent)
+            turned_before = turned
             predicted, multiplier = iterate.displacement, iterate.load_multiplier
             force = scattered(state.normal_force, model.rows, iterate.normal_force)
             before = scattered(before, model.rows, states_of(iterate))
-        else:
-            raise ConvergenceError("geometry", f"bodies turn by {turned:.1e} more than expected", spent)
         bound = self.stepping.out_of_balance * (abs(multiplier) if phase == "load" else 1.0)
         return increment_of(model, state, here, replace(iterate, number=spent), phase, time, bound)
 

@@ -7,7 +7,6 @@ arrays; 0.8 renamed the element of `create_mesh`, and 0.10 moves its place, whic
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
 from typing import Any
 
 import dolfinx
@@ -37,15 +36,15 @@ def cell_space(mesh: dolfinx.mesh.Mesh) -> Any:
     return (fem.functionspace if SINCE_0_7 else fem.FunctionSpace)(mesh, ("DG", 0))
 
 
-def mesh_of(comm: MPI.Comm, cells: IntArray, nodes: FloatArray, partitioner: Callable[..., Any]) -> dolfinx.mesh.Mesh:
-    """Return the mesh of straight tetrahedra: cells (t, 4), nodes (m, 3) in m, those that this rank hands over."""
+def mesh_of(comm: MPI.Comm, cells: IntArray, nodes: FloatArray) -> dolfinx.mesh.Mesh:
+    """Return the mesh of straight tetrahedra: cells (t, 4), nodes (m, 3) in m."""
     element = (
         basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,))
         if SINCE_0_7
         else ufl.VectorElement("Lagrange", ufl.tetrahedron, 1)
     )
     name = "e" if "e" in inspect.signature(dolfinx.mesh.create_mesh).parameters else "domain"
-    return dolfinx.mesh.create_mesh(comm, cells=cells, x=nodes, partitioner=partitioner, **{name: ufl.Mesh(element)})
+    return dolfinx.mesh.create_mesh(comm, cells=cells, x=nodes, **{name: ufl.Mesh(element)})
 
 
 def rows(adjacency: Any, columns: int) -> IntArray:
