@@ -51,8 +51,8 @@ def read_geometry(folder: Path) -> tuple[StateStore, BodyMeshes, ContactPlaces]:
             meshes = {field.name: file[f"meshes/{field.name}"][()] for field in fields(BodyMeshes)}
             contacts = {field.name: file[f"contacts/{field.name}"][()] for field in fields(ContactPlaces)}
     except (OSError, KeyError, ValueError) as error:
-        problem = "is missing, damaged, or of another version"
-        raise CaseError("", problem, "finish the run again, with --resume", str(path)) from error
+        problem = "is missing, damaged or from another version"
+        raise CaseError("", problem, "finish the run with --resume, or run the case again", str(path)) from error
     return store, _mesh_of(meshes), ContactPlaces(**{n: read_only(v, v.dtype) for n, v in contacts.items()})
 
 

@@ -28,7 +28,7 @@ STORED_AS = {"weight": "weight_N", "horizontal_load": "horizontal_load_N", **ARR
 
 def read_limit_analysis(folder: Path) -> LimitAnalysis:
     """Return what `write_limit_analysis` wrote. Raises OSError, and ValueError for a file that holds something else."""
-    from pydantic import ConfigDict, TypeAdapter
+    from pydantic import ConfigDict, TypeAdapter, ValidationError
 
     def with_arrays(record: dict[str, Any]) -> dict[str, Any]:
         return record | {key: read_only(record[key]) for key in ARRAYS.values() if key in record}
@@ -36,7 +36,12 @@ def read_limit_analysis(folder: Path) -> LimitAnalysis:
     rules = ConfigDict(alias_generator=lambda name: STORED_AS.get(name, name), arbitrary_types_allowed=True)
     record = json.loads((folder / "limit_analysis.json").read_text(encoding="utf-8"), object_hook=with_arrays)
     reader: TypeAdapter[Any] = TypeAdapter(LimitAnalysis | None, config=rules)
-    analysis: LimitAnalysis = reader.validate_python(record)
+    try:
+        analysis: LimitAnalysis = reader.validate_python(record)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise ValueError(f"limit_analysis.json: {place}: {first['msg']}") from error
     return analysis
 
 

@@ -57,8 +57,8 @@ def read_run(folder: Path) -> StoredRun:
         partition = storage.read_macroblocks(folder, assemblage.wall)
         models = tuple(_model(folder, pushed, assemblage, partition) for pushed in summary.pushover)
     except (OSError, KeyError, ValueError, TypeError) as error:
-        problem = f"a file is missing or damaged ({type(error).__name__}: {error})"
-        raise CaseError("", problem, "finish the run again, with --resume", str(folder)) from error
+        problem = f"a file is missing, damaged or from another version ({type(error).__name__}: {error})"
+        raise CaseError("", problem, "finish the run with --resume, or run the case again", str(folder)) from error
     return StoredRun(folder, summary, case, assemblage, analysis, partition, models)
 
 

@@ -32,6 +32,15 @@ def headless() -> Iterator[Any]:
         driver.quit()
 
 
+def opened(page: Any, address: str) -> Any:
+    """The browser when it shows the whole page: on a loaded machine `get` may return while the page before is there."""
+    page.get("about:blank")
+    page.get(address)
+    whole = "return location.href !== 'about:blank' && document.readyState === 'complete'"
+    webdriver.support.wait.WebDriverWait(page, 60).until(lambda p: p.execute_script(whole))
+    return page
+
+
 def asked(page: Any) -> list[str]:
     """Addresses that were asked for since the last call."""
     messages = [json.loads(entry["message"])["message"] for entry in page.get_log("performance")]

@@ -15,7 +15,7 @@ import pytest
 
 from orchestrator import storage
 from orchestrator.app.cli import main
-from tests.support.browser import asked, awaited, headless
+from tests.support.browser import asked, awaited, headless, opened
 from tests.support.paths import PROJECT
 
 EVIL = "</script><script>document.title = 'run'</script><img src=x onerror=\"document.title='run'\">"
@@ -31,7 +31,7 @@ def run(tmp_path_factory):
     (folder / "wall.json").write_text(json.dumps(wall), encoding="utf-8")
     (folder / "case.toml").write_text(
         f"name = {json.dumps(EVIL)}\n[wall]\nblocks = 'wall.json'\n[stepping]\nfinal_displacement = '1 mm'\n"
-        "[macroblocks]\nnormal = 1e-3\n"
+        "[macroblocks]\ntol_n = 1e-3\n"
         "[seismic]\npeak_ground_acceleration = '0.15 g'\nground = 'B'\n"
         "[[seismic.limit_states]]\nname = 'DL'\npeak_ground_acceleration = '0.06 g'\n"
         "[[seismic.limit_states]]\nname = 'NC'\npeak_ground_acceleration = '0.2 g'\n",
@@ -49,8 +49,7 @@ def browser():
 
 @pytest.fixture
 def page(run, browser):
-    browser.get((run / "report.html").as_uri())
-    return browser
+    return opened(browser, (run / "report.html").as_uri())
 
 
 def set_slider(page, value):
@@ -206,7 +205,7 @@ def spoken(run, tmp_path_factory):
 
 def read_aloud(browser, address):
     """Every text with a word of three small letters that a reader meets on the page, at rest and while it plays."""
-    browser.get(address)
+    opened(browser, address)
     texts = browser.execute_script(TEXTS)
     set_slider(browser, 0)
     browser.find_element("id", "play").click()
@@ -233,7 +232,7 @@ def test_rows_of_damage_and_settings_print_on_one_line_in_every_language(spoken,
     )  # 182 mm, A4 without its margins
     try:
         for language, address in spoken.items():
-            browser.get(address)
+            opened(browser, address)
             assert browser.execute_script("return document.documentElement.lang") == language
             heights = sorted(browser.execute_script(rows))
             assert len(heights) > 100
@@ -250,7 +249,7 @@ def bonded(tmp_path_factory):
     classes = '[[joints.classes]]\ncohesion = "2 kPa"\ntensile_strength = "1 kPa"\n'
     wall = PROJECT / "tests/data/ferris_tinloi_wall1.json"
     case = (
-        f'[wall]\nblocks = "{wall}"\n[stepping]\nfinal_displacement = "1 mm"\n[macroblocks]\nnormal = 1e-3\n{classes}'
+        f'[wall]\nblocks = "{wall}"\n[stepping]\nfinal_displacement = "1 mm"\n[macroblocks]\ntol_n = 1e-3\n{classes}'
     )
     (folder / "case.toml").write_text(case, encoding="utf-8")
     assert main(["run", str(folder / "case.toml"), "--output", str(folder / "run"), "--model", "macro", "--quiet"]) == 0
@@ -259,9 +258,9 @@ def bonded(tmp_path_factory):
 
 def test_damage_of_bonded_joints_is_shown_from_none_to_broken(bonded, run, browser):
     """Bands, their legend, the line of state and the table; none of it where joints are dry."""
-    browser.get((run / "report.html").as_uri())
+    opened(browser, (run / "report.html").as_uri())
     assert not browser.find_element("id", "damaged").is_displayed()
-    browser.get((bonded / "report.html").as_uri())
+    opened(browser, (bonded / "report.html").as_uri())
     assert browser.find_element("id", "damaged").is_displayed()
     bands = "return [...document.querySelectorAll('#picture .damage')].filter((p) => p.getAttribute('d')).length"
     set_slider(browser, 0)
@@ -282,7 +281,7 @@ def test_a_result_that_is_not_valid_says_so_at_the_top(run, browser, tmp_path):
     summary["pushover"][1] |= {"equilibrium_residual": 0.02, "complaint": "result not valid: micro equilibrium: 2 %"}
     file.write_text(json.dumps(summary), encoding="utf-8")
     assert main(["report", str(tmp_path / "run")]) == 0
-    browser.get((tmp_path / "run" / "report.html").as_uri())
+    opened(browser, (tmp_path / "run" / "report.html").as_uri())
     said = browser.find_element("id", "verdict").text
     assert "NOT VALID" in said
     assert "micro equilibrium: 2 %" in said

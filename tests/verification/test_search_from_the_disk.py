@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from tests.support.browser import asked, awaited, headless
+from tests.support.browser import asked, awaited, headless, opened
 from tests.support.paths import PROJECT
 
 
@@ -14,7 +14,7 @@ def test_two_words_lead_to_the_section_on_them(tmp_path):
     subprocess.run(built, cwd=PROJECT, check=True, capture_output=True, timeout=120)
     with headless() as page:
         page.set_window_size(1280, 900)
-        page.get((tmp_path / "index.html").as_uri())
+        opened(page, (tmp_path / "index.html").as_uri())
         field = page.find_element("css selector", ".md-search__input")
         assert field.is_displayed()
         field.click()

@@ -126,13 +126,14 @@ def in_words(load: LoadSettings) -> str:
 def _settings(record: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
     """Yield every setting as (section.key, value with its unit)."""
     for key, value in record.items():
+        entries = value if isinstance(value, list) else [value]
         if isinstance(value, dict):
             yield from _settings(value, f"{prefix}{key}.")
+        elif any(isinstance(entry, dict) for entry in entries):
+            for number, entry in enumerate(entries, start=1):
+                yield from _settings(entry, f"{prefix}{key}.{number}.")
         else:
-            yield (
-                f"{prefix}{key}",
-                ", ".join(map(_as_set, value)) or "none" if isinstance(value, list) else _as_set(value),
-            )
+            yield f"{prefix}{key}", ", ".join(map(_as_set, entries)) or "none"
 
 
 def _as_set(value: Any) -> str:
