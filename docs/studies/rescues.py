@@ -53,7 +53,7 @@ WITHOUT = {
     ),
     "matrix of friction that does not follow the pressure": lambda: _set(newton, _climbs=lambda *_: False),
     "line search": lambda: _set(newton, FULL_STEP=np.inf),
-    "Newton is left when it is lost": lambda: _set(newton, LOST=np.inf),
+    "Newton is left when it is lost": lambda: _set(newton, ASTRAY=np.inf),
     "Newton is left when it goes in circles": lambda: _set(newton, REPETITION=np.inf),
     "100 tolerances are accepted": lambda: _set(
         study, NewtonSettings=lambda: replace(NewtonSettings(), acceptable=1.0)

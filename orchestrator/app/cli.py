@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 SHIPPED = PACKAGE / "shipped" if (PACKAGE / "shipped").exists() else PACKAGE.parent
 """folder of templates/ and meshes/: within a wheel (setup.py), or a clone"""
 DEFAULT_CASE = SHIPPED / "templates" / "benchmark1.toml"
+"""what `python -m orchestrator` runs without arguments"""
 EXPORT_FORMATS = ("vtu", "msh", "calculix", "abaqus")
 EXIT_CODES = "0 done, 1 failed while running, 2 bad input, 3 finished but not valid, 130 interrupted"
 IMPORT_OPTIONS = {

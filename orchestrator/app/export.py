@@ -33,7 +33,7 @@ Dialect = Literal["calculix", "abaqus"]
 SUFFIX = {"vtu": ".vtu", "msh": ".msh", "calculix": ".inp", "abaqus": ".inp"}
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
 """nodes of faces S1 to S4 of C3D4, in both programs (CalculiX 2.20 manual, *SURFACE; Abaqus, solid elements)"""
-STIFFNESS = 10.0
+NORMAL_PENALTY = 10.0
 """normal penalty of CalculiX times element size over elastic modulus; its manual (*SURFACE BEHAVIOR) advises 5 to 50"""
 GROUND = 200.0
 """1/m; stiffness of all springs to the ground in a CalculiX deck over the weight: they hold loose stones, which have no
@@ -175,7 +175,7 @@ def _interaction(pair: ContactPair, bodies: Bodies, meshes: BodyMeshes, case: Ca
     if dialect == "abaqus":
         hard = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD"
         return [hard, f"*FRICTION, ELASTIC SLIP={slip:.6g}", f"{pair.friction:.12g},"]
-    normal = STIFFNESS * case.elastic.elastic_modulus / case.mesh.size
+    normal = NORMAL_PENALTY * case.elastic.elastic_modulus / case.mesh.size
     stick = min(pair.friction * _bed_pressure(bodies, meshes) / slip, 0.1 * normal)
     hard = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR"
     return [hard, "0., 0.", f"{normal:.6g}, 1.", "*FRICTION", f"{pair.friction:.12g}, {stick:.6g}"]

@@ -17,7 +17,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.basis.installed import refuse_missing
 from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
 
-LISTED = 20
+LISTED_REMARKS = 20
 """remarks that are printed; all stand in the block file"""
 
 
@@ -40,10 +40,12 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
     taken = intake.import_wall(options.file, given, refused)
     wall, remarks = taken.wall, taken.remarks
     written = intake.write_wall(taken, options.output)
-    for remark in remarks[:LISTED]:
+    for remark in remarks[:LISTED_REMARKS]:
         console.print(remark, soft_wrap=True, markup=False)
-    if len(remarks) > LISTED:
-        console.print(f"and {len(remarks) - LISTED} more, all in {options.output}", soft_wrap=True, markup=False)
+    if len(remarks) > LISTED_REMARKS:
+        console.print(
+            f"and {len(remarks) - LISTED_REMARKS} more, all in {options.output}", soft_wrap=True, markup=False
+        )
     free = sum(not block.fixed for block in wall.blocks)
     files = ", ".join(str(path) for path in written)
     supports = len(wall.blocks) - free

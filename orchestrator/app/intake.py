@@ -41,7 +41,7 @@ PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif")
 _KNOWN = " ".join(DRAWINGS + VECTORS + ROWS + BLOCK_FILES + PICTURES)
 MOST_LOOSE = 0.25
 """part of the blocks that may be loose: where more fall, the wall was misread"""
-LISTED = 20
+LISTED_BLOCKS = 20
 """blocks that a remark names"""
 PIXELS_HEALED = 1.5
 """pixels: each of two outlines is off by half a pixel, and a joint of odd width goes by half a pixel to either side"""
@@ -148,7 +148,7 @@ def _stones(ids: list[int]) -> str:
 
 
 def _listed(ids: list[int]) -> str:
-    return ", ".join(map(str, ids[:LISTED])) + (" ..." if len(ids) > LISTED else "")
+    return ", ".join(map(str, ids[:LISTED_BLOCKS])) + (" ..." if len(ids) > LISTED_BLOCKS else "")
 
 
 def _left_out(wall: Wall, positions: IntArray) -> Wall:

@@ -26,7 +26,7 @@ from orchestrator.space.ties import with_ties
 from orchestrator.space.wall import check_wall
 from orchestrator.storage.files import plain, write_json
 
-LISTED = 5
+LISTED_JOINTS = 5
 """ignored joints that are named"""
 
 
@@ -61,8 +61,8 @@ def ignored_joints(assemblage: SpaceAssemblage) -> list[str]:
     small = assemblage.ignored
     if not small:
         return []
-    listed = ", ".join(f"{one.i} and {one.j} ({1e6 * one.area:.3g} mm2)" for one in small[:LISTED])
-    more = f" and {len(small) - LISTED} more" if len(small) > LISTED else ""
+    listed = ", ".join(f"{one.i} and {one.j} ({1e6 * one.area:.3g} mm2)" for one in small[:LISTED_JOINTS])
+    more = f" and {len(small) - LISTED_JOINTS} more" if len(small) > LISTED_JOINTS else ""
     what = f"{len(small)} common areas are too small to be a joint (contact.smallest)"
     return [f"WARNING: {what}: between blocks {listed}{more}"]
 

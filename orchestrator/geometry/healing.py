@@ -9,8 +9,8 @@ import numpy as np
 import shapely
 
 from orchestrator.basis.arrays import FloatArray, read_only
-from orchestrator.geometry.outline_rings import ROUNDING
-from orchestrator.geometry.planar_map import OUTSIDE, PlanarMap, planar_map
+from orchestrator.geometry.outline_rings import SAME_POINT
+from orchestrator.geometry.planar_map import NO_BLOCK, PlanarMap, planar_map
 from orchestrator.geometry.rigid import cross
 
 BEND = 1 / 20
@@ -56,13 +56,13 @@ def _corners(ring: FloatArray) -> FloatArray:
     """Return the ring (n, 2) without points on its straight edges, as the corners of other blocks are."""
     chord, arm = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0), ring - np.roll(ring, 1, axis=0)
     height = np.abs(cross(chord, arm))
-    return read_only(ring[~(height < ROUNDING * np.sum(chord**2, axis=1))])
+    return read_only(ring[~(height < SAME_POINT * np.sum(chord**2, axis=1))])
 
 
 def closed_gaps(joined: PlanarMap) -> list[Gap]:
     """Return for each pair of blocks the widest gap or overlap that was closed between them."""
     size = _sizes(joined)
-    edges = np.flatnonzero((joined.right != OUTSIDE) & (np.abs(joined.width) > WIDTH_ROUNDING * size.min()))
+    edges = np.flatnonzero((joined.right != NO_BLOCK) & (np.abs(joined.width) > WIDTH_ROUNDING * size.min()))
     widest: dict[tuple[int, int], int] = {}
     for edge in edges[np.argsort(-np.abs(joined.width[edges]), kind="stable")].tolist():
         widest.setdefault((int(joined.left[edge]), int(joined.right[edge])), edge)
@@ -73,7 +73,7 @@ def closed_gaps(joined: PlanarMap) -> list[Gap]:
 def open_gaps(joined: PlanarMap) -> list[Gap]:
     """Return what looks like joints that were not closed: edges of two blocks without a block beyond, facing each other
     over less than a visible width; the narrowest of each pair of blocks."""
-    free = np.flatnonzero(joined.right == OUTSIDE)
+    free = np.flatnonzero(joined.right == NO_BLOCK)
     if len(free) < 2:
         return []
     a, b = joined.vertex[joined.start[free]], joined.vertex[joined.end[free]]

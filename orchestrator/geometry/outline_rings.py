@@ -14,7 +14,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.geometry.rigid import cross
 from orchestrator.geometry.ring_geometry import area_of, foot_on, kept_of_chain, rows_between
 
-ROUNDING = 1e-9
+SAME_POINT = 1e-9
 """part of the wall's size (and 1e-14 of its coordinates) below which two points are the same"""
 PULL = 1e-3
 """weight that holds a vertex to the mean of its corners, against the lines through it: decides along parallel lines"""
@@ -43,7 +43,7 @@ class Rings:
         self.line, self.width = np.arange(len(own)), np.zeros(len(own))
         self.line_start, self.line_end = own, own[self.following]
         size = float(np.ptp(own, axis=0).max())
-        self.rounding = ROUNDING * size + 1e-14 * float(np.abs(own).max())
+        self.rounding = SAME_POINT * size + 1e-14 * float(np.abs(own).max())
         self.spread = np.zeros(len(self.point))
         self.members = [(self.vertex.copy(), own)]
 

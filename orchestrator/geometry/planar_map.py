@@ -22,7 +22,7 @@ import numpy.typing as npt
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.geometry.outline_rings import Rings
 
-OUTSIDE = -1
+NO_BLOCK = -1
 """the block on the right of an edge that has none"""
 TIP = 6.0
 """a tip of 10 degrees ends so many errors from where it would without any: overlaps of its two sides are that long"""
@@ -35,7 +35,7 @@ class PlanarMap:
     """v vertices and e straight edges of the outlines of n blocks.
 
     vertex (v, 2) in m; start, end (e,): vertices, counter-clockwise round the block left (e,); right (e,): the block
-    beyond, of a larger number, or OUTSIDE. width (e,) in m: what lay between both blocks as drawn, negative for an
+    beyond, of a larger number, or NO_BLOCK. width (e,) in m: what lay between both blocks as drawn, negative for an
     overlap, 0 where they touched. The outline of block b is ring_edge[first[b]:first[b + 1]], from its first corner;
     ring_forward tells whether b is the edge's left block.
     error: largest distance in m over which anything was joined; tips: distances (m) beyond the tolerance over which the
@@ -118,8 +118,8 @@ def _as_map(rings: Rings, error: float, straightened: float) -> PlanarMap:
         one, other = sorted(rings.block[rows].tolist())
         raise OverlapError((one, other), rings.point[rings.vertex[rows[0]]])
     twin = rings.twins()
-    beyond = np.where(twin >= 0, rings.block[twin], OUTSIDE)
-    forward = (beyond == OUTSIDE) | (rings.block < beyond)
+    beyond = np.where(twin >= 0, rings.block[twin], NO_BLOCK)
+    forward = (beyond == NO_BLOCK) | (rings.block < beyond)
     number = np.cumsum(forward) - 1
     rows = np.flatnonzero(forward)
     used, vertex = np.unique(rings.vertex, return_inverse=True)

@@ -14,7 +14,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.geometry.polyhedra import Polyhedron, face_normals, fans, is_convex
 
-THIN = 1e-7
+THINNEST_VOLUME = 1e-7
 """Part of the bodies' size: an intersection whose largest inscribed ball is smaller has no volume."""
 
 
@@ -54,13 +54,13 @@ def _tetrahedron(corners: FloatArray) -> FloatArray:
 
 
 def _of_convex(halfspaces: FloatArray, size: float) -> float:
-    """Return the volume of the intersection of halfspaces, 0 where no ball of THIN size fits in."""
+    """Return the volume of the intersection of halfspaces, 0 where no ball of THINNEST_VOLUME size fits in."""
     from scipy.optimize import linprog
     from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
     rows = np.column_stack([halfspaces[:, :3], np.ones(len(halfspaces))])
     ball = linprog([0, 0, 0, -1], A_ub=rows, b_ub=-halfspaces[:, 3], bounds=[(None, None)] * 3 + [(0, size)])
-    if not ball.success or ball.x[3] < THIN * size:
+    if not ball.success or ball.x[3] < THINNEST_VOLUME * size:
         return 0.0
     try:
         return float(ConvexHull(HalfspaceIntersection(halfspaces, ball.x[:3]).intersections).volume)

@@ -19,7 +19,7 @@ from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.search.loading import SPREAD, Loaded, loaded
+from orchestrator.limit_analysis.search.loading import SAME_ANSWER, Loaded, loaded
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.search.other_states import (
     closed_state,
@@ -256,10 +256,10 @@ def others(
     states = [state for state in states if is_reached(part, state, forces) and not part.complaints(state)]
     passed = closes = None
     if met is not None and path is not None and path.converged:
-        passed = touched(part, states, met.path, (1.0 - SPREAD) * path.load_multiplier)
+        passed = touched(part, states, met.path, (1.0 - SAME_ANSWER) * path.load_multiplier)
         states.append(path)
     elif met is not None and path is not None:
-        closes = closing_state(part, states, path, SPREAD)
+        closes = closing_state(part, states, path, SAME_ANSWER)
     lowest = min(states, key=lambda state: state.load_multiplier, default=None)
     highest = max((state.load_multiplier for state in states), default=None)
     if met is not None and path is not None:

@@ -27,7 +27,7 @@ STEEP = 1e-9
 """Edges whose outward normal points up by less than this (as a part of 1) are not the top of a block."""
 AT_LEVEL = 1e-2
 """part of a block's height by which its top may be off the level of a floor"""
-EVERYWHERE = (-np.inf, np.inf)
+ALL_X = (-np.inf, np.inf)
 
 Spread = Literal["volume", "top", "point"]
 
@@ -73,7 +73,7 @@ class Placed:
 def over_volume(block: IntArray, point: FloatArray, size: FloatArray) -> Placed:
     """Return loads (p,) that are spread over the volume of their blocks; point (p, 2): the centroids."""
     spread: list[Spread] = ["volume"] * len(block)
-    return Placed(block, point, size, tuple(spread), np.tile(EVERYWHERE, (len(block), 1)))
+    return Placed(block, point, size, tuple(spread), np.tile(ALL_X, (len(block), 1)))
 
 
 def joined(one: Placed, other: Placed) -> Placed:
@@ -106,9 +106,9 @@ def _parts(wall: Wall, load: DeadLoad) -> Iterator[tuple[int, FloatArray, float,
         if load.line_load is None:
             assert load.force is not None
             spread: Spread = "point" if load.at else "volume"
-            yield position, np.array(load.at) if load.at else centroids[position], load.force, spread, EVERYWHERE
+            yield position, np.array(load.at) if load.at else centroids[position], load.force, spread, ALL_X
             continue
-        low, high = load.stretch or EVERYWHERE
+        low, high = load.stretch or ALL_X
         width, middle = top_of(wall.blocks[position].polygon, (low, high))
         if width > 0.0:
             yield position, middle, load.line_load * width, "top", (low, high)
@@ -171,7 +171,7 @@ def _upper_corners(polygon: FloatArray) -> npt.NDArray[np.bool_]:
     return above | np.roll(above, 1)
 
 
-def top_of(polygon: FloatArray, between: tuple[float, float] = EVERYWHERE) -> tuple[float, FloatArray]:
+def top_of(polygon: FloatArray, between: tuple[float, float] = ALL_X) -> tuple[float, FloatArray]:
     """Return horizontal width (m) and middle (2,) of the edges of a counter-clockwise polygon that face upwards, of
     their part `between` two x (m); a width of 0 has no middle."""
     start, end = upper_edges(polygon, between).transpose(1, 0, 2)
@@ -181,7 +181,7 @@ def top_of(polygon: FloatArray, between: tuple[float, float] = EVERYWHERE) -> tu
     return float(width.sum()), np.average(0.5 * (start + end), axis=0, weights=width)
 
 
-def upper_edges(polygon: FloatArray, between: tuple[float, float] = EVERYWHERE) -> FloatArray:
+def upper_edges(polygon: FloatArray, between: tuple[float, float] = ALL_X) -> FloatArray:
     """Return the edges (e, 2, 2) in m of a counter-clockwise polygon that face upwards, so that they run towards -x,
     cut to what lies `between` two x (m)."""
     start, end = polygon, np.roll(polygon, -1, axis=0)

@@ -32,7 +32,7 @@ from orchestrator.limit_analysis.paper.equilibrium import block_areas, block_cen
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.search.loading import joints_left, part_of
-from orchestrator.limit_analysis.search.lower_states import BALANCE, TwoPrograms, descent
+from orchestrator.limit_analysis.search.lower_states import POWER_LEFT, TwoPrograms, descent
 from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings, Partition, merged, partition_of
 from orchestrator.macroblocks.merged_blocks import merged_problem
 from orchestrator.masonry.joints import Assemblage
@@ -278,7 +278,7 @@ def kept_multiplier(
         else:
             remains = partition.body_of_block[assemblage.joints.i] != partition.body_of_block[assemblage.joints.j]
             programs, normal = TwoPrograms(equilibrium, friction), state.joint_forces[remains, :2].sum(axis=1)
-            if abs(programs.mechanism(normal).load_multiplier - state.load_multiplier) <= BALANCE * micro:
+            if abs(programs.mechanism(normal).load_multiplier - state.load_multiplier) <= POWER_LEFT * micro:
                 return micro
             turns = descent(programs, state.mechanism.slip[remains])
             found = [turn.forces.load_multiplier for turn in turns if turn.balances]

@@ -17,7 +17,7 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
-from orchestrator.geometry.planar_map import OUTSIDE, PlanarMap
+from orchestrator.geometry.planar_map import NO_BLOCK, PlanarMap
 from orchestrator.geometry.rigid import cross, polygon_area
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.block_properties import thinner
@@ -154,10 +154,10 @@ class _Ring:
 def _rings(outlines: PlanarMap, body_of_block: IntArray, is_interface: npt.NDArray[np.bool_]) -> list[list[_Ring]]:
     """Return the rings of every body, the exterior first."""
     left = body_of_block[outlines.left]
-    right = np.where(outlines.right == OUTSIDE, OUTSIDE, body_of_block[outlines.right])
+    right = np.where(outlines.right == NO_BLOCK, NO_BLOCK, body_of_block[outlines.right])
     edge = np.arange(len(left))
     sides = [(edge, left, outlines.start, outlines.end), (edge, right, outlines.end, outlines.start)]
-    keep = [(left != right), (left != right) & (right != OUTSIDE)]
+    keep = [(left != right), (left != right) & (right != NO_BLOCK)]
     number, body, start, end = (
         np.concatenate([side[k][kept] for side, kept in zip(sides, keep, strict=True)]) for k in range(4)
     )

@@ -14,7 +14,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import VISIBLE
-from orchestrator.geometry.planar_map import OUTSIDE, OverlapError, PlanarMap, planar_map
+from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, PlanarMap, planar_map
 from orchestrator.masonry.block_properties import rounded_up, thinner
 from orchestrator.masonry.interfaces import Interfaces, straight_interfaces
 from orchestrator.masonry.wall import Wall
@@ -110,7 +110,7 @@ def _joints_of(outlines: PlanarMap, fixed: IntArray, shortest: float) -> IntArra
     edge = outlines.ring_edge[outlines.ring_forward]  # along the outline of the left block, which is block i
     i, j = outlines.left[edge], outlines.right[edge]
     length = np.linalg.norm(outlines.vertex[outlines.end[edge]] - outlines.vertex[outlines.start[edge]], axis=1)
-    joint = (j != OUTSIDE) & ~(fixed[i] & fixed[j]) & (length > shortest)
+    joint = (j != NO_BLOCK) & ~(fixed[i] & fixed[j]) & (length > shortest)
     edge = edge[joint]
     return edge[np.lexsort((np.arange(len(edge)), outlines.right[edge], outlines.left[edge]))]
 

@@ -14,7 +14,7 @@ from orchestrator.basis.errors import CaseError
 GRAVITY = 9.81
 """Standard acceleration of gravity used to turn unit weight into density, m/s2."""
 
-FARTHEST = 1e7
+LARGEST_COORDINATE = 1e7
 """largest coordinate, m: a double is exact to 2e-9 m there (UTM reaches it), ten times as far no longer to 1e-8"""
 
 
@@ -111,7 +111,7 @@ def _check_place(block: Block) -> None:
     key = f"block {block.id}"
     if not np.isfinite(block.polygon).all():
         raise CaseError(key, "a coordinate is not a finite number", "give finite coordinates")
-    if np.abs(block.polygon).max() > FARTHEST:
+    if np.abs(block.polygon).max() > LARGEST_COORDINATE:
         problem = f"lies {np.abs(block.polygon).max():.3g} m from the origin, where numbers are too coarse for joints"
         raise CaseError(key, problem, "subtract a common offset from all coordinates")
 

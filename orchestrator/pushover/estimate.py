@@ -30,6 +30,7 @@ BASE = 150e6
 PER_UNKNOWN = 10e3
 """bytes of one unknown in a system of up to LARGE unknowns"""
 LARGE = 5e4
+"""unknowns above which memory grows faster than they do"""
 PER_ITERATION = 3.2e-6
 """s of one Newton iteration and unknown"""
 ITERATIONS = 500

@@ -40,7 +40,8 @@ from orchestrator.settings.project import ProjectSettings
 from orchestrator.settings.sections import checked, row_type, settings_from
 
 ModelName = Literal["macro", "micro"]
-LARGEST_FILE = 1_000_000  # bytes
+LARGEST_FILE = 1_000_000
+"""bytes of a case file"""
 
 
 @dataclass(frozen=True, slots=True)

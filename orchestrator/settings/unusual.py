@@ -57,7 +57,7 @@ STRESSES = (("{0} MPa", lambda x: 1e6 * x), ("{0} GPa", lambda x: 1e9 * x), ("{0
 ELASTIC_MODULUS = Usual(0.05, 220.0, "GPa", 1e9, STRESSES[:2])
 BOND = Usual(1e-3, 10.0, "MPa", 1e6, STRESSES)
 CRUSHING = Usual(0.1, 400.0, "MPa", 1e6, STRESSES)
-STIFFNESS = Usual(1e-2, 1e4, "N/mm3", 1e9, (("{0} N/mm3", lambda x: 1e9 * x), ("{0} MN/m3", lambda x: 1e6 * x)))
+JOINT_STIFFNESS = Usual(1e-2, 1e4, "N/mm3", 1e9, (("{0} N/mm3", lambda x: 1e9 * x), ("{0} MN/m3", lambda x: 1e6 * x)))
 GROUND_ACCELERATION = Usual(0.39, 9.81, "m/s2", 1.0, (("{0} g", lambda x: 9.81 * x),))
 
 
@@ -100,8 +100,8 @@ def _of_joints(joints: list[JointSums]) -> Iterator[str]:
         (BOND, "cohesion", 0.0),
         (BOND, "tensile_strength", 0.0),
         (CRUSHING, "compressive_strength", math.inf),
-        (STIFFNESS, "normal_stiffness", math.inf),
-        (STIFFNESS, "shear_stiffness", math.inf),
+        (JOINT_STIFFNESS, "normal_stiffness", math.inf),
+        (JOINT_STIFFNESS, "shear_stiffness", math.inf),
     ):
         many: Counter[float] = Counter()
         for one in joints:

@@ -38,12 +38,13 @@ SHIFTS, TURNS = 25, 6
 SMALL_BLOCKS = 100
 """Larger walls have the path of smoothed contact (central_path.py) in place of a push with equal springs, which creeps
 on tall walls, and of the dilation shift, which settles at 52 to 68 blocks and not at 174."""
-SLOWER = 8.0
+SECOND_PUSH = 8.0
 """Times the first push, and at least as many seconds, that the second one, which creeps on tall walls, may take."""
 SHARES = (0.35, 0.6, 0.9, 0.95)
 """Parts of the time after which the first push, the second or the path, descents and shift, and the last descent end at
 the latest."""
 DEPTH_POWER = 2.0
+"""stiffness of a joint grows with this power of its depth below the top"""
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
@@ -202,7 +203,7 @@ class _Search:
         if not small:
             starts = self._smoothed(first.flow) + starts
         elif perf_counter() < self._until(0.8 * SHARES[0]):  # else time is better spent on closing what it has come to
-            second = self._push(PUSHES[1], 0.0, SHARES[1], SLOWER * max(first.seconds, 1.0))
+            second = self._push(PUSHES[1], 0.0, SHARES[1], SECOND_PUSH * max(first.seconds, 1.0))
             yield self._of_push(PUSHES[1], second)
             starts.append(("equal springs", second.slip))
         for name, slip in starts:

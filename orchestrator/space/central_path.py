@@ -31,17 +31,17 @@ from orchestrator.space.springs import Springs
 from orchestrator.space.validation import LIMITS
 
 STAGE = "smoothed contact"
-ENOUGH = 0.5 * LIMITS["flow"]
+PRODUCTS_LEFT = 0.5 * LIMITS["flow"]
 """Sum of all products over the live load's power, at the end."""
 FIRST_PRODUCT = 100.0
 """Sum of all products at the beginning, over the live load's power in the associative mechanism."""
 CENTRING, LAST_STEPS = 60, 3
 """Steps to the curve at the beginning, at most, and at the end."""
-NEAR = 3.0
-"""Products between tau / NEAR and NEAR tau are near the curve."""
-TO_BOUNDARY = 0.9
+NEAR_THE_CURVE = 3.0
+"""Products between tau / NEAR_THE_CURVE and NEAR_THE_CURVE tau are near the curve."""
+TANGENT_TO_BOUNDARY = 0.9
 """Part of the way along the tangent to the nearest boundary that is gone at most."""
-FARTHEST, LONGER, SHORTEST = 3.0, 1.5, 1e-6
+LARGEST_LOG_STEP, LONGER, SHORTEST = 3.0, 1.5, 1e-6
 """Change of log tau in a step, at most; growth of the part gone of what could be, and where the path is lost."""
 CORRECTORS = 2
 """Corrections of a way with the same matrix."""
@@ -77,7 +77,7 @@ def follow(
     associative: ConicSolution,
     until: float,
     report: Callable[[str], None] = lambda _: None,
-    enough: float = ENOUGH,
+    enough: float = PRODUCTS_LEFT,
 ) -> PathEnd:
     """Follow the path from large tau until the sum of products is at most `enough` of the live load's power,
     perf_counter() is `until`, or the path is lost. Raises ConvergenceError where its beginning is not found."""
@@ -135,7 +135,7 @@ def _begun(
     at = InteriorPoint(multiplier, displacements, normal, flat, tau / normal, excess, tau / (step.mu * normal), flat)
     for used in range(1, CENTRING + 1):
         way = step.linearised(at)(step.wanted(at, tau))
-        at = at.moved(min(1.0, TO_BOUNDARY * step.length(at, way)), way)
+        at = at.moved(min(1.0, TANGENT_TO_BOUNDARY * step.length(at, way)), way)
         if _near(step, at, tau) and np.abs(step.unbalanced(at)).max() < BALANCED:
             return _Curve(at, float(np.log(tau)), None, 1.0), used
     raise ConvergenceError(STAGE, f"no point of the path after {CENTRING} steps")
@@ -149,7 +149,7 @@ def _centred(step: InteriorStep, curve: _Curve) -> InteriorPoint:
             way = step.linearised(at)(step.wanted(at, float(np.exp(curve.log_tau))))
         except RuntimeError:
             break
-        at = at.moved(min(1.0, TO_BOUNDARY * step.length(at, way)), way)
+        at = at.moved(min(1.0, TANGENT_TO_BOUNDARY * step.length(at, way)), way)
     return at
 
 
@@ -168,7 +168,7 @@ def _followed(step: InteriorStep, curve: _Curve) -> _Curve:
     back = way_to(step.wanted(at, tau))
     shift = -float(_measured(step, at, back) @ tangent[:-1]) / float(tangent @ np.append(measured, 1.0))
     back = back.moved(shift, along)  # at a right angle to the tangent
-    reach = TO_BOUNDARY * FARTHEST * step.length(at, _times(FARTHEST * ahead, along))
+    reach = TANGENT_TO_BOUNDARY * LARGEST_LOG_STEP * step.length(at, _times(LARGEST_LOG_STEP * ahead, along))
     length = curve.length
     while length > SHORTEST:
         change = length * reach * ahead
@@ -200,11 +200,11 @@ def _tried(
 
 
 def _near(step: InteriorStep, at: InteriorPoint, tau: float) -> bool:
-    """Whether all products are within NEAR of tau."""
+    """Whether all products are within NEAR_THE_CURVE of tau."""
     found, rubs = step.products(at), step.rubs
     size = np.linalg.norm(found.turn, axis=1)
     every = np.concatenate([found.normal, found.tie[step.tied], (found.cone - size)[rubs], (found.cone + size)[rubs]])
-    return bool(every.min() > tau / NEAR and every.max() < NEAR * tau)
+    return bool(every.min() > tau / NEAR_THE_CURVE and every.max() < NEAR_THE_CURVE * tau)
 
 
 def _measured(step: InteriorStep, at: InteriorPoint, way: InteriorPoint) -> FloatArray:

@@ -29,7 +29,7 @@ TOUCHING = -0.998
 the gap itself decides."""
 COLLINEAR = 1e-7
 """Part of a joint's size by which a hull corner must stand out to be a contact point."""
-GRID = 1e-9
+OUTLINE_GRID = 1e-9
 """Part of a face's size to which outlines are rounded before they are intersected: without, two faces that share an
 edge to rounding may come out as lying on each other (GEOS 3.13; a dome of 112 blocks had 6 joints too many)."""
 NOTHING = 1e-9
@@ -133,7 +133,7 @@ def _pieces(one: _Faces, other: _Faces, gap: float) -> Iterator[_Region]:
         first, second = ((outline - origin) @ frame[:2].T for outline in (one.outlines[f], other.outlines[g]))
         if (first.max(axis=0) <= second.min(axis=0)).any() or (second.max(axis=0) <= first.min(axis=0)).any():
             continue
-        grid = GRID * max(float(np.ptp(first)), float(np.ptp(second)))
+        grid = OUTLINE_GRID * max(float(np.ptp(first)), float(np.ptp(second)))
         common = shapely.intersection(shapely.Polygon(first), shapely.Polygon(second), grid_size=grid)
         if common.area > 0 and (level := _level(one, other, int(f), int(g), frame, common, gap)) is not None:
             yield _Region(common, frame, origin + level * normal)

@@ -24,21 +24,21 @@ from orchestrator.space.conic_program import TOLERANCE, ConicSolution, solve_ass
 from orchestrator.space.equilibrium import SpaceEquilibrium
 from orchestrator.space.validation import LIMITS
 
-RELAXATION = 0.5
+DILATION_RELAXATION = 0.5
 """w of the dilation shift: with 1 a wall cycles."""
 SETTLED = 1e-6
 """Power of the dilation left over the live load's, at which the shift has settled."""
 FACE_WEIGHT = 1e-4
 """How much less lambda weighs for the lowest forces that go with slips, how much more for the highest; what it costs is
 power out of balance, at most this times the range of the face."""
-BALANCE = LIMITS["power"]
+PROGRAMS_AGREE = LIMITS["power"]
 """Relative difference of the two programs' multipliers that makes forces and mechanism one state."""
-FARTHER = 1.7
+SLIP_RELAXATION = 1.7
 """Part of the change of slips that is taken from the second turn on while states do not balance: 1.1e-5 is left after
 six turns at 1,010 blocks, 2.3e-5 with 1."""
 ROUGH = 1e-7
 """Tolerance of programs before states balance: a quarter fewer iterations."""
-PROGRESS = 1e-5
+LEAST_DESCENT = 1e-5
 """Relative fall of lambda below which a descent has ended."""
 
 
@@ -58,7 +58,7 @@ class Closed:
     @property
     def balances(self) -> bool:
         """Whether this is a limit state."""
-        return self.imbalance <= BALANCE
+        return self.imbalance <= PROGRAMS_AGREE
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -79,7 +79,7 @@ def dilation_shift(equilibrium: SpaceEquilibrium, until: float = np.inf) -> Iter
         dilation = mu * found.slip - shift
         left = float(np.sum(found.forces[:, 0] * np.abs(dilation)))
         yield Shifted(found, left / max(abs(found.load_multiplier), 1e-8))
-        shift = shift + RELAXATION * dilation
+        shift = shift + DILATION_RELAXATION * dilation
 
 
 def settled(iterates: Iterator[Shifted], most: int, until: float) -> Shifted | None:
@@ -117,7 +117,7 @@ def descent(equilibrium: SpaceEquilibrium, slip: FloatArray, turns: int, until: 
     while balanced < turns and perf_counter() < until:
         try:
             state = closed(equilibrium, slip, until=until, tolerance=tolerance)
-            if tolerance > TOLERANCE and state.imbalance <= BALANCE + 100 * tolerance:
+            if tolerance > TOLERANCE and state.imbalance <= PROGRAMS_AGREE + 100 * tolerance:
                 tolerance = TOLERANCE
                 state = closed(equilibrium, slip, until=until)
         except ConvergenceError:
@@ -126,10 +126,10 @@ def descent(equilibrium: SpaceEquilibrium, slip: FloatArray, turns: int, until: 
         reached = state.forces.load_multiplier
         if state.balances:
             balanced += 1
-            if last - reached <= PROGRESS * abs(reached):
+            if last - reached <= LEAST_DESCENT * abs(reached):
                 return
         elif state.imbalance >= imbalance and farther == 1.0:
             return
-        farther = FARTHER if state.imbalance < imbalance < np.inf else 1.0
+        farther = SLIP_RELAXATION if state.imbalance < imbalance < np.inf else 1.0
         slip = state.mechanism.slip if state.balances else np.maximum(slip + farther * (state.mechanism.slip - slip), 0)
         last, imbalance = reached, state.imbalance

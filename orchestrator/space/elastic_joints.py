@@ -36,7 +36,7 @@ FIRST_STEP = 1.0
 FLOW = 1e-7
 """Sum of what is done by points that open while loaded or slide before they must, over the live load's power, at which
 the end is reached."""
-BALANCE = 1e-7
+NEWTON_BALANCE = 1e-7
 """Force out of balance, mean block weights, that ends Newton's method."""
 TIGHT_BALANCE = 1e-11
 """The same for the state that is kept."""
@@ -53,7 +53,7 @@ LEAP, LEAPS_LOST = 10.0, 1
 by closing the state (descent.py)."""
 ARRIVED = 0.5 * LIMITS["flow"]
 """Flow error of an end that is a state; steps of Newton's method bring it to FLOW, leaps need not."""
-ENOUGH = 0.05
+FLOW_ERROR_LEFT = 0.05
 """Part of the last flow error that such a step may leave."""
 
 
@@ -94,7 +94,7 @@ def push(
     """
     started = perf_counter()
     springs = springs_of(assemblage, equilibrium, stiffness)
-    rest, used = _newton(springs, gravity / equilibrium.weight_scale, 0.0, None, NEWTON_STEPS**2, BALANCE)
+    rest, used = _newton(springs, gravity / equilibrium.weight_scale, 0.0, None, NEWTON_STEPS**2, NEWTON_BALANCE)
     h, failures, lost, flow = FIRST_STEP, 0, 0, np.inf
     last, velocities, path = rest, np.zeros_like(springs.dead), [0.0]
     leaping = len(equilibrium.free_blocks) > LEAPING_BLOCKS
@@ -143,19 +143,19 @@ class _Taken:
 
 def _step(springs: Springs, begin: SpringForces, h: float, flow: float) -> _Taken:
     """Take a step of length h by Newton's method; flow: the flow error of the last one."""
-    tolerance = TIGHT_BALANCE if flow < 1e3 * FLOW else BALANCE
+    tolerance = TIGHT_BALANCE if flow < 1e3 * FLOW else NEWTON_BALANCE
     pushed, steps = _newton(springs, begin.forces, begin.multiplier, begin.displacements, NEWTON_STEPS, tolerance, h)
     growth = 3.0 if steps <= 4 else 1.5 if steps <= 7 else 1.0 if steps <= 11 else 0.6
     reached = flow_error(springs, pushed, pushed.displacements / h)
-    return _Taken(pushed, reached, pushed.error < 10.0 * BALANCE and reached < RUNAWAY, growth, steps)
+    return _Taken(pushed, reached, pushed.error < 10.0 * NEWTON_BALANCE and reached < RUNAWAY, growth, steps)
 
 
 def _leap(springs: Springs, begin: SpringForces, h: float, flow: float) -> _Taken:
     """Take a step of length h by the interior-point method; it may leave less than what is missing already."""
-    goal = ENOUGH * min(flow, 1.0)
+    goal = FLOW_ERROR_LEFT * min(flow, 1.0)
     pushed, left, steps = interior_step(springs, begin.forces, begin.multiplier, begin.displacements, h, goal)
     reached = flow_error(springs, pushed, pushed.displacements / h)
-    good = pushed.error < 10.0 * BALANCE and left < 1.0 and max(left, reached) < flow
+    good = pushed.error < 10.0 * NEWTON_BALANCE and left < 1.0 and max(left, reached) < flow
     return _Taken(pushed, reached, good, LEAP, steps)
 
 

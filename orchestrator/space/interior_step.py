@@ -28,8 +28,8 @@ TO_BOUNDARY = 0.95
 """Part of the way to the nearest boundary that is gone."""
 STALLED, STALLS = 0.1, 4
 """So many steps in a row of less than this part: the path of tau turns back."""
-SPREAD = 10.0
-"""Products between tau / SPREAD and SPREAD tau are left alone by the correctors."""
+PRODUCT_SPREAD = 10.0
+"""Products between tau / PRODUCT_SPREAD and PRODUCT_SPREAD tau are left alone by the correctors."""
 BALANCED = 1e-9
 """Largest force out of balance, mean block weights, of a step that has reached its goal."""
 INSIDE = 0.9
@@ -280,7 +280,7 @@ def _corrected(step: InteriorStep, there: InteriorPoint, wanted: Products, tau: 
 
 
 def _pull(value: FloatArray, tau: float) -> FloatArray:
-    return np.maximum(np.clip(value, tau / SPREAD, SPREAD * tau) - value, -SPREAD * tau)
+    return np.maximum(np.clip(value, tau / PRODUCT_SPREAD, PRODUCT_SPREAD * tau) - value, -PRODUCT_SPREAD * tau)
 
 
 def _to_zero(value: FloatArray, change: FloatArray) -> float:

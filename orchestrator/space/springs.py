@@ -20,7 +20,7 @@ from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import SpaceEquilibrium
 from orchestrator.space.stiffness import ContactStiffness
 
-SMOOTHING = 1e-9
+SPRING_SMOOTHING = 1e-9
 """m in mean block weights, at mean depth and for four points a joint."""
 
 
@@ -73,7 +73,7 @@ def springs_of(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiff
         friction=equilibrium.friction,
         capacity=equilibrium.capacity / equilibrium.weight_scale,
         stiffness=stiffness / stiffness.mean(),
-        smoothing=SMOOTHING * np.sqrt(stiffness / stiffness.mean()),
+        smoothing=SPRING_SMOOTHING * np.sqrt(stiffness / stiffness.mean()),
         dead=scale * equilibrium.dead_load / equilibrium.weight_scale,
         live=scale * equilibrium.live_load / equilibrium.live_total,
     )

@@ -11,7 +11,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.polyhedra import Polyhedron, centroid_of, face_normals, flaw_of, volume_of
 from orchestrator.geometry.shared_volume import common_volume
-from orchestrator.masonry.wall import FARTHEST
+from orchestrator.masonry.wall import LARGEST_COORDINATE
 
 SHARED_PART = 1e-4
 """Part of the smaller block's volume that two blocks may share: the rounding of a drawing."""
@@ -85,7 +85,7 @@ def _check_block(block: SpaceBlock, key: str) -> None:
     vertices = block.shape.vertices
     if not np.isfinite(vertices).all():
         raise CaseError(key, "a coordinate is not a finite number", "give finite coordinates")
-    if np.abs(vertices).max() > FARTHEST:
+    if np.abs(vertices).max() > LARGEST_COORDINATE:
         problem = f"lies {np.abs(vertices).max():.3g} m from the origin, where numbers are too coarse for joints"
         raise CaseError(key, problem, "subtract a common offset from all coordinates, or check the unit of length")
     if flaw := flaw_of(block.shape):

@@ -248,9 +248,7 @@ def bonded(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bonded")
     classes = '[[joints.classes]]\ncohesion = "2 kPa"\ntensile_strength = "1 kPa"\n'
     wall = PROJECT / "tests/data/ferris_tinloi_wall1.json"
-    case = (
-        f'[wall]\nblocks = "{wall}"\n[stepping]\nfinal_displacement = "1 mm"\n[macroblocks]\ntol_n = 1e-3\n{classes}'
-    )
+    case = f'[wall]\nblocks = "{wall}"\n[stepping]\nfinal_displacement = "1 mm"\n[macroblocks]\ntol_n = 1e-3\n{classes}'
     (folder / "case.toml").write_text(case, encoding="utf-8")
     assert main(["run", str(folder / "case.toml"), "--output", str(folder / "run"), "--model", "macro", "--quiet"]) == 0
     return folder / "run"

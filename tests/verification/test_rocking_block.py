@@ -49,7 +49,7 @@ def test_equivalent_system_of_a_rocking_block(direction):
     moved = (result.increments[-1].displacement - result.under_gravity.displacement)[:nodes, 0]
     mass, top = nodal_mass(model.meshes), model.top_row.reshape(-1, 3)[:nodes, 0]
     assert abs(mass - model.mass[: 3 * nodes : 3, : 3 * nodes : 3]).max() < 1e-9 * mass.max(), "that of the elements"
-    along = model.direction * moved
+    along = direction * moved
     system = equivalent_system(mass, along / float(top @ moved), mass @ np.ones(nodes), np.ones(nodes))
     assert system.whole_mass == pytest.approx(model.weight / 9.81)
     assert system.mass == pytest.approx(0.5 * system.whole_mass, rel=0.01)

@@ -10,7 +10,7 @@ import pytest
 
 from orchestrator.geometry.polyhedra import box
 from orchestrator.space.analysis import state_of
-from orchestrator.space.central_path import ENOUGH, follow
+from orchestrator.space.central_path import PRODUCTS_LEFT, follow
 from orchestrator.space.conic_program import solve_associative
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.descent import closed
@@ -35,7 +35,7 @@ def path_of(wall, direction="-y", ties=(), **settings):
 @pytest.mark.parametrize(("wall", "direction", "expected"), WITHOUT_DILATION)
 def test_the_path_ends_at_the_limit_without_dilation(wall, direction, expected):
     end = path_of(wall, direction)[-1]
-    assert end.left <= ENOUGH
+    assert end.left <= PRODUCTS_LEFT
     assert end.load_multiplier == pytest.approx(expected, abs=2e-6)
 
 
@@ -79,4 +79,4 @@ def test_a_path_that_is_given_no_time_says_how_far_it_is():
     assemblage, _, equilibrium, end = path_of(u_wall(Plan(2, 1, 2), Stones()))
     springs = springs_of(assemblage, equilibrium, depth_stiffness(assemblage))
     begun = follow(springs, equilibrium, solve_associative(equilibrium), perf_counter())
-    assert begun.left > 1.0 > ENOUGH >= end.left
+    assert begun.left > 1.0 > PRODUCTS_LEFT >= end.left

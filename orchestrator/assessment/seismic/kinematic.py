@@ -26,7 +26,7 @@ from orchestrator.masonry.wall import GRAVITY
 
 MECHANISM_SPEED = 0.1
 """bodies slower than this part of the fastest do not belong to the mechanism"""
-FEW = 0.75
+LOW_PARTICIPATION = 0.75
 """participation below which e* says more of slow bodies than of the mechanism"""
 ULTIMATE: dict[LimitStateName, float] = {"SLV": 0.4, "SLC": 0.6}
 """part of d_0* that may be used: C8.7.1.2.1.6"""

@@ -18,7 +18,7 @@ import numpy as np
 
 from orchestrator.assessment.seismic.kinematic import (
     DAMPING,
-    FEW,
+    LOW_PARTICIPATION,
     Kinematics,
     Moving,
     activation_acceleration,
@@ -242,9 +242,8 @@ def _cautions(state: LimitStateSettings, has: Kinematics, row: dict[str, Any]) -
     """Return what must be said beside a row of the kinematic approach."""
     bodies = f"{has.bodies} bod{'y' if has.bodies == 1 else 'ies'}"
     said = {
-        f"e* = {has.participation:.3g} of {bodies} is below {FEW:g}: slow bodies count in it, read e* = 1": (
-            has.participation < FEW
-        ),
+        f"e* = {has.participation:.3g} of {bodies} is below {LOW_PARTICIPATION:g}: slow bodies count in it, "
+        "read e* = 1": has.participation < LOW_PARTICIPATION,
         f"a ratio above {STRONGER:g} says that this check does not govern, not how strong the wall is": (
             row["safety_ratio"] > STRONGER
         ),

@@ -27,12 +27,13 @@ from orchestrator.limit_analysis.search.scaled_problem import ScaledProblem
 from orchestrator.limit_analysis.search.wall_stiffness import Factors, joint_products
 
 MAXIMUM_ITERATIONS = 300
+"""iterations of the interior-point method at most"""
 STALL, STANDSTILL = 10, 1e-4
 """Iterations in which the gap changes by less than this part of it before a run gives up. A running bond wall of 2,950
 blocks stands still from iteration 64 on."""
 STEP = 0.98
 """Part of the way to the nearest bound."""
-STIFFNESS = 1e11
+LARGEST_RATIO = 1e11
 """Largest and smallest ratio rate : force of a joint, scaled, that the matrix sees."""
 
 
@@ -135,7 +136,7 @@ def linearised(problem: ScaledProblem, iterate: CentralPoint, errors: Errors, dr
 
     Raises RuntimeError when the matrix is singular to rounding.
     """
-    stiffness = np.clip(iterate.rates / iterate.strength, 1.0 / STIFFNESS, STIFFNESS)
+    stiffness = np.clip(iterate.rates / iterate.strength, 1.0 / LARGEST_RATIO, LARGEST_RATIO)
     flexible = _joint_flexibilities(problem, stiffness)
     return Linearised(problem, iterate, errors, stiffness, flexible, problem.stiffness.factorised(flexible, drag))
 

@@ -4,11 +4,11 @@
     shear    s = s_0 - k_t (slip - slip_0), cut to |s| <= mu N + c     from the last position (slip_0, s_0); no dilation
 
 Gaps are remembered, slips are forgotten once they are made: that is what tells this law from one that is plastic in
-both. max(0, t) is smoothed to (t + sqrt(t^2 + 4 m^2))/2, m = SMOOTHING block weights: Newton's method needs slopes, and
-where an end has opened its force m^2/(k gap) is soon nothing. k_n = E t L/(2 d) at each end, d the distance between the
-centroids across the joint (a support is rigid and counts for nothing). Only ratios of stiffnesses matter to the
-multiplier, E is therefore such that the mean of k_n is 1. A state that is a property of the wall is the same with both
-STIFFNESSES. Sources: Lourenço and Rots 1997 (stiffness of a joint that stands for the stones beside it); Chen and
+both. max(0, t) is smoothed to (t + sqrt(t^2 + 4 m^2))/2, m = JOINT_SMOOTHING block weights: Newton's method needs
+slopes, and where an end has opened its force m^2/(k gap) is soon nothing. k_n = E t L/(2 d) at each end, d the distance
+between the centroids across the joint (a support is rigid and counts for nothing). Only ratios of stiffnesses matter to
+the multiplier, E is therefore such that the mean of k_n is 1. A state that is a property of the wall is the same with
+both STIFFNESSES. Sources: Lourenço and Rots 1997 (stiffness of a joint that stands for the stones beside it); Chen and
 Harker 1993 (smoothing).
 """
 
@@ -25,7 +25,7 @@ from orchestrator.limit_analysis.search.scaled_problem import ScaledProblem, sca
 from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
 
-SMOOTHING = 1e-4
+JOINT_SMOOTHING = 1e-4
 """m in mean block weights."""
 Stiffness = tuple[bool, float]
 """Whether k_n falls with the distance d between centroids (else it only grows with the length), and k_t over k_n."""
@@ -134,7 +134,7 @@ def tried(wall: ElasticWall, before: Position, displacements: FloatArray) -> Tri
     return Trial(displacements, np.column_stack([normal, above - below - limit]), rates, tangent)
 
 
-def positive(trial: FloatArray, smoothing: float = SMOOTHING) -> tuple[FloatArray, FloatArray]:
+def positive(trial: FloatArray, smoothing: float = JOINT_SMOOTHING) -> tuple[FloatArray, FloatArray]:
     """max(0, t), smoothed, and its slope; without cancellation for t < 0."""
     root = np.sqrt(trial**2 + 4.0 * smoothing**2)
     larger = 0.5 * (np.abs(trial) + root)

@@ -19,7 +19,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.limit_analysis.search.elastic_contact import ElasticWall, Position, positive, tried
 from orchestrator.limit_analysis.search.wall_stiffness import Factors, joint_products
 
-BALANCE = 1e-10
+FORCE_LEFT = 1e-10
 """Force out of balance that ends a step, mean block weights."""
 NEWTON_STEPS, LEAST_PART = 10, 0.1
 """Newton's method is left after so many factorisations, or when less than this part of one leads on."""
@@ -89,7 +89,7 @@ def newton_step(wall: ElasticWall, before: Position, task: Task, expected: Float
     trial = tried(wall, before, before.displacements + moved)
     unbalanced = unbalanced_of(trial.forces, moved, multiplier)
     for spent in range(NEWTON_STEPS + 1):
-        if np.abs(unbalanced).max() < BALANCE and (task.advance is None or spent):
+        if np.abs(unbalanced).max() < FORCE_LEFT and (task.advance is None or spent):
             return Step(trial.position, multiplier, spent, True, spent)
         if spent == NEWTON_STEPS:
             break
@@ -169,7 +169,7 @@ def interior_step(wall: ElasticWall, before: Position, task: Task, expected: flo
         )  # fmt: skip
         products = at.strength * at.apart
         wrong = np.abs(k * incompatible).max() / max(1.0, np.abs(k * rates).max())
-        if products.max() < PRODUCT and np.abs(unbalanced).max() < BALANCE and wrong < BALANCE:
+        if products.max() < PRODUCT and np.abs(unbalanced).max() < FORCE_LEFT and wrong < FORCE_LEFT:
             moved = before.displacements + at.moved
             return Step(Position(moved, at.forces, rates), at.multiplier, spent, True, spent)
         if spent == INTERIOR_STEPS:

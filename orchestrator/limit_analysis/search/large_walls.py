@@ -21,7 +21,7 @@ from orchestrator.limit_analysis.search.smoothed_complementarity import smoothed
 
 BELOW = 0.01
 """Part of the multiplier by which loading is asked to come near the state: two paths that far apart are one answer."""
-TURNS = 3
+TURNS_OF_PROGRAMS = 3
 """Turns of the two programs: from a gap of 6e-4 they end 3e-7 out of balance (1,449 irregular blocks)."""
 
 
@@ -41,7 +41,9 @@ def smoothed_state(problem: Problem, optimum: LimitSolution) -> LimitState | Non
     part = moving_part(problem.assemblage, equilibrium, friction, optimum.velocities)
     found, slip = smoothed_start(part, equilibrium.block_length + height.max() - height)
     record = LinearProgramRecord(found.load_multiplier, 0.0, found.iterations, found.seconds, "smoothed")
-    for closed in descent(TwoPrograms(equilibrium, friction, part), slip, TURNS, face_weight=CLOSE_FACE_WEIGHT):
+    for closed in descent(
+        TwoPrograms(equilibrium, friction, part), slip, TURNS_OF_PROGRAMS, face_weight=CLOSE_FACE_WEIGHT
+    ):
         if closed.balances and closed.forces.load_multiplier > 0:
             state = closed_state(problem, closed)
             if not problem.complaints(state):

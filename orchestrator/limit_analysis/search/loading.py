@@ -5,11 +5,11 @@ and their live load, for they lie on the ground; so are stones that then fall. W
 (Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
 
 Joints have two stiffnesses in turn. A state that is a property of the wall is the same with both; where the multipliers
-differ by more than SPREAD their interval is the answer, and the lower limit state is the headline. The second need not
-walk up the whole path to show that: it is asked for rest SPREAD below what the first met and for none SPREAD above
-(`agrees`), and walks only if it answers otherwise. Where the first closed no state the bracket of its rests is the
-answer, and the second is not asked. They take turns: in two threads at a time last digits differ from run to run (where
-arrays come to lie in memory), and a run must repeat itself.
+differ by more than SAME_ANSWER their interval is the answer, and the lower limit state is the headline. The second need
+not walk up the whole path to show that: it is asked for rest SAME_ANSWER below what the first met and for none
+SAME_ANSWER above (`agrees`), and walks only if it answers otherwise. Where the first closed no state the bracket of its
+rests is the answer, and the second is not asked. They take turns: in two threads at a time last digits differ from run
+to run (where arrays come to lie in memory), and a run must repeat itself.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from orchestrator.masonry.joints import Assemblage
 
 MECHANISM_VELOCITY = 1e-3
 """Part of the largest velocity above which a stone belongs to a mechanism."""
-SPREAD = 0.01
+SAME_ANSWER = 0.01
 """Part of the multiplier by which paths of different stiffness may differ and be one answer."""
 MOST_LOCAL = 0.5
 """Share of the weight that may come loose before the wall is no longer looked for."""
@@ -89,7 +89,7 @@ def loaded(
     first = peeled(problem, loads, optimum, local_share, road(STIFFNESSES[0]))
     state = None if first is None else first.state
     if first is not None and state is not None:
-        low, high = (1.0 - SPREAD) * state.load_multiplier, (1.0 + SPREAD) * state.load_multiplier
+        low, high = (1.0 - SAME_ANSWER) * state.load_multiplier, (1.0 + SAME_ANSWER) * state.load_multiplier
         if not state.converged or agrees(first.part, low, high, STIFFNESSES[1]):
             return first
     found = [first, peeled(problem, loads, optimum, local_share, road(STIFFNESSES[1]))]
@@ -97,14 +97,14 @@ def loaded(
 
 
 def lower_of(found: Sequence[Loaded]) -> Loaded | None:
-    """Return the lower of two answers with the interval of both; where they are one to SPREAD, the one that is closed.
+    """Return the lower of two answers with the interval of both; where they agree to SAME_ANSWER, the closed one.
 
     A limit state counts before a last rest that none closed, however low: the wall stands there, and nobody knows how
     much further. The interval has that rest as its end.
     """
     multipliers = [one.state.load_multiplier for one in found if one.state is not None]
     low, high = min(multipliers, default=0.0), max(multipliers, default=0.0)
-    if high - low <= SPREAD * abs(low):
+    if high - low <= SAME_ANSWER * abs(low):
         return max(found, key=lambda one: one.state is not None and one.state.converged, default=None)
 
     def rank(one: Loaded) -> tuple[bool, float]:

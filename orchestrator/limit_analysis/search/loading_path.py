@@ -26,7 +26,7 @@ from orchestrator.limit_analysis.paper.limit_state import LimitState, LinearProg
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import (
-    SMOOTHING,
+    JOINT_SMOOTHING,
     STIFFNESSES,
     Position,
     Stiffness,
@@ -228,7 +228,7 @@ class Loading:
         with the live load."""
         equilibrium = self.problem.equilibrium
         along = float(self.wall.problem.live @ change)
-        open_ends = self.wall.stiffness[:, :2] * position.rates[:, :2] > SMOOTHING
+        open_ends = self.wall.stiffness[:, :2] * position.rates[:, :2] > JOINT_SMOOTHING
         velocities = equilibrium.row_scale * change / (equilibrium.live_total * (along if along > 0 else 1.0))
         forces = equilibrium.mean_weight * position.forces
         own = LimitSolution(

@@ -34,7 +34,7 @@ whatever turn. A descent that stands still out of balance therefore goes on with
 CLOSE_FACE_WEIGHT = 1e-5
 """w for slips that are those of a state already, to within what is to be closed: at FACE_WEIGHT what stays out of
 balance is 2.7e-7 at 2,979 blocks and 6.0e-7 at 997, here it is 9e-9 and 4.5e-9."""
-BALANCE = 1e-7
+POWER_LEFT = 1e-7
 """Power out of balance, relative to the live load's power, that makes forces and mechanism one state: a thousand times
 CLOSING_TOLERANCE; reached is 1e-8 as a rule."""
 NO_SLOPE = 1e-12
@@ -46,9 +46,9 @@ TIGHT = 1e-8
 """Where there is a choice, states this well balanced are taken."""
 SMALLEST = 1e-8
 """A load multiplier that is zero: relative to less nothing is said."""
-PROGRESS = 1e-6
+LEAST_FALL = 1e-6
 """Relative fall of lambda below which a descent has ended."""
-TURNS = 12
+TURNS_OF_DESCENT = 12
 """Turns of a descent at most."""
 
 
@@ -68,7 +68,7 @@ class ClosedState:
     @property
     def balances(self) -> bool:
         """Whether this is a limit state."""
-        return self.imbalance <= BALANCE
+        return self.imbalance <= POWER_LEFT
 
 
 class TwoPrograms:
@@ -122,7 +122,7 @@ def _without_slope(equilibrium: Equilibrium, coulomb: YieldConditions) -> LimitP
 def descent(
     programs: TwoPrograms,
     slip: FloatArray,
-    turns: int = TURNS,
+    turns: int = TURNS_OF_DESCENT,
     passed: Sequence[ClosedState] = (),
     face_weight: float = FACE_WEIGHT,
 ) -> Iterator[ClosedState]:
@@ -140,8 +140,8 @@ def descent(
             return
         yield state
         reached = state.forces.load_multiplier
-        falls_no_more = last - reached <= PROGRESS * abs(reached)
-        was_here = any(abs(reached - before) <= PROGRESS * abs(reached) for before in known)
+        falls_no_more = last - reached <= LEAST_FALL * abs(reached)
+        was_here = any(abs(reached - before) <= LEAST_FALL * abs(reached) for before in known)
         if state.imbalance <= TIGHT and (falls_no_more or was_here):
             return
         if falls_no_more:

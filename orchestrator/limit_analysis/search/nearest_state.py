@@ -29,11 +29,11 @@ from orchestrator.limit_analysis.search.lower_states import CLOSING_TOLERANCE, C
 
 FIRST_MOTION, LONGER = 1e3, 10.0
 """h at first, mean block weights over the mean stiffness of the joints; factor on it where power balances no better."""
-TURNS = 7
+TURNS_TO_A_STATE = 7
 """Turns at most: h comes to a million where none of them leads on."""
 BETTER = 0.3
 """Part of the imbalance of the turn before that is still worth another turn with the same h."""
-HOPELESS = 1e-3
+HOPELESS_POWER = 1e-3
 """Power out of balance after the first turn above which forces are those of no mechanism yet: of five such motions
 later turns brought one to a state between the multipliers asked for, and that was not the one met in the end."""
 NEARLY = 1e-5
@@ -72,11 +72,11 @@ class Closing:
         """Yield forces (k, 3) in N and mechanisms in turn, until they leave the multipliers from low to high."""
         first, motion, last = slip, FIRST_MOTION, np.inf
         try:
-            for _ in range(TURNS):
+            for _ in range(TURNS_TO_A_STATE):
                 closed = self.programs.closed(self._nearest(forces, slip, motion))
                 yield closed
                 elsewhere = not low <= closed.forces.load_multiplier <= high
-                if closed.balances or elsewhere or (last == np.inf and closed.imbalance > HOPELESS):
+                if closed.balances or elsewhere or (last == np.inf and closed.imbalance > HOPELESS_POWER):
                     break
                 motion *= LONGER if closed.imbalance > BETTER * last else 1.0
                 last, slip = closed.imbalance, closed.mechanism.rates[:, 2]

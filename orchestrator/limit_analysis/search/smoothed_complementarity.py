@@ -43,7 +43,7 @@ from orchestrator.limit_analysis.search.wall_stiffness import kept_memory
 
 FIRST_GAP, LAST_GAP = 0.2, 1e-7
 """Gap (parts of the live load's power) at which the interior-point program hands over, and at the end."""
-SPREAD = 100.0
+TARGET_SPREAD = 100.0
 """Products of the interior-point program are kept as targets t as far as they are within this factor of their mean."""
 FALL, FASTER, FLATTER = 0.75, 0.8, 0.2
 """Factor of all t from one state to the next; its own factor where Newton's method alone gets there; power with which
@@ -64,10 +64,10 @@ DRAG, MORE_DRAG, FAILURES = 1.0, 5.0, 5
 AT_REST, FAR_FROM_REST, FAR = 1e-5, 20.0, 1e-2
 """Force out of balance (mean block weights) that may be left when nothing moves on; this times the gap while the gap is
 larger than FAR: those states are only on the way."""
-LOST = 10.0
+LOST_MOTION = 10.0
 """Force out of balance (mean block weights) with which a motion is lost: one that ended at rest stayed below 2 (10,050
 blocks)."""
-RELAXATION = 700
+FACTORISATIONS_AT_ONE_SIGMA = 700
 """Factorisations at most before sigma is changed on the way to rest."""
 FACTORISATIONS, A_BLOCK, WORK = 500, 2, 2.5e7
 """Factorisations at most, with so many more a block; blocks times factorisations at most."""
@@ -110,7 +110,7 @@ def solve_smoothed(
     problem = scaled_problem(equilibrium, coulomb)
     iterate, used = _interior(problem, start_normal)
     products = iterate.strength * iterate.rates
-    targets = np.clip(products, products.mean() / SPREAD, products.mean() * SPREAD)
+    targets = np.clip(products, products.mean() / TARGET_SPREAD, products.mean() * TARGET_SPREAD)
     passed = [(replace(iterate, strength=_own_strength(problem, iterate)), targets)]
     nearest = passed[-1]
     scales, fall = cycle(SCALES), FALL / FASTER
@@ -159,7 +159,7 @@ def relaxed(problem: ScaledProblem, iterate: CentralPoint, targets: FloatArray, 
     begin, drag, used, failures = iterate, DRAG, 0, 0
     gap = _gap(iterate, targets)
     at_rest = FAR_FROM_REST * gap if gap > FAR else AT_REST
-    while used < RELAXATION and failures < FAILURES:
+    while used < FACTORISATIONS_AT_ONE_SIGMA and failures < FAILURES:
         step = dragged(problem, iterate, targets, scale, drag, DRAG_STEPS)
         used += step.factorisations
         if not step.found:
@@ -169,7 +169,7 @@ def relaxed(problem: ScaledProblem, iterate: CentralPoint, targets: FloatArray, 
         out_of_balance = np.abs(errors_of(problem, iterate)[0]).max()
         if out_of_balance < at_rest:
             return Reached(iterate, used, True)
-        if out_of_balance > LOST:
+        if out_of_balance > LOST_MOTION:
             return Reached(begin, used, False)
         drag *= 0.3 if step.factorisations <= 2 else 0.6 if step.factorisations <= 4 else 1.0
     return Reached(iterate, used, False)

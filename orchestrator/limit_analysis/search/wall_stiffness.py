@@ -27,7 +27,7 @@ MOST = 6
 """Rows that a joint unknown has entries in: two blocks, three degrees of freedom each."""
 PIVOT = {"diag_pivot_thresh": 0.01, "options": {"SymmetricMode": True}}
 """Of SuperLU: the diagonal, unless it is far smaller than what stands below."""
-PANEL = {"relax": 1, "panel_size": 4}
+SUPERLU_PANELS = {"relax": 1, "panel_size": 4}
 """Of SuperLU: short panels, 10 to 20 % less time than its own choice (146 and 2,979 blocks)."""
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
@@ -109,7 +109,7 @@ class WallStiffness:
         values = self._map @ joints.ravel()
         values[self._diagonal] += drag
         self._matrix.data = values
-        return Factors(self._order, splu(self._matrix, permc_spec="NATURAL", **PIVOT, **PANEL))
+        return Factors(self._order, splu(self._matrix, permc_spec="NATURAL", **PIVOT, **SUPERLU_PANELS))
 
 
 def _order(B: sp.spmatrix) -> IntArray:

@@ -25,7 +25,7 @@ SHORTEST_EDGE = 1 / 12
 """of the size of a stone: shorter edges shrink to a point"""
 SMALLEST_RADIUS = 1 / 8
 """of the size of a stone: where a circle of this radius does not fit, a rough stone becomes part of a neighbour"""
-GRID = 1e-11
+CORNER_GRID = 1e-11
 """of the size of a stone, rounded to a power of ten: corners are rounded to it"""
 
 
@@ -72,7 +72,7 @@ def _tiles(
     """Return the corners of the stones that fill `region`; rough stones are cut to `room`."""
     frame = shapely.union_all([region.boundary, *(stone.boundary for stone in dressed)])
     joints = shapely.union_all([stone.boundary for stone in rough]).intersection(room)
-    grid = 10.0 ** np.round(np.log10(GRID * size))
+    grid = 10.0 ** np.round(np.log10(CORNER_GRID * size))
     faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(shapely.union_all([frame, joints], grid_size=grid))))
     inside = shapely.point_on_surface(faces)
     faces, inside = (part[shapely.intersects(region, inside)] for part in (faces, inside))

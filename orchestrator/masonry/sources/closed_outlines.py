@@ -25,7 +25,7 @@ SMALLEST_ERROR = 1e-6
 ROLES = ("blocks", "supports", "openings")
 LARGEST_CORNERS = 2_000_000
 """of all outlines of a file"""
-LISTED = 5
+LISTED_ENDS = 5
 """open ends of lines that a remark names"""
 TRIED = 4
 """larger tolerances that are tried on lines that stay open"""
@@ -186,8 +186,8 @@ def _said_ends(network: Network, lines: list[FloatArray]) -> str:
     if not len(ends):
         x, y = shapely.get_coordinates(network.rest[0])[0]
         return f", the first at ({x:.4g}, {y:.4g}) m"
-    listed = ", ".join(f"({x:.4g}, {y:.4g})" for x, y in ends[:LISTED])
-    said = f"; {len(ends)} open end{'s' * (len(ends) > 1)} at {listed}{', ...' * (len(ends) > LISTED)} m"
+    listed = ", ".join(f"({x:.4g}, {y:.4g})" for x, y in ends[:LISTED_ENDS])
+    said = f"; {len(ends)} open end{'s' * (len(ends) > 1)} at {listed}{', ...' * (len(ends) > LISTED_ENDS)} m"
     wider = np.unique([1e-3 * rounded_up(1e3 * width) for width in gap[np.isfinite(gap)]])
     wider = wider[(wider > network.within) & (wider <= LARGEST_TOLERANCE)]
     tried = wider[np.unique(np.linspace(0, len(wider) - 1, TRIED).astype(int))] if len(wider) else wider

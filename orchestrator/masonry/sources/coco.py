@@ -31,7 +31,7 @@ from orchestrator.masonry.sources.segmentation import large_patches
 
 LARGEST_FILE = 500_000_000
 """bytes"""
-FARTHEST = 1e6
+LARGEST_PIXEL = 1e6
 """pixels"""
 
 
@@ -130,8 +130,8 @@ def _shape(part: Any, category: str, key: str) -> list[Shape]:
         numbers = np.array(part, dtype=float)
     except (ValueError, TypeError, OverflowError):
         numbers = np.zeros(0)
-    if numbers.ndim != 1 or len(numbers) < 6 or len(numbers) % 2 or not (np.abs(numbers) < FARTHEST).all():
-        problem = f"is not a list of at least three corners below {FARTHEST:g} pixels"
+    if numbers.ndim != 1 or len(numbers) < 6 or len(numbers) % 2 or not (np.abs(numbers) < LARGEST_PIXEL).all():
+        problem = f"is not a list of at least three corners below {LARGEST_PIXEL:g} pixels"
         raise CaseError(f"{key}.segmentation", problem, "write [x1, y1, x2, y2, x3, y3]")
     corners = numbers.reshape(-1, 2)
     return [Shape(category, corners[np.any(corners != np.roll(corners, 1, axis=0), axis=1)])]

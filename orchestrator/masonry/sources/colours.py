@@ -18,11 +18,11 @@ from orchestrator.masonry.sources.pixels import Pixels
 from orchestrator.masonry.sources.segmentation import large
 
 BLACK, WHITE, CLEAR = 0x000000, 0xFFFFFF, -(2**40)
-NEAR = 32
+NEAR_GREY = 32
 """of 255: colours this near to black or white are meant as such, and greys if they are this near to grey"""
 SHARP = 0.98
 """share of the pixels that have the colour of some patch, above which colours have no transitions between them"""
-FEW = 0.05
+NEGLIGIBLE_COLOUR = 0.05
 """share of the picture in patches of a colour that makes no difference"""
 SINGLE = 2.0
 """patches a colour up to which every stone may have a colour of its own"""
@@ -45,7 +45,7 @@ def are_labels(pixels: Pixels, smallest: float, background: str) -> bool:
     smallest: pixels of the smallest stone; background: see `stones_by_colour`.
     """
     if pixels.lossy:
-        if np.mean(_saturation(pixels.code) > 2 * NEAR) > 4 * FEW:
+        if np.mean(_saturation(pixels.code) > 2 * NEAR_GREY) > 4 * NEGLIGIBLE_COLOUR:
             raise _doubt()
         return False
     void = _void(pixels, background)
@@ -55,7 +55,9 @@ def are_labels(pixels: Pixels, smallest: float, background: str) -> bool:
         return False
     single = count.sum() <= SINGLE * len(colours)
     shade = _shade(pixels, patches.code)
-    black, white, between = (patches.area[shade == end].sum() > FEW * patches.area.sum() for end in (-1, 1, 0))
+    black, white, between = (
+        patches.area[shade == end].sum() > NEGLIGIBLE_COLOUR * patches.area.sum() for end in (-1, 1, 0)
+    )
     if black and white and not between:
         if single and len(colours) > 2:
             raise _doubt()
@@ -63,8 +65,10 @@ def are_labels(pixels: Pixels, smallest: float, background: str) -> bool:
     sharp = patches.area[np.isin(patches.code, np.append(colours, void))].sum() >= SHARP * patches.area.sum()
     if sharp and single:
         return True
-    grey = not pixels.numbers and not (_saturation(patches.code[patches.is_stone]) > NEAR).any()
-    if not sharp and (grey or patches.area[patches.is_stone & (shade == 0)].sum() <= FEW * patches.area.sum()):
+    grey = not pixels.numbers and not (_saturation(patches.code[patches.is_stone]) > NEAR_GREY).any()
+    if not sharp and (
+        grey or patches.area[patches.is_stone & (shade == 0)].sum() <= NEGLIGIBLE_COLOUR * patches.area.sum()
+    ):
         return False
     raise _doubt()
 
@@ -118,7 +122,7 @@ def _saturation(code: IntArray) -> IntArray:
 def _shade(pixels: Pixels, code: IntArray) -> IntArray:
     """Return for each colour -1 if it is nearly black, 1 if nearly white or clear, else 0, as numbers are."""
     bands = _bands(code)
-    shade = 1 * (bands.min(axis=0) >= 255 - NEAR) - (bands.max(axis=0) <= NEAR)
+    shade = 1 * (bands.min(axis=0) >= 255 - NEAR_GREY) - (bands.max(axis=0) <= NEAR_GREY)
     return np.where(code == CLEAR, 1, 0 if pixels.numbers else shade)
 
 

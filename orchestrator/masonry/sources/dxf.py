@@ -31,7 +31,9 @@ DRAWN = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
 LARGEST_FILE = 100_000_000
 """bytes"""
 LARGEST_ENTITIES = 2 * LARGEST_COUNT
+"""in the drawing with its block references expanded, at most"""
 DEEPEST_NESTING = 50
+"""block references within block references, at most"""
 
 
 def read_dxf(path: Path, layers: Layers, tolerance: float, unit: str = "") -> Drawing:

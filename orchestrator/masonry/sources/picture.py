@@ -19,13 +19,14 @@ from scipy import ndimage
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.sources.colours import NEAR, are_labels, stones_by_colour
+from orchestrator.masonry.sources.colours import NEAR_GREY, are_labels, stones_by_colour
 from orchestrator.masonry.sources.drawing import LARGEST_COUNT, Drawing
 from orchestrator.masonry.sources.outlines import outlines
 from orchestrator.masonry.sources.pixels import Pixels, read_pixels
 from orchestrator.masonry.sources.segmentation import cracked, large_patches, run_together, split
 
 THRESHOLD = 128
+"""of 255: the lightness from which a pixel is white, where none is given"""
 THRESHOLDS = (32, 64, 96, 160, 192, 224)
 """other thresholds that are tried to see whether they would part more stones"""
 HUGE = 20.0
@@ -206,7 +207,7 @@ def _said_together(number: IntArray, settings: PictureSettings) -> list[str]:
 
 def _said_threshold(pixels: Pixels, settings: PictureSettings, kind: str, found: int) -> list[str]:
     """Return a warning if another threshold would part more stones, as thin grey joints need it."""
-    greys = np.bincount(pixels.lightness.ravel(), minlength=256)[NEAR : 256 - NEAR].sum()
+    greys = np.bincount(pixels.lightness.ravel(), minlength=256)[NEAR_GREY : 256 - NEAR_GREY].sum()
     if greys < GREYS * pixels.lightness.size:
         return []
     count = {

@@ -19,7 +19,7 @@ REACHES = (1, 2, 4, 8)
 """pixels of erosion by which stones that run together are looked for: half the width of the bridge between them"""
 WIDER = 2
 """times the reach: how deep a seed is, at least. What a bridge joins is wider than the bridge"""
-SEED = 0.05
+SMALLEST_SEED = 0.05
 """of the median patch: smaller seeds are bulges of a stone"""
 
 CRACK = 5
@@ -131,7 +131,7 @@ def _depth(number: IntArray) -> IntArray:
 def _seeds(number: IntArray, depth: IntArray, reach: int, smallest: float) -> tuple[IntArray, IntArray]:
     """Return the numbers of the seeds (rows, columns) that erosion leaves, and the patch (seeds,) of each."""
     patch = np.bincount(number.ravel())[1:]
-    seed, _ = large_patches(depth > reach, max(smallest, SEED * float(np.median(patch))))
+    seed, _ = large_patches(depth > reach, max(smallest, SMALLEST_SEED * float(np.median(patch))))
     inner = np.bincount(seed[depth >= WIDER * reach], minlength=int(seed.max()) + 1) > 0
     inner[0] = False
     anew: IntArray = np.where(inner, np.cumsum(inner), 0).astype(np.int32)

@@ -29,6 +29,7 @@ LARGEST_FILE = 100_000_000
 LARGEST_STEPS = 1000
 """chords of one curve"""
 DEEPEST_NESTING = 100
+"""groups within groups, at most"""
 LENGTHS = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "pt": 0.0254 / 72, "pc": 0.0254 / 6, "q": 0.25e-3, "m": 1.0}
 """m by unit of width and height; px is none: what a pixel measures nobody knows"""
 CSS_PIXEL = 0.0254 / 96

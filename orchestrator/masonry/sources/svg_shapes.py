@@ -15,7 +15,7 @@ from orchestrator.basis.errors import CaseError
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 COMMAND = re.compile(rf"([MmZzLlHhVvCcSsQqTtAa])|({NUMBER.pattern})|[\s,]+|(.)", re.DOTALL)
 ARITY = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}
-LARGEST = 1e15
+LARGEST_NUMBER = 1e15
 """user units"""
 Curve = FloatArray
 """control points (2, 3 or 4, 2): a line, a quadratic or a cubic Bezier curve"""
@@ -31,8 +31,8 @@ def numbers(text: str, key: str) -> list[float]:
 
 
 def _refuse_large(found: list[float], key: str) -> None:
-    if not all(abs(number) < LARGEST for number in found):
-        raise CaseError(key, f"a number is not below {LARGEST:g}", "correct the drawing")
+    if not all(abs(number) < LARGEST_NUMBER for number in found):
+        raise CaseError(key, f"a number is not below {LARGEST_NUMBER:g}", "correct the drawing")
 
 
 def transform(text: str) -> FloatArray:

@@ -17,7 +17,7 @@ from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.loads import plan_axes
 from orchestrator.space.mechanism import SpaceMechanism
 
-FARTHER = 3.0
+SLIDER_END = 3.0
 """The slider's end, times the displacement of the pictures."""
 
 
@@ -69,7 +69,7 @@ def scene(
     low, high = corners.min(axis=0), corners.max(axis=0)
     centre, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
     count, centroids = len(wall.blocks), wall.centroids
-    scale = 0.0 if velocities is None else FARTHER * amplitude(assemblage, velocities)
+    scale = 0.0 if velocities is None else SLIDER_END * amplitude(assemblage, velocities)
     motion = np.zeros((count, 6)) if velocities is None else scale * velocities
     body = np.zeros(count, dtype=np.int64) if mechanism is None else mechanism.body
     kinds = ("rests",) * assemblage.joints.count if mechanism is None else mechanism.motion

@@ -16,6 +16,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.geometry.polyhedra import Polyhedron, face_normals, tangents_of, triangles
 
 FINER = 2
+"""pixels drawn for one that is shown, on each side"""
 BIAS = 4e-3
 """Part of the picture's size by which a line may lie behind a face and still be drawn."""
 LIGHT = np.array([0.25, 0.45, 0.86])

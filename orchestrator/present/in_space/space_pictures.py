@@ -35,6 +35,7 @@ KINDS = {
 }
 """colour, width and name of joints that move"""
 PIXELS = 900
+"""on the longer side of a view"""
 AMPLITUDE = 0.12
 """largest displacement of the mechanism in pictures, as a part of the wall's height"""
 

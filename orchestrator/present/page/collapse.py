@@ -20,7 +20,9 @@ from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces, StateStore
 
 MOST_FRAMES = 150
+"""increments of a model that the slider shows, at most"""
 LARGEST_INTEGER = 32767
+"""displacements on the page are integers of 16 bits"""
 
 
 def collapse(

@@ -30,7 +30,8 @@ from orchestrator.settings.project import Language
 STONE, SUPPORT, FAINT, INK = "#f2ece1", "#d5d5d5", "#b5b5b5", "#333333"
 VERMILLION, BLUE, GREEN, ORANGE, PURPLE = "#d55e00", "#0072b2", "#009e73", "#e69f00", "#cc79a7"
 DOTS_PER_INCH = 150
-LARGEST = (7.0, 7.5)
+"""of PNG pictures"""
+LARGEST_DRAWING = (7.0, 7.5)
 """largest drawing of a wall, inches"""
 SMALLEST_NUMBER = 3.0
 """points"""
@@ -62,7 +63,7 @@ def _frame(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     low, high = points.min(axis=0), points.max(axis=0)
     margin = 0.04 * float(np.max(high - low))
     low, high = low - margin, high + margin
-    return low, high, float(np.min(np.array(LARGEST) / (high - low)))
+    return low, high, float(np.min(np.array(LARGEST_DRAWING) / (high - low)))
 
 
 def text_ends(points: FloatArray, middle: FloatArray, text: str, size: float) -> FloatArray:

@@ -17,7 +17,7 @@ from orchestrator.present.plots.words import legend_below, write_title
 
 NARROW = 0.05
 """part of the capacity that the axis of a tornado shows to both sides at least"""
-LABEL = 0.25
+LABEL_MARGIN = 0.25
 """part of the longest bar that is left for labels beside it"""
 
 
@@ -50,7 +50,7 @@ def tornado(bars: Sequence[Mapping[str, Any]], base: float | None, quantity: str
     if base:
         ends = [bar[key] for bar in bars for key in ("at_low", "at_high") if bar[key] is not None]
         low, high = min([*ends, (1.0 - NARROW) * base]), max([*ends, (1.0 + NARROW) * base])
-        room = LABEL * (high - low)
+        room = LABEL_MARGIN * (high - low)
         axes.set_xlim(low - room, high + room)
     axes.grid(axis="x", color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)

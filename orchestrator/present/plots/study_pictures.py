@@ -39,7 +39,7 @@ from orchestrator.pushover.meshing import BodyMeshes
 
 CUT = 1.4
 """where the plot of curves ends, times the associative multiplier: few bodies can be far stronger than the wall"""
-PANEL = (1.9, 2.5)
+LARGEST_PANEL = (1.9, 2.5)
 """width and height of the largest small wall with its title, inches"""
 SMALL = 16.0
 """points of what is stamped on a small wall"""
@@ -105,7 +105,7 @@ def panels(sheet: Sequence[SmallWall], columns: int, name: str) -> Figure:
     points = np.vstack([path.vertices for panel in sheet for path in panel.outlines])
     low, high = points.min(axis=0), points.max(axis=0)
     extent = high - low
-    scale = min(PANEL[0] / extent[0], PANEL[1] / extent[1])
+    scale = min(LARGEST_PANEL[0] / extent[0], LARGEST_PANEL[1] / extent[1])
     size = (columns * max(1.3, scale * extent[0] + 0.2), rows * (scale * extent[1] + 0.6) + 0.5)
     figure = Figure(figsize=size, layout="constrained")
     figure.suptitle(name, fontsize=10, parse_math=False)

@@ -47,7 +47,7 @@ BODY_COLOURS = (
 """Paul Tol's light scheme: fills with dark text on them, distinguishable by colour-blind readers"""
 MATERIALS = (STONE, "#ee8866", "#77aadd", "#eedd88", "#44bb99", "#ffaabb", "#bbcc33", "#99ddff", "#aaaa00")
 """fills of blocks by material: that of stone, then Tol's"""
-LABEL = 8.0
+LOAD_LABEL = 8.0
 """size of the name of a load, points"""
 ARROW = 0.12
 """length of the load arrow, part of the wall's largest dimension"""
@@ -273,14 +273,14 @@ def draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
         textcoords="offset points",
         ha="center",
         color=VERMILLION,
-        fontsize=LABEL,
+        fontsize=LOAD_LABEL,
         zorder=5,
     )
 
 
 def load_label(points: FloatArray, arrow: FloatArray, load_name: str) -> FloatArray:
     """Return the ends (2, 2) in m of what `draw_load` writes over an arrow, in a `wall_figure` of points (n, 2)."""
-    return text_ends(points, _above(arrow), load_name, LABEL)
+    return text_ends(points, _above(arrow), load_name, LOAD_LABEL)
 
 
 def _above(arrow: FloatArray) -> FloatArray:

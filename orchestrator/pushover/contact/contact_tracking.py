@@ -38,7 +38,7 @@ REACH = 0.075
 """wider gaps cannot close within an increment"""
 DEEPEST = -7.5e-3
 """a point that lies deeper in a body than this belongs to another of its faces"""
-OUTSIDE = 1e-2
+OUTSIDE_TRIANGLE = 1e-2
 """a point may lie outside its triangle by this barycentric weight: the connection stays while a node slides a little"""
 TURNED = 0.1
 """rad; faces may be turned so far towards each other for one to slide onto the other (drawings are healed, arches have
@@ -287,7 +287,7 @@ def _project(tracking: Tracking, meshes: BodyMeshes, home: FloatArray, rows: Int
     weights = np.zeros((len(rows), 3))
     best = np.full(len(rows), -np.inf)
     for k in range(int(count.max(initial=0))):
-        open_ = np.flatnonzero((count > k) & (best < -OUTSIDE))
+        open_ = np.flatnonzero((count > k) & (best < -OUTSIDE_TRIANGLE))
         triangle = tracking.triangle[tracking.first_triangle[rows[open_]] + k]
         corners = meshes.nodes[triangle]
         flat = np.stack([np.einsum("cai,ci->ca", corners[..., :2], tangent[open_]), corners[..., 2]], axis=-1)

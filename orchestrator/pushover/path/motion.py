@@ -28,7 +28,7 @@ FASTER = 5.0
 """largest ratio of the lengths of two steps of motion"""
 RECOVERY = 1.7
 """after a failure that ratio begins at 1 and grows by this factor from step to step"""
-SLOWER = 3.0
+SHORTER_STEP = 3.0
 """a step of motion that fails is made shorter by this factor"""
 NEAR_REST = 10.0
 """rest is looked for when the out-of-balance forces have fallen to this many times what counts as static"""
@@ -81,7 +81,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             break
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "a shorter step", error.iterations))
-            length, faster, predicted = length / SLOWER, 1.0, here
+            length, faster, predicted = length / SHORTER_STEP, 1.0, here
     else:
         spent = sum(attempt.iterations for attempt in attempts)
         raise ConvergenceError("Newton", f"no motion is found: {attempts[-1].cause}", spent)

@@ -40,6 +40,7 @@ logger = logging.getLogger(__name__)
 FALLING = 0.05
 """a part that moves by this share of the wall's height under its own weight falls"""
 SHRINK = 0.25
+"""an increment that is tried again is smaller by this factor"""
 CUTS = {"gravity": 1, "load": 0, "displacement": 2}
 """times that an increment is made smaller before the wall is left to move (only once under displacement control: motion
 where the curve has a kink that a sixteenth of the increment follows, and up to three times the iterations)"""

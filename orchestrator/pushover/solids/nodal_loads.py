@@ -23,7 +23,9 @@ from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.meshing import BodyMeshes
 
 POINTS_ON_EDGE = 8
+"""at which a line load acts on a stretch of an edge"""
 POINTS_THROUGH_THICKNESS = 4
+"""levels of z at which it acts"""
 IN_TRIANGLE = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
 """barycentric weights of three points of equal weight, exact for polynomials of degree 2"""
 WEIGHT_ROUNDING = 1e-9

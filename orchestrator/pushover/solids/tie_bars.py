@@ -32,6 +32,7 @@ from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.pushover.solids.nodal_loads import held_by, through_thickness
 
 ANCHOR = -1
+"""the body of an end that is held"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

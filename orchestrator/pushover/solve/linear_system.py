@@ -38,7 +38,7 @@ from orchestrator.pushover.solve.newton_matrix import (
     with_values_of,
 )
 
-ROUNDING = 1e-15
+SOLUTION_ERROR = 1e-15
 """error of the solution, as expected from the last two refinements, at which they end"""
 SLOW = 0.5
 """a refinement by more than this share of the one before brings nothing any more"""
@@ -136,7 +136,7 @@ class LinearSystem:
                 break
             exact = product(self._exact, contact, time_step, refined.astype(np.longdouble))
             solution, residual = refined, (right - exact).astype(float)
-            if share**2 / before <= ROUNDING:
+            if share**2 / before <= SOLUTION_ERROR:
                 break
             before = share
         left = float(np.linalg.norm(residual))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from orchestrator.geometry.planar_map import OUTSIDE, OverlapError, planar_map
+from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, planar_map
 from orchestrator.masonry.patterns import (
     ArchedOpening,
     ArchedWall,
@@ -41,7 +41,7 @@ def courses(seed):
 def joints(made):
     """Return the pairs of blocks that share an edge, with the number of edges."""
     pairs, count = np.unique(np.column_stack([made.left, made.right]), axis=0, return_counts=True)
-    return {(int(i), int(j)): int(n) for (i, j), n in zip(pairs, count, strict=True) if j != OUTSIDE}
+    return {(int(i), int(j)): int(n) for (i, j), n in zip(pairs, count, strict=True) if j != NO_BLOCK}
 
 
 def touching(outlines):
@@ -66,7 +66,7 @@ def assert_planar(made, outlines, tolerance):
     directed = np.concatenate(
         [np.column_stack([made.ring(b), np.roll(made.ring(b), -1)]) for b in range(len(outlines))]
     )
-    inner = made.right != OUTSIDE
+    inner = made.right != NO_BLOCK
     edges = np.concatenate([np.column_stack([made.start, made.end]), np.column_stack([made.end, made.start])[inner]])
     assert sorted(map(tuple, directed.tolist())) == sorted(map(tuple, edges.tolist()))
 
@@ -111,7 +111,7 @@ def test_gaps_of_mortar_close_to_their_middle(family, gap):
     exact = planar_map([block.polygon for block in wall.blocks], 1e-6)
     made = planar_map(with_errors(wall, gap=gap), 1.5 * gap, short=0.01)
     assert joints(made) == joints(exact)
-    inner = made.right != OUTSIDE
+    inner = made.right != NO_BLOCK
     assert np.median(made.width[inner]) == pytest.approx(gap, rel=1e-9)
     assert made.width[inner] == pytest.approx(gap, rel=0.35)  # less where a corner takes its tip off
     outer = shapely.union_all([shapely.Polygon(block.polygon) for block in wall.blocks]).boundary

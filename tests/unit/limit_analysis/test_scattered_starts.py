@@ -13,7 +13,7 @@ from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.search.lower_states import TwoPrograms, descent
-from orchestrator.limit_analysis.search.scattered_starts import TURNS, scattered_starts, scattered_states
+from orchestrator.limit_analysis.search.scattered_starts import TURNS_AROUND_A_STATE, scattered_starts, scattered_states
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks
@@ -83,7 +83,7 @@ def descents():
         with threads(max_workers=1) as other:
             return scattered_states(other, (one, two), chain(*begin))
 
-    return *([list(descent(one, start, TURNS)) for start in group] for group in begin), run
+    return *([list(descent(one, start, TURNS_AROUND_A_STATE)) for start in group] for group in begin), run
 
 
 def multipliers(states):
