@@ -155,7 +155,7 @@ def test_energy_and_reactions_count_the_tie(pretension, large_displacement):
 
 CASE = [
     "run.models=['micro']",
-    "stepping.final_displacement=1mm",
+    "stepping.final_displacement=0.3mm",
     "joints.classes=[{normal_stiffness='20 N/mm3', shear_stiffness='8 N/mm3', compressive_strength='0.1 MPa'}]",
 ]
 
