@@ -232,7 +232,11 @@ class Pushover:
         return gone[slave] | gone[master]
 
     def _driving_what_moves(self, state: Increment, change: FloatArray) -> Increment | None:
-        """Return the state from which what moves in a change (n,) is driven; None where that is local, or driven."""
+        """Return the state from which what moves in a change (n,) is driven; None where that is local, or driven.
+
+        The first increment is expected along that change: the state itself says nothing of the mechanism, and Newton's
+        method would need up to its last iteration to find it.
+        """
         if state.phase == "gravity":
             return None
         motion = body_motion(self.model, change) * ~state.fallen
@@ -246,8 +250,10 @@ class Pushover:
             return None
         driving = self._driving(replace(state, phase="displacement", moving=False), part)
         largest = self._largest("displacement")
-        last = float(self.solver.model_of(driving).mean_row @ state.change.ravel())
-        return replace(driving, step=(min(max(SHRINK * last, 1e-2 * largest), largest), 0.0))
+        row = self.solver.model_of(driving).mean_row
+        size = min(max(SHRINK * float(row @ state.change.ravel()), 1e-2 * largest), largest)
+        change = read_only(change.reshape(-1, 3))
+        return replace(driving, change=change, attempts=(), step=(size, float(row @ change.ravel())))
 
     def _driving(self, state: Increment, driven: BodyMask) -> Increment:
         state = replace(state, driven=read_only(driven, np.bool_))
