@@ -101,7 +101,7 @@ def stones_by_colour(pixels: Pixels, smallest: float, background: str) -> tuple[
 def _patches(pixels: Pixels, void: list[int], smallest: float) -> Patches:
     from skimage.measure import label
 
-    shown = pixels.code if pixels.clear is None else np.where(pixels.clear, CLEAR, pixels.code)
+    shown = pixels.code if pixels.clear is None else np.where(pixels.clear, CLEAR, pixels.code.astype(np.int64))
     of: IntArray = label(shown, connectivity=1, background=CLEAR - 1) - 1
     code = np.zeros(int(of.max()) + 1, np.int64)
     code[of.ravel()] = shown.ravel()
