@@ -38,7 +38,8 @@ from orchestrator.storage.values import blocks_record
 
 DRAWINGS, VECTORS, ROWS, BLOCK_FILES = (".dxf",), (".svg",), (".txt", ".rows"), (".json",)
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif")
-_KNOWN = " ".join(DRAWINGS + VECTORS + ROWS + BLOCK_FILES + PICTURES)
+KNOWN = " ".join(DRAWINGS + VECTORS + ROWS + BLOCK_FILES + PICTURES)
+"""endings of the files that are read"""
 MOST_LOOSE = 0.25
 """part of the blocks that may be loose: where more fall, the wall was misread"""
 LISTED_BLOCKS = 20
@@ -76,7 +77,7 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
     refuse_what_is_not_utf8(str(path), "")
     with naming(path):
         if not path.exists():
-            raise CaseError("", "no such file", f"give one that ends in {_KNOWN}")
+            raise CaseError("", "no such file", f"give one that ends in {KNOWN}")
         given = {key: value for key, value in options.items() if value}
         loose = _settings(LooseSettings, given)
         try:
@@ -190,7 +191,7 @@ def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
         wall, said = closed(wall, healing) if healing else (wall, [])
         return wall, [*said, *implausible(wall)]
     if suffix not in DRAWINGS + VECTORS + PICTURES + BLOCK_FILES:
-        raise CaseError("", f"files ending in {suffix!r} are not read", f"give one that ends in {_KNOWN}")
+        raise CaseError("", f"files ending in {suffix!r} are not read", f"give one that ends in {KNOWN}")
     material = _settings(Material, options, thickness='--thickness "300 mm"')
     if suffix in DRAWINGS + VECTORS:
         healing, layers = _settings(HealingSettings, options), _settings(Layers, options)

@@ -16,8 +16,8 @@ from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import ContactModel, build_model
-from orchestrator.pushover.path.increment_record import increment_of
-from orchestrator.pushover.path.stepping import Pushover, at_rest
+from orchestrator.pushover.path.increment_record import at_rest, increment_of
+from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solids.nodal_loads import nodal_loads, own_weight
 from orchestrator.pushover.solids.tie_bars import find_ties

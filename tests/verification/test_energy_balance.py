@@ -16,7 +16,8 @@ from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import volumes
 from orchestrator.pushover.model import ContactModel, displaced
-from orchestrator.pushover.path.stepping import RESTED, at_rest
+from orchestrator.pushover.path.increment_record import at_rest
+from orchestrator.pushover.path.stepping import RESTED
 from orchestrator.pushover.settings import ElasticSettings, SteppingSettings
 from tests.support.paths import DATA
 from tests.support.pushover_chain import Run, model_of, run, stack

@@ -19,7 +19,7 @@ from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies, volumes
 from orchestrator.pushover.model import ContactModel, build_model
-from orchestrator.pushover.path.stepping import at_rest
+from orchestrator.pushover.path.increment_record import at_rest
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings
 from orchestrator.pushover.solve.iterate import Target, evaluate
 from orchestrator.pushover.solve.linear_system import LinearSystem

@@ -35,6 +35,50 @@ from orchestrator.pushover.path.moving import out_of_balance
 from orchestrator.pushover.solve.iterate import Iterate, Target
 
 
+def at_rest(model: ContactModel) -> Increment:
+    """Return the stress-free wall without weight, the start of gravity (number 0)."""
+    count, nodes = len(model.possible), len(model.body)
+    zero = read_only(np.zeros(count))
+    return Increment(
+        number=0,
+        phase="gravity",
+        time=0.0,
+        load_multiplier=0.0,
+        displacement=read_only(np.zeros((nodes, 3))),
+        change=read_only(np.zeros((nodes, 3))),
+        normal_force=zero,
+        elastic_slip=read_only(np.zeros((count, 2))),
+        slip=zero,
+        damage=zero,
+        closing=zero,
+        tie_force=read_only(np.zeros(len(model.ties or ()))),
+        tie_rest=read_only(np.zeros(len(model.ties or ()))),
+        gap=zero,
+        overlap=read_only(scattered(np.zeros(count), model.rows, model.gap_offset)),  # joints touch by definition
+        status=read_only(np.full(count, ContactStatus.STICK), np.int64),
+        base_shear=0.0,
+        horizontal_load=model.horizontal_load,
+        control_displacement=0.0,
+        mean_displacement=0.0,
+        internal_energy=0.0,
+        dissipated_energy=0.0,
+        external_work=0.0,
+        other_work=0.0,
+        live_work=0.0,
+        lost_in_motion=0.0,
+        energy_error=0.0,
+        largest_base_shear=0.0,
+        out_of_balance=0.0,
+        moving=False,
+        driven=read_only(np.ones(model.bodies, bool), np.bool_),
+        fallen=read_only(np.zeros(model.bodies, bool), np.bool_),
+        gone=read_only(np.zeros(model.bodies)),
+        equilibrium_residual=0.0,
+        iterations=0,
+        step=(0.0, 0.0),
+    )
+
+
 def increment_of(
     model: ContactModel,
     state: Increment,

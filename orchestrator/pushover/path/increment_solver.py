@@ -34,7 +34,7 @@ TURN_SHARE = 0.05
 """so is one that moves, where they turn by more than this share of what they turn in it"""
 NEARER = 0.5
 """each solution on its own geometry must turn by less than this share of what the one before it turned: passes that do
-not come nearer swing between two states, which an end after six of them never met"""
+not come nearer swing between two states (none of those seen in three pushovers of rubble settled within six)"""
 JUMP = 10.0
 """a solution that lies farther from the expected one than this many times the expected motion is another branch's"""
 

@@ -5,10 +5,10 @@ pattern once. With the residual r of the exact system
 
     solve the condensed system for r, expand, add to x, r = right - (Newton matrix) x
 
-leaves about 1 / penalty of the error each time. The residual is formed in extended precision (np.longdouble): then the
-solution is that of the exact system to the rounding of double precision, however nearly singular it is, and whatever
-order one or several ranks eliminate in. Newton's iterations, which part by ten digits where contacts close and slide in
-turn, are then the same on all ranks.
+leaves about 1 / penalty of the error each time. The residual is formed in extended precision (np.longdouble), because
+in double precision the penalty's rounding is larger than what stiff stones (E x 100) leave of it. The solution is then
+exact to the rounding of its largest entry. Smaller entries, forces among them, still differ by 1e-12 from one number of
+ranks to another; Newton's iterations part where contacts close and slide in turn more than about ten times.
 
 N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 12.
 """
