@@ -53,7 +53,6 @@ def push_model(
     with `resume` the pushover goes on after the last increment stored there. Raises CaseError
     for what does not fit into the memory, ConvergenceError for a pushover without a curve.
     """
-    from orchestrator.pushover.contact.contact_search import find_contacts
     from orchestrator.pushover.solids.nodal_loads import nodal_loads
     from orchestrator.pushover.solids.tie_bars import find_ties
 
@@ -66,8 +65,7 @@ def push_model(
     loads = nodal_loads(wall, bodies, meshes, case.load)
     ties = find_ties(wall, bodies, meshes, case.reinforcement.ties)
     arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, expected)
-    unknowns = 3 * len(meshes.nodes) + len(find_contacts(bodies, meshes))
-    if unknowns > case.newton.distribute_above:
+    if size.unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
     return on_root(comm, _follow, *arguments, None, report)
 

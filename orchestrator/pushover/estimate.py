@@ -85,7 +85,7 @@ def estimate(bodies: Bodies, settings: MeshSettings, element_order: int = 1) -> 
         triangles = max(body.area / (math.sqrt(3) / 4 * settings.size**2), boundary - 2)
         on_outline += boundary
         in_plane += max(boundary, 0.5 * (triangles + boundary) + 1)  # Euler: 2 vertices = triangles + boundary + 2
-    levels = settings.layers + 1
+    levels = settings.layers + 1 if element_order == 2 else settings.layers // 2 + 1  # nodes in front are enough
     displacements = 3 * levels * in_plane * (SECOND_ORDER if element_order == 2 else 1.0)
     unknowns = displacements + levels * on_outline + 1
     return Estimate(round(unknowns), BASE + PER_UNKNOWN * unknowns * max(1.0, (unknowns / LARGE) ** (1 / 3)))

@@ -12,11 +12,12 @@ import scipy.sparse as sparse
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.loads.block_loads import horizontal
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.pushover.contact.cohesion import Bond, find_bond
-from orchestrator.pushover.contact.contact_search import Contacts, find_contacts
+from orchestrator.pushover.contact.cohesion import Bond
+from orchestrator.pushover.contact.contact_search import Contacts
 from orchestrator.pushover.contact.contact_tracking import Frames, Tracking, fit_frames, handed_over, track
-from orchestrator.pushover.contact.mortar import Mortar, find_mortar
-from orchestrator.pushover.contact.possible_contacts import find_possible_contacts
+from orchestrator.pushover.contact.mortar import Mortar
+from orchestrator.pushover.front import FrontNodes, front_nodes
+from orchestrator.pushover.joints_in_front import joints_in_front
 from orchestrator.pushover.meshing import BodyMeshes, triangle_areas
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
 from orchestrator.pushover.solids.elastic_constants import ElasticConstants, constants_of
@@ -27,8 +28,9 @@ from orchestrator.pushover.solids.tie_bars import TieBars
 
 @dataclass(frozen=True, eq=False)
 class ContactModel:
-    """All that an increment needs; the same on every rank. n = 3 x (nodes + curved edges), c contacts.
+    """All that an increment needs; the same on every rank. n = 3 x (nodes in front + curved edges), c contacts.
 
+    front: the nodes that are unknowns, of all those of `meshes` (front.py).
     stiffness, mass (n, n) in N/m, kg; stiffness_magnitude: |K| entry by entry. body (n / 3,) of each node and edge.
     gravity, lateral (n,) in N: all dead load, and the live load for load multiplier 1. weight: all dead load in N;
     horizontal_load: horizontal part of the live load in N, what base shears are read against.
@@ -47,6 +49,7 @@ class ContactModel:
     """
 
     meshes: BodyMeshes
+    front: FrontNodes
     contacts: Contacts
     stiffness: sparse.bsr_matrix
     stiffness_magnitude: sparse.bsr_matrix
@@ -95,10 +98,10 @@ class ContactModel:
         """Height of what moves, m."""
         return float(np.ptp(self.meshes.nodes[:, 1]))
 
-    @property
+    @cached_property
     def possible(self) -> Contacts:
-        """All contacts that have a place in an Increment's arrays."""
-        return self.tracking.possible if self.tracking else self.contacts
+        """All contacts that have a place in an Increment's arrays, with the numbers of nodes in `meshes`."""
+        return (self.tracking.possible if self.tracking else self.contacts).renumbered(self.front.number)
 
     def on_its_contacts(self, values: FloatArray) -> FloatArray:
         """Return the part (c, ...) of `values` (possible, ...); what a contact that has gone carried is handed over."""
@@ -123,35 +126,41 @@ def build_model(
     large_displacement: bool = False,
     loads: NodalLoads | None = None,
     ties: TieBars | None = None,
+    halves: bool = True,
 ) -> ContactModel:
     """Assemble matrices and loads with dolfinx and search the contacts, those that sliding may bring too.
 
-    Without `loads` the wall carries its weight, and the live load is the weight turned to +x.
+    Without `loads` the wall carries its weight, and the live load is the weight turned to +x. halves: front.py.
     """
     constants = constants_of(bodies, elastic)
     elasticity = assemble(meshes, constants, elastic.element_order)
-    stiffness = elasticity.stiffness.tobsr((3, 3))
+    front = front_nodes(meshes, len(elasticity.body), halves)
+    stiffness = front.folded(elasticity.stiffness).tobsr((3, 3))
+    mass, body = front.folded(elasticity.mass), elasticity.body[front.number]
     loads = loads or own_weight(meshes, np.array([1.0, 0.0]))
-    gravity, lateral, weight = _loads(elasticity.mass, meshes, loads)
+    dead, live, weight = _loads(elasticity.mass, meshes, loads)
+    gravity, lateral = front.of_front(dead), front.of_front(live)
     forward = horizontal(loads.direction)
-    base_shear = _horizontal(lateral, meshes)
-    contacts = find_contacts(bodies, meshes)
+    base_shear = _horizontal(lateral, front)
+    joined = joints_in_front(bodies, meshes, front, contact, large_displacement)
+    contacts = joined.contacts
     model = ContactModel(
         meshes=meshes,
+        front=front,
         contacts=contacts,
         stiffness=stiffness,
         stiffness_magnitude=abs(stiffness),
-        mass=elasticity.mass,
-        body=elasticity.body,
+        mass=mass,
+        body=body,
         gravity=gravity,
         lateral=lateral,
         weight=weight,
         horizontal_load=base_shear,
-        normal_rows=contacts.normal_rows(len(elasticity.body)),
-        tangential_rows=contacts.tangential_rows(len(elasticity.body)),
+        normal_rows=contacts.normal_rows(len(body)),
+        tangential_rows=contacts.tangential_rows(len(body)),
         forward=forward,
         mean_row=lateral / (base_shear / loads.sideways),
-        top_row=_padded(top_weights(meshes, forward), len(gravity)),
+        top_row=front.of_front(_padded(top_weights(meshes, forward), len(dead))),
         support_side=support_side(contacts, bodies.moving),
         contact_stiffness=elastic.elastic_modulus * bodies.thickness / 10,
         slip_tolerance=contact.slip_tolerance,
@@ -160,19 +169,17 @@ def build_model(
         overlap=np.zeros(len(contacts)),
         rows=np.arange(len(contacts)),
         heirs=np.zeros((0, 2), np.int64),
-        body_mass=_of_bodies(elasticity.mass @ np.ones(len(gravity)), elasticity.body, bodies.moving),
-        body_weight=_of_bodies(-gravity, elasticity.body, bodies.moving),
+        body_mass=_of_bodies(mass @ np.ones(len(gravity)), body, bodies.moving),
+        body_weight=_of_bodies(-gravity, body, bodies.moving),
         fallen=np.zeros(bodies.moving, bool),
         bodies=bodies.moving,
         body_names=tuple(body.name for body in bodies.bodies),
         elastic=constants,
-        tracking=find_possible_contacts(bodies, meshes, contacts) if large_displacement else None,
+        tracking=joined.tracking,
+        bond=joined.bond,
+        mortar=joined.mortar,
+        ties=ties and ties.on_rows(front.row, len(body)),
     )
-    bond = find_bond(bodies, meshes, contacts, len(model.possible), contact.softening_displacement)
-    mortar = find_mortar(bodies, meshes, contacts, model.possible, model.tracking)
-    if ties is not None:  # the departures of curved edges come after the nodes, and move no tie
-        ties = ties.among(len(elasticity.body))
-    model = replace(model, bond=bond, mortar=mortar, ties=ties)
     return displaced(model, np.zeros_like(gravity))
 
 
@@ -181,15 +188,15 @@ def _of_bodies(values: FloatArray, body: IntArray, bodies: int) -> FloatArray:
     return np.bincount(body, values[1::3], bodies).astype(float)
 
 
-def _horizontal(lateral: FloatArray, meshes: BodyMeshes) -> float:
+def _horizontal(lateral: FloatArray, front: FrontNodes) -> float:
     """Return the horizontal part of a live load (n,) in N."""
-    return abs(float(lateral[: meshes.nodes.size : 3].sum()))
+    return abs(float(lateral[: front.nodes.size : 3].sum()))
 
 
 def driven_by(model: ContactModel, driven: npt.NDArray[np.bool_]) -> ContactModel:
     """Return the model whose `mean_row` is the mean displacement along the live load of the bodies `driven` (b,)."""
     part = np.where(np.repeat(driven[model.body], 3), model.lateral, 0.0)
-    work = np.abs(part[: model.meshes.nodes.size]).sum()
+    work = np.abs(part[: model.front.nodes.size]).sum()
     return replace(model, mean_row=part / work)
 
 
@@ -202,13 +209,14 @@ def without(model: ContactModel, fallen: npt.NDArray[np.bool_]) -> ContactModel:
     top = model.top_row * here
     if not top.any():
         left = ~fallen[model.meshes.body_of_node]
-        top = _padded(top_weights(model.meshes, model.forward, left), len(top))
+        weights = _padded(top_weights(model.meshes, model.forward, left), 3 * len(model.front.row))
+        top = model.front.of_front(weights)
     far = 0.0 if model.tracking else float(np.ptp(model.meshes.nodes[:, :2], axis=0).sum())
     return replace(
         model,
         gravity=model.gravity * here,
         lateral=model.lateral * here,
-        horizontal_load=_horizontal(model.lateral * here, model.meshes),
+        horizontal_load=_horizontal(model.lateral * here, model.front),
         top_row=top / np.abs(top.sum()),
         gap_offset=model.gap_offset + far * _touches(fallen, model.contacts),
         fallen=fallen,
@@ -256,9 +264,9 @@ def displaced(
     if model.tracking is None:
         return model
     nodal = displacement.reshape(-1, 3)
-    frames = fit_frames(model.meshes, nodal, model.tracking.possible.master_body.max() + 1)
+    frames = fit_frames(model.front, nodal, model.tracking.possible.master_body.max() + 1)
     gone = _touches(model.fallen, model.tracking.possible)
-    tracked = track(model.tracking, model.meshes, frames, nodal, gone, closed, known)
+    tracked = track(model.tracking, model.front, frames, nodal, gone, closed, known)
     normal_rows = tracked.contacts.normal_rows(len(nodal))
     return replace(
         model,
@@ -267,7 +275,7 @@ def displaced(
         normal_rows=normal_rows,
         tangential_rows=tracked.contacts.tangential_rows(len(nodal)),
         support_side=support_side(tracked.contacts, model.bodies),
-        rigid=_padded(_rigid_displacement(model.meshes, frames), len(displacement)),
+        rigid=_padded(_rigid_displacement(model.front, frames), len(displacement)),
         gap_offset=tracked.gap - normal_rows @ displacement,
         overlap=np.zeros(len(tracked.rows)),
         rows=tracked.rows,
@@ -280,12 +288,12 @@ def largest_turn(model: ContactModel, first: FloatArray, second: FloatArray) -> 
     """Return the largest angle (rad) by which a body turns between two displacements (n,); 0 without tracking."""
     if model.tracking is None:
         return 0.0
-    angles = [fit_frames(model.meshes, u.reshape(-1, 3), model.bodies).angle for u in (first, second)]
+    angles = [fit_frames(model.front, u.reshape(-1, 3), model.bodies).angle for u in (first, second)]
     return float(np.abs(angles[1] - angles[0]).max())
 
 
-def _rigid_displacement(meshes: BodyMeshes, frames: Frames) -> FloatArray:
-    body, place = meshes.body_of_node, meshes.nodes[:, :2]
+def _rigid_displacement(front: FrontNodes, frames: Frames) -> FloatArray:
+    body, place = front.body_of_node, front.nodes[:, :2]
     moved = np.einsum("mij,mj->mi", frames.rotation[body], place) + frames.translation[body]
     return np.column_stack([moved - place, np.zeros(len(place))]).ravel()
 

@@ -20,7 +20,6 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.cohesion import shear_limit, tributary
 from orchestrator.pushover.contact.contact_law import tolerances
-from orchestrator.pushover.contact.contact_search import Contacts
 from orchestrator.pushover.contact.contact_tracking import fit_frames
 from orchestrator.pushover.contact.faces import find_faces, sides_of_edges
 from orchestrator.pushover.increments import Increment
@@ -66,7 +65,8 @@ def in_fixed_axes(meshes: BodyMeshes, stress: FloatArray, displacement: FloatArr
 def contact_forces(model: ContactModel, increment: Increment) -> FloatArray:
     """Return the forces (c, 3) in N on the slaves of all possible contacts; the masters have them with the other sign.
 
-    What viscous joints add while the wall moves is left out.
+    A contact in front has the force of its image, too (front.py): what they have across the wall cancels. What viscous
+    joints add while the wall moves is left out.
     """
     possible, force = model.possible, increment.normal_force
     bond = model.bond and replace(model.bond, damage=increment.damage)
@@ -79,7 +79,8 @@ def contact_forces(model: ContactModel, increment: Increment) -> FloatArray:
         bodies = int(possible.master_body.max()) + 1
         turn = fit_frames(model.meshes, increment.displacement, bodies).rotation[possible.master_body]
         normal, tangent = (np.einsum("cij,cj->ci", turn, one) for one in (normal, tangent))
-    return np.column_stack([force[:, None] * normal - traction[:, :1] * tangent, -traction[:, 1]])
+    across = np.zeros(len(force)) if model.front.halves else -traction[:, 1]
+    return np.column_stack([force[:, None] * normal - traction[:, :1] * tangent, across])
 
 
 def barycentric_slopes(corners: FloatArray) -> FloatArray:
@@ -99,8 +100,10 @@ def principal(stress: FloatArray) -> FloatArray:
     return np.linalg.eigvalsh(stress)
 
 
-def slave_areas(contacts: Contacts, bodies: Bodies, meshes: BodyMeshes) -> FloatArray:
-    """Return the area (c,) in m2 of its joint that each slave node stands for; 0 for contacts of a corner."""
+def slave_areas(model: ContactModel, bodies: Bodies) -> FloatArray:
+    """Return the area (c,) in m2 of its joint that the slave node of each possible contact stands for, its image
+    included; 0 for contacts of a corner."""
+    contacts, meshes = model.possible, model.meshes
     faces = find_faces(bodies)
     sides = sides_of_edges(faces, meshes)
     areas = np.zeros(len(contacts))
@@ -113,6 +116,7 @@ def slave_areas(contacts: Contacts, bodies: Bodies, meshes: BodyMeshes) -> Float
             nodes, shares = tributary(sides[faces.first_edge[body] + edge], meshes.nodes)
             of_node = np.zeros(len(meshes.nodes))
             of_node[nodes] = shares
+            of_node = model.front.summed(of_node)
             areas[here] = of_node[contacts.slave_node[here]]
     return areas
 

@@ -66,7 +66,7 @@ def stress_and_pressure(model: ContactModel, bodies: Bodies) -> Callable[[Increm
 
     Pressure is NaN where a corner touches: that is no area. The tensor is in the wall's axes, row by row.
     """
-    area = slave_areas(model.possible, bodies, model.meshes)
+    area = slave_areas(model, bodies)
 
     def derive(increment: Increment) -> Derived:
         large = model.tracking is not None

@@ -16,7 +16,7 @@ from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import ContactModel, build_model
-from orchestrator.pushover.path.increment_record import at_rest, increment_of
+from orchestrator.pushover.path.increment_record import at_rest, in_front, increment_of, of_all_nodes
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solids.nodal_loads import nodal_loads, own_weight
@@ -85,6 +85,7 @@ def model_of(
     softening: float = 2e-4,
     elastic: ElasticSettings | None = None,
     ties: tuple[Tie, ...] = (),
+    halves: bool = True,
 ) -> ContactModel:
     assemblage = assemblage_of(wall, *([joints] if joints else []))
     bodies = make_bodies(assemblage, partition or one_body_per_block(assemblage))
@@ -95,7 +96,7 @@ def model_of(
     contact = ContactSettings(slip_tolerance, softening)
     elastic = elastic or ElasticSettings()
     bars = find_ties(wall, bodies, meshes, ties)
-    return build_model(bodies, meshes, elastic, contact, large_displacement, given, bars)
+    return build_model(bodies, meshes, elastic, contact, large_displacement, given, bars, halves)
 
 
 def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float) -> Run:
@@ -106,7 +107,7 @@ def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COM
 
 def moved_to(model: ContactModel, displacements: list[float], state: Increment | None = None) -> list[Increment]:
     """Prescribe the mean displacement (m) step by step, forth or back, under the full weight (small displacements)."""
-    state = state or at_rest(model)
+    state = in_front(model, state) if state else at_rest(model)
     path = [state]
     with LinearSystem(model, MPI.COMM_SELF) as system:
         for displacement in displacements:
@@ -121,4 +122,4 @@ def moved_to(model: ContactModel, displacements: list[float], state: Increment |
             iterate = solve_increment(model, system, problem, first, NewtonSettings(iterations=50))
             state = increment_of(model, state, problem, iterate, "displacement", 1.0, SteppingSettings().out_of_balance)
             path.append(state)
-    return path
+    return [of_all_nodes(model, state) for state in path]

@@ -16,7 +16,7 @@ from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import volumes
 from orchestrator.pushover.model import ContactModel, displaced
-from orchestrator.pushover.path.increment_record import at_rest
+from orchestrator.pushover.path.increment_record import at_rest, of_all_nodes
 from orchestrator.pushover.path.stepping import RESTED
 from orchestrator.pushover.settings import ElasticSettings, SteppingSettings
 from tests.support.paths import DATA
@@ -35,7 +35,7 @@ def pushed(name: str, large_displacement: bool) -> Run:
     wall, displacement = WALLS[name]
     model = model_of(wall, large_displacement=large_displacement)
     result = run(model, displacement)
-    return Run(model, [at_rest(model), *result.increments])
+    return Run(model, [of_all_nodes(model, at_rest(model)), *result.increments])
 
 
 def nodal_weight(result: Run) -> np.ndarray:
@@ -80,7 +80,7 @@ def friction_work(result: Run) -> np.ndarray:
     work = [0.0]
     for before, after in pairwise(result.increments):
         model = at(result, before, after)
-        slid = (model.tangential_rows @ (after.displacement - before.displacement).ravel()).reshape(-1, 2)
+        slid = (model.tangential_rows @ in_front(model, before, after)).reshape(-1, 2)
         slid = slid - (after.elastic_slip - before.elastic_slip)[model.rows]
         limit = result.model.possible.friction * 0.5 * (before.normal_force + after.normal_force)
         share = np.where(after.normal_force > 0.0, after.elastic_slip.T, before.elastic_slip.T).T
@@ -97,7 +97,7 @@ def other_work(result: Run, final: float) -> np.ndarray:
     for before, after in pairwise(result.increments):
         model = at(result, before, after)
         change = (after.displacement - before.displacement)[: len(weight)]
-        moved = model.normal_rows @ (after.displacement - before.displacement).ravel()
+        moved = model.normal_rows @ in_front(model, before, after)
         gaps = -0.5 * float((before.normal_force + after.normal_force)[model.rows] @ moved)
         stiffer = friction * (after.normal_force - before.normal_force) / tolerance
         sticking = -0.5 * float(stiffer @ np.sum(before.elastic_slip * after.elastic_slip, axis=1))
@@ -110,9 +110,15 @@ def other_work(result: Run, final: float) -> np.ndarray:
     return np.cumsum(work)
 
 
+def in_front(model: ContactModel, before: Increment, after: Increment) -> np.ndarray:
+    """Return the change of displacement (n,) of the nodes that are unknowns."""
+    return (after.displacement - before.displacement)[model.front.number].ravel()
+
+
 def at(result: Run, before: Increment, after: Increment) -> ContactModel:
     """Return the model at the end of an increment, with the contacts that it was solved with."""
-    return displaced(result.model, after.displacement.ravel(), known=~np.isnan(before.gap))
+    here = after.displacement[result.model.front.number].ravel()
+    return displaced(result.model, here, known=~np.isnan(before.gap))
 
 
 def balance(result: Run, final: float, friction_factor: float = 1.0) -> float:

@@ -3,8 +3,9 @@
 Exact: every tetrahedron has the stress -p, the stack shortens by p H / E. Poisson's ratio is 0, so that friction has
 nothing to do. The pressure takes the place of the weight in the model.
 
-Node-to-surface contact passes where the two faces have the same triangles (`mesh.matching_faces`). Where they differ, a
-slave's nodal force is not what the master's nodes expect of a uniform pressure.
+Node-to-surface contact passes where the nodes of the two faces meet, or those of the coarser face are among those of
+the finer one. (A mesh that is solved whole needs the same triangles on both faces, too: `mesh.matching_faces`.) Where
+they do not, what a slave's node bears is not what the master's nodes expect of a uniform pressure.
 """
 
 from __future__ import annotations
@@ -50,13 +51,15 @@ def joined(parts: list[BodyMeshes]) -> BodyMeshes:
     return replace(parts[0], **dict(zip(names, joint, strict=True)))
 
 
-def pressed(lower: float, upper: float, layers: int = 2, matching: bool = True) -> tuple[ContactModel, np.ndarray]:
+def pressed(
+    lower: float, upper: float, layers: int = 2, matching: bool = True, halves: bool = True
+) -> tuple[ContactModel, np.ndarray]:
     """Return the model of two blocks meshed with these sizes, and its displacement (m, 3) under the pressure."""
     assemblage = assemblage_of(stack(*SIZES, friction=0.1))
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
     meshes = joined([mesh_bodies(bodies, MeshSettings(size, layers, matching), None) for size in (lower, upper)])
-    model = build_model(bodies, meshes, ELASTIC, ContactSettings())
-    model = replace(model, gravity=pressure_on_top(meshes))
+    model = build_model(bodies, meshes, ELASTIC, ContactSettings(), halves=halves)
+    model = replace(model, gravity=model.front.of_front(pressure_on_top(meshes)))
     state = at_rest(model)
     start = state.displacement.ravel()
     problem = Target(1.0, start, state.elastic_slip, start, 1.0, None, 0.6 * 0.1 * PRESSURE / len(model.contacts))
@@ -64,7 +67,7 @@ def pressed(lower: float, upper: float, layers: int = 2, matching: bool = True) 
         first = evaluate(model, problem, start, state.normal_force, 0.0)
         iterate = solve_increment(model, system, problem, first, NewtonSettings(iterations=60))
     assert iterate.active.all()
-    return model, iterate.displacement.reshape(-1, 3)
+    return model, model.front.of_all(iterate.displacement.reshape(-1, 3))
 
 
 def pressure_on_top(meshes: BodyMeshes) -> np.ndarray:
@@ -91,31 +94,28 @@ def errors(model: ContactModel, displacement: np.ndarray) -> tuple[float, float,
     return float(np.sqrt(volume @ wrong**2 / volume.sum())), float(np.abs(wrong).max()), float(abs(shortening - 1))
 
 
+@pytest.mark.parametrize("matching", [False, True])
 @pytest.mark.parametrize(("size", "layers"), [(0.2, 1), (0.2, 2), (0.1, 2), (0.07, 3)])
-def test_faces_of_one_mesh_size_pass(size, layers):
-    """Neighbours share nodes and diagonals on their joint: exact."""
-    assert max(errors(*pressed(size, size, layers))) < 1e-6
+def test_faces_of_one_mesh_size_pass(size, layers, matching):
+    """Neighbours share nodes on their joint: exact, whichever way diagonals lean."""
+    assert max(errors(*pressed(size, size, layers, matching))) < 1e-6
 
 
-@pytest.mark.parametrize("size", [0.2, 0.1])
-def test_the_mesh_generators_own_diagonals_have_local_errors(size):
-    """The default: nodes meet, diagonals need not."""
-    rms, largest, shortening = errors(*pressed(size, size, matching=False))
+def test_solved_whole_they_pass_with_diagonals_that_match_only():
+    """Half of the thickness knows no diagonals on a joint (front.py); the whole of it does."""
+    assert max(errors(*pressed(0.2, 0.2, matching=True, halves=False))) < 1e-6
+    rms, largest, _ = errors(*pressed(0.2, 0.2, matching=False, halves=False))
     assert 0.01 < rms < 0.025
     assert largest < 0.15
-    assert shortening < 0.003
 
 
 @pytest.mark.parametrize(("lower", "upper"), [(0.2, 0.1), (0.1, 0.2), (0.1, 0.05), (0.05, 0.1)])
-def test_nested_faces_stay_within_one_per_cent(lower, upper):
+def test_nested_faces_pass(lower, upper):
     """Every node of the coarser face is one of the finer face, which is the slave."""
     model, displacement = pressed(lower, upper)
     between = model.contacts.master_body < 2
     assert set(model.contacts.slave_body[between].tolist()) == {int(upper < lower)}
-    rms, largest, shortening = errors(model, displacement)
-    assert rms < 0.01
-    assert largest < 0.07
-    assert shortening < 0.001
+    assert max(errors(model, displacement)) < 1e-6
 
 
 @pytest.mark.parametrize(("lower", "upper"), [(0.1, 0.07), (0.07, 0.1)])
@@ -128,7 +128,8 @@ def test_faces_that_do_not_match_have_local_errors(lower, upper):
 
 
 def test_diagonals_that_differ_are_noticed(monkeypatch):
-    """The detector: with the upper block's mesh turned about the vertical axis the diagonals cross, and it fails."""
+    """The detector: with the upper block's mesh turned about the vertical axis the diagonals cross; solved whole, it
+    fails."""
 
     def turned(part: BodyMeshes) -> BodyMeshes:
         nodes = part.nodes.copy()
@@ -139,4 +140,4 @@ def test_diagonals_that_differ_are_noticed(monkeypatch):
     together = joined
     monkeypatch.setattr(f"{__name__}.joined", lambda parts: together([parts[0], turned(parts[1])]))
     with pytest.raises(AssertionError):
-        test_faces_of_one_mesh_size_pass(0.1, 2)
+        assert max(errors(*pressed(0.1, 0.1, halves=False))) < 1e-6

@@ -86,9 +86,9 @@ def test_what_is_not_a_number_is_not_valid(name):
 
 
 def leaky(*arguments):
-    """Bookkeeping that loses a tenth of the work of the loads."""
+    """Bookkeeping that loses a fifth of the work of the loads."""
     made, before = increment_of(*arguments), arguments[1]
-    lost = 0.1 * (made.external_work - before.external_work)
+    lost = 0.2 * (made.external_work - before.external_work)
     return replace(made, energy_error=made.energy_error - lost)
 
 

@@ -12,16 +12,17 @@ WALL = DATA / "ferris_tinloi_wall1.json"
 
 
 def start(ranks, folder, *arguments, wall=WALL):
-    """Run a wall, by default wall 1, to 2 mm on so many ranks; return what it printed."""
+    """Run a wall, by default wall 1, to 0.5 mm (past its peak) on so many ranks; return what it printed."""
     command = ("-m", "orchestrator", "run", wall, "--output", folder)
-    done = on_ranks(ranks, *command, "--set", "stepping.final_displacement=2mm", *arguments)
+    done = on_ranks(ranks, *command, "--set", "stepping.final_displacement=0.5mm", *arguments)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 
-def curves(folder):
-    """Return load multiplier, base shear and control displacement of both models, one array."""
-    tables = [np.genfromtxt(folder / model / "curve.csv", delimiter=",", names=True) for model in ("macro", "micro")]
+def curves(folder, *models):
+    """Return load multiplier, base shear and control displacement of the models, by default of both, one array."""
+    models = models or ("macro", "micro")
+    tables = [np.genfromtxt(folder / model / "curve.csv", delimiter=",", names=True) for model in models]
     names = ("load_multiplier", "base_shear_N", "control_displacement_m")
     return [np.column_stack([table[name] for name in names]) for table in tables]
 
@@ -45,7 +46,7 @@ def test_two_ranks_below_the_threshold_give_the_same_bits_and_print_once(serial,
 @pytest.mark.parametrize("ranks", [2, 4])
 def test_shared_linear_system_agrees_to_solver_tolerance(serial, tmp_path, ranks):
     """All ranks assemble and solve together; nothing but the order of summation may differ."""
-    start(ranks, tmp_path, "--set", "newton.distribute_above=0")
-    for found, expected in zip(curves(tmp_path), serial, strict=True):
-        assert found.shape == expected.shape
+    start(ranks, tmp_path, "--set", "newton.distribute_above=0", "--model", "micro")
+    for found, expected in zip(curves(tmp_path, "micro"), serial[1:], strict=True):
+        assert len(found) == len(expected) > 30
         assert found == pytest.approx(expected, rel=1e-8, abs=1e-12 * expected.max())

@@ -169,9 +169,9 @@ def test_what_is_no_range_is_refused_by_its_key(given, key):
 
 
 def test_a_curve_without_its_peak_is_not_compared_with_a_peak(tmp_path, capsys):
-    """A cube slides at friction 0.3 and has its peak; at 0.9 it rises to 0.9 and is not there by 0.06 mm: no end of a
+    """A cube slides at friction 0.3 and has its peak; at 0.9 it rises to 0.9 and is not there by 0.08 mm: no end of a
     bar."""
-    more = "analysis = 'macro'\n[stepping]\nfinal_displacement = '0.06 mm'\n"
+    more = "analysis = 'macro'\n[stepping]\nfinal_displacement = '0.08 mm'\n"
     path = write(tmp_path, 1.0, 1.0, samples=4)
     text = path.read_text("utf-8").replace("friction = [0.55, 0.75]", "friction = [0.2, 0.9]")
     path.write_text("\n".join(line for line in text.splitlines() if "unit_weight" not in line) + "\n" + more, "utf-8")

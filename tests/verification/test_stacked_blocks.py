@@ -17,7 +17,7 @@ def test_block_slides_at_its_coefficient_of_friction(friction, direction):
     result = run(model_of(stack((0.4, 0.6), friction=friction), direction=direction), final_displacement=2e-3)
     assert result.peak == pytest.approx(friction, abs=1e-4)
     status = result.increments[-1].status  # the heel may lift: resultant outside the middle third
-    assert (status == ContactStatus.SLIP).sum() >= 4
+    assert (status == ContactStatus.SLIP).sum() >= 2
     assert not (status == ContactStatus.STICK).any()
     assert np.sign(result.increments[-1].displacement[:, 0].mean()) == direction
 

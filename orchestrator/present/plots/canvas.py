@@ -178,12 +178,12 @@ def save(figure: Figure, folder: Path, name: str, language: Language = "en") -> 
     files."""
     tell(figure, language)
     lay_out(figure)
+    figure.set_layout_engine("none")  # once is enough, for both files
     paths = []
     for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
         content = BytesIO()
         with matplotlib.rc_context({"svg.hashsalt": name}):
             figure.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
-        figure.set_layout_engine("none")  # laid out once, for both files
         paths.append(folder / f"{name}.{kind}")
         write_bytes(paths[-1], content.getvalue())
     return paths

@@ -52,6 +52,12 @@ class Bond:
             opening=np.maximum(np.nan_to_num(gap[rows]), 0.0),
         )
 
+    def summed(self, kept: IntArray, image: IntArray) -> Bond:
+        """Return the bond of the contacts `kept` (k,); image (c,): which of them each adds its strength to."""
+        tension, cohesion = (np.bincount(image, one, len(kept)).astype(float) for one in (self.tension, self.cohesion))
+        history = {name: getattr(self, name)[kept] for name in ("damage", "slip", "opening")}
+        return replace(self, tension=tension, cohesion=cohesion, **history)
+
     @property
     def holds(self) -> npt.NDArray[np.bool_]:
         """(c,): what still carried tension or cohesion at the start of the increment."""

@@ -14,7 +14,7 @@ singular.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -50,6 +50,17 @@ class Contacts:
 
     def __len__(self) -> int:
         return len(self.slave_node)
+
+    def part(self, kept: IntArray, row: IntArray) -> Contacts:
+        """Return the contacts `kept` (k,), nodes by their `row` (m,)."""
+        of_each = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "moving"}
+        chosen = replace(self, **{name: values[kept] for name, values in of_each.items()})
+        return chosen.renumbered(row)
+
+    def renumbered(self, row: IntArray) -> Contacts:
+        """Return the contacts with other numbers of nodes, `row` (m,)."""
+        slave = np.where(self.slave_node >= 0, row[self.slave_node], self.slave_node)
+        return replace(self, slave_node=slave, master_nodes=row[self.master_nodes])
 
     def rows(self, direction: FloatArray, nodes: int) -> sparse.csr_matrix:
         """Return (c, 3 nodes): the slave's displacement relative to the master along `direction` (c, 2) or (c, 1).
@@ -120,7 +131,8 @@ def _of_interface(
 def contacts_of_interfaces(
     touching: Touching, sides: list[IntArray], slave_node: IntArray, interface: IntArray
 ) -> list[IntArray]:
-    """Return the contacts (s,) of each interface: one a node of its slave's edge, in ascending order.
+    """Return the contacts (s,) of each interface: one a node of its slave's edge, in ascending order (front.py: one of
+    two images).
 
     Where interfaces end on one face of the master, the contact of their common node is one of both. sides: of
     `sides_of_edges`; slave_node, interface (c,): those of `find_contacts`.
@@ -128,7 +140,8 @@ def contacts_of_interfaces(
     places = zip(slave_node.tolist(), touching.master_face[interface].tolist(), strict=True)
     row = {place: number for number, place in enumerate(places)}
     both = zip(touching.slave_edge.tolist(), touching.master_face.tolist(), strict=True)
-    return [np.array([row[node, face] for node in np.unique(sides[edge]).tolist()], np.int64) for edge, face in both]
+    nodes = ((np.unique(sides[edge]).tolist(), face) for edge, face in both)
+    return [np.array([row[node, face] for node in of_edge if (node, face) in row], np.int64) for of_edge, face in nodes]
 
 
 def _project(

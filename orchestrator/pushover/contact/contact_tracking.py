@@ -9,7 +9,8 @@ it reaches another face along the line, the contacts with that one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,6 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.geometry.rigid import cross
 from orchestrator.pushover.contact.contact_search import Contacts, barycentric
 from orchestrator.pushover.contact.faces import Faces
-from orchestrator.pushover.meshing import BodyMeshes
 
 END = 1e-4
 """a point may lie so far beyond the end of a face; this and the next five are shares of the square root of the smaller
@@ -59,9 +59,21 @@ class Frames:
     translation: FloatArray
 
 
-def fit_frames(meshes: BodyMeshes, displacement: FloatArray, bodies: int) -> Frames:
+class BodyNodes(Protocol):
+    """Nodes of bodies: those of a mesh, or the ones in front (front.py)."""
+
+    @property
+    def nodes(self) -> FloatArray:
+        """(m, 3) in m."""
+
+    @property
+    def body_of_node(self) -> IntArray:
+        """(m,)."""
+
+
+def fit_frames(of: BodyNodes, displacement: FloatArray, bodies: int) -> Frames:
     """Return the frames of `bodies` bodies (the moving ones first); displacement (>= m, 3) in m, nodes first."""
-    body, reference = meshes.body_of_node, meshes.nodes[:, :2]
+    body, reference = of.body_of_node, of.nodes[:, :2]
     moved = reference + displacement[: len(reference), :2]
     count = np.maximum(np.bincount(body, minlength=bodies), 1.0)
 
@@ -87,8 +99,8 @@ class Tracking:
     possible: all contacts, undeformed, those that touch there first (`touching` of them). For each: pair (c,) of faces,
     master_face (c,), corner (c,): 0 primary, 1 or 2 the corner at the start or end of the pair's master face, level
     (c,): number of its z. first_triangle, triangles (c,): the master's triangles on its face as a range of rows of
-    `triangle` (t, 3), none for a support. rest (c,) in m: height over the straight face of points that touch the body
-    in the undeformed wall, 0 for others.
+    `triangle` (t, 3), with corners (t, 3, 3) in m; none for a support. rest (c,) in m: height over the straight face of
+    points that touch the body in the undeformed wall, 0 for others.
     end_node (f, 2, levels): node at the start and at the end of each face at each z, -1 of supports.
     """
 
@@ -102,11 +114,29 @@ class Tracking:
     master_face: IntArray
     corner: IntArray
     triangle: IntArray
+    corners: FloatArray
     first_triangle: IntArray
     triangles: IntArray
     level: IntArray
     rest: FloatArray
     end_node: IntArray
+
+    def part(self, kept: IntArray, row: IntArray) -> Tracking:
+        """Return that of the contacts `kept` (k,), nodes by their `row` (m,)."""
+        return replace(
+            self,
+            possible=self.possible.part(kept, row),
+            touching=int(np.count_nonzero(kept < self.touching)),
+            pair=self.pair[kept],
+            master_face=self.master_face[kept],
+            corner=self.corner[kept],
+            triangle=row[self.triangle],
+            first_triangle=self.first_triangle[kept],
+            triangles=self.triangles[kept],
+            level=self.level[kept],
+            rest=self.rest[kept],
+            end_node=np.where(self.end_node < 0, -1, row[self.end_node]),
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -133,7 +163,7 @@ def handed_over(values: FloatArray, heirs: IntArray) -> FloatArray:
 
 def track(
     tracking: Tracking,
-    meshes: BodyMeshes,
+    of: BodyNodes,
     frames: Frames,
     displacement: FloatArray,
     gone: npt.NDArray[np.bool_] | None = None,
@@ -150,7 +180,7 @@ def track(
     their z. (A slave's z taken with its displacement, its master's without, once made a leaning wall sway for ever.)
     """
     possible, faces = tracking.possible, tracking.faces
-    moved = meshes.nodes + displacement[: len(meshes.nodes)] * [1.0, 1.0, 0.0]
+    moved = of.nodes + displacement[: len(of.nodes)] * [1.0, 1.0, 0.0]
     on_support = possible.slave_node == SUPPORT_POINT
     point = np.where(on_support[:, None], possible.point, moved[possible.slave_node])
     home = _pulled_back(point, frames, possible.master_body)
@@ -166,12 +196,12 @@ def track(
     near = (known | (height > DEEPEST * size - deepest[tracking.pair])) & (height < REACH * size)
     if gone is not None:
         near &= ~gone
-    low, high = _shifted_ends(tracking, meshes, frames, moved)[face, :, tracking.level].T
+    low, high = _shifted_ends(tracking, of, frames, moved)[face, :, tracking.level].T
     inside = np.minimum(position - low, faces.length[face] + high - position)
     least = np.where(_in_touch(tracking, known), END, ONTO) * tracking.size_of_pair
     overlapping = (_overlap(tracking, frames) > least)[tracking.pair]
     rows = np.flatnonzero(near & overlapping & (inside >= -COVER * size))
-    master_nodes, weights = _project(tracking, meshes, home[rows], rows)
+    master_nodes, weights = _project(tracking, home[rows], rows)
     turn = frames.rotation[possible.master_body[rows]]
     normal = np.einsum("cij,cj->ci", turn, possible.normal[rows])
     on_master = np.einsum("cj,cji->ci", weights, moved[master_nodes])
@@ -204,14 +234,14 @@ def _pulled_back(point: FloatArray, frames: Frames, body: IntArray) -> FloatArra
     return np.column_stack([plane, point[:, 2]])
 
 
-def _shifted_ends(tracking: Tracking, meshes: BodyMeshes, frames: Frames, moved: FloatArray) -> FloatArray:
+def _shifted_ends(tracking: Tracking, of: BodyNodes, frames: Frames, moved: FloatArray) -> FloatArray:
     """Return (f, 2, levels) in m: how far the nodes at the ends of each face lie along it from where the frame says.
 
     Bodies deform, and turn about the vertical a little: front and back of a block then slide over an end one by one.
     """
     faces, node = tracking.faces, tracking.end_node
     body = np.broadcast_to(faces.body[:, None, None], node.shape)
-    at_home = _pulled_back(moved[node.ravel()], frames, body.ravel()) - meshes.nodes[node.ravel()]
+    at_home = _pulled_back(moved[node.ravel()], frames, body.ravel()) - of.nodes[node.ravel()]
     along = np.einsum("feli,fi->fel", at_home[:, :2].reshape(*node.shape, 2), faces.tangent)
     return np.where(node < 0, 0.0, along)
 
@@ -279,7 +309,7 @@ def _overlap(tracking: Tracking, frames: Frames) -> FloatArray:
     return np.minimum(high, faces.length[master]) - np.maximum(low, 0.0)
 
 
-def _project(tracking: Tracking, meshes: BodyMeshes, home: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
+def _project(tracking: Tracking, home: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
     """Return master nodes and weights (c, 3): the first triangle that nearly holds the point, else the nearest one."""
     count = tracking.triangles[rows]
     tangent = tracking.faces.tangent[tracking.master_face[rows]]
@@ -288,8 +318,8 @@ def _project(tracking: Tracking, meshes: BodyMeshes, home: FloatArray, rows: Int
     best = np.full(len(rows), -np.inf)
     for k in range(int(count.max(initial=0))):
         open_ = np.flatnonzero((count > k) & (best < -OUTSIDE_TRIANGLE))
-        triangle = tracking.triangle[tracking.first_triangle[rows[open_]] + k]
-        corners = meshes.nodes[triangle]
+        number = tracking.first_triangle[rows[open_]] + k
+        triangle, corners = tracking.triangle[number], tracking.corners[number]
         flat = np.stack([np.einsum("cai,ci->ca", corners[..., :2], tangent[open_]), corners[..., 2]], axis=-1)
         target = np.stack([np.einsum("ci,ci->c", home[open_, :2], tangent[open_]), home[open_, 2]], axis=-1)
         found = barycentric(flat, target)

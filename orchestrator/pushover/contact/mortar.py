@@ -70,6 +70,22 @@ class Mortar:
             crushed=(normal_force >= self.strength)[rows],
         )
 
+    def summed(self, kept: IntArray, image: IntArray) -> Mortar:
+        """Return the mortar of the contacts `kept` (k,); image (c,): which of them each adds its own to."""
+
+        def added(values: FloatArray) -> FloatArray:
+            return np.bincount(image, values, len(kept)).astype(float)
+
+        with np.errstate(divide="ignore"):
+            stiffness = added(1.0 / self.compliance)
+        return Mortar(
+            compliance=1.0 / stiffness,
+            shear_stiffness=added(self.shear_stiffness),
+            strength=added(self.strength),
+            closing=self.closing[kept],
+            crushed=self.crushed[kept],
+        )
+
     def closed_by(self, normal_force: FloatArray) -> FloatArray:
         """Return by how much contacts (c,) are closed beyond touching, elastically and for good, m."""
         return self.closing + self.compliance * np.maximum(normal_force, 0.0)

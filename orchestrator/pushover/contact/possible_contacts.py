@@ -67,6 +67,7 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
         touching=len(touching),
         **{n: read_only(columns[n], np.int64) for n in ("pair", "master_face", "corner")},
         triangle=read_only(triangle, np.int64),
+        corners=read_only(meshes.nodes[triangle]),
         first_triangle=read_only(first_triangle, np.int64),
         triangles=read_only(triangles, np.int64),
         level=read_only(columns["level"], np.int64),

@@ -12,6 +12,10 @@ from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import BodyMask
 from orchestrator.pushover.meshing import BodyMeshes
 
+GRID = 1e-12
+"""of coordinates, over the size of the smallest body: without one, edges that coincide to the last digits now and then
+have all of a thin stone as their overlap (the polygons' order decides)"""
+
 
 def largest_overlap(
     bodies: Bodies, meshes: BodyMeshes, displacement: FloatArray, fallen: BodyMask, closed: float = 0.0
@@ -29,10 +33,11 @@ def largest_overlap(
     first, second = shapely.STRtree(outlines).query(outlines, predicate="intersects")
     pairs = (first < second) & (first < moving)
     shapes = np.array(outlines, dtype=object)
-    common = shapely.intersection(shapes[first[pairs]], shapes[second[pairs]])
+    sizes = shapely.area(shapes)
+    grid = GRID * float(np.sqrt(sizes.min()))
+    common = shapely.intersection(shapes[first[pairs]], shapes[second[pairs]], grid_size=grid)
     area, length = shapely.area(common), shapely.length(common)
     depth = np.maximum(2.0 * area / np.where(length > 0.0, length, 1.0) - closed, 0.0)
-    sizes = shapely.area(shapes)
     smaller = np.sqrt(np.minimum(sizes[first[pairs]], sizes[second[pairs]]))
     return float(np.max(depth, initial=0.0)), float(np.max(depth / smaller, initial=0.0))
 

@@ -79,6 +79,18 @@ def at_rest(model: ContactModel) -> Increment:
     )
 
 
+def of_all_nodes(model: ContactModel, state: Increment) -> Increment:
+    """Return the increment with the displacements of all nodes, as it is stored."""
+    displacement, change = (read_only(model.front.of_all(one)) for one in (state.displacement, state.change))
+    return replace(state, displacement=displacement, change=change)
+
+
+def in_front(model: ContactModel, state: Increment) -> Increment:
+    """Return the increment with the displacements of the nodes in front only, as the path knows it."""
+    number = model.front.number
+    return replace(state, displacement=state.displacement[number], change=state.change[number])
+
+
 def increment_of(
     model: ContactModel,
     state: Increment,

@@ -17,14 +17,14 @@ TAKES_PART = 0.1
 def body_motion(model: ContactModel, change: FloatArray) -> FloatArray:
     """Return (b,) in m: how far each moving body goes in a change of displacement (n,), the root mean square of its
     nodes in the wall's plane."""
-    body = model.meshes.body_of_node
+    body = model.front.body_of_node
     square = np.sum(change.reshape(-1, 3)[: len(body), :2] ** 2, axis=1)
     return np.sqrt(np.bincount(body, square, model.bodies) / np.bincount(body, minlength=model.bodies))
 
 
 def body_size(model: ContactModel) -> FloatArray:
     """Return (b,) in m: the square root of the box round each moving body."""
-    nodes, body = model.meshes.nodes, model.meshes.body_of_node
+    nodes, body = model.front.nodes, model.front.body_of_node
     low, high = np.full((model.bodies, 2), np.inf), np.full((model.bodies, 2), -np.inf)
     np.minimum.at(low, body, nodes[:, :2])
     np.maximum.at(high, body, nodes[:, :2])

@@ -25,14 +25,14 @@ def carried_on(model: ContactModel, displacement: FloatArray, last_change: Float
     predicted = now + share * change
     if model.tracking is None:
         return predicted.ravel()
-    old, new = (fit_frames(model.meshes, u, model.bodies) for u in (now - change, now))
+    old, new = (fit_frames(model.front, u, model.bodies) for u in (now - change, now))
     angle = new.angle - old.angle
     shift = new.translation - _turned(old.translation, angle)
     series = share * np.sinc(0.5 * share * angle / np.pi) / np.sinc(0.5 * angle / np.pi)
     going_on = series[:, None] * _turned(shift, 0.5 * (share - 1) * angle)
     home = np.zeros((len(now), 2))  # departures of curved edges are vectors: they turn, and have no place
-    home[: len(model.meshes.nodes)] = model.meshes.nodes[:, :2]
-    placed = np.arange(len(now))[:, None] < len(model.meshes.nodes)
+    home[: len(model.front.nodes)] = model.front.nodes[:, :2]
+    placed = np.arange(len(now))[:, None] < len(model.front.nodes)
     point, before = home + now[:, :2], home + (now - change)[:, :2]
     strain = point - _turned(before, angle[model.body]) - shift[model.body] * placed
     turned = _turned(point + share * strain, share * angle[model.body])

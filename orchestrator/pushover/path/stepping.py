@@ -28,7 +28,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CollapseError, ConvergenceError
 from orchestrator.pushover.increments import Attempt, BodyMask, Increment, Phase
 from orchestrator.pushover.model import ContactModel, driven_by
-from orchestrator.pushover.path.increment_record import at_rest
+from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
 from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.path.motion import FASTEST, is_real, motion, step_of_motion
 from orchestrator.pushover.path.moving import body_motion, body_size, moving_part, participation, without_hold
@@ -89,13 +89,13 @@ class Pushover:
         Raises ConvergenceError when no further increment converges, CollapseError when a large part of the wall has
         fallen; everything yielded before stays valid.
         """
-        state = last or at_rest(self.model)
+        state = in_front(self.model, last) if last else at_rest(self.model)
         while not self.finished(state):
             if state.phase == "gravity" and state.number >= self.stepping.largest_increments and not self._rests(state):
                 raise ConvergenceError("gravity", "the wall keeps moving under its own weight")
             for following in self._after(state):
                 state = following
-                yield state
+                yield of_all_nodes(self.model, state)
 
     def finished(self, state: Increment) -> bool:
         """Return whether the curve has reached its end."""
@@ -298,10 +298,10 @@ class Pushover:
 
     def _refuse_what_falls(self, state: Increment) -> None:
         """Raise ConvergenceError for a wall of which a part moves far under its own weight: it cannot stand."""
-        nodes = self.model.meshes.nodes
+        nodes = self.model.front.nodes
         moved = np.linalg.norm(state.displacement[: len(nodes)], axis=1)
         if moved.max() > FALLING * np.ptp(nodes[:, 1]):
-            name = self.model.body_names[self.model.meshes.body_of_node[moved.argmax()]]
+            name = self.model.body_names[self.model.front.body_of_node[moved.argmax()]]
             raise ConvergenceError("gravity", f"the wall does not stand under its own weight: {name} falls")
 
     def _rests(self, state: Increment) -> bool:

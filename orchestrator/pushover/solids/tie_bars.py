@@ -58,9 +58,10 @@ class TieBars:
     def __len__(self) -> int:
         return len(self.stiffness)
 
-    def among(self, nodes: int) -> TieBars:
-        """Return the ties of a model with so many nodes and curved edges."""
-        weights = sparse.csr_matrix((self.weights.data, self.weights.indices, self.weights.indptr), (len(self), nodes))
+    def on_rows(self, row: IntArray, rows: int) -> TieBars:
+        """Return the ties on `rows` rows of unknowns; row (m,): that of each node."""
+        tie, node, weight = sparse.find(self.weights)
+        weights = sparse.csr_matrix((weight, (tie, row[node])), (len(self), rows))
         return replace(self, weights=weights, rows=rows_along(weights, self.along))
 
     def displaced(self, displacement: FloatArray) -> TieBars:

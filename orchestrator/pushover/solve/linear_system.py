@@ -16,7 +16,7 @@ N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002
 from __future__ import annotations
 
 from dataclasses import replace
-from time import perf_counter, process_time
+from time import perf_counter
 
 import numpy as np
 from mpi4py import MPI
@@ -45,7 +45,7 @@ SLOW = 0.5
 ROUNDS = 8
 """refinements at most"""
 USELESS = 1e-6
-"""a residual larger than this share of the right-hand side is a failure"""
+"""where refinements do not end, a residual larger than this share of the right-hand side is a failure"""
 
 
 PREFIX = "contact_"
@@ -62,7 +62,7 @@ class LinearSystem:
         self.seconds = 0.0
         """time spent in `solve` so far"""
         self.together = 0.0
-        """CPU seconds of this rank in what all ranks do together, waiting included: MUMPS and the exchange around it"""
+        """seconds in what all ranks do together, waiting included: MUMPS and the exchange around it"""
         self._model, self._exact = model, _extended(model)
         self._pattern = self._open()
 
@@ -117,9 +117,9 @@ class LinearSystem:
         """Return the solution (unknowns,) for `right` (unknowns,). Raises ConvergenceError if MUMPS fails."""
         began = perf_counter()
         if self._comm.size > 1:
-            before = process_time()
+            before = perf_counter()
             refuse_disagreement(self._comm, np.append(right, time_step).tobytes(), "the increment to be solved")
-            self.together += process_time() - before
+            self.together += perf_counter() - before
         pattern, model = self._pattern, self._model
         self._values[:] = values(pattern, model, contact, time_step)
         if self._comm.size > 1:
@@ -134,11 +134,12 @@ class LinearSystem:
             share = float(np.linalg.norm(change)) / max(float(np.linalg.norm(refined)), 1e-300)
             if not share < SLOW * before:
                 break
-            exact = product(self._exact, contact, time_step, refined.astype(np.longdouble))
-            solution, residual = refined, (right - exact).astype(float)
+            solution = refined
             if share**2 / before <= SOLUTION_ERROR:
+                residual = np.zeros_like(right)
                 break
-            before = share
+            exact = product(self._exact, contact, time_step, refined.astype(np.longdouble))
+            residual, before = (right - exact).astype(float), share
         left = float(np.linalg.norm(residual))
         self.seconds += perf_counter() - began
         if not left <= USELESS * size:
@@ -153,7 +154,7 @@ class LinearSystem:
 
     def _condensed(self, right: FloatArray) -> FloatArray:
         """Return the solution (n + 1,) of the factorised matrix on every rank."""
-        began = process_time()
+        began = perf_counter()
         self._right.setArray(right[slice(*self._right.getOwnershipRange())])
         try:
             self._solver.solve(self._right, self._solution)
@@ -162,7 +163,7 @@ class LinearSystem:
         reason = self._solver.getConvergedReason()
         solution = np.empty(len(right))
         self._comm.Allgatherv(self._solution.getArray(), (solution, np.diff(self._matrix.getOwnershipRanges())))
-        self.together += process_time() - began
+        self.together += perf_counter() - began
         if reason < 0 or not np.isfinite(solution).all():
             raise ConvergenceError("linear solver", f"MUMPS failed (PETSc reason {reason})")
         return solution

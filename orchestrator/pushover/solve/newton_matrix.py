@@ -133,9 +133,9 @@ class Pattern:
     indptr, indices: int32, columns of the whole matrix. place (9 b,): where the entries of the b node blocks (3 x 3)
     stand among the values. border (k,), border_values (k,): places and values of the entries that are there under
     displacement control, corner: the one that is there else (empty on other ranks). elastic: numbers of the blocks
-    of K that belong here; block_of_elastic: their place among the blocks. mass (b,) in kg. pairs (p,): numbers
-    contact x 16 + i x 4 + j of the pairs of nodes of contacts; weights (b, c): products of weights, in CSR form with
-    `weight_order`. tied (b, m): likewise of ties.
+    of K that belong here; block_of_elastic: their place among the blocks. mass (b, 3) in kg, along each axis. pairs
+    (p,): numbers contact x 16 + i x 4 + j of the pairs of nodes of contacts; weights (b, c): products of weights, in
+    CSR form. tied (b, m): likewise of ties.
     """
 
     first: int
@@ -188,11 +188,7 @@ def make_pattern(model: ContactModel, first: int, last: int) -> Pattern:
     slots, slot = np.unique(np.concatenate([key, one * count + other]), return_inverse=True)
     elastic_slot, pair_slot, tie_slot = np.split(slot, [len(elastic_row), len(key)])
     layout = _layout(model, first, last, slots)
-    inertia = model.mass[3 * first : 3 * last : 3, ::3].tocoo()
-    mass_key = (inertia.row.astype(np.int64) + first) * count + inertia.col
-    mass_slot = np.searchsorted(slots, mass_key)
-    assert np.array_equal(slots[mass_slot], mass_key), "masses stand where stiffness does"
-    mass = np.bincount(mass_slot, inertia.data, len(slots))
+    mass = np.column_stack([_masses(model, first, last, axis, slots) for axis in range(3)])
     order = np.lexsort((pairs // 16, pair_slot))
     pairs, pair_slot = pairs[order], pair_slot[order]
     return Pattern(
@@ -201,7 +197,7 @@ def make_pattern(model: ContactModel, first: int, last: int) -> Pattern:
         **layout,
         elastic=blocks,
         block_of_elastic=elastic_slot,
-        mass=mass.astype(float),
+        mass=mass,
         pairs=pairs,
         weights=sparse.csr_matrix(
             (
@@ -213,6 +209,15 @@ def make_pattern(model: ContactModel, first: int, last: int) -> Pattern:
         ),
         tied=sparse.csr_matrix((product, (tie_slot, tie)), (len(slots), len(model.ties))) if model.ties else None,
     )
+
+
+def _masses(model: ContactModel, first: int, last: int, axis: int, slots: IntArray) -> FloatArray:
+    """Return the mass (b,) in kg along an axis that stands in each node block (keys `slots`, in order)."""
+    inertia = model.mass[3 * first + axis : 3 * last : 3, axis::3].tocoo()
+    key = (inertia.row.astype(np.int64) + first) * len(model.body) + inertia.col
+    slot = np.searchsorted(slots, key)
+    assert np.array_equal(slots[slot], key), "masses stand where stiffness does"
+    return np.bincount(slot, inertia.data, len(slots)).astype(float)
 
 
 def _pairs_of_ties(model: ContactModel, first: int, last: int) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
@@ -291,7 +296,7 @@ def values(pattern: Pattern, model: ContactModel, contact: Coefficients, time_st
         stretched = contact.tie_stiffness[:, None, None] * along[:, :, None] * along[:, None, :]
         blocks[:, :2, :2] += (pattern.tied @ stretched.reshape(-1, 4)).reshape(-1, 2, 2)
     diagonal = np.arange(3)
-    blocks[:, diagonal, diagonal] += pattern.mass[:, None] / np.square(time_step)
+    blocks[:, diagonal, diagonal] += pattern.mass / np.square(time_step)
     found = np.zeros(len(pattern.indices))
     found[pattern.place] = blocks.ravel()
     if contact.displacement_control:

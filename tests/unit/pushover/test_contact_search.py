@@ -40,8 +40,8 @@ def test_a_node_in_a_bend_has_one_contact_where_the_joint_is_nearly_straight(hei
     between = (model.contacts.slave_body < 2) & (model.contacts.master_body < 2)
     middle = between & (np.abs(model.contacts.point[:, 0]) < 1e-9)
     of_a_node = 1 if 10 * height < TURNED else 2
-    assert middle.sum() == 2 * of_a_node, "front and back"
-    assert between.sum() == 2 * (2 + of_a_node)
+    assert middle.sum() == of_a_node
+    assert between.sum() == 2 + of_a_node
     assert np.abs(model.gap_offset).max() < 1e-9
     rows = model.normal_rows.toarray()
     assert np.linalg.matrix_rank(rows) == len(rows)
@@ -101,8 +101,8 @@ def test_a_stone_that_slides_past_its_neighbour_meets_the_next_one_out_of_line(s
     upper = rectangle(-0.4, 0.2, 0.4, 0.2)
     model = model_of(wall_of(support, first, following, upper), large_displacement=True)
     assert not ((model.contacts.slave_body == 2) & (model.contacts.master_body == 1)).any()
-    moved = np.zeros_like(model.meshes.nodes)
-    moved[model.meshes.body_of_node == 2, 0] = 0.1
+    moved = np.zeros_like(model.front.nodes)
+    moved[model.front.body_of_node == 2, 0] = 0.1
     contacts = displaced(model, moved.ravel()).contacts
     met = {(int(s), int(m)) for s, m in zip(contacts.slave_body, contacts.master_body, strict=True)}
     assert {(0, 2), (2, 0)} & met
@@ -116,8 +116,8 @@ def test_a_stone_that_reaches_the_next_one_rests_on_more_than_its_edge(slid, mee
     model = model_of(
         wall_of(support, rectangle(-0.4, 0.0, 0.4, 0.2), rectangle(0.0, 0.0, 0.4, 0.2), upper), large_displacement=True
     )
-    moved = np.zeros_like(model.meshes.nodes)
-    moved[model.meshes.body_of_node == 2, 0] = slid
+    moved = np.zeros_like(model.front.nodes)
+    moved[model.front.body_of_node == 2, 0] = slid
     contacts = displaced(model, moved.ravel()).contacts
     met = {(int(s), int(m)) for s, m in zip(contacts.slave_body, contacts.master_body, strict=True)}
     assert {(0, 2), (2, 0)} & met
@@ -133,13 +133,13 @@ def contacts_of_a_displaced_wall(scale: float) -> list[tuple[float, ...]]:
     """Return slave, master and undeformed place over the scale of all contacts, in ascending order."""
     wall = running_bond(3, 4, block_length=0.4 * scale, block_height=0.175 * scale, thickness=0.1 * scale)
     model = model_of(wall, mesh_size=0.2 * scale, large_displacement=True)
-    nodes, body, random = model.meshes.nodes / scale, model.meshes.body_of_node, np.random.default_rng(1)
+    nodes, body, random = model.front.nodes / scale, model.front.body_of_node, np.random.default_rng(1)
     drift, turn = random.uniform(-3e-3, 3e-3, (model.bodies, 2)), random.uniform(-5e-3, 5e-3, model.bodies)
     moved = np.zeros_like(nodes)
     moved[:, 0] = drift[body, 0] - turn[body] * (nodes[:, 1] - 0.35)
     moved[:, 1] = drift[body, 1] + turn[body] * (nodes[:, 0] - 0.6)
     rows, possible = displaced(model, scale * moved.ravel()).rows, model.possible
-    assert 50 < len(rows) < len(possible)
+    assert 25 < len(rows) < len(possible)
     place = np.round(possible.point[rows] / scale, 6).tolist()
     bodies = zip(possible.slave_body[rows].tolist(), possible.master_body[rows].tolist(), strict=True)
     return sorted((*pair, *point) for pair, point in zip(bodies, place, strict=True))

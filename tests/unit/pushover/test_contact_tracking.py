@@ -12,11 +12,11 @@ from tests.support.pushover_chain import model_of, stack
 def test_motion_out_of_the_plane_moves_no_contact(tilt):
     """The whole wall 3 mm forward, upright or leaning: equilibrium out of the plane is that of the undeformed wall."""
     model = model_of(running_bond(2, 3), large_displacement=True)
-    nodes = model.meshes.nodes
+    nodes = model.front.nodes
     forward = np.zeros_like(nodes)
     forward[:, 2] = 3e-3 + tilt * nodes[:, 1]
     moved = displaced(model, forward.ravel())
-    assert len(moved.contacts) > 20
+    assert len(moved.contacts) > 10
     assert moved.rows.tolist() == model.rows.tolist()
     assert abs(moved.normal_rows - model.normal_rows).max() < 1e-12
     assert abs(moved.tangential_rows - model.tangential_rows).max() < 1e-12
@@ -25,12 +25,14 @@ def test_motion_out_of_the_plane_moves_no_contact(tilt):
 
 @pytest.mark.parametrize("yaw", [0.0, 2e-3, -2e-3])
 def test_a_block_that_slides_over_the_end_of_another_is_held_there_all_the_way(yaw):
-    """The lower block has turned about the vertical, so that its front lies ahead of its back by `yaw` (m).
+    """Solved whole, as 10-node tetrahedra are.
+
+    The lower block has turned about the vertical, so that its front lies ahead of its back by `yaw` (m).
 
     The upper one's end passes front and back of the lower one's at different times: at either, a contact must be there.
     """
-    model = model_of(stack((0.4, 0.3), (0.4, 0.3), friction=0.6), large_displacement=True)
-    nodes, body = model.meshes.nodes, model.meshes.body_of_node
+    model = model_of(stack((0.4, 0.3), (0.4, 0.3), friction=0.6), large_displacement=True, halves=False)
+    nodes, body = model.front.nodes, model.front.body_of_node
     for slid in np.arange(0.0, 6e-3, 1e-4):
         moved = np.zeros_like(nodes)
         moved[body == 1, 0] = slid
@@ -49,7 +51,7 @@ def test_of_two_corners_that_meet_the_deeper_one_is_held(turn):
     Turned counter-clockwise (turn > 0) its own corner sinks in, 1 mm to the left; else that of the lower block does.
     """
     model = model_of(stack((0.4, 0.3), (0.4, 0.3), friction=0.6), large_displacement=True)
-    nodes, body = model.meshes.nodes, model.meshes.body_of_node
+    nodes, body = model.front.nodes, model.front.body_of_node
     upper, moved = body == 1, np.zeros_like(nodes)
     corner = np.array([0.199, 0.3]) - [0.398, 0.0]  # what comes to lie at x = 0.199 m, the middle of the 2 mm
     arm = nodes[upper, :2] - corner
@@ -59,4 +61,4 @@ def test_of_two_corners_that_meet_the_deeper_one_is_held(turn):
     moved[upper, :2] = [0.199, 0.3] + turned - nodes[upper, :2]
     contacts = displaced(model, moved.ravel()).contacts
     between = (contacts.slave_body < 2) & (contacts.master_body < 2)
-    assert contacts.point[between, 0] == pytest.approx([0.198 if turn > 0 else 0.2] * 2, abs=1e-5)
+    assert contacts.point[between, 0] == pytest.approx([0.198 if turn > 0 else 0.2], abs=1e-5)

@@ -34,7 +34,7 @@ MORTAR = JointClass(normal_stiffness=1e11, shear_stiffness=2e9, compressive_stre
 
 def state(mean_displacement, joints=None):
     """Return model, problem, a state x between stick, slip and opening, and the coefficients of its matrix."""
-    model = model_of(stack((0.4, 0.3), (0.2, 0.3), friction=0.6), slip_tolerance=1e-5, joints=joints)
+    model = model_of(stack((0.4, 0.3), (0.2, 0.3), friction=0.6), mesh_size=0.05, slip_tolerance=1e-5, joints=joints)
     n, c = len(model.gravity), len(model.contacts)
     random = np.random.default_rng(2)
     problem = Target(
@@ -101,19 +101,20 @@ def test_condensed_matrix_is_the_newton_matrix_with_a_penalty(mean_displacement,
     penalty[n:-1] = model.contact_stiffness * (contact.compliance - contact.softness)
     right = product(model, contact, problem.time_step, x) + penalty * x
     reduced = condensed_right(model, contact, right)
-    # entries of 1e15 N/m cancel
-    assert condensed @ np.append(x[:n], x[-1]) == pytest.approx(reduced, rel=1e-6, abs=1e-8 * np.abs(reduced).max())
+    cancels = 1e-12 * abs(condensed).max()
+    assert condensed @ np.append(x[:n], x[-1]) == pytest.approx(reduced, rel=1e-6, abs=cancels)
     found = expanded(model, contact, right, np.append(x[:n], x[-1]))
     assert found == pytest.approx(x, rel=1e-6, abs=1e-6)
 
 
-def test_a_large_wall_has_every_mass_in_its_place():
-    model = model_of(running_bond(42, 24))
+@pytest.mark.parametrize("halves", [True, False])
+def test_a_large_wall_has_every_mass_in_its_place(halves):
+    model = model_of(running_bond(42, 24), halves=halves)
     pattern = make_pattern(model, 0, len(model.body))
     n = len(model.gravity)
-    assert n * n > 2**31, "row x width + column of a mass must not fit into 32 bits"
+    assert n * n > 2**31 or halves, "row x width + column of a mass must not fit into 32 bits"
     mass = np.zeros((len(pattern.mass), 9))
-    mass[:, [0, 4, 8]] = pattern.mass[:, None]
+    mass[:, [0, 4, 8]] = pattern.mass
     data = np.zeros(len(pattern.indices))
     data[pattern.place] = mass.ravel()
     found = sparse.csr_matrix((data, pattern.indices, pattern.indptr), shape=(n + 1, n + 1))

@@ -88,7 +88,7 @@ def test_what_has_fallen_before_does_not_fall_again():
 
 def test_motion_and_size_of_a_body(model):
     """A turn about the centre by a: root mean square a x (mean square distance of the nodes from it)."""
-    nodes, body = model.meshes.nodes, model.meshes.body_of_node
+    nodes, body = model.front.nodes, model.front.body_of_node
     change = np.zeros((len(model.body), 3))
     change[: len(nodes)][body == 0] = [3e-3, 4e-3, 1.0]  # out of the plane does not count
     arm = nodes[body == 1][:, :2] - nodes[body == 1][:, :2].mean(axis=0)

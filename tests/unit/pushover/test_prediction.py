@@ -18,7 +18,7 @@ TOE = np.array([0.2, 0.0])
 
 def turned_about_the_toe(model, angle):
     """Displacement (n,) of the whole tower turned clockwise, in m."""
-    arm = model.meshes.nodes[:, :2] - TOE
+    arm = model.front.nodes[:, :2] - TOE
     cosine, sine = np.cos(angle), np.sin(angle)
     moved = arm @ np.array([[cosine, -sine], [sine, cosine]])
     return np.column_stack([moved - arm, np.zeros(len(arm))]).ravel()
@@ -41,8 +41,8 @@ def test_a_body_that_turned_about_a_point_turns_on_about_it(share):
 @pytest.mark.parametrize("share", [0.5, 2.0])
 def test_strain_of_a_body_that_shifts_goes_on(share):
     model = model_of(TOWER, large_displacement=True)
-    strain = (1e-5 * model.meshes.nodes).ravel()
-    end = strain + np.tile([1e-3, 2e-3, 0.0], len(model.meshes.nodes))
+    strain = (1e-5 * model.front.nodes).ravel()
+    end = strain + np.tile([1e-3, 2e-3, 0.0], len(model.front.nodes))
     assert carried_on(model, end, end, share) == pytest.approx((1 + share) * end, abs=1e-15)
 
 
