@@ -42,9 +42,10 @@ table1: setup
 benchmark2: setup
 	$(STUDYRUN) $(PYTHON) -m orchestrator study templates/benchmark2.toml --output results/benchmark2
 
-# Files of tests are shared between WORKERS processes, those that take longest first (tests/conftest.py).
+# Files of tests are shared between WORKERS processes, those that take longest first; all that start ranks are one group
+# (tests/conftest.py).
 WORKERS = 2
-PYTEST = $(PYTHON) -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+PYTEST = $(PYTHON) -m pytest -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
 
 test: lint
 	$(PYTEST) tests

@@ -1,4 +1,4 @@
-"""Markers, and the order of files: what takes long comes first.
+"""Markers, and the order of files: what takes long comes first, and files that use several processes go one by one.
 
     mpi     its file starts processes by mpirun (tests.support.ranks or .killing)
     fe      its file uses the finite elements (orchestrator.pushover)
@@ -76,8 +76,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         seconds = known.get(test_of(item))
         item.add_marker("fast" if seconds and seconds.alone <= SLOW else "slow")
-        for name in _rooms_used(item):
+        names = _rooms_used(item)
+        for name in names:
             item.add_marker(name)
+        # ranks that wait for each other keep a processor busy: two such tests side by side take several times as long
+        item.add_marker(pytest.mark.xdist_group("mpi" if "mpi" in names else item.nodeid.split("::")[0]))
     items.sort(key=lambda item: -of_file[item.nodeid.split("::")[0]])
 
 

@@ -40,7 +40,7 @@ class Increment:
     """One converged increment of the pushover: everything needed to go on from it.
 
     displacement, change (m, 3): of the nodes in m, and what the increment adds; then those of curved edges
-    (elasticity.py).
+    (elasticity.py). The path itself knows those of the nodes in front only (front.py).
     normal_force (c,): contact multipliers, N, >= 0 but for bonded joints in tension. damage (c,): 0 to 1, of those.
     closing (c,): by what mortar has crushed, m. tie_force (m,) in N, tie_rest (m,) in m: of ties, pull positive, and
     what of their elongation costs no force.
