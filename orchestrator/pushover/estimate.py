@@ -10,7 +10,8 @@ the factors outgrow everything else. Measured on micro-FE of wall 1 of Ferris an
 Time is Newton iterations times what one costs. Walls of one layer of elements are nearly plane: one iteration costs
 2.7 to 3.7 microseconds an unknown from 1,800 to 120,000 of them (benchmarks/scaling.csv); solids of many layers grow
 faster. How many iterations a curve takes is known afterwards: 199 to 443 on benchmark 1 (benchmarks/walls.csv). So a
-time is right within a factor of UNCERTAIN, on a processor core of its own.
+time is right within a factor of UNCERTAIN, on a processor core of its own. All of these were measured before nodes
+behind the middle of the thickness ceased to be unknowns (front.py); unknowns are counted without them.
 """
 
 from __future__ import annotations
