@@ -108,7 +108,7 @@ def _follow(
     from orchestrator.pushover.model import build_model
 
     working, stepping = comm or this_rank(), stepping_of(model, case.stepping)
-    store = storage.StateStore(folder, _fingerprint(case, wall, bodies, meshes))
+    store = storage.StateStore(folder, _fingerprint(case, wall, bodies, meshes), storage.IN_MEMORY)
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()
     large = case.stepping.large_displacement

@@ -14,7 +14,7 @@ from .notes import reasons, remarks
 from .outputs import refuse_overwriting_file, refuse_overwriting_run, try_folder
 from .paraview import stress_and_pressure, write_paraview
 from .reading import read_limit_analysis, read_macroblocks
-from .stored_increments import StateStore, load_increments
+from .stored_increments import IN_MEMORY, StateStore, load_increments
 from .summary import (
     Effort,
     Event,
@@ -39,6 +39,7 @@ from .values import (
 )
 
 __all__ = [
+    "IN_MEMORY",
     "ContactPlaces",
     "Effort",
     "Event",

@@ -14,7 +14,7 @@ from orchestrator.basis.atomic_files import replacing, require_seal, seal
 from orchestrator.basis.errors import CaseError
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage.hdf5 import hdf5_file
-from orchestrator.storage.stored_increments import StateStore
+from orchestrator.storage.stored_increments import IN_MEMORY, StateStore
 
 GEOMETRY_FILE = "geometry.h5"
 
@@ -47,7 +47,7 @@ def read_geometry(folder: Path) -> tuple[StateStore, BodyMeshes, ContactPlaces]:
     try:
         require_seal(path)
         with hdf5_file(path, "r") as file:
-            store = StateStore(folder, str(file.attrs["fingerprint"]))
+            store = StateStore(folder, str(file.attrs["fingerprint"]), IN_MEMORY)
             meshes = {field.name: file[f"meshes/{field.name}"][()] for field in fields(BodyMeshes)}
             contacts = {field.name: file[f"contacts/{field.name}"][()] for field in fields(ContactPlaces)}
     except (OSError, KeyError, ValueError) as error:

@@ -18,7 +18,7 @@ import re
 import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,17 +45,25 @@ STATES_FILE = "states.h5"
 STATES_FOLDER = "states"
 HEADROOM = 1 << 18
 """bytes that states.h5 may need beyond what the single files do"""
+IN_MEMORY = 1 << 26
+"""bytes of increments that a run keeps in memory for curve, tables and pictures: all of them up to some 500 stones"""
 
 
 @dataclass(frozen=True, slots=True)
 class StateStore:
-    """The stored increments in `folder` (macro/ or micro/) of the model with this `fingerprint` (any string)."""
+    """The stored increments in `folder` (macro/ or micro/) of the model with this `fingerprint` (any string).
+
+    memory: bytes of increments that are kept once they are appended or read, the first ones that find room.
+    """
 
     folder: Path
     fingerprint: str
+    memory: int = 0
+    _kept: dict[int, Increment] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def clear(self) -> None:
         """Forget all stored increments. Killed half-way it leaves either all of an earlier run or its beginning."""
+        self._kept.clear()
         self._sweep()
         if self._parts.exists():
             doomed = self._parts.with_name(f".{STATES_FOLDER}.{os.getpid()}{TEMPORARY}")
@@ -69,6 +77,7 @@ class StateStore:
         with hdf5_file(content, "w") as file:
             _write(file.create_group(_name(increment.number)), increment, self.fingerprint)
         write_bytes(self._part(increment.number), sealed(content.getvalue()))
+        self._keep(increment)
 
     def numbers(self) -> list[int]:
         """Return the numbers of all stored increments, ascending."""
@@ -77,12 +86,19 @@ class StateStore:
 
     def read(self, number: int) -> Increment:
         """Return the increment. Raises CaseError if it is damaged or belongs to another model."""
-        (increment,) = self._read([number])
+        (increment,) = self.these([number])
         return increment
 
     def increments(self) -> Iterator[Increment]:
-        """Yield all stored increments in order, one in memory at a time. Raises CaseError as `read` does."""
-        return self._read(self.numbers())
+        """Yield all stored increments in order. Raises CaseError as `read` does."""
+        return self.these(self.numbers())
+
+    def these(self, numbers: Iterable[int]) -> Iterator[Increment]:
+        """Yield the increments of the given numbers. Raises CaseError as `read` does."""
+        numbers = list(numbers)
+        kept = {number: self._kept[number] for number in numbers if number in self._kept}
+        read = self._read(number for number in numbers if number not in kept)
+        yield from (kept.get(number) or next(read) for number in numbers)
 
     def last(self) -> Increment | None:
         """Return the increment to go on from, None where nothing is stored."""
@@ -107,6 +123,14 @@ class StateStore:
         shutil.rmtree(self._parts, ignore_errors=True)
         return path
 
+    def _keep(self, increment: Increment) -> None:
+        """Keep an increment in memory where there is room; one takes as much as any other."""
+        self._kept.pop(increment.number, None)
+        values = (getattr(increment, one.name) for one in fields(increment))
+        size = sum(value.nbytes for value in values if isinstance(value, np.ndarray))
+        if (len(self._kept) + 1) * size <= self.memory:
+            self._kept[increment.number] = increment
+
     def _read(self, numbers: Iterable[int]) -> Iterator[Increment]:
         for number, file, path in self._files(numbers):
             try:
@@ -117,6 +141,7 @@ class StateStore:
                 raise CaseError(f"increment {number}", problem, remedy, str(path)) from None
             except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
                 raise _damaged(path, f"increment {number}") from error
+            self._keep(increment)
             yield increment
 
     def _files(self, numbers: Iterable[int]) -> Iterator[tuple[int, h5py.File, Path]]:
@@ -187,14 +212,14 @@ def _name(number: int) -> str:
 
 def _write(group: h5py.Group, increment: Increment, fingerprint: str) -> None:
     """Write arrays as datasets, numbers and words as attributes, the journal as JSON."""
-    for field in fields(increment):
-        value = getattr(increment, field.name)
+    for one in fields(increment):
+        value = getattr(increment, one.name)
         if isinstance(value, np.ndarray):
-            group.create_dataset(field.name, data=value)
-        elif field.name == "attempts":
-            group.create_dataset(field.name, data=_journal(increment))
+            group.create_dataset(one.name, data=value)
+        elif one.name == "attempts":
+            group.create_dataset(one.name, data=_journal(increment))
         else:
-            group.attrs[field.name] = _scalar(value)
+            group.attrs[one.name] = _scalar(value)
     group.attrs["fingerprint"] = fingerprint
     group.attrs["sha256"] = _digest(increment)
 
@@ -202,7 +227,7 @@ def _write(group: h5py.Group, increment: Increment, fingerprint: str) -> None:
 def _read(group: h5py.Group, fingerprint: str) -> Increment:
     if group.attrs["fingerprint"] != fingerprint:
         raise _OtherModelError
-    increment = Increment(**{field.name: _value(group, field.name) for field in fields(Increment)})
+    increment = Increment(**{one.name: _value(group, one.name) for one in fields(Increment)})
     if group.attrs["sha256"] != _digest(increment):
         raise ValueError(f"content of {group.name} does not match its sha256")
     return increment
@@ -232,12 +257,12 @@ def _journal(increment: Increment) -> str:
 def _digest(increment: Increment) -> str:
     """Return the sha256 of every field's name, type, shape and content."""
     total = hashlib.sha256()
-    for field in fields(increment):
-        value = getattr(increment, field.name)
+    for one in fields(increment):
+        value = getattr(increment, one.name)
         if isinstance(value, np.ndarray):
-            total.update(f"{field.name} {value.dtype} {value.shape}".encode())
+            total.update(f"{one.name} {value.dtype} {value.shape}".encode())
             total.update(np.ascontiguousarray(value).tobytes())
         else:
-            content = _journal(increment) if field.name == "attempts" else repr(_scalar(value))
-            total.update(f"{field.name} {content}".encode())
+            content = _journal(increment) if one.name == "attempts" else repr(_scalar(value))
+            total.update(f"{one.name} {content}".encode())
     return total.hexdigest()

@@ -15,7 +15,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.present.joint_pieces import DAMAGED, front_loops, interface_pieces, shown_status
-from orchestrator.pushover.increments import PushoverCurve
+from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces, StateStore
 
@@ -44,7 +44,10 @@ def collapse(
         "bodies": [[[number[node] for node in loop] for loop in body] for body in loops],
         "supports": [np.round(body.exterior, 5) for body in bodies.bodies[bodies.moving :]],
         "pieces": np.column_stack([at_contact[before], at_contact[contact], at_contact[after]]),
-        "frames": [_frame(store, int(row), curve, nodes, contact) for row in rows],
+        "frames": [
+            _frame(row, increment, curve, nodes, contact)
+            for row, increment in zip(rows.tolist(), store.these(curve.step[rows].tolist()), strict=True)
+        ],
         "increments": len(curve.step),
     }
 
@@ -55,8 +58,7 @@ def chosen_rows(rows: int, peak: int, most: int) -> IntArray:
     return np.unique(np.append(wanted, peak))
 
 
-def _frame(store: StateStore, row: int, curve: PushoverCurve, nodes: IntArray, contact: IntArray) -> dict[str, Any]:
-    increment = store.read(int(curve.step[row]))
+def _frame(row: int, increment: Increment, curve: PushoverCurve, nodes: IntArray, contact: IntArray) -> dict[str, Any]:
     scale, text = packed(increment.displacement[nodes, :2])
     return {
         "row": row,

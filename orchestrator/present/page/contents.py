@@ -195,8 +195,7 @@ def _bodies(run: StoredRun) -> list[dict[str, Any]]:
 
 def _model(run: StoredRun, model: StoredModel) -> dict[str, Any]:
     limit = DAMAGE_LIMIT * run.case.contact.slip_tolerance
-    states = (model.store.read(int(number)) for number in model.curve.step)
-    sequence = damage_sequence(states, model.contacts, limit)
+    sequence = damage_sequence(model.store.these(model.curve.step.tolist()), model.contacts, limit)
     rows = [_damage(run, model, damage) for damage in sequence]
     return {
         "key": model.name,

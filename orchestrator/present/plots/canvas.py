@@ -15,6 +15,8 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.collections import LineCollection, PathCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -183,11 +185,12 @@ def save(figure: Figure, folder: Path, name: str, language: Language = "en") -> 
     tell(figure, language)
     lay_out(figure)
     figure.set_layout_engine("none")  # once is enough, for both files
-    paths = []
-    for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
-        content = BytesIO()
-        with matplotlib.rc_context({"svg.hashsalt": name}):
-            figure.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
-        paths.append(folder / f"{name}.{kind}")
-        write_bytes(paths[-1], content.getvalue())
+    figure.set_dpi(DOTS_PER_INCH)
+    pixels, lines = BytesIO(), BytesIO()
+    FigureCanvasAgg(figure).print_png(pixels, metadata={"Software": None})  # `savefig` draws everything twice
+    with matplotlib.rc_context({"svg.hashsalt": name}):
+        FigureCanvasSVG(figure).print_svg(lines, metadata={"Date": None})
+    paths = [folder / f"{name}.png", folder / f"{name}.svg"]
+    for path, content in zip(paths, (pixels, lines), strict=True):
+        write_bytes(path, content.getvalue())
     return paths

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import h5py
@@ -113,6 +113,29 @@ def test_assembled_file_replaces_the_single_ones_and_can_be_continued(store):
         assert_same(found, increment(number))
     assert store.numbers() == [0, 1, 2, 3]
     assert [p.name for p in store.folder.iterdir()] == ["states.h5"]
+
+
+@pytest.mark.parametrize("room", [0, 2, 10])
+def test_what_is_in_memory_is_what_is_on_the_disk(tmp_path, room):
+    """Appended, replaced, gathered and read in any order, with room for none, some or all of six increments."""
+    size = sum(v.nbytes for v in (getattr(increment(0), f.name) for f in fields(Increment)) if hasattr(v, "nbytes"))
+    store = StateStore(tmp_path, "model 1", memory=room * size)
+    for number in range(4):
+        store.append(increment(number))
+    store.append(replace(increment(2), time=7.0))
+    store.assemble()
+    for number in (4, 5):
+        store.append(increment(number))
+    for order in (range(6), [5, 0, 2], [2, 1, 2]):
+        for found, on_disk in zip(store.these(order), StateStore(tmp_path, "model 1").these(order), strict=True):
+            assert_same(found, on_disk)
+    (tmp_path / "states.h5").unlink()  # of the first four
+    assert [found.number for found in store.these(range(min(room, 4)))] == list(range(min(room, 4)))
+    if room < 4:
+        with pytest.raises(CaseError, match="cannot be read"):
+            store.read(3)
+    store.clear()
+    assert list(store.increments()) == []
 
 
 def test_clear_forgets_everything(store):
