@@ -6,13 +6,19 @@ what moves carries nothing.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice, pairwise
 
 import numpy as np
 import pytest
 from mpi4py import MPI
 
+from orchestrator.app.pushed import Pushed, push
 from orchestrator.assessment.capacity import find_capacity
+from orchestrator.limit_analysis import analyse
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.path.stepping import Pushover
@@ -53,6 +59,12 @@ def chimney(stones: int = 3) -> Wall:
         level += 0.4
     blocks += [Block(len(blocks) + k, rectangle(4.0, level + 0.4 * k, 0.4, 0.4), False, 20e3) for k in range(stones)]
     return Wall("chimney", tuple(blocks), 0.4, 0.7)
+
+
+def pushed_with(wall: Wall, stepping: SteppingSettings) -> Pushed:
+    """Push every stone of a wall as `run` does."""
+    assemblage = find_joints(wall, JointSettings())
+    return push(assemblage, analyse(assemblage), one_body_per_block(assemblage), stepping=stepping)
 
 
 @shared
@@ -115,6 +127,28 @@ def test_the_chimney_falls_and_the_facade_goes_on_to_its_own_peak():
     assert largest == pytest.approx(bare.curve.static.load_multiplier.max(), rel=1e-2)
     assert largest > 1.02 * events[0].load_multiplier
     assert result.curve.static.fallen_bodies[result.curve.static.load_multiplier.argmax()] >= 2
+
+
+def test_a_stone_that_falls_while_the_part_around_it_is_driven_does_not_unload_the_wall():
+    """The narrow stone at the end of the top course is driven with 23 others when it loses its balance.
+
+    The wall then carries what the same wall carries that was drawn without it.
+    """
+    courses = IrregularCourses(1.4, 1.0, seed=3)
+    wall = irregular_courses(courses)
+    narrow = max(wall.blocks, key=lambda block: block.id)
+    with_it, without = (
+        pushed_with(one, SteppingSettings(final_displacement=courses.height / 30))
+        for one in (wall, replace(wall, blocks=tuple(block for block in wall.blocks if block is not narrow)))
+    )
+    (event,) = with_it.summary.events
+    assert event.bodies == (f"block {narrow.id}",)
+    curve = with_it.curve
+    before = curve.step < event.increment
+    assert curve.moving[before][-1], "it moves before it is out"
+    assert curve.stopped_because.startswith("final displacement")
+    carried = [done.curve.static.load_multiplier.max() for done in (with_it, without)]
+    assert carried[0] == pytest.approx(carried[1], rel=5e-3)
 
 
 @pytest.mark.parametrize("made", [*(f"pin {share}" for share in PINS), "chimney"])

@@ -50,6 +50,8 @@ OUT = 0.5
 """a body that has moved by this share of its size since the wall was static has lost its hold"""
 BENT = 0.5
 """an increment that departs from the one before by this share of its length, or more, is followed by one as large"""
+UNDRIVEN = "no longer driven"
+"""what an attempt says after which a local part goes its own way"""
 RESTED = "moved until it rested"
 """what an attempt says that was followed by motion to a state of rest"""
 
@@ -122,16 +124,17 @@ class Pushover:
             except ConvergenceError as error:
                 failure, spent = str(error), error.iterations
             else:
-                retreat = self._retreats(state, solved)
-                if not solved.moving and retreat is None:
+                falls = solved.base_shear < state.base_shear
+                alone = self._left_alone(state, solved.change.ravel()) if falls else None
+                if not solved.moving and alone is None:
                     growth = 1.0 if cuts else self._growth(state, solved, aim)
                     grown = min(growth * aim.size, self._resolved(state, solved))
                     yield replace(solved, attempts=attempts, step=(grown, aim.size))
                     return
                 failure, spent = "a part of the wall moves", solved.iterations
-                if retreat is not None:
-                    attempts += (Attempt("a local part moves and the wall goes back", size, "no longer driven", spent),)
-                    state, size, cuts = retreat, retreat.step[0], 0
+                if alone is not None:
+                    attempts += (Attempt("a local part moves and the wall goes back", size, UNDRIVEN, spent),)
+                    state, cuts = alone, 0
                     continue
             in_turn = _rested(state) and size <= 2.0 * state.step[1]
             if cuts < CUTS[state.phase] and not in_turn and size > ONSET * self._largest(state.phase):
@@ -140,6 +143,11 @@ class Pushover:
                 continue
             rows, tried = motion(self.solver, state, aim), spent
             spent += sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
+            alone = self._left_alone(state, (rows[-1].displacement - state.displacement).ravel())
+            if alone is not None:
+                attempts += (Attempt("a local part moves", size, UNDRIVEN, spent),)
+                state, cuts = alone, 0
+                continue
             if not rows[-1].moving:
                 attempts += (Attempt(failure, size, RESTED, spent - rows[-1].iterations),)
                 yield replace(rows[-1], number=state.number + 1, attempts=attempts, step=self._anew(aim, state))
@@ -217,19 +225,19 @@ class Pushover:
             state, mean_displacement=float(self.solver.model_of(state).mean_row @ state.displacement.ravel())
         )
 
-    def _retreats(self, state: Increment, solved: Increment) -> Increment | None:
-        """Return the state with its load prescribed where a local part moves and the rest goes back, else None."""
-        if state.phase != "displacement" or solved.base_shear >= state.base_shear:
-            return None
-        motion = body_motion(self.model, solved.change.ravel()) * ~state.fallen
-        if participation(self.model, motion) >= self.stepping.local_share:
+    def _left_alone(self, state: Increment, change: FloatArray) -> Increment | None:
+        """Return the state that drives no local part that moves in a change (n,) by itself; None where it moves none.
+
+        While the mean of all is prescribed, the rest of the wall goes back as far as such a part goes on.
+        """
+        motion = body_motion(self.model, change) * ~state.fallen
+        if state.phase != "displacement" or participation(self.model, motion) >= self.stepping.local_share:
             return None
         driven = state.driven & (motion < 0.1 * motion.max())
         mass = self.model.body_mass
         if mass[driven].sum() < self.stepping.local_share * mass.sum() or (driven == state.driven).all():
             return None
-        state = self._driving(state, driven)
-        return replace(state, phase="load", step=(ONSET * self._largest("load"), 0.0))
+        return self._driving(state, driven)
 
     def _largest(self, phase: Phase) -> float:
         """Return the largest increment of a phase, in its unit."""
