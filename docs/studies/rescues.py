@@ -43,7 +43,7 @@ WITHOUT = {
     "nothing": _nothing,
     "a quarter of an increment that fails": lambda: _set(stepping, CUTS=dict.fromkeys(stepping.CUTS, 0)),
     "solutions of other branches are refused": lambda: _set(increment_solver, refuse_jump=lambda *_: None),
-    "a local part that slides is no longer driven": lambda: _set(stepping.Pushover, _retreats=lambda *_: None),
+    "a local part that moves is no longer driven": lambda: _set(stepping.Pushover, _left_alone=lambda *_: None),
     "no quarter where one slip follows another": lambda: _set(stepping, _rested=lambda _: False),
     "elastic slip as first increment after a motion": lambda: _set(
         stepping.Pushover, _anew=lambda self, aim, _before: (self._largest(aim.phase) / 16, 0.0)
