@@ -24,11 +24,10 @@ from typing import Annotated, Literal
 import numpy as np
 import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
+from orchestrator.basis.graphs import connected_groups
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis import Mechanism, centres_of_rotation
 from orchestrator.limit_analysis.paper.limit_state import Scale
@@ -161,8 +160,7 @@ def _partition(assemblage: Assemblage, within: npt.NDArray[np.bool_], settings: 
     fixed = np.array([block.fixed for block in assemblage.wall.blocks])
     i, j = assemblage.joints.i, assemblage.joints.j
     merges = within & ~fixed[i] & ~fixed[j]
-    size = (len(fixed), len(fixed))
-    _, group = connected_components(coo_matrix((np.ones(merges.sum()), (i[merges], j[merges])), size), directed=False)
+    group = connected_groups(len(fixed), i[merges], j[merges])
     body_of_block = np.zeros(len(fixed), np.int64)
     _, first, component = np.unique(group[~fixed], return_index=True, return_inverse=True)
     body_of_block[~fixed] = np.argsort(np.argsort(first))[component]

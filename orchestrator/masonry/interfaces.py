@@ -12,10 +12,9 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.graphs import connected_groups
 
 STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness")
 """what interfaces have per area"""
@@ -123,8 +122,7 @@ class Interfaces:
 
     def groups(self, blocks: int) -> IntArray:
         """Return for each of so many blocks (n,) the number of the group that interfaces connect it to."""
-        pairs = coo_matrix((np.ones(self.count), (self.i, self.j)), shape=(blocks, blocks))
-        return connected_components(pairs, directed=False)[1]
+        return connected_groups(blocks, self.i, self.j)
 
 
 PER_INTERFACE = tuple(one.name for one in fields(Interfaces) if one.name not in ("point", "joint", "outlines"))

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.graphs import connected_groups
 from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.loads import SpaceLoads
@@ -92,8 +91,7 @@ def _bodies(assemblage: SpaceAssemblage, motion: np.ndarray, moves: np.ndarray) 
     """Number the groups of moving blocks that joints at rest connect, the largest first; 0 for blocks at rest."""
     joints, count = assemblage.joints, len(assemblage.wall.blocks)
     together = (motion == "rests") & ~joints.is_tie & moves[joints.i] & moves[joints.j]
-    pairs = (joints.i[together], joints.j[together])
-    group = connected_components(coo_matrix((np.ones(together.sum()), pairs), shape=(count, count)), directed=False)[1]
+    group = connected_groups(count, joints.i[together], joints.j[together])
     numbers, sizes = np.unique(group[moves], return_counts=True)
     order = {int(number): k + 1 for k, number in enumerate(numbers[np.argsort(-sizes, kind="stable")])}
     return np.array([order[int(group[k])] if moves[k] else 0 for k in range(count)], dtype=np.int64)

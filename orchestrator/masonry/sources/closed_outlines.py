@@ -11,10 +11,9 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.graphs import connected_groups
 from orchestrator.masonry.block_properties import rounded_up
 from orchestrator.masonry.sources.drawing import IMPLAUSIBLE_SLENDERNESS, LARGEST_TOLERANCE, Drawing, slenderness
 
@@ -157,8 +156,7 @@ def _meeting(points: FloatArray, within: float) -> FloatArray:
     """Return points (p, 2), those that chains of steps up to `within` (m) connect at their mean."""
     places = shapely.points(points)
     pairs = shapely.STRtree(places).query(places, predicate="dwithin", distance=within)
-    matrix = coo_matrix((np.ones(pairs.shape[1]), pairs), shape=(len(points), len(points)))
-    group = connected_components(matrix, directed=False)[1]
+    group = connected_groups(len(points), *pairs)
     size = np.bincount(group)
     return np.column_stack([np.bincount(group, points[:, k]) / size for k in (0, 1)])[group]
 

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.graphs import connected_groups
 from orchestrator.geometry.rigid import cross
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.meshing import BodyMeshes
@@ -167,7 +166,6 @@ def _first_on_faces(body: IntArray, face: IntArray) -> IntArray:
     count = body.shape[1]
     pair = np.unique(np.sort(body, axis=0), axis=1, return_inverse=True)[1]
     _, node = np.unique(np.stack([np.tile(pair, 2), face.ravel()]), axis=1, return_inverse=True)
-    links = (np.ones(2 * count), (np.tile(np.arange(count), 2), count + node))
     size = count + int(node.max(initial=-1)) + 1
-    group = connected_components(coo_matrix(links, shape=(size, size)), directed=False)[1][:count]
+    group = connected_groups(size, np.tile(np.arange(count), 2), count + node)[:count]
     return np.unique(group, return_index=True)[1][np.unique(group, return_inverse=True)[1]]

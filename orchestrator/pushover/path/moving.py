@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sparse
-import scipy.sparse.csgraph as graphs
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.graphs import connected_groups
 from orchestrator.pushover.increments import BodyMask
 from orchestrator.pushover.model import ContactModel
 
@@ -60,9 +59,7 @@ def without_hold(
         ends = model.ties.body[tie_force != 0.0]
         one, other = np.where(ends < 0, model.bodies, ends).T  # an anchor holds as a support does
         slave, master = np.append(slave, one), np.append(master, other)
-    count = model.bodies + 1  # all supports are one
-    graph = sparse.coo_matrix((np.ones(len(slave)), (slave, master)), shape=(count, count))
-    _, part = graphs.connected_components(graph, directed=False)
+    part = connected_groups(model.bodies + 1, slave, master)  # all supports are one
     return (part[:-1] != part[-1]) & ~fallen
 
 

@@ -11,12 +11,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.graphs import connected_groups
 from orchestrator.geometry.polyhedra import Polyhedron
 from orchestrator.space.sources.material import SpaceMaterial, oriented
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
@@ -88,8 +87,7 @@ def bodies_in(corners: FloatArray, faces: Faces) -> Iterator[Polyhedron]:
     used = np.unique(np.concatenate([np.array(face) for face in faces]))
     size = float(np.linalg.norm(np.ptp(corners[used], axis=0)))
     pairs = cKDTree(corners[used]).query_pairs(MERGED * size, output_type="ndarray")
-    shape = 2 * (len(used),)
-    _, merged = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), shape=shape), directed=False)
+    merged = connected_groups(len(used), *pairs.T)
     _, first = np.unique(merged, return_index=True)
     number = dict(zip(used.tolist(), merged.tolist(), strict=True))
     points, kept = corners[used][first], list[tuple[int, ...]]()
@@ -113,9 +111,8 @@ def _connected(faces: Faces) -> Iterator[Faces]:
     if any(len(meeting) > 2 for meeting in at_edge.values()):
         raise CaseError("", "stones that touch share edges in it", "export one file, or one OBJ group, a stone")
     pairs = np.array([meeting for meeting in at_edge.values() if len(meeting) == 2]).reshape(-1, 2)
-    shape = 2 * (len(faces),)
-    count, group = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), shape=shape), directed=False)
-    for number in range(count):
+    group = connected_groups(len(faces), *pairs.T)
+    for number in range(group.max() + 1):
         yield [face for face, own in zip(faces, group, strict=True) if own == number]
 
 
