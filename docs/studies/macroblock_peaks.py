@@ -1,0 +1,114 @@
+"""Peak of the macroblocks against that of micro-FE, on the walls of path.py whose curves reached their end.
+
+    python docs/studies/macroblock_peaks.py [number of pushovers]
+
+writes macroblock_peaks.csv and macroblock_peaks.md (after macroblock_peaks_head.md) beside this file. The peaks of
+micro-FE, base shear over the weight of the wall as drawn, are read from path.csv. Macroblocks are those of the
+automatic choice, pushed to a thirtieth of the height. Two runs go side by side.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+import path
+import states
+
+from orchestrator import (
+    CaseError,
+    ConvergenceError,
+    JointSettings,
+    LoadSettings,
+    SteppingSettings,
+    analyse,
+    find_joints,
+    loads_on,
+    macroblocks_of,
+    push,
+)
+
+FOLDER = Path(__file__).parent
+NEAR, ABOVE, FEWER = 0.02, 0.04, 0.8
+"""what macroblocks are to reach: a peak this near to micro-FE's, never further above, so many fewer bodies"""
+
+
+def compared(run: int, peak: float) -> dict[str, Any]:
+    """Return the row of one pushover of path.py: its macroblocks and their peak; `peak` is micro-FE's."""
+    family, wall = path.wall_of(run // 2)
+    load, began = LoadSettings("-x" if run % 2 else "+x"), process_time()
+    assemblage = find_joints(wall, JointSettings())
+    height = float(np.ptp(np.vstack([block.polygon for block in wall.blocks if not block.fixed])[:, 1]))
+    row: dict[str, Any] = {"run": run, "family": family, "direction": load.direction, "micro-FE": f"{peak:.4f}"}
+    try:
+        analysis = analyse(assemblage, loads=loads_on(wall, load))
+        partition = macroblocks_of(assemblage, analysis)
+        row |= {
+            "blocks": sum(not block.fixed for block in wall.blocks),
+            "bodies": partition.count,
+            "local": sum(len(failure.stones) for failure in analysis.local_failures),
+            "analysis_s": round(process_time() - began, 1),
+        }
+        began = process_time()
+        done = push(assemblage, analysis, partition, load, stepping=SteppingSettings(final_displacement=height / 30))
+    except (CaseError, ConvergenceError) as error:
+        return row | {"ended": f"STOPPED: {error}"}
+    shear = done.capacity.peak_base_shear / analysis.horizontal_load
+    return row | {
+        "macroblocks": f"{shear:.4f}",
+        "off": f"{shear / peak - 1:+.2%}",
+        "iterations": done.summary.newton_iterations,
+        "finite_elements_s": round(process_time() - began, 1),
+        "ended": done.summary.stopped_because if done.summary.valid else f"NOT VALID: {done.summary.complaint}",
+        "why": "; ".join(partition.remarks),
+    }
+
+
+def said(rows: Sequence[dict[str, Any]]) -> str:
+    """Return in a few sentences how near the macroblocks come, and how many bodies they save."""
+    pushed = [row for row in rows if "macroblocks" in row]
+    off = np.array([float(row["macroblocks"]) / float(row["micro-FE"]) - 1 for row in pushed])
+    fewer = np.array([1 - row["bodies"] / row["blocks"] for row in pushed])
+    return (
+        f"{len(pushed)} of {len(rows)} pushovers have a curve. Of these {np.sum(np.abs(off) <= NEAR)} have a peak "
+        f"within {NEAR:.0%} of micro-FE, {np.sum(off > ABOVE)} one more than {ABOVE:.0%} above it; the highest is "
+        f"{off.max():+.1%}, the lowest {off.min():+.1%}, the mean distance {np.abs(off).mean():.1%}. "
+        f"{np.sum(fewer >= FEWER)} have at least {FEWER:.0%} fewer bodies than stones; the median is "
+        f"{np.median(fewer):.0%} fewer. The valid ones are {sum('NOT VALID' not in row['ended'] for row in pushed)}."
+    )
+
+
+def write(rows: list[dict[str, Any]]) -> None:
+    """Write macroblock_peaks.csv and macroblock_peaks.md."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    with (FOLDER / "macroblock_peaks.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, names, restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    head = (FOLDER / "macroblock_peaks_head.md").read_text()
+    table = states.markdown([{name: row.get(name, "") for name in names} for row in rows])
+    (FOLDER / "macroblock_peaks.md").write_text(f"{head}\n{said(rows)}\n\n{table}\n")
+
+
+def main(most: int | None) -> None:
+    """Run all and write the tables after each."""
+    peaks = states.peaks_of_path()
+    order = sorted(peaks, key=lambda run: 37 * run % 100)[:most]
+    rows: list[dict[str, Any]] = []
+    context = get_context("spawn")
+    with ProcessPoolExecutor(2, mp_context=context, max_tasks_per_child=1) as pool:
+        for row in pool.map(compared, order, [peaks[run] for run in order]):
+            rows.append(row)
+            print(row, flush=True)
+            write(rows)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else None)
