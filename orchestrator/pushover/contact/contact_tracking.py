@@ -38,8 +38,6 @@ REACH = 0.075
 """wider gaps cannot close within an increment"""
 DEEPEST = -7.5e-3
 """a point that lies deeper in a body than this belongs to another of its faces"""
-OUTSIDE_TRIANGLE = 1e-2
-"""a point may lie outside its triangle by this barycentric weight: the connection stays while a node slides a little"""
 TURNED = 0.1
 """rad; faces may be turned so far towards each other for one to slide onto the other (drawings are healed, arches have
 facets), and count as nearly parallel"""
@@ -201,7 +199,7 @@ def track(
     least = np.where(_in_touch(tracking, known), END, ONTO) * tracking.size_of_pair
     overlapping = (_overlap(tracking, frames) > least)[tracking.pair]
     rows = np.flatnonzero(near & overlapping & (inside >= -COVER * size))
-    master_nodes, weights = _project(tracking, home[rows], rows)
+    master_nodes, weights = _project(tracking, home[rows], rows, COVER * size[rows])
     turn = frames.rotation[possible.master_body[rows]]
     normal = np.einsum("cij,cj->ci", turn, possible.normal[rows])
     on_master = np.einsum("cj,cji->ci", weights, moved[master_nodes])
@@ -309,21 +307,27 @@ def _overlap(tracking: Tracking, frames: Frames) -> FloatArray:
     return np.minimum(high, faces.length[master]) - np.maximum(low, 0.0)
 
 
-def _project(tracking: Tracking, home: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return master nodes and weights (c, 3): the first triangle that nearly holds the point, else the nearest one."""
+def _project(tracking: Tracking, home: FloatArray, rows: IntArray, beyond: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return master nodes and weights (c, 3): the first triangle that holds the point, else the nearest one.
+
+    A point may lie `beyond` (c,) in m outside its triangle along the face, so that the connection stays while a node
+    slides a little: no farther than contacts at one place lie apart. (Three points of two straight edges depend on each
+    other: beside their own edge's ends they would have no forces.)
+    """
     count = tracking.triangles[rows]
     tangent = tracking.faces.tangent[tracking.master_face[rows]]
     nodes = np.zeros((len(rows), 3), np.int64)
     weights = np.zeros((len(rows), 3))
     best = np.full(len(rows), -np.inf)
     for k in range(int(count.max(initial=0))):
-        open_ = np.flatnonzero((count > k) & (best < -OUTSIDE_TRIANGLE))
+        open_ = np.flatnonzero((count > k) & (best < -beyond))
         number = tracking.first_triangle[rows[open_]] + k
         triangle, corners = tracking.triangle[number], tracking.corners[number]
         flat = np.stack([np.einsum("cai,ci->ca", corners[..., :2], tangent[open_]), corners[..., 2]], axis=-1)
         target = np.stack([np.einsum("ci,ci->c", home[open_, :2], tangent[open_]), home[open_, 2]], axis=-1)
         found = barycentric(flat, target)
-        better = found.min(axis=1) > best[open_]
+        inside = found.min(axis=1) * np.ptp(flat[..., 0], axis=1)
+        better = inside > best[open_]
         chosen = open_[better]
-        nodes[chosen], weights[chosen], best[chosen] = triangle[better], found[better], found[better].min(axis=1)
+        nodes[chosen], weights[chosen], best[chosen] = triangle[better], found[better], inside[better]
     return nodes, weights

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from orchestrator.masonry.patterns import running_bond
+from orchestrator.masonry.wall import Block, Wall
+from orchestrator.pushover.contact.contact_tracking import COVER
 from orchestrator.pushover.model import displaced
-from tests.support.pushover_chain import model_of, stack
+from tests.support.pushover_chain import model_of, rectangle, stack
 
 
 @pytest.mark.parametrize("tilt", [0.0, 2e-3])
@@ -42,6 +44,27 @@ def test_a_block_that_slides_over_the_end_of_another_is_held_there_all_the_way(y
         for side in (1, -1):
             at_end = between & (side * contacts.point[:, 0] > 0.19)
             assert set(np.round(contacts.point[at_end, 2], 6)) == {0.0, 0.1}, (slid, side)
+
+
+@pytest.mark.parametrize("left", [0.0, 0.5])
+def test_contacts_of_two_straight_faces_do_not_depend_on_each_other(left):
+    """A block on half of a wide one, to the left or to the right, slides 9 mm each way over the node in the middle.
+
+    Three contacts of one straight edge with another would have no unique forces: the wide block's mesh has two edges.
+    """
+    wall = Wall("two blocks", (
+        Block(0, rectangle(-0.2, -0.2, 1.4, 0.2), True, 25e3),
+        Block(1, rectangle(0.0, 0.0, 1.0, 0.4), False, 25e3),
+        Block(2, rectangle(left, 0.4, 0.5, 0.2), False, 25e3),
+    ), 0.2, 0.6)  # fmt: skip
+    model = model_of(wall, mesh_size=0.5, large_displacement=True)
+    node = model.front.nodes
+    size, edge = np.sqrt(0.5 * 0.2), 0.5
+    for slid in np.arange(-9e-3, 9.1e-3, 5e-4):
+        moved = np.zeros_like(node)
+        moved[model.front.body_of_node == 1, 0] = slid
+        rows = displaced(model, moved.ravel()).normal_rows.toarray()
+        assert np.linalg.svd(rows, compute_uv=False)[-1] > COVER * size / edge, slid
 
 
 @pytest.mark.parametrize("turn", [-0.02, -0.005, 0.005, 0.02])
