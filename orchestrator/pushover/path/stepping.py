@@ -70,6 +70,22 @@ def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
     return None
 
 
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """An increment to be tried from a state: its size in the unit of the phase, how often it was made smaller (`cuts`),
+    and the attempts before it."""
+
+    state: Increment
+    size: float
+    cuts: int = 0
+    attempts: tuple[Attempt, ...] = ()
+
+    def then(self, why: str, action: str, iterations: int, state: Increment | None = None) -> Trial:
+        """Return the next trial after this one failed: from the same state, or anew from another one."""
+        attempts = (*self.attempts, Attempt(why, self.size, action, iterations))
+        return Trial(state or self.state, self.size, 0 if state else self.cuts, attempts)
+
+
 @dataclass(frozen=True)
 class Pushover:
     """A contact model, its linear system and the settings; expected_multiplier: what limit analysis expects."""
@@ -114,57 +130,53 @@ class Pushover:
                 yield self._without_what_fell(step_of_motion(self.solver, state, self._held(state)))
                 return
             state = driving
-        size, cuts = state.step[0] or self._largest(state.phase), 0
-        attempts: tuple[Attempt, ...] = ()
-        while True:
-            aim = self._aim(state, size)
-            size = aim.size
-            try:
-                solved = self.solver.static(state, aim)
-            except ConvergenceError as error:
-                failure, spent = str(error), error.iterations
-            else:
-                falls = solved.base_shear < state.base_shear
-                alone = self._left_alone(state, solved.change.ravel()) if falls else None
-                if not solved.moving and alone is None:
-                    growth = 1.0 if cuts else self._growth(state, solved, aim)
-                    grown = min(growth * aim.size, self._resolved(state, solved))
-                    yield replace(solved, attempts=attempts, step=(grown, aim.size))
-                    return
-                failure, spent = "a part of the wall moves", solved.iterations
-                if alone is not None:
-                    attempts += (Attempt("a local part moves and the wall goes back", size, UNDRIVEN, spent),)
-                    state, cuts = alone, 0
-                    continue
-            in_turn = _rested(state) and size <= 2.0 * state.step[1]
-            if cuts < CUTS[state.phase] and not in_turn and size > ONSET * self._largest(state.phase):
-                attempts += (Attempt(failure, size, f"retried with {SHRINK * size:g}", spent),)
-                size, cuts = SHRINK * size, cuts + 1
-                continue
-            rows, tried = motion(self.solver, state, aim), spent
-            spent += sum(row.iterations + sum(a.iterations for a in row.attempts) for row in rows)
-            alone = self._left_alone(state, (rows[-1].displacement - state.displacement).ravel())
-            if alone is not None:
-                attempts += (Attempt("a local part moves", size, UNDRIVEN, spent),)
-                state, cuts = alone, 0
-                continue
-            if not rows[-1].moving:
-                attempts += (Attempt(failure, size, RESTED, spent - rows[-1].iterations),)
-                yield replace(rows[-1], number=state.number + 1, attempts=attempts, step=self._anew(aim, state))
-                return
-            driving = self._driving_what_moves(state, rows[-1].change.ravel())
-            if driving is not None:
-                attempts += (Attempt(failure, size, "what moves is driven", spent),)
-                state, size, cuts = driving, driving.step[0], 0
-                continue
-            if state.phase == "load" and size > ONSET * self._largest("load"):
-                attempts += (Attempt(failure, size, f"a local part moves; retried with {SHRINK * size:g}", spent),)
-                size *= SHRINK
-                continue
-            attempts += (Attempt(failure, size, "a local part moves", tried),)
-            yield replace(rows[0], attempts=attempts + rows[0].attempts)
-            yield from rows[1:]
-            return
+        found: Trial | list[Increment] = Trial(state, state.step[0] or self._largest(state.phase))
+        while isinstance(found, Trial):
+            found = self._static(found)
+        yield from found
+
+    def _static(self, trial: Trial) -> Trial | list[Increment]:
+        """Return the static increment that is tried, what the wall does where there is none, or what to try next."""
+        state, aim = trial.state, self._aim(trial.state, trial.size)
+        trial = replace(trial, size=aim.size)
+        try:
+            solved = self.solver.static(state, aim)
+        except ConvergenceError as error:
+            return self._not_static(trial, aim, str(error), error.iterations)
+        goes_back = solved.base_shear < state.base_shear
+        alone = self._left_alone(state, solved.change.ravel()) if goes_back else None
+        if alone is not None:
+            return trial.then("a local part moves and the wall goes back", UNDRIVEN, solved.iterations, alone)
+        if solved.moving:
+            return self._not_static(trial, aim, "a part of the wall moves", solved.iterations)
+        growth = 1.0 if trial.cuts else self._growth(state, solved, aim)
+        grown = min(growth * aim.size, self._resolved(state, solved))
+        return [replace(solved, attempts=trial.attempts, step=(grown, aim.size))]
+
+    def _not_static(self, trial: Trial, aim: Aim, why: str, spent: int) -> Trial | list[Increment]:
+        """Return a smaller increment to try, or what the wall does that is left to move; spent: iterations so far."""
+        state, smaller = trial.state, SHRINK * trial.size
+        onset = ONSET * self._largest(state.phase)
+        in_turn = _rested(state) and trial.size <= 2.0 * state.step[1]
+        if trial.cuts < CUTS[state.phase] and not in_turn and trial.size > onset:
+            trial = trial.then(why, f"retried with {smaller:g}", spent)
+            return replace(trial, size=smaller, cuts=trial.cuts + 1)
+        rows = motion(self.solver, state, aim)
+        last = rows[-1]
+        total = spent + sum(row.iterations + sum(one.iterations for one in row.attempts) for row in rows)
+        alone = self._left_alone(state, (last.displacement - state.displacement).ravel())
+        if alone is not None:
+            return trial.then("a local part moves", UNDRIVEN, total, alone)
+        if not last.moving:
+            attempts = trial.then(why, RESTED, total - last.iterations).attempts
+            return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim, state))]
+        driving = self._driving_what_moves(state, last.change.ravel())
+        if driving is not None:
+            return replace(trial.then(why, "what moves is driven", total, driving), size=driving.step[0])
+        if state.phase == "load" and trial.size > onset:
+            return replace(trial.then(why, f"a local part moves; retried with {smaller:g}", total), size=smaller)
+        attempts = trial.then(why, "a local part moves", spent).attempts + rows[0].attempts
+        return [replace(rows[0], attempts=attempts), *rows[1:]]
 
     def _without_what_fell(self, state: Increment) -> Increment:
         """Return the state without the bodies that have lost their hold. Raises CollapseError for a large part."""
