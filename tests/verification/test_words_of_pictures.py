@@ -14,7 +14,7 @@ import shutil
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.text import Text
 
 from orchestrator.app import driver
@@ -90,7 +90,7 @@ def saved(tmp_path_factory):
             shutil.copytree(folder / "en", run)
             in_language(run, language)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(Figure, "savefig", recording(Figure.savefig, texts))
+            patch.setattr(FigureCanvasSVG, "print_svg", recording(FigureCanvasSVG.print_svg, texts))
             draw_all(folder, run, language)
     return found
 
@@ -114,15 +114,16 @@ def draw_all(folder, run, language):
     plots.save(figure, run, "stamped", language)
 
 
-def recording(savefig, texts):
-    """Return a `savefig` that notes what stands in a figure, and where, as parts of its width and height."""
+def recording(print_svg, texts):
+    """Return a `print_svg` that notes what stands in a figure, and where, as parts of its width and height."""
 
-    def record(figure, content, **options):
-        savefig(figure, content, **options)
-        if options["format"] == "svg":
-            shown = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
-            boxes = [text.get_window_extent().transformed(figure.transFigure.inverted()) for text in shown]
-            texts[len(texts)] = [(text.get_text(), box) for text, box in zip(shown, boxes, strict=True)]
+    def record(canvas, content, **options):
+        print_svg(canvas, content, **options)
+        figure = canvas.figure
+        figure.draw_without_rendering()  # legends lie where they were drawn last, and SVG has other pixels
+        shown = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
+        boxes = [text.get_window_extent().transformed(figure.transFigure.inverted()) for text in shown]
+        texts[len(texts)] = [(text.get_text(), box) for text, box in zip(shown, boxes, strict=True)]
 
     return record
 

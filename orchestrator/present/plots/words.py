@@ -40,19 +40,24 @@ def write_title(axes: Axes, title: str, name: str) -> None:
 
 
 def legend_below(axes: Axes, columns: int = 4) -> None:
-    """Put the legend of everything labelled below the axes."""
+    """Put the legend of everything labelled below the axes; the figure grows with its rows."""
     figure = axes.get_figure(root=True)
     assert figure is not None
-    more_rows = (len(axes.get_legend_handles_labels()[1]) - 1) // columns
-    figure.set_figheight(figure.get_figheight() + LINE * more_rows)
-    write_legend(figure, columns)
+    _grow(figure, LINE * (write_legend(figure, columns) - 1))
 
 
-def write_legend(figure: Figure, columns: int) -> Legend:
-    """Put the legend of everything labelled in a figure at its foot."""
+def write_legend(figure: Figure, columns: int) -> int:
+    """Put the legend of everything labelled in a figure at its foot, in as few rows as fit; return how many."""
     handles = _labelled(figure)
     names = [str(handle.get_label()) for handle in handles]
-    return figure.legend(handles, names, loc="outside lower center", ncols=columns, fontsize=8, frameon=False)
+    rows = max(-(-len(handles) // columns), 1)
+    while True:
+        columns = max(-(-len(handles) // rows), 1)
+        legend = figure.legend(handles, names, loc="outside lower center", ncols=columns, fontsize=8, frameon=False)
+        if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return rows
+        legend.remove()
+        rows += 1
 
 
 def _labelled(figure: Figure) -> list[Artist]:
@@ -92,18 +97,13 @@ def _tell_title(axes: Axes, say: Callable[[str], str]) -> None:
 
 
 def _tell_legend(figure: Figure, legend: Legend, say: Callable[[str], str]) -> None:
-    """Say the labels and write the legend again, in as few rows as fit; the figure grows with the rows."""
+    """Say the labels and write the legend again; the figure grows with its rows."""
     before = legend.get_window_extent().height
     legend.remove()
-    labelled = _labelled(figure)
-    for handle in labelled:
+    for handle in _labelled(figure):
         handle.set_label(say(str(handle.get_label())))
-    for rows in range(-(-len(labelled) // COLUMNS), len(labelled) + 1):
-        legend = write_legend(figure, -(-len(labelled) // rows))
-        if rows == len(labelled) or legend.get_window_extent().width <= figure.bbox.width:
-            break
-        legend.remove()
-    _grow(figure, (legend.get_window_extent().height - before) / figure.dpi)
+    write_legend(figure, COLUMNS)
+    _grow(figure, (figure.legends[-1].get_window_extent().height - before) / figure.dpi)
 
 
 def _grow(figure: Figure | None, inches: float) -> None:
