@@ -49,7 +49,7 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings, New
 from orchestrator.pushover.solve.linear_system import LinearSystem  # noqa: E402
 from orchestrator.storage.summary import effort_of  # noqa: E402
 
-LIMIT = 240.0
+LIMIT = 120.0
 COURSES, DRAWN = 24, 50
 """pushovers of irregular courses, and of walls that were drawn; the rest are of larger rubble"""
 
