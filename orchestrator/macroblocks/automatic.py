@@ -215,8 +215,10 @@ def chosen(
     def keeps(partition: Partition) -> bool:
         return partition.count > 1 and len(kept(partition)) == len(states)
 
-    partition = _coarsest([partition_of(assemblage, g) for g in hierarchy(assemblage, mechanisms)][::-1], keeps)
-    partition = _joined_while(keeps, partition, assemblage, mechanisms)
+    partition = partition_of(assemblage, np.arange(len(assemblage.wall.blocks)))
+    if keeps(partition):  # else no state was closed that any bodies could keep
+        partition = _coarsest([partition_of(assemblage, g) for g in hierarchy(assemblage, mechanisms)][::-1], keeps)
+        partition = _joined_while(keeps, partition, assemblage, mechanisms)
     words = " and ".join(
         f"{found:.4f} (every stone {state.load_multiplier:.4f})"
         for found, state in zip(kept(partition), states, strict=False)

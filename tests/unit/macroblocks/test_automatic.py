@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -179,3 +181,16 @@ def test_tolerances_that_are_given_are_honoured(wall_1):
     assert found.tolerances == strict
     assert found.count > macroblocks_of(assemblage, analysis).count > 1
     assert macroblocks_of(assemblage, analysis, MacroblockSettings(choose="tolerances")).tolerances is not None
+
+
+def test_a_rest_that_no_limit_state_closes_leaves_every_stone_a_body_at_once(wall_1, caplog):
+    """No bodies could keep what is no state of the stones: nothing is tried but the stones themselves."""
+    assemblage, analysis = wall_1
+    forces = 0.8 * analysis.path.joint_forces
+    rest = replace(analysis.path, flow_rule="last_rest", load_multiplier=0.4, joint_forces=forces, converged=False)
+    with caplog.at_level("INFO"):
+        partition = chosen(assemblage, replace(analysis, path=rest, sequence=None), 0.01)
+    stones = sum(not block.fixed for block in assemblage.wall.blocks)
+    assert partition.count == stones
+    assert [record.args for record in caplog.records if "trying" in record.msg] == [(stones,)] * 2
+    assert "save little" in partition.remarks[1]
