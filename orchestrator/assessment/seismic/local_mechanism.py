@@ -170,8 +170,9 @@ def _linear(
     def capacity(offered: float) -> float:
         return largest_ground_acceleration(lambda ground: needed(ground) <= offered)
 
-    asked, ground = state.peak_ground_acceleration, capacity(acceleration)
-    without = capacity(acceleration * has.participation) / asked
+    asked = state.peak_ground_acceleration
+    start = _start_that_counts(has, acceleration, capacity)
+    ground, without = capacity(start), capacity(acceleration * has.participation) / asked
     clause = "[C8.7.1.8]" if like == "SLD" else f"C8.7.1.2.1.7, q = {divided:g}"
     name = "activation" if like == "SLD" else "linear"
     row = {
@@ -179,14 +180,21 @@ def _linear(
         "limit_state": state.name,
         "ag_m_per_s2": asked,
         "demand": needed(asked),
-        "capacity": acceleration,
+        "capacity": start,
         "unit": "m/s2",
         "capacity_ag_m_per_s2": ground,
         "safety_ratio": ground / asked,
         "safety_ratio_without_e_star": without,
         "clause": f"Circ. 7/2019 {clause}",
     }
-    return row | {"remarks": _cautions(state, has, row)}
+    return row | {"remarks": _cautions(state, has, row, start / acceleration)}
+
+
+def _start_that_counts(has: Kinematics, acceleration: float, capacity: Callable[[float], float]) -> float:
+    """Return the acceleration at which the mechanism starts: a_0*, or with e* = 1 where e* is low and that is worse."""
+    if has.participation >= LOW_PARTICIPATION:
+        return acceleration
+    return min((acceleration * has.participation, acceleration), key=capacity)
 
 
 def _nonlinear(
@@ -210,11 +218,13 @@ def _nonlinear(
         needed = at_displacement(start)[1]
         return largest_ground_acceleration(lambda ground: needed(ground) <= allowed)
 
-    asked, ground = state.peak_ground_acceleration, capacity(acceleration)
+    asked = state.peak_ground_acceleration
+    start = _start_that_counts(has, acceleration, capacity)
+    ground = capacity(start)
     starts = largest_ground_acceleration(
-        lambda ground: _spectrum(settings, state, ground, settings.damping).peak_acceleration <= acceleration
+        lambda ground: _spectrum(settings, state, ground, settings.damping).peak_acceleration <= start
     )
-    period, needed = at_displacement(acceleration)
+    period, needed = at_displacement(start)
     without = capacity(acceleration * has.participation) / asked
     row = about | {
         "ag_m_per_s2": asked,
@@ -228,7 +238,7 @@ def _nonlinear(
         "damping": damping,
         "clause": f"Circ. 7/2019 C8.7.1.2.1.6, .8, [C8.7.1.1{'0' if like == 'SLV' else '1'}]",
     }
-    said = _cautions(state, has, row)
+    said = _cautions(state, has, row, start / acceleration)
     if has.friction_share > SLIDING:
         share = f"friction takes {has.friction_share:.0%} of the live load's power"
         said.insert(0, f"{share}, and is taken to do so to the end: d0* is an upper bound")
@@ -238,12 +248,13 @@ def _nonlinear(
     return row | {"remarks": said}
 
 
-def _cautions(state: LimitStateSettings, has: Kinematics, row: dict[str, Any]) -> list[str]:
-    """Return what must be said beside a row of the kinematic approach."""
+def _cautions(state: LimitStateSettings, has: Kinematics, row: dict[str, Any], share: float) -> list[str]:
+    """Return what must be said beside a row of the kinematic approach; share: of a_0* that it was made with."""
+    used = "e* = 1" if share < 1.0 else "e*, the lower one"
     bodies = f"{has.bodies} bod{'y' if has.bodies == 1 else 'ies'}"
     said = {
         f"e* = {has.participation:.3g} of {bodies} is below {LOW_PARTICIPATION:g}: slow bodies count in it, "
-        "read e* = 1": has.participation < LOW_PARTICIPATION,
+        f"the check is that of {used}": has.participation < LOW_PARTICIPATION,
         f"a ratio above {STRONGER:g} says that this check does not govern, not how strong the wall is": (
             row["safety_ratio"] > STRONGER
         ),

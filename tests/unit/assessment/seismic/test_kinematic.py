@@ -239,7 +239,27 @@ def test_a_small_participation_is_warned_about_and_what_slides_has_no_non_linear
     found = InMechanism("sequence", Kinematics(0.3, 0.5, 8, None, 1.0), ())
     asked = SeismicSettings(AG)
     _, (linear, rocks) = kinematic_checks(asked, limit_states(asked), found, FORWARD)
-    assert "e* = 0.5 of 8 bodies is below 0.75: slow bodies count in it, read e* = 1" in linear["remarks"]
+    said = "e* = 0.5 of 8 bodies is below 0.75: slow bodies count in it, the check is that of e* = 1"
+    assert said in linear["remarks"]
     assert rocks == {
         "approach": "kinematic, non-linear", "limit_state": "SD", "refused": NOT_TURNING, "remarks": []
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("displacement", [None, 0.25], ids=["slides", "turns"])
+def test_a_small_participation_raises_no_ratio(displacement):
+    """With e* = 0.5 the checks are those of e* = 1; with e* = 0.8 they profit from it."""
+    asked = SeismicSettings(AG)
+
+    def rows(participation):
+        found = InMechanism("path", Kinematics(0.3, participation, 8, displacement, 0.0), ())
+        checks = kinematic_checks(asked, limit_states(asked), found, FORWARD)[1]
+        return [row for row in checks if "refused" not in row]
+
+    for low, whole, high in zip(rows(0.5), rows(1.0), rows(0.8), strict=True):
+        for key in ("demand", "capacity", "capacity_ag_m_per_s2", "safety_ratio"):
+            assert low[key] == pytest.approx(whole[key], rel=1e-6), key
+        assert low["safety_ratio"] == low["safety_ratio_without_e_star"]
+        assert high["safety_ratio"] > whole["safety_ratio"]
+        assert any("the check is that of e* = 1" in text for text in low["remarks"])
+    assert len(rows(0.5)) == (1 if displacement is None else 2)
