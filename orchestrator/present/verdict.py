@@ -61,7 +61,7 @@ class Verdict:
 
     @property
     def not_made(self) -> int:
-        """How many checks could not be made."""
+        """How many checks could not be made, the rows that say so."""
         return sum(row["verified"] == "not made" for row in self.rows)
 
 
@@ -95,9 +95,11 @@ def _rows(answer: Answered) -> list[dict[str, Any]]:
     row = dict.fromkeys(COLUMNS, "") | about
     if answer.summary is None:
         return [row | {"limit_state": STRENGTH, "verified": "not made", "remarks": answer.complaint}]
-    found = [row | _strength(answer.summary)]
-    checks = answer.summary.seismic["checks"] if answer.summary.seismic else ()
-    return found + [row | _check(check) for check in checks]
+    checks = [_check(check) for check in (answer.summary.seismic["checks"] if answer.summary.seismic else ())]
+    strength = _strength(answer.summary)
+    if any(check["verified"] == "not made" for check in checks):
+        strength["verified"] = ""  # the same doubt is not counted twice
+    return [row | found for found in (strength, *checks)]
 
 
 def _check(check: Mapping[str, Any]) -> dict[str, Any]:
@@ -178,10 +180,16 @@ def _body(found: Verdict, say: Callable[[str], str]) -> str:
         remarks = f" ({row['remarks']})" if row["remarks"] else ""
         return said.format(load_case=row["load_case"], check=say(row["check"]), **values) + remarks
     words = {"verified": "VERIFIED", "not verified": "NOT VERIFIED", "open": "NOT YET VERIFIED"}[found.state]
-    said = say(
+    text = (
         "{load_case} governs at {state} with {check}, safety ratio {ratio}: the wall passes up to a ground "
         "acceleration of {passes} g, {asked} g is asked for"
-    ).format(
+    )
+    if found.not_made:
+        text = (
+            "{load_case} governs at {state} with {check}, safety ratio {ratio}: as far as it could be checked, the "
+            "wall passes up to a ground acceleration of {passes} g, {asked} g is asked for"
+        )
+    said = say(text).format(
         load_case=row["load_case"], state=row["limit_state"], check=say(row["check"]),
         ratio=printed("ratio", row["safety_ratio"]),
         passes=f"{row['capacity_ag_m_per_s2'] / GRAVITY:.3f}", asked=f"{row['ag_m_per_s2'] / GRAVITY:.3f}",

@@ -123,6 +123,11 @@ def largest_drift(pier: DriftingPier, state: LimitStateName, settings: SeismicSe
     return FLEXURE[state] * share, "flexure"
 
 
+def is_limited(state: LimitStateName, settings: SeismicSettings) -> bool:
+    """Return whether the drifts of piers are checked at a limit state."""
+    return settings.largest_drift is not None or state in SERVICE or state in FLEXURE
+
+
 @dataclass(frozen=True, slots=True)
 class Allowed:
     """Up to where a curve may be followed: displacement m of the control point at which `pier` has its largest drift

@@ -18,7 +18,7 @@ import numpy as np
 from orchestrator.assessment.capacity import Bilinear, idealise
 from orchestrator.assessment.seismic.control import ControlPoint, control_point
 from orchestrator.assessment.seismic.drift import CLAUSES as DRIFT_CLAUSES
-from orchestrator.assessment.seismic.drift import GIVEN, allowed_displacement, drift_at, drifting_piers
+from orchestrator.assessment.seismic.drift import GIVEN, allowed_displacement, drift_at, drifting_piers, is_limited
 from orchestrator.assessment.seismic.local_mechanism import kinematic_checks, loads_in_mechanism, safest_state
 from orchestrator.assessment.seismic.n2 import (
     demand,
@@ -89,7 +89,10 @@ def verify(
             seen = observe(pushover, assemblage.wall, load, point, drifting_piers(assemblage, point.blocks))
             line = idealise(pushover.curve.base_shear_N, seen.displacement)
         except ResultError as error:
-            checks.append({"approach": approach, "limit_state": "all", "refused": error.detail})
+            refused = {"limit_state": "all", "refused": error.detail}
+            checks.append({"approach": approach} | refused)
+            if any(is_limited(state.name, settings) for state in states):
+                drifts.append({"approach": f"drift, {LABELS[pushover.name]}"} | refused)
             continue
         observed[pushover.name] = seen
         systems.append(_system(pushover.name, point, seen, line))

@@ -8,6 +8,8 @@ import json
 import pytest
 
 from orchestrator.app.cli import main
+from orchestrator.assessment.seismic.verification_record import verdict as of_record
+from orchestrator.present.phrases import phrases
 from orchestrator.present.verdict import COLUMNS, sentence
 from orchestrator.settings import case as cases
 from tests.support.leaning_stone import CASE, stone
@@ -95,3 +97,27 @@ def test_a_run_of_load_cases_prints_and_writes_its_verdict(tmp_path, capsys):
     assert said in printed
     assert said in page
     assert (tmp_path / "out" / "-x mass" / "verdict.csv").is_file()
+
+
+def test_a_doubt_that_a_refused_check_tells_is_counted_once_as_its_record_counts_it():
+    """A curve that is not valid: N2 and drift are refused, and the strength from limit analysis says so too."""
+    refused = [
+        {"approach": approach, "limit_state": "all", "refused": "the curve is not valid", "remarks": []}
+        for approach in ("N2, micro-FE", "drift, micro-FE")
+    ]
+    checks = [check(1.5), *refused]
+    found = of(a=summary(*checks, valid=False))
+    assert found.rows[0]["remarks"] == "no curve is valid"
+    assert "2 checks could not be made" in sentence(found)
+    assert "2 could not be made" in of_record({"checks": checks})
+    assert [row["verified"] for row in found.rows].count("not made") == 2
+
+
+def test_what_the_wall_passes_is_told_as_far_as_it_could_be_checked():
+    whole, open_one = of(a=summary(check(1.5))), of(a=summary(check(1.5)), b=None)
+    failed = of(a=None, b=summary(check(0.5)))
+    assert "as far as it could be checked" not in sentence(whole)
+    for found in (open_one, failed):
+        assert ": as far as it could be checked, the wall passes up to" in sentence(found)
+    assert "per quanto si è potuto verificare" in sentence(open_one, phrases("it"))
+    assert "tanto quanto se pôde verificar" in sentence(open_one, phrases("pt"))

@@ -7,12 +7,15 @@ import pytest
 
 from orchestrator.assessment.capacity import Bilinear
 from orchestrator.assessment.seismic.n2 import EquivalentSystem
-from orchestrator.assessment.seismic.observed import Observed
-from orchestrator.assessment.seismic.seismic_verification import CLAUSES, n2_check
+from orchestrator.assessment.seismic.observed import Observed, StoredPushover
+from orchestrator.assessment.seismic.seismic_verification import CLAUSES, n2_check, verify
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, ratio, verdict
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.loads import LoadSettings
 from orchestrator.present.page.seismic_page import LABELS
 from orchestrator.present.plots import verification
+from tests.support.limit_analysis_cases import assemblage_of, box
 
 SYSTEM = EquivalentSystem(9 / 7, 40e3, 60e3, 2 / 3)
 """three masses under a load proportional to mass, as in test_n2.py"""
@@ -104,3 +107,14 @@ def test_the_record_reads_as_notes_and_a_verdict():
     assert ratio({"safety_ratio": 2.0, "safety_ratio_without_e_star": 1.5}) == "2.00 (1.50)"
     assert (in_its_unit(0.0123, "m"), in_its_unit(0.883, "m/s2")) == ("12.3 mm", "0.883 m/s²")
     assert set(LABELS) == {"macro", "micro"}
+
+
+@pytest.mark.parametrize(("state", "refused"), [("SD", ["N2, micro-FE", "drift, micro-FE"]), ("DL", ["N2, micro-FE"])])
+def test_the_drifts_of_a_refused_curve_are_listed_where_the_code_limits_them(state, refused):
+    assemblage = assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)])
+    curve = StoredPushover("micro", None, None, None, 0.0, None, None, "the curve is not valid")
+    asked = SeismicSettings(1.4715, state)
+    found, observed = verify(asked, LoadSettings(), LimitAnalysisSettings(), assemblage, analyse(assemblage), [curve])
+    assert [row["approach"] for row in found["checks"] if "refused" in row] == refused
+    assert not observed
+    assert verdict(found).endswith(f"{len(refused)} could not be made")
