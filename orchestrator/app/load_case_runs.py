@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 COLUMNS = (
     "load_case", "direction", "distribution", "model", "bodies", "associative", "non_associative",
     "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N", "displacement_at_peak_m",
-    "initial_stiffness_N_per_m", "valid", "stopped_because", "complaint",
+    "initial_stiffness_N_per_m", "peak_reached", "valid", "stopped_because", "complaint",
 )  # fmt: skip
 INDEX = "load_cases.json"
 
@@ -251,6 +251,7 @@ def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
             "peak_base_shear_N": pushed.peak_base_shear,
             "displacement_at_peak_m": pushed.displacement_at_peak,
             "initial_stiffness_N_per_m": pushed.initial_stiffness,
+            "peak_reached": pushed.peak_reached,
             "valid": pushed.valid,
             "stopped_because": pushed.stopped_because,
             "complaint": pushed.complaint or "",

@@ -27,6 +27,8 @@ STUDIED: dict[str, Figure] = {
     "seconds": "seconds", "seconds_over_micro": "ratio",
 }  # fmt: skip
 """figures of a row of a study's table"""
+AT_LEAST = "≥ "
+"""before the peak of a valid curve that ends before its peak"""
 
 
 def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
@@ -196,11 +198,11 @@ def _end_of(bar: dict[str, Any], end: str) -> str:
 
 
 def _pushover_row(pushed: PushoverSummary) -> list[str]:
+    peak = (printed("multiplier", pushed.peak_multiplier), printed("force", pushed.peak_base_shear))
     return [
         {"macro": "macroblock FE", "micro": "micro-FE"}[pushed.model] + ", NOT VALID" * (not pushed.valid),
         str(pushed.bodies),
-        printed("multiplier", pushed.peak_multiplier),
-        printed("force", pushed.peak_base_shear),
+        *(AT_LEAST * (pushed.valid and not pushed.peak_reached) + said for said in peak),
         printed("displacement", pushed.displacement_at_peak),
         printed("stiffness", pushed.initial_stiffness),
         printed("seconds", pushed.seconds["total"]),
@@ -222,6 +224,8 @@ def load_cases_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
     for row in rows:
         model = f"{row['model']} FE" if row["model"] else "no curve"
         marked = model + ", NOT VALID" * (row["valid"] is False)
-        cells = [printed(figure, row[key]) if row[key] != "" else "" for key, figure in figures.items()]
-        table.add_row(escape(row["load_case"]), marked, *cells)
+        cells = {key: printed(figure, row[key]) if row[key] != "" else "" for key, figure in figures.items()}
+        if row["valid"] is True and row["peak_reached"] is False:
+            cells |= {key: AT_LEAST + cells[key] for key in ("peak_multiplier", "peak_base_shear_N")}
+        table.add_row(escape(row["load_case"]), marked, *cells.values())
     return table

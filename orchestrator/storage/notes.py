@@ -55,6 +55,6 @@ def remarks(summary: Summary) -> list[str]:
                 "take --model micro, or smaller tolerances"
             )
         if not pushed.peak_reached:
-            multiplier = printed("multiplier", pushed.peak_multiplier)
-            said.append(f"{pushed.model} FE: the peak was not reached; the wall carries at least {multiplier}")
+            carried = f"; the wall carries at least {printed('multiplier', pushed.peak_multiplier)}"
+            said.append(f"{pushed.model} FE: the peak was not reached" + carried * pushed.valid)
     return said
