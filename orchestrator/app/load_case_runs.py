@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 COLUMNS = (
     "load_case", "direction", "distribution", "model", "bodies", "associative", "non_associative",
-    "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N", "displacement_at_peak_m",
+    "last_rest", "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N", "displacement_at_peak_m",
     "initial_stiffness_N_per_m", "peak_reached", "valid", "stopped_because", "complaint",
 )  # fmt: skip
 INDEX = "load_cases.json"
@@ -246,6 +246,7 @@ def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
             "bodies": pushed.bodies,
             "associative": limit.associative,
             "non_associative": lowest,
+            "last_rest": limit.only_at_rest,
             "limit_base_shear_N": limit.base_shear,
             "peak_multiplier": pushed.peak_multiplier,
             "peak_base_shear_N": pushed.peak_base_shear,

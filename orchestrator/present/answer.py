@@ -13,12 +13,12 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     state, bound = analysis.headline, analysis.bound.load_multiplier
     multiplier = state.load_multiplier
     counts = f"λ = {_limit(multiplier)} counts ({state.flow_rule.replace('_', ' ')}): "
+    if not state.converged and state is not analysis.associative:
+        counts = f"No limit state was found; the wall was at rest up to λ = ({_limit(multiplier)}): "
     shear = f"base shear {printed('force', multiplier * analysis.horizontal_load)} kN, "
     if state is analysis.associative:
         return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."
-    why = "a collapse state with friction that does not dilate; "
-    if not state.converged:
-        why = "the wall was found at rest there, and no collapse state was closed; "
+    why = "a collapse state with friction that does not dilate; " if state.converged else ""
     low, high = analysis.non_associative_range or (multiplier, multiplier)
     low = min(low, analysis.lowest.load_multiplier if analysis.lowest else low)
     if bound - low <= ALIKE * bound:

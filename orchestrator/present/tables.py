@@ -129,11 +129,14 @@ def run_table(summary: Summary) -> Table:
     columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    rows = {"associative": limit.associative, "non-assoc.": limit.non_associative}
+    other = "last rest" if limit.only_at_rest else "non-assoc."
+    rows = {"associative": limit.associative, other: limit.non_associative}
     for rule, multiplier in rows.items():
         found = ["none found", ""]
         if multiplier is not None:
             found = [printed("multiplier", multiplier), printed("force", multiplier * horizontal_load)]
+        if rule == "last rest":
+            found = [f"({figure})" for figure in found]
         seconds = printed("seconds", limit.seconds) if rule == "associative" else ""
         table.add_row(f"micro-LA {rule}", str(summary.wall.blocks), *found, "", "", seconds)
     for pushed in summary.pushover:
@@ -227,5 +230,7 @@ def load_cases_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
         cells = {key: printed(figure, row[key]) if row[key] != "" else "" for key, figure in figures.items()}
         if row["valid"] is True and row["peak_reached"] is False:
             cells |= {key: AT_LEAST + cells[key] for key in ("peak_multiplier", "peak_base_shear_N")}
+        if row["last_rest"] is True:
+            cells["non_associative"] = f"({cells['non_associative']})"
         table.add_row(escape(row["load_case"]), marked, *cells.values())
     return table

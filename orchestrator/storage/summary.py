@@ -174,6 +174,11 @@ class LimitSummary:
         return self.associative if self.non_associative is None else self.non_associative
 
     @property
+    def only_at_rest(self) -> bool:
+        """Whether that is the last load at which the wall rests, as no limit state was found."""
+        return self.non_associative is not None and not self.converged
+
+    @property
     def bound(self) -> float:
         """Highest load multiplier of any state of the stones that do not come loose before, by the static theorem."""
         return self.associative if self.associative_left is None else self.associative_left

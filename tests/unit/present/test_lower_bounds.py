@@ -8,7 +8,10 @@ import pytest
 from rich.console import Console
 
 from orchestrator import storage
+from orchestrator.limit_analysis import analyse
+from orchestrator.present.answer import answer_of_limit
 from orchestrator.present.tables import load_cases_table, run_table
+from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.pushed import PUSHED
 from tests.support.verdicts import summary
 
@@ -28,7 +31,7 @@ def test_a_peak_that_was_not_reached_is_at_least_that_only_of_a_valid_curve(push
     found = replace(summary(), pushover=(pushed,))
     row = {
         "load_case": "a", "model": "micro", "valid": pushed.valid, "peak_reached": pushed.peak_reached,
-        "associative": 0.3, "non_associative": 0.25, "peak_multiplier": pushed.peak_multiplier,
+        "associative": 0.3, "last_rest": False, "non_associative": 0.25, "peak_multiplier": pushed.peak_multiplier,
         "peak_base_shear_N": pushed.peak_base_shear, "displacement_at_peak_m": 0.005, "initial_stiffness_N_per_m": 1e6,
     }  # fmt: skip
     for table in (run_table(found), load_cases_table("wall", [row])):
@@ -36,3 +39,20 @@ def test_a_peak_that_was_not_reached_is_at_least_that_only_of_a_valid_curve(push
         assert ("NOT VALID" in text_of(table)) is not pushed.valid
     assert any("carries at least" in remark for remark in storage.remarks(found)) is said
     assert any("the peak was not reached" in remark for remark in storage.remarks(found)) is not pushed.peak_reached
+
+
+def test_a_last_rest_is_no_collapse_multiplier():
+    """A block 0.5 m wide and 1 m high overturns at 0.5; made one that no limit state closed."""
+    found = analyse(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]))
+    assert "counts" in answer_of_limit(found)
+    rest = replace(found, path=replace(found.headline, flow_rule="last_rest", converged=False))
+    assert rest.headline.flow_rule == "last_rest"
+    said = answer_of_limit(rest)
+    assert said.startswith("No limit state was found; the wall was at rest up to λ = (0.5")
+    assert "counts" not in said
+    limit = storage.limit_summary(rest)
+    assert limit.only_at_rest
+    assert not storage.limit_summary(found).only_at_rest
+    whole = replace(summary(), limit_analysis=limit)
+    assert "micro-LA last rest" in text_of(run_table(whole))
+    assert "(0.5000)" in text_of(run_table(whole))
