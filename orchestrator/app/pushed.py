@@ -188,6 +188,7 @@ def judged(
         stopped,
         overlap=overlap,
         toe_error=coarse_toes(bodies, contact_model.contacts, at_peak),
+        crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         large_displacement=large,
         ranks=ranks,
         seconds=seconds,

@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 from orchestrator.basis.printed import printed
 from orchestrator.masonry.wall import GRAVITY
+from orchestrator.storage.notes import COARSE_TOES, cautions
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
 
 COLUMNS = (
@@ -22,6 +23,7 @@ COLUMNS = (
 )  # fmt: skip
 STRENGTH = "strength"
 """what stands for the limit state in rows of base shear"""
+ENDS_EARLY = "the curve ends before its peak: a lower bound"
 LIMIT = "limit analysis"
 """the check of such a row where it is not from a curve"""
 State = Literal["verified", "not verified", "open", "strength", "nothing"]
@@ -118,7 +120,7 @@ def kind_of(row: Mapping[str, Any], summary: Summary) -> str:
         return "checks" if summary.limit_analysis.converged else f"checks, {limit}"
     if row["check"] == LIMIT:
         return limit
-    return "curve without its peak" if row["remarks"] else "peak of a curve"
+    return "curve without its peak" if ENDS_EARLY in row["remarks"] else "peak of a curve"
 
 
 def _strength(summary: Summary) -> dict[str, Any]:
@@ -126,18 +128,18 @@ def _strength(summary: Summary) -> dict[str, Any]:
     row = {"limit_state": STRENGTH, "unit": "N"}
     valid = {pushed.model: pushed for pushed in summary.pushover if pushed.valid}
     if pushed := valid.get("micro") or valid.get("macro"):
-        return row | _of_curve(pushed)
+        return row | _of_curve(pushed, summary.limit_analysis.bound)
     return row | _of_limit_analysis(summary.limit_analysis, ["no curve is valid"] if summary.pushover else [])
 
 
-def _of_curve(pushed: PushoverSummary) -> dict[str, Any]:
+def _of_curve(pushed: PushoverSummary, bound: float) -> dict[str, Any]:
     check = "FE of every stone" if pushed.model == "micro" else "FE of macroblocks"
-    bound = "" if pushed.peak_reached else "the curve ends before its peak: a lower bound"
+    said = [*([] if pushed.peak_reached else [ENDS_EARLY]), *cautions(pushed, bound)]
     return {
         "check": check,
         "capacity": pushed.peak_base_shear,
         "multiplier": pushed.peak_multiplier,
-        "remarks": bound,
+        "remarks": "; ".join(said),
     }
 
 
@@ -165,6 +167,8 @@ def sentence(found: Verdict, say: Callable[[str], str] = str) -> str:
     if found.not_made:
         doubt = "1 check could not be made" if found.not_made == 1 else "{count} checks could not be made"
         text += "; " + say(doubt).format(count=found.not_made)
+    if any(COARSE_TOES in row["remarks"] for row in found.rows) and say(COARSE_TOES) not in text:
+        text += "; " + say(COARSE_TOES)
     if found.state == "strength":
         text += "; " + say("no ground acceleration was given, so nothing is verified")
     return text + "."
@@ -177,7 +181,7 @@ def _body(found: Verdict, say: Callable[[str], str]) -> str:
     if found.state == "strength":
         said = say("{load_case} governs with the least base shear, {shear} kN (load multiplier {multiplier}, {check})")
         values = {"shear": printed("force", row["capacity"]), "multiplier": printed("multiplier", row["multiplier"])}
-        remarks = f" ({row['remarks']})" if row["remarks"] else ""
+        remarks = f" ({'; '.join(map(say, row['remarks'].split('; ')))})" if row["remarks"] else ""
         return said.format(load_case=row["load_case"], check=say(row["check"]), **values) + remarks
     words = {"verified": "VERIFIED", "not verified": "NOT VERIFIED", "open": "NOT YET VERIFIED"}[found.state]
     text = (

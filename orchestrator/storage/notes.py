@@ -17,6 +17,9 @@ from orchestrator.storage.summary import PushoverSummary, Summary
 
 TOE_OFFSET = 0.01
 """part of a joint by which the resultant of its toe may lie off before that is told"""
+FAR_BEYOND = 0.05
+"""part by which a peak may exceed the associative bound, no theorem for large displacements, before that is told"""
+COARSE_TOES = "the mesh is too coarse for crushing toes: refine mesh.size"
 TOLD = 5
 """local failures that are told one by one"""
 
@@ -24,6 +27,23 @@ TOLD = 5
 def reasons(pushovers: Sequence[PushoverSummary]) -> list[str]:
     """Return why pushovers are not valid."""
     return [f"{pushed.model} FE: {pushed.not_valid_because}" for pushed in pushovers if not pushed.valid]
+
+
+def cautions(pushed: PushoverSummary, bound: float) -> list[str]:
+    """Return what makes a peak doubtful where joints crush; bound: the associative multiplier."""
+    said = []
+    if pushed.toe_error > TOE_OFFSET:
+        said.append(
+            f"{pushed.model} FE: at the peak the resultant of a toe may lie off by "
+            f"{100 * pushed.toe_error:.2g} % of its joint: {COARSE_TOES}"
+        )
+    if pushed.model == "micro" and pushed.crushing and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * bound:
+        peak = printed("multiplier", pushed.peak_multiplier)
+        said.append(
+            f"micro FE: joints crush, and the peak {peak} is more than 5 % above the associative bound "
+            f"{printed('multiplier', bound)}: {COARSE_TOES}"
+        )
+    return said
 
 
 def remarks(summary: Summary) -> list[str]:
@@ -42,12 +62,7 @@ def remarks(summary: Summary) -> list[str]:
             )
         if (more := len(pushed.events) - TOLD) > 0:
             said.append(f"{pushed.model} FE: {more} more local failures, in summary.json")
-        if pushed.toe_error > TOE_OFFSET:
-            said.append(
-                f"{pushed.model} FE: at the peak the resultant of a toe may lie off by "
-                f"{100 * pushed.toe_error:.2g} % of its joint, "
-                "as elements are longer than what crushes; lower mesh.size"
-            )
+        said += cautions(pushed, bound)
         if pushed.model == "macro" and pushed.peak_multiplier > (1.0 + BEYOND) * bound:
             said.append(
                 f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than the stones can carry "

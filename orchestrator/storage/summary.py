@@ -121,6 +121,8 @@ class PushoverSummary:
     """the checks of the result that failed (pushover.checks), in words"""
     toe_error: float = 0.0
     """how far the resultant of a toe that crushes may lie off at the peak, over its joint"""
+    crushing: bool = False
+    """whether a joint has a finite compressive strength"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,6 +225,7 @@ def pushover_summary(
     *,
     overlap: tuple[float, float],
     toe_error: float,
+    crushing: bool,
     large_displacement: bool,
     ranks: int,
     seconds: Mapping[str, float],
@@ -250,6 +253,7 @@ def pushover_summary(
         valid=not_valid_because is None,
         not_valid_because=not_valid_because,
         toe_error=toe_error,
+        crushing=crushing,
     )
 
 

@@ -53,5 +53,7 @@ def _row(row: dict[str, Any], language: Language) -> dict[str, Any]:
             "ground": f"{row['capacity_ag_m_per_s2']:.3g} / {row['ag_m_per_s2']:.3g}",
             "ratio": printed("ratio", row["safety_ratio"]),
         }
+    if strength:
+        row = row | {"remarks": "; ".join(map(phrases(language), row["remarks"].split("; ")))}
     keys = ("load_case", "limit_state", "check", "verified", "governs", "remarks")
     return {key: row[key] for key in keys} | {key: in_language(text, language) for key, text in shown.items()}

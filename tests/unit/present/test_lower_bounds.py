@@ -10,10 +10,13 @@ from rich.console import Console
 from orchestrator import storage
 from orchestrator.limit_analysis import analyse
 from orchestrator.present.answer import answer_of_limit
+from orchestrator.present.phrases import phrases
 from orchestrator.present.tables import load_cases_table, run_table
+from orchestrator.present.verdict import kind_of, sentence
+from orchestrator.storage.notes import COARSE_TOES
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.pushed import PUSHED
-from tests.support.verdicts import summary
+from tests.support.verdicts import of, summary
 
 SHORT = replace(PUSHED, peak_reached=False)
 INVALID = replace(SHORT, valid=False, not_valid_because="equilibrium: too far off")
@@ -56,3 +59,19 @@ def test_a_last_rest_is_no_collapse_multiplier():
     whole = replace(summary(), limit_analysis=limit)
     assert "micro-LA last rest" in text_of(run_table(whole))
     assert "(0.5000)" in text_of(run_table(whole))
+
+
+@pytest.mark.parametrize(("over", "crushing", "toe", "said"), [
+    (1.06, True, 0.0, 1), (1.04, True, 0.0, 0), (1.06, False, 0.0, 0), (0.9, True, 0.02, 1), (1.06, True, 0.02, 2),
+])  # fmt: skip
+def test_a_peak_far_above_the_bound_where_joints_crush_is_doubted_in_remarks_and_verdict(over, crushing, toe, said):
+    found = summary()
+    peak = over * found.limit_analysis.bound
+    pushed = replace(PUSHED, peak_multiplier=peak, crushing=crushing, toe_error=toe)
+    found = replace(found, pushover=(pushed,))
+    assert sum(COARSE_TOES in remark for remark in storage.remarks(found)) == said
+    whole = of(a=found)
+    assert whole.rows[0]["remarks"].count(COARSE_TOES) == said
+    assert (COARSE_TOES in sentence(whole)) is (said > 0)
+    assert COARSE_TOES not in sentence(whole, phrases("it"))
+    assert kind_of(whole.rows[0], found) == "peak of a curve"
