@@ -100,7 +100,6 @@ def _add_wall_commands(commands: Any) -> None:
     )
     run.add_argument("--output", type=Path, help="run folder (default: results/NAME OF THE CASE FILE)")
     run.add_argument("--resume", action="store_true", help="go on after the last stored increment")
-    run.add_argument("--force", action="store_true", help="overwrite the results of an earlier run")
     run.add_argument("--model", choices=("macro", "micro", "both"), help="instead of the case file's [run] models")
     run.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
     check = _command(
@@ -120,6 +119,8 @@ def _add_wall_commands(commands: Any) -> None:
     example = "--set macroblocks.tol_d=300mm"
     segment = _command(commands, "segment", "stop after the macroblocks", example)
     segment.add_argument("--output", type=Path, help="folder of the pictures (default: results/NAME OF THE CASE FILE)")
+    for command in (run, limit, segment):
+        command.add_argument("--force", action="store_true", help="overwrite the results of an earlier run")
 
 
 def _command(commands: Any, name: str, summary: str, example: str) -> argparse.ArgumentParser:

@@ -75,10 +75,13 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
     if case is None:
         gc.enable()
         from orchestrator.app import space_commands
+        from orchestrator.storage import refuse_overwriting_run
 
         output = options.output or Path("results") / options.case.stem
         if options.command == "check":
             return space_commands.check(options.case, options.set, output, console)
+        if not (options.json or options.force):
+            refuse_overwriting_run(output, resumable=False)
         return space_commands.limit(options.case, options.set, output, options.json, console)
     from orchestrator.app import study_commands, wall_commands
 

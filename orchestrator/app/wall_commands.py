@@ -42,13 +42,14 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
     if options.settle is not None:
         if not math.isfinite(options.settle_angle):
             raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")
+        storage.try_folder(output)
         return _settle(options, case, output, console)
     if options.json:
         found = {name: driver.limit(one) for name, one in load_case_runs.each(case).items()}
         records = {name: asdict(storage.limit_summary(one[1])) for name, one in found.items()}
         print(json.dumps(records.get("", records), indent=1))
         return 0
-    storage.try_folder(output)
+    _try_output(options, case, output)
     answers = []
     for name, one in load_case_runs.each(case).items():
         with Reporter(console):
@@ -79,7 +80,7 @@ def _settle(options: argparse.Namespace, case: Case, output: Path, console: Cons
 def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: Console) -> int:
     """Find the macroblocks; return the exit code."""
     output = _output(options)
-    storage.try_folder(output)
+    _try_output(options, case, output)
     for name, one in load_case_runs.each(case).items():
         with Reporter(console):
             segmented = driver.segment(one)
@@ -157,6 +158,13 @@ def _print_verification(summary: storage.Summary, console: Console, load_case: s
 def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:
     """Return 1 if a pushover stopped early, else 3 if one is not valid, else 0."""
     return min((1 if isinstance(complaint, ConvergenceError) else 3 for complaint in complaints), default=0)
+
+
+def _try_output(options: argparse.Namespace, case: Case, output: Path) -> None:
+    """Raise OSError or CaseError for a folder that takes no files, or has those of a finished run."""
+    storage.try_folder(output)
+    for folder in () if options.force else (output, *(output / name for name in load_case_runs.each(case))):
+        storage.refuse_overwriting_run(folder, resumable=False)
 
 
 def _output(options: argparse.Namespace) -> Path:

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from orchestrator.basis.errors import CaseError
 
-OF_A_RUN = ("summary.json", "macro", "micro", "load_cases.json")
+OF_A_FINISHED_RUN = ("summary.json", "load_cases.json")
+OF_A_RUN = (*OF_A_FINISHED_RUN, "macro", "micro")
 """what only a run leaves in its folder; pictures of `check` and `limit` may be there before"""
 
 
@@ -30,10 +31,10 @@ def try_folder(folder: Path) -> None:
         raise OSError(error.errno, os.strerror(error.errno or errno.EIO), str(folder)) from None
 
 
-def refuse_overwriting_run(folder: Path) -> None:
-    """Raise CaseError for a folder that holds the results of a run, finished or not."""
-    if any((folder / name).exists() for name in OF_A_RUN):
-        remedy = "give another --output, go on with --resume, or overwrite it with --force"
+def refuse_overwriting_run(folder: Path, resumable: bool = True) -> None:
+    """Raise CaseError for a folder that holds the results of a run; not resumable: of a finished one only."""
+    if any((folder / name).exists() for name in (OF_A_RUN if resumable else OF_A_FINISHED_RUN)):
+        remedy = f"give another --output, {'go on with --resume, ' * resumable}or overwrite it with --force"
         raise CaseError("--output", "holds the results of a run", remedy, str(folder))
 
 

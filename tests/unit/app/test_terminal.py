@@ -178,6 +178,23 @@ def test_a_run_goes_beside_the_pictures_of_check(tmp_path, recorded):
     assert recorded == [tmp_path]
 
 
+@pytest.mark.parametrize("command", [("limit",), ("segment",), ("limit", "--set", "load.direction=+z")])
+@pytest.mark.parametrize("left", ["summary.json", "load_cases.json"])
+def test_a_finished_run_is_not_overwritten_by_limit_and_segment(tmp_path, capsys, command, left):
+    call = [command[0], TOWER, *command[1:], "--output", str(tmp_path)]
+    (tmp_path / left).write_text("{}")
+    assert cli.main(call) == 2
+    complaint = capsys.readouterr().err
+    assert complaint.startswith(f"{tmp_path}: --output: holds the results of a run; give another --output, or ")
+    assert [path.name for path in tmp_path.iterdir()] == [left], "nothing was drawn"
+    (tmp_path / "macro").mkdir()
+    if command[0] == "limit":
+        assert cli.main([*call, "--json"]) == 0
+    assert cli.main([*call, "--force"]) == 0
+    (tmp_path / left).unlink()
+    assert cli.main(call) == 0
+
+
 def test_no_command_says_first_what_it_runs_and_may_do_so_again(tmp_path, monkeypatch, capsys, recorded):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "results" / "benchmark1" / "macro").mkdir(parents=True)
