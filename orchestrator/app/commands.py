@@ -75,14 +75,17 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
     if case is None:
         gc.enable()
         from orchestrator.app import space_commands
-        from orchestrator.storage import refuse_overwriting_run
+        from orchestrator.storage import refuse_overwriting_run, try_folder
 
         output = options.output or Path("results") / options.case.stem
+        as_json = options.command == "limit" and options.json
+        if not as_json:
+            try_folder(output)
         if options.command == "check":
             return space_commands.check(options.case, options.set, output, console)
-        if not (options.json or options.force):
+        if not (as_json or options.force):
             refuse_overwriting_run(output, resumable=False)
-        return space_commands.limit(options.case, options.set, output, options.json, console)
+        return space_commands.limit(options.case, options.set, output, as_json, console)
     from orchestrator.app import study_commands, wall_commands
 
     if not gc.isenabled():  # __main__.py switched it off

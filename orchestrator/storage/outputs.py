@@ -15,15 +15,14 @@ OF_A_RUN = (*OF_A_FINISHED_RUN, "macro", "micro")
 
 
 def try_folder(folder: Path) -> None:
-    """Raise OSError naming `folder` unless it, or what it will be made in, takes files; CaseError for a name that no
-    folder can have. Leaves nothing behind."""
+    """Raise OSError naming `folder` unless it, or what it will be made in, takes files; CaseError for a file and
+    for a name that no folder can have. Leaves nothing behind."""
     try:
         place = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     except OSError as error:  # a name that no folder can have
         raise CaseError("--output", (error.strerror or "").lower(), "give another name", folder.name[:40]) from None
     if not place.is_dir():
-        number = errno.EEXIST if place == folder else errno.ENOTDIR
-        raise OSError(number, os.strerror(number), str(place))
+        raise CaseError("--output", "is a file", "give a folder", str(place))
     try:
         with tempfile.TemporaryFile(dir=place):
             pass

@@ -51,11 +51,11 @@ def test_serial_commands_are_done_once():
     assert done.stdout.count("5 blocks, 5 joints") == 1
 
 
-def test_what_rank_0_cannot_open_is_said_once(tmp_path):
+def test_what_rank_0_refuses_is_said_once(tmp_path):
     (tmp_path / "taken").write_text("a file where the run folder should be")
     done = on_ranks(2, "-m", "orchestrator", "run", TOWER, "--output", str(tmp_path / "taken"))
-    assert done.returncode == 1
-    assert done.stderr.count("taken: File exists") == 1
+    assert done.returncode == 2
+    assert done.stderr.count("taken: --output: is a file; give a folder") == 1
 
 
 ALONE = """
