@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from orchestrator.basis.arrays import IntArray
 from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.printed import few
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis.gravity import falling_blocks, problem_of
 from orchestrator.macroblocks.bodies import glued
@@ -89,7 +90,7 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
             kept, before, more = _without_loose(wall, loose.loose)
             check_assemblage(find_joints(kept, JointSettings()))
         except CaseError as error:
-            warned = "".join(f"; while reading: {remark}" for remark in remarks if "WARNING" in remark)
+            warned = few([f"; while reading: {remark}" for remark in remarks if "WARNING" in remark], "")
             said = CaseError(error.key, error.problem, error.remedy + warned)
             raise _drawn(said, wall, picture) from None
     return Intake(kept, sorted([*more, *remarks], key=lambda remark: "WARNING" not in remark), before)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 Figure = Literal[
@@ -21,6 +22,8 @@ FORMS: dict[Figure, tuple[float, str]] = {
     "memory": (1e-6, ".0f"),
 }
 """factor from SI to -, kN, mm, kN/mm, MPa, s or MB, and form of each kind of figure"""
+FEW = 3
+"""things that a complaint lists"""
 
 
 def printed(figure: Figure, value: float | None) -> str:
@@ -30,3 +33,8 @@ def printed(figure: Figure, value: float | None) -> str:
     factor, form = FORMS[figure]
     text = format(value * factor, form).removesuffix(".")
     return format(value * factor, ".0f") if "e+" in text else text
+
+
+def few(things: Sequence[object], separator: str = ", ") -> str:
+    """Return the first things of a list in one line, and how many more there are."""
+    return separator.join(map(str, things[:FEW])) + f" and {len(things) - FEW} more" * (len(things) > FEW)

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError
+from orchestrator.basis.printed import few
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium, assemble_equilibrium, equilibrium_matrix
 from orchestrator.limit_analysis.paper.limit_state import LimitState, LinearProgramRecord
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
@@ -34,7 +35,7 @@ def settlement_equilibrium(
     """
     position = next((n for n, b in enumerate(assemblage.wall.blocks) if b.id == support and b.fixed), None)
     if position is None:
-        supports = ", ".join(str(block.id) for block in assemblage.wall.blocks if block.fixed)
+        supports = few([block.id for block in assemblage.wall.blocks if block.fixed])
         raise CaseError("settlement.support", f"block {support} is not a support", f"supports are {supports}")
     standing = assemble_equilibrium(assemblage, loads)
     free = np.sort(np.append(standing.free_blocks, position))

@@ -19,6 +19,7 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.printed import few
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_file
 from orchestrator.masonry.sources.closed_outlines import CHORD, LARGEST_CORNERS, ROLES, Layers, drawing_of, is_chosen
 from orchestrator.masonry.sources.drawing import Drawing
@@ -111,7 +112,7 @@ def _drawing(root: Element, layers: Layers, tolerance: float, scale: float | Non
     unit, remarks = _unit(root, scale)
     drawn, unread = _all_drawn(root)
     if unread:
-        remarks.append(f"WARNING: {len(unread)} elements passed over: {', '.join(sorted(set(unread)))}")
+        remarks.append(f"WARNING: {len(unread)} elements passed over: {few(sorted(set(unread)))}")
     on = _by_role(drawn, layers)
     points = {
         role: [(name, _flat(one, CHORD * tolerance / unit) * unit * [1.0, -1.0], one.path) for name, one in members]

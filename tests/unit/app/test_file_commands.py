@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 
 from orchestrator.app import cli
+from orchestrator.app.file_commands import EXAMPLE
 from orchestrator.loads import DeadLoad, LiveLoad
 from orchestrator.masonry.joints import JointClass
 from orchestrator.masonry.sources.block_files import read_blocks
@@ -91,6 +92,21 @@ def test_import_that_is_refused(tmp_path, capsys, name, options, complaint):
     assert str(tmp_path / name) in line
     assert complaint in line
     assert not (tmp_path / "out.json").exists()
+
+
+def test_a_refused_import_lists_three_warnings(tmp_path, capsys):
+    """Nine gaps of 4 mm in a row of ten blocks, and an eleventh in the air."""
+    corners = [(0.504 * k, 0.0) for k in range(10)] + [(1.0, 5.0)]
+    polygons = [[[x, y], [x + 0.5, y], [x + 0.5, y + 0.3], [x, y + 0.3]] for x, y in corners]
+    ground = {"id": 0, "polygon": [[-1, -1], [9, -1], [9, 0], [-1, 0]], "fixed": True}
+    blocks = [ground, *({"id": k, "polygon": polygon} for k, polygon in enumerate(polygons, 1))]
+    (tmp_path / "row.json").write_text(json.dumps(EXAMPLE | {"blocks": blocks}))
+    arguments = ("--tolerance", "1 mm", "--output", tmp_path / "out.json")
+    assert call("import", tmp_path / "row.json", *arguments) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "touches no other block" in line
+    assert line.count("WARNING: gap of 4 mm") == 3
+    assert " and 6 more; see " in line
 
 
 @pytest.mark.parametrize("command", ["import", "check"])
