@@ -15,6 +15,7 @@ from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis.gravity import falling_blocks, problem_of
 from orchestrator.macroblocks.bodies import glued
 from orchestrator.masonry.joints import JointSettings, blocks_without_support, check_assemblage, find_joints
+from orchestrator.masonry.sources import DRAWINGS, PICTURES, ROWS, VECTORS
 from orchestrator.masonry.sources.block_files import read_blocks, refuse_what_is_not_utf8
 from orchestrator.masonry.sources.closed_outlines import Layers
 from orchestrator.masonry.sources.coco import CocoSettings, holds_annotations, read_coco
@@ -37,8 +38,7 @@ from orchestrator.settings.sections import number_or_text, settings_from
 from orchestrator.storage.files import write_json
 from orchestrator.storage.values import blocks_record
 
-DRAWINGS, VECTORS, ROWS, BLOCK_FILES = (".dxf",), (".svg",), (".txt", ".rows"), (".json",)
-PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif")
+BLOCK_FILES = (".json",)
 KNOWN = " ".join(DRAWINGS + VECTORS + ROWS + BLOCK_FILES + PICTURES)
 """endings of the files that are read"""
 MOST_LOOSE = 0.25

@@ -6,6 +6,7 @@ checks each against its dataclass. `inf` (or "none") switches a macroblock toler
 
 from __future__ import annotations
 
+import shlex
 import tomllib
 import typing
 from collections.abc import Sequence
@@ -29,6 +30,7 @@ from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings
 from orchestrator.macroblocks.tolerance_grid import StudySettings
 from orchestrator.masonry.block_classes import BlockClass, with_classes
 from orchestrator.masonry.joints import JointSettings
+from orchestrator.masonry.sources import DRAWINGS, PICTURES, ROWS, VECTORS
 from orchestrator.masonry.sources.block_files import read_blocks, refuse_what_is_no_file, refuse_what_is_not_utf8
 from orchestrator.masonry.ties import TieSettings
 from orchestrator.masonry.wall import Wall
@@ -42,6 +44,12 @@ from orchestrator.settings.sections import checked, row_type, settings_from
 ModelName = Literal["macro", "micro"]
 LARGEST_FILE = 1_000_000
 """bytes of a case file"""
+IMPORTED = (
+    dict.fromkeys(DRAWINGS + VECTORS, "a drawing")
+    | dict.fromkeys(ROWS, "row notation, not a case file")
+    | dict.fromkeys(PICTURES, "a picture")
+)
+"""what a file that is no case file is, by its ending"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +200,15 @@ def table_types() -> dict[str, type]:
 
 def record_in(path: Path, overrides: Sequence[str]) -> dict[str, Any]:
     """Return what a case holds, unchecked. Raises CaseError."""
-    record: dict[str, Any] = {"wall": {"blocks": path.name}} if path.suffix.lower() == ".json" else _toml_record(path)
+    suffix = path.suffix.lower()
+    try:
+        record: dict[str, Any] = {"wall": {"blocks": path.name}} if suffix == ".json" else _toml_record(path)
+    except CaseError:
+        if suffix not in IMPORTED or not path.is_file():
+            raise
+        words = shlex.join(["import", str(path), "--output", f"{path.stem}.json"])
+        remedy = f"`python -m orchestrator {words}` makes a wall of it"
+        raise CaseError("", f"is {IMPORTED[suffix]}", remedy) from None
     for override in overrides:
         _override(record, override)
     return record

@@ -140,6 +140,19 @@ def test_block_file(kind, tmp_path, output, capsys):
     assert remedy in line
 
 
+@pytest.mark.parametrize("command", ["check", "limit", "run", "study", "export"])
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("wall.dxf", "a drawing"), ("wall.SVG", "a drawing"), ("wall.txt", "row notation"), ("wall.png", "a picture")],
+)
+def test_a_drawing_is_no_case(command, name, kind, tmp_path, capsys):
+    file = tmp_path / name
+    file.write_bytes(b"\x89PNG" if name == "wall.png" else b"0\nSECTION\n")
+    line = refused(capsys, command, file)
+    assert line.startswith(f"{file}: is {kind}")
+    assert f"; `python -m orchestrator import {file} --output wall.json` makes a wall of it" in line
+
+
 @pytest.mark.parametrize("kind", LIMIT_CASES)
 def test_case_file_for_limit_analysis(kind, tmp_path, capsys):
     text, place, remedy = LIMIT_CASES[kind]
