@@ -11,6 +11,7 @@ import tomllib
 import typing
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
+from os import PathLike
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -112,11 +113,12 @@ class Case(CaseFile):
         return self.file.parent / self.wall.blocks
 
 
-def read(path: Path, overrides: Sequence[str] = ()) -> Case:
+def read(path: str | PathLike[str], overrides: Sequence[str] = ()) -> Case:
     """Return the case in `path`: a case file, or a block file (.json) with the default of every setting.
 
     overrides: "section.key=value" each. Raises CaseError.
     """
+    path = Path(path)
     try:
         refuse_what_is_not_utf8(str(path), "")
         case = _case(record_in(path, overrides))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 
 from orchestrator import storage
@@ -44,8 +45,9 @@ class StoredRun:
     models: tuple[StoredModel, ...]
 
 
-def read_run(folder: Path) -> StoredRun:
+def read_run(folder: str | PathLike[str]) -> StoredRun:
     """Return the run in a folder. Raises CaseError where none was finished."""
+    folder = Path(folder)
     if not (folder / "summary.json").is_file():
         raise CaseError("", "holds no finished run (no summary.json)", "give the folder that `run` wrote", str(folder))
     case = cases.read(folder / "case.toml")

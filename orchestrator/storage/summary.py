@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
+from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
@@ -318,8 +319,8 @@ def write_summary(folder: Path, found: Summary) -> None:
     write_json(folder / "summary.json", found.record)
 
 
-def read_summary(folder: Path) -> Summary:
+def read_summary(folder: str | PathLike[str]) -> Summary:
     """Return what `write_summary` wrote. Raises OSError, and ValueError for a file that holds something else."""
     from pydantic import TypeAdapter
 
-    return TypeAdapter(Summary).validate_json((folder / "summary.json").read_bytes())
+    return TypeAdapter(Summary).validate_json((Path(folder) / "summary.json").read_bytes())

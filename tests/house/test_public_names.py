@@ -170,7 +170,7 @@ def test_push_refuses_a_limit_analysis_under_another_load():
 def test_push_follows_the_curve_that_run_stores_and_read_run_reads(tmp_path):
     case = read_case(DATA / "tower_5_blocks.json", ["stepping.final_displacement=0.5mm", "run.models=['macro']"])
     run(case, tmp_path, False, None, quiet)
-    stored = read_run(tmp_path)
+    stored = read_run(str(tmp_path))
     found, told = segment(case), []
     settings = {name: getattr(case, name) for name in ("mesh", "elastic", "contact", "newton", "stepping")}
     pushed = push(found.assemblage, found.analysis, found.partition, case.load, report=told.append, **settings)

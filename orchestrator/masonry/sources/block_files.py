@@ -13,6 +13,7 @@ from __future__ import annotations
 import difflib
 import json
 import stat
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -38,11 +39,12 @@ LARGEST_COORDINATE = 1e100
 """areas of larger blocks overflow"""
 
 
-def read_blocks(path: Path) -> Wall:
+def read_blocks(path: str | PathLike[str]) -> Wall:
     """Return the wall in the block file `path`, in SI units. Raises CaseError naming file, key and remedy.
 
     The wall's shapes are not checked here: see wall.check_wall.
     """
+    path = Path(path)
     with naming(path):
         return wall_from(_record(path), path.stem)
 

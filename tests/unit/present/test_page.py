@@ -100,4 +100,4 @@ def test_numbers_as_shown(value, factor, text):
 
 def test_a_folder_without_a_finished_run_is_named(tmp_path):
     with pytest.raises(CaseError, match="holds no finished run"):
-        read_run(tmp_path)
+        read_run(str(tmp_path))

@@ -13,6 +13,7 @@ from orchestrator.app import driver
 from orchestrator.basis.errors import CaseError
 from orchestrator.loads import DeadLoad
 from orchestrator.masonry.joints import JointClass
+from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.settings import case as cases
 from tests.support.paths import DATA, PROJECT
 
@@ -36,6 +37,11 @@ def test_a_block_file_is_a_case_with_every_default():
     case = cases.read(WALL)
     assert case == cases.Case(cases.WallSettings("tower_5_blocks.json"), name="tower_5_blocks")
     assert case.block_file == WALL
+
+
+def test_paths_may_be_text():
+    assert cases.read(str(WALL)) == cases.read(WALL)
+    assert len(read_blocks(str(WALL)).blocks) == len(read_blocks(WALL).blocks)
 
 
 def test_overrides_take_units_lists_and_words():

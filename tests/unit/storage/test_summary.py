@@ -134,7 +134,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
     assert (entry.steps, entry.newton_iterations, entry.peak_base_shear) == (5, 20, 900.0)
     storage.write_summary(tmp_path, found)
     assert json.loads((tmp_path / "summary.json").read_text()) == json.loads(json.dumps(record))
-    assert storage.read_summary(tmp_path) == found
+    assert storage.read_summary(str(tmp_path)) == found
 
 
 def test_summary_says_null_where_nothing_was_found(assemblage, analysis):
