@@ -146,7 +146,7 @@ def arch(voussoirs, thickness_ratio):
 
 @pytest.mark.parametrize(("voussoirs", "least"), [(27, 0.10672), (101, 0.10745)])
 def test_semicircular_arch_needs_its_least_thickness(voussoirs, least):
-    """Cocchetti and Rizzi 2020 for the continuous arch, formulation.md for straight voussoirs; t/r to 5e-5."""
+    """Cocchetti and Rizzi 2020 for the continuous arch, docs/theory.md for straight voussoirs; t/r to 5e-5."""
     with pytest.raises(CaseError, match="cannot stand under its own weight"):
         analyse(arch(voussoirs, least - 5e-5))
     assert 0.0 < analyse(arch(voussoirs, least + 5e-5)).associative.load_multiplier < 1e-3

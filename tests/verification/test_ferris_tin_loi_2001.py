@@ -1,6 +1,6 @@
 """Ferris and Tin-Loi 2001, Int J Mech Sci 43, 209-224: walls 1, 3, 4, 6.
 
-Published values as in the block files (three digits); "ours" from formulation.md, section 1: associative to 1e-4, the
+Published values as in the block files (three digits); "ours" as in docs/verification.md: associative to 1e-4, the
 paper's sequence to 2e-4 (wall 6: 1e-3).
 """
 

@@ -66,7 +66,7 @@ def test_keystone_wall_has_no_solution_by_the_sequence_and_says_so():
 
 
 def test_seeds_hardly_matter_on_wall_4():
-    """Any seed schedule that ends low enough must end on the same state (formulation.md: six digits)."""
+    """Any seed schedule that ends low enough must end on the same state (docs/theory.md, section 3; six digits)."""
     other = analyse(case("ferris_tinloi_wall4"), LimitAnalysisSettings(seed_cohesions=(0.2, 3e-3, 1e-5)))
     assert other.sequence.load_multiplier == pytest.approx(
         answers("ferris_tinloi_wall4").sequence.load_multiplier, abs=1e-6
