@@ -29,6 +29,8 @@ from orchestrator.settings.inventory import (
 from orchestrator.settings.unusual import unusual
 
 STANDS = "It stands under its dead load, and the live load brings it down."
+RANGES = "kn\nN/mm3", "ks\nN/mm3"
+"""columns of joints whose values may be ranges: these and words are wrapped where a terminal is narrow, no others"""
 
 
 def check(case: Case, place: str, figures: Path, console: Console) -> int:
@@ -100,8 +102,8 @@ def materials_table(found: list[MaterialSums]) -> Table:
 def joints_table(classes: list[JointSums]) -> Table:
     """Return the joints by the materials that meet and by their values."""
     strengths: tuple[str, ...] = ("cohesion\nMPa", "tension\nMPa", "crushing\nMPa")
-    elastic = any(math.isfinite(value) for one in classes for value in (one.normal_stiffness, one.shear_stiffness))
-    strengths += ("kn\nN/mm3", "ks\nN/mm3") if elastic else ()
+    elastic = any(math.isfinite(least) for one in classes for least, _ in (one.normal_stiffness, one.shear_stiffness))
+    strengths += RANGES if elastic else ()
     table = _table("Joints", ("joints between", "", "number", "length\nm", "friction", *strengths))
     for one in classes:
         table.add_row(
@@ -121,14 +123,16 @@ def value_words(one: JointSums) -> str:
     strengths = (("c", one.cohesion), ("ft", one.tensile_strength), ("fc", one.compressive_strength))
     given = [f"{name} {_megapascals(value)} MPa" for name, value in strengths if 0.0 < value < math.inf]
     stiffness = (("kn", one.normal_stiffness), ("ks", one.shear_stiffness))
-    given += [f"{name} {_stiffness(value)} N/mm3" for name, value in stiffness if value < math.inf]
+    given += [f"{name} {_stiffness(values)} N/mm3" for name, values in stiffness if values[0] < math.inf]
     return ", ".join([f"μ {one.friction:.4g}", *given])
 
 
 def _table(title: str, columns: tuple[str, ...]) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=0, title=title)
     for column in columns:
-        table.add_column(column, justify="left" if column in ("", "material", "joints between") else "right")
+        words = column in ("", "material", "joints between")
+        wraps = words or column in RANGES
+        table.add_column(column, justify="left" if words else "right", no_wrap=not wraps, overflow="fold")
     return table
 
 
@@ -140,10 +144,10 @@ def _megapascals(strength: float) -> str:
     return "none" if strength in (0.0, math.inf) else f"{strength / 1e6:.4g}"
 
 
-def _stiffness(value: float) -> str:
-    return "rigid" if value == math.inf else f"{value / 1e9:.4g}"
+def _stiffness(values: Range) -> str:
+    return "rigid" if values[0] == math.inf else _between(values, 1e-9, 3)
 
 
-def _between(values: Range, factor: float = 1.0) -> str:
-    low, high = (f"{factor * value:.4g}" for value in values)
+def _between(values: Range, factor: float = 1.0, digits: int = 4) -> str:
+    low, high = (f"{factor * value:.{digits}g}" for value in values)
     return low if low == high else f"{low} to {high}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from math import dist
+from math import dist, isinf
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads
 from orchestrator.masonry.block_properties import block_areas, block_weights
+from orchestrator.masonry.interfaces import Interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.settings.case import Case
@@ -66,7 +67,8 @@ class MaterialSums:
 
 @dataclass(frozen=True, slots=True)
 class JointSums:
-    """Joints between two materials ("support" is one) that have the same values: how many, total length (m)."""
+    """Joints between two materials ("support" is one) that have the same values to three significant digits: how many,
+    total length (m), the range of their stiffness (drawn joints of mortar may have as many thicknesses as joints)."""
 
     between: tuple[str, str]
     orientation: str
@@ -76,8 +78,8 @@ class JointSums:
     cohesion: float
     tensile_strength: float
     compressive_strength: float
-    normal_stiffness: float
-    shear_stiffness: float
+    normal_stiffness: Range
+    shear_stiffness: Range
 
 
 def load_sums(wall: Wall, load: LoadSettings) -> LoadSums:
@@ -140,48 +142,75 @@ def _range(wall: Wall, positions: list[int], name: str, otherwise: float) -> Ran
 
 def joint_classes(assemblage: Assemblage) -> list[JointSums]:
     """Return the joints by the two materials that meet and by their values, those of most length first."""
-    found = [
-        JointSums(between, " and ".join(sorted({*orientations})), len(lengths), sum(lengths), *values)
-        for (between, values), (orientations, lengths) in _grouped(assemblage).items()
-    ]
-    return sorted(found, key=lambda one: (-one.length, one.between))
+    return sorted(_grouped(assemblage).values(), key=lambda one: (-one.length, one.between))
 
 
 def class_of_joint(assemblage: Assemblage) -> list[JointSums]:
     """Return for each joint (k,) the class that it is of."""
-    of_key = {(one.between, values_of(one)): one for one in joint_classes(assemblage)}
+    of_key = _grouped(assemblage)
     return [of_key[key] for key in _keys(assemblage)]
 
 
-def values_of(one: JointSums) -> tuple[float, ...]:
-    """Return friction, cohesion, tensile and compressive strength, normal and shear stiffness of a class."""
-    return tuple(getattr(one, name) for name in VALUES)
+STRENGTHS = "friction", "cohesion", "tensile_strength", "compressive_strength"
+STIFFNESS = "normal_stiffness", "shear_stiffness"
+MANY = 4
+"""stiffnesses of joints that are alike but for them; more become one class of each orientation, with their range"""
+Alike = tuple[tuple[str, str], tuple[float, ...], tuple[bool, ...]]
+"""the materials, their strengths to three digits, and whether a joint is rigid along normal and shear"""
+Key = tuple[tuple[str, str], tuple[float, ...], tuple[float, ...] | str]
+"""materials, strengths to three digits, and stiffness likewise, or the orientation where that is a range"""
 
 
-VALUES = (
-    "friction", "cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness",
-)  # fmt: skip
-Key = tuple[tuple[str, str], tuple[float, ...]]
-
-
-def _grouped(assemblage: Assemblage) -> dict[Key, tuple[list[str], list[float]]]:
-    run = np.abs(assemblage.joints.end - assemblage.joints.start)
-    grouped: dict[Key, tuple[list[str], list[float]]] = {}
+def _grouped(assemblage: Assemblage) -> dict[Key, JointSums]:
+    joints = assemblage.joints
+    members: dict[Key, list[int]] = defaultdict(list)
     for k, key in enumerate(_keys(assemblage)):
-        orientations, lengths = grouped.setdefault(key, ([], []))
-        orientations.append("bed" if run[k, 0] > run[k, 1] else "head")
-        lengths.append(float(assemblage.joints.length[k]))
-    return grouped
+        members[key].append(k)
+    return {
+        key: JointSums(
+            between=key[0],
+            orientation=" and ".join(sorted({_orientation(assemblage, k) for k in inside})),
+            joints=len(inside),
+            length=float(joints.length[inside].sum()),
+            friction=float(joints.friction[inside[0]]),
+            cohesion=float(joints.cohesion[inside[0]]),
+            tensile_strength=float(joints.tensile_strength[inside[0]]),
+            compressive_strength=float(joints.compressive_strength[inside[0]]),
+            normal_stiffness=_extremes(joints.normal_stiffness[inside]),
+            shear_stiffness=_extremes(joints.shear_stiffness[inside]),
+        )
+        for key, inside in members.items()
+    }
+
+
+def _extremes(values: FloatArray) -> Range:
+    return float(values.min()), float(values.max())
+
+
+def _orientation(assemblage: Assemblage, joint: int) -> str:
+    along, across = np.abs(assemblage.joints.end[joint] - assemblage.joints.start[joint])
+    return "bed" if along > across else "head"
 
 
 def _keys(assemblage: Assemblage) -> list[Key]:
-    blocks = assemblage.wall.blocks
-    values: FloatArray = np.column_stack([getattr(assemblage.joints, name) for name in VALUES])
-    keys: list[Key] = []
-    for (i, j), row in zip(assemblage.joints.pairs, values.tolist(), strict=True):
+    """Return for each joint (k,) what makes its class."""
+    blocks, joints = assemblage.wall.blocks, assemblage.joints
+    strengths = [_rounded(joints, k, STRENGTHS) for k in range(joints.count)]
+    stiffness = [_rounded(joints, k, STIFFNESS) for k in range(joints.count)]
+    alike: list[Alike] = []
+    found: dict[Alike, set[tuple[float, ...]]] = defaultdict(set)
+    for (i, j), strong, stiff in zip(joints.pairs, strengths, stiffness, strict=True):
         one, other = sorted((_named(blocks[i]), _named(blocks[j])))
-        keys.append(((one, other), tuple(row)))
-    return keys
+        alike.append(((one, other), strong, tuple(map(isinf, stiff))))
+        found[alike[-1]].add(stiff)
+    return [
+        (*like[:2], stiff if len(found[like]) <= MANY else f"{_orientation(assemblage, k)} {like[2]}")
+        for k, (like, stiff) in enumerate(zip(alike, stiffness, strict=True))
+    ]
+
+
+def _rounded(joints: Interfaces, joint: int, names: tuple[str, ...]) -> tuple[float, ...]:
+    return tuple(float(f"{getattr(joints, name)[joint]:.3g}") for name in names)
 
 
 def _named(block: Block) -> str:

@@ -105,7 +105,8 @@ def _of_joints(joints: list[JointSums]) -> Iterator[str]:
     ):
         many: Counter[float] = Counter()
         for one in joints:
-            many[getattr(one, name)] += one.joints
+            values = getattr(one, name)
+            many.update(dict.fromkeys(values if isinstance(values, tuple) else (values,), one.joints))
         for value, count in many.items():
             if value != without and (said := usual.complaint(f"{name.replace('_', ' ')} of {count} joints", value)):
                 yield said

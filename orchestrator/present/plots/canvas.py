@@ -157,9 +157,9 @@ def stamp_not_valid(place: Figure | Axes, size: float = 56.0) -> None:
         text.set_transform(place.transAxes)
 
 
-def label_of(text: str) -> str:
+def label_of(text: str, letters: int = 40) -> str:
     """Return a name from a file as the label of a legend: short, `$` only a dollar, and not left out for its `_`."""
-    short = textwrap.shorten(text, 40, placeholder="…").replace("$", r"\$")
+    short = textwrap.shorten(text, letters, placeholder="…").replace("$", r"\$")
     return f" {short}" if short.startswith("_") else short
 
 

@@ -29,6 +29,8 @@ from orchestrator.present.plots.words import legend_below
 CLASSES = (BLUE, ORANGE, PURPLE, GREEN)
 DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1.5)), (0, (6, 1.5, 1.5, 1.5)))
 """classes beyond the number of colours differ by their dashes"""
+LONGEST = 100
+"""letters of the name of a class of joints: two materials and all their values"""
 DRAWN_LOAD = 0.035
 """length of the arrows of an extra dead load, part of the wall's larger side"""
 ARROWS_APART = 0.02
@@ -74,7 +76,7 @@ def _draw_classes(axes: Axes, assemblage: Assemblage, class_of_joint: Sequence[s
     segments = np.stack([assemblage.joints.start, assemblage.joints.end], axis=1)
     for number, one in enumerate(classes):
         of_class = [k for k, name in enumerate(class_of_joint) if name == one]
-        drawn = draw_segments(axes, segments[of_class], CLASSES[number % len(CLASSES)], 1.6, label_of(one))
+        drawn = draw_segments(axes, segments[of_class], CLASSES[number % len(CLASSES)], 1.6, label_of(one, LONGEST))
         drawn.set_linestyle([DASHES[number // len(CLASSES) % len(DASHES)]])
 
 

@@ -11,7 +11,8 @@ import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 
 from orchestrator.app import case_check, cli, load_case_runs
-from orchestrator.masonry.joints import find_joints
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present import plots
 from orchestrator.pushover.meshing import MeshSettings
 from orchestrator.settings import case as cases
@@ -132,6 +133,31 @@ def test_joints_of_one_pair_with_other_values_are_another_class(given):
     assert sorted((one.orientation, one.friction, one.joints) for one in joint_classes(assemblage)) == [
         ("bed", 0.6, 2), ("bed", 0.6, 2), ("head", 0.3, 1),
     ]  # fmt: skip
+
+
+def test_joints_of_many_stiffnesses_are_one_class_of_each_orientation(given):
+    """Drawn mortar has as many thicknesses as joints; what differs by less than its third digit is the same."""
+    _, assemblage = read(given)
+    count = assemblage.joints.count
+    stiffness = np.where(np.arange(count) < count - 1, 20e9 * (1.0 + 1e-9 * np.arange(count)), np.inf)
+    alike = replace(assemblage, joints=replace(assemblage.joints, normal_stiffness=stiffness))
+    assert len(joint_classes(alike)) <= len(joint_classes(assemblage)) + 1
+    wall = rows_of_many(15)
+    found = joint_classes(wall)
+    assert [(one.orientation, one.joints) for one in found if one.between == ("block", "block")] == [("bed", 14)]
+    assert found[0].normal_stiffness == pytest.approx((20e9, 33e9), rel=1e-12)
+    assert len({*map(id, class_of_joint(wall))}) == len(found)
+
+
+def rows_of_many(courses):
+    """Courses of one block each on a support, every joint with a stiffness of its own."""
+    corners = np.array([[0.0, 0.0], [0.4, 0.0], [0.4, 0.2], [0.0, 0.2]])
+    blocks = [Block(k, corners + [0.0, 0.2 * k], k == 0, 20e3) for k in range(courses + 1)]
+    assemblage = find_joints(Wall("tower", tuple(blocks), 0.3, 0.6), JointSettings())
+    joints = assemblage.joints
+    on_block = np.minimum(joints.i, joints.j) > 0
+    stiffness = np.where(on_block, 19e9 + 1e9 * np.minimum(joints.i, joints.j), np.inf)
+    return replace(assemblage, joints=replace(joints, normal_stiffness=stiffness))
 
 
 def test_the_first_page_shows_every_sum(given, capsys):
