@@ -13,7 +13,8 @@ from importlib.resources import files
 
 from orchestrator.settings.project import Language
 
-NUMBER = re.compile(r"[-+]?\d+\.\d+")
+NUMBER = re.compile(r"[-+]?\d+\.\d+(e[-+]?\d+)?( ?(%|kN))?")
+"""with the units that sentences have behind it"""
 
 
 @cache
@@ -29,7 +30,7 @@ def phrases(language: Language) -> Callable[[str], str]:
 
     A phrase with places, as in "{count} more", keeps them. A sentence that was finished elsewhere, as in "5 more", is
     told by the phrase with places that it fits, of several by the one with most words of its own; so is what stands
-    in its places. A number alone is written as the language writes it.
+    in its places. A number alone, or with its unit, is written as the language writes it.
     """
     if language == "en":
         return str

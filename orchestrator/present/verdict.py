@@ -159,7 +159,7 @@ def sentence(found: Verdict, say: Callable[[str], str] = str) -> str:
 
     say: a phrase in the language of the reader.
     """
-    count, cases = len(found.load_cases), ", ".join(found.load_cases)
+    count, cases = len(found.load_cases), ", ".join(map(say, found.load_cases))
     head = "{case}, 1 load case in the plane of the wall ({cases})"
     if count > 1:
         head = "{case}, {count} load cases in the plane of the wall ({cases})"
@@ -182,7 +182,7 @@ def _body(found: Verdict, say: Callable[[str], str]) -> str:
         said = say("{load_case} governs with the least base shear, {shear} kN (load multiplier {multiplier}, {check})")
         values = {"shear": printed("force", row["capacity"]), "multiplier": printed("multiplier", row["multiplier"])}
         remarks = f" ({'; '.join(map(say, row['remarks'].split('; ')))})" if row["remarks"] else ""
-        return said.format(load_case=row["load_case"], check=say(row["check"]), **values) + remarks
+        return said.format(load_case=say(row["load_case"]), check=say(row["check"]), **values) + remarks
     words = {"verified": "VERIFIED", "not verified": "NOT VERIFIED", "open": "NOT YET VERIFIED"}[found.state]
     text = (
         "{load_case} governs at {state} with {check}, safety ratio {ratio}: the wall passes up to a ground "
@@ -194,7 +194,7 @@ def _body(found: Verdict, say: Callable[[str], str]) -> str:
             "wall passes up to a ground acceleration of {passes} g, {asked} g is asked for"
         )
     said = say(text).format(
-        load_case=row["load_case"], state=row["limit_state"], check=say(row["check"]),
+        load_case=say(row["load_case"]), state=row["limit_state"], check=say(row["check"]),
         ratio=printed("ratio", row["safety_ratio"]),
         passes=f"{row['capacity_ag_m_per_s2'] / GRAVITY:.3f}", asked=f"{row['ag_m_per_s2'] / GRAVITY:.3f}",
     )  # fmt: skip

@@ -76,6 +76,21 @@ def test_of_two_phrases_that_fit_the_one_with_more_words_of_its_own_tells_it():
     )
 
 
+def test_reasons_are_told_down_to_their_numbers():
+    """A reason in a sentence in a sentence, with the decimal commas of the language."""
+    refused = "the curve ends before its peak (the wall carries at least 12.34 kN; unheard of): follow it further"
+    assert phrases("it")(f"not verified: {refused}") == (
+        "non verificato: la curva termina prima del massimo (la parete porta almeno 12,34 kN; unheard of): proseguirla"
+    )
+    sequence = (
+        "the paper's sequence found no state: sequence of Eq. (2): no joint forces satisfy equilibrium and friction"
+    )
+    assert phrases("pt")(sequence).endswith("estado: nenhumas forças nas juntas satisfazem equilíbrio e atrito")
+    drift = "no pier reaches its limit, here 0.75%: the end of the curve stands for it, a lower bound"
+    assert "qui 0,75%:" in phrases("it")(drift)
+    assert phrases("pt")("-x mass x height") == "-x massa × altura"
+
+
 def test_phrases_keep_their_places_and_differ_from_each_other():
     for english, (italian, portuguese) in table().items():
         places = sorted(re.findall(r"{\w+}", english))
