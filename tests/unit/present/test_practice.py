@@ -85,7 +85,7 @@ def test_reasons_are_told_down_to_their_numbers():
     sequence = (
         "the paper's sequence found no state: sequence of Eq. (2): no joint forces satisfy equilibrium and friction"
     )
-    assert phrases("pt")(sequence).endswith("estado: nenhumas forças nas juntas satisfazem equilíbrio e atrito")
+    assert phrases("pt")(sequence).endswith("nenhumas forças nas juntas satisfazem equilíbrio e atrito")
     drift = "no pier reaches its limit, here 0.75%: the end of the curve stands for it, a lower bound"
     assert "qui 0,75%:" in phrases("it")(drift)
     assert phrases("pt")("-x mass x height") == "-x massa × altura"
