@@ -17,7 +17,6 @@ from orchestrator.basis.errors import ResultError
 from orchestrator.basis.units import FACTORS, QUANTITY, quantity
 from orchestrator.loads import LoadSettings
 from orchestrator.masonry.block_properties import block_areas, block_weights
-from orchestrator.masonry.wall import Wall
 from orchestrator.present.page.collapse import collapse
 from orchestrator.present.page.damage import Damage, damage_sequence
 from orchestrator.present.page.practice import practice_contents
@@ -26,6 +25,7 @@ from orchestrator.present.page.verdict_page import verdict_contents, verdict_of
 from orchestrator.present.phrases import phrases
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path import curve_checks
+from orchestrator.settings.inventory import materials
 from orchestrator.storage.stored_run import StoredModel, StoredRun
 
 ROOM = 3_000_000
@@ -66,7 +66,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "seismic": seismic_contents(run, in_words(run.case.load)),
         "title": wall.name or run.summary.case,
         "settings": list(_settings(settings)),
-        "wall": _wall(wall),
+        "wall": _wall(run),
         "load": {"direction": run.case.load.direction, "words": in_words(run.case.load)},
         "limit_states": list(_limit_states(run)),
         "headline": run.analysis.headline.flow_rule.replace("_", " "),
@@ -83,8 +83,9 @@ def contents(run: StoredRun) -> dict[str, Any]:
     }
 
 
-def _wall(wall: Wall) -> dict[str, Any]:
+def _wall(run: StoredRun) -> dict[str, Any]:
     """Return the sums of a wall; lengths in m, without its supports."""
+    wall = run.assemblage.wall
     points = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     free = np.array([not block.fixed for block in wall.blocks])
     return {
@@ -92,9 +93,7 @@ def _wall(wall: Wall) -> dict[str, Any]:
         "height": float(np.ptp(points[:, 1])),
         "thickness": wall.thickness,
         "area": float(block_areas(wall)[free].sum()),
-        "friction": wall.friction,
-        "unit_weights": sorted({block.unit_weight for block in wall.blocks if not block.fixed}),
-        "materials": sorted({block.material for block in wall.blocks if block.material}),
+        "materials": materials(run.case, wall),
         "supports": int((~free).sum()),
     }
 
