@@ -170,7 +170,7 @@ def governing(answers: Sequence[Answered], remarks: Sequence[str]) -> dict[str, 
     assert found is not None
     summary = next(answer.summary for answer in answers if answer.name == row["load_case"])
     assert summary is not None
-    left_out = f"{found.not_made} checks could not be made" if found.not_made else ""
+    left_out = f"{found.not_made} check{'s' * (found.not_made > 1)} could not be made" if found.not_made else ""
     remark = "; ".join(text for text in (left_out, row["remarks"]) if text)
     kind = kind_of(row, summary)
     if found.not_made and row["safety_ratio"] != "":

@@ -89,7 +89,8 @@ def _plain(value: Any) -> Any:
 def _complaint(error: ValidationError, kind: Any, section: str) -> CaseError:
     """Return the first complaint as key, problem, remedy."""
     first = error.errors()[0]
-    place, shown = first["loc"], f"{first['input']!r:.60}"
+    place, value = first["loc"], first["input"]
+    shown = f"{float(f'{value:.12g}') if isinstance(value, float) else value!r:.60}"
     key = ".".join(filter(None, (section, *map(str, place))))
     if first["type"] == "unexpected_keyword_argument":
         known = _known_keys(kind, place[:-1])

@@ -22,6 +22,7 @@ from orchestrator.present.verdict import Answered
 from orchestrator.settings import case as cases
 from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
 from tests.support.ranks import on_ranks
+from tests.support.verdicts import check, summary
 
 SAMPLES = 16
 RANGES = """
@@ -215,3 +216,9 @@ def limit(**changes):
 def test_a_last_rest_and_an_upper_bound_are_called_so(changes, kind):
     found = sensitivity_runs.governing([Answered("a", "+x", "mass", limit(**changes))], [])
     assert (found["kind"], found["capacity"]) == (kind, limit(**changes).limit_analysis.multiplier)
+
+
+def test_a_check_that_could_not_be_made_is_one():
+    refused = {"approach": "N2, micro-FE", "limit_state": "all", "refused": "the peak was not reached"}
+    found = sensitivity_runs.governing([Answered("a", "+x", "mass", summary(check(1.5), refused))], [])
+    assert found["remark"].startswith("1 check could not be made")

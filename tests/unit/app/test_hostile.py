@@ -68,7 +68,7 @@ def test_import_does_not_overwrite_what_it_reads(wall, capsys):
 @pytest.mark.parametrize("command", ["check", "run"])
 def test_an_output_folder_that_is_a_file_stays_as_it_is(tmp_path, wall, capsys, command, name):
     (tmp_path / name).write_text("mine")
-    assert str(tmp_path / "o") in complaint(capsys, 1, command, wall, "--output", tmp_path / name)
+    assert str(tmp_path / "o") in complaint(capsys, 2, command, wall, "--output", tmp_path / name)
     assert (tmp_path / name).read_text() == "mine"
 
 

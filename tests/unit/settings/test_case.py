@@ -109,6 +109,7 @@ def test_an_override_must_name_a_section_and_a_key(path):
         ("study.centre_distance=[1]", "study.centre_distance: has another name since version 0.2; write tol_d"),
         ("mesh.size=3 kN", "mesh.size: unit 'kN' does not fit; use one of m, mm, cm, km, in, ft"),
         ("wall=3", "wall: 3 is not accepted; it is a section"),
+        ("seismic.peak_ground_acceleration=-0.1 g", "seismic.peak_ground_acceleration: -0.981 is not accepted"),
         ("mesh.size=inf", "mesh.size: inf is not a finite number"),
         ("mesh.size=none", "mesh.size: 'none' is not a quantity"),
         ("wall.friction=0.6 m", "wall.friction: '0.6 m' is not a number; write a number without unit"),
