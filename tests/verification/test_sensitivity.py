@@ -174,7 +174,7 @@ def test_a_curve_without_its_peak_is_not_compared_with_a_peak(tmp_path, capsys):
     a bar."""
     more = "analysis = 'macro'\n[stepping]\nfinal_displacement = '0.065 mm'\n"
     path = write(tmp_path, 1.0, 1.0, samples=4)
-    text = path.read_text("utf-8").replace("friction = [0.55, 0.75]", "friction = [0.2, 0.98]")
+    text = path.read_text("utf-8").replace("friction = [0.55, 0.75]", "friction = [0.25, 0.98]")
     path.write_text("\n".join(line for line in text.splitlines() if "unit_weight" not in line) + "\n" + more, "utf-8")
     block = tmp_path / "block.json"
     block.write_text(block.read_text("utf-8").replace('"friction": 0.6', '"friction": 0.3'), "utf-8")
@@ -186,7 +186,7 @@ def test_a_curve_without_its_peak_is_not_compared_with_a_peak(tmp_path, capsys):
     assert rows["friction high"]["kind"] == "curve without its peak"
     assert float(rows["friction high"]["capacity"]) > 0.6, "what was found stands in the table"
     outcome = sensitivity_runs.sensitivity(cases.read(path), tmp_path / "out", None, quiet)
-    assert bars(outcome)["friction"] == (pytest.approx(0.2, rel=1e-3), None)
+    assert bars(outcome)["friction"] == (pytest.approx(0.25, rel=1e-3), None)
     assert f"friction 0.98: {float(rows['friction high']['capacity']):.4g}, curve without its peak" in printed
     assert "curve without its peak, not compared with the case as given (peak of a curve)" in printed
     counted = [row for name, row in rows.items() if name.startswith("sample") and row["kind"] == "peak of a curve"]
