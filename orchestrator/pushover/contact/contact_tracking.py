@@ -311,8 +311,8 @@ def _project(tracking: Tracking, home: FloatArray, rows: IntArray, beyond: Float
     """Return master nodes and weights (c, 3): the first triangle that holds the point, else the nearest one.
 
     A point may lie `beyond` (c,) in m outside its triangle along the face, so that the connection stays while a node
-    slides a little: no farther than contacts at one place lie apart. (Three points of two straight edges depend on each
-    other: beside their own edge's ends they would have no forces.)
+    slides a little: no farther than contacts at one place lie apart. (Three contacts of two straight edges depend on
+    each other, and have no unique forces.)
     """
     count = tracking.triangles[rows]
     tangent = tracking.faces.tangent[tracking.master_face[rows]]

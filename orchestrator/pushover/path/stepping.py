@@ -31,7 +31,14 @@ from orchestrator.pushover.model import ContactModel, driven_by
 from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
 from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.path.motion import FASTEST, is_real, motion, step_of_motion
-from orchestrator.pushover.path.moving import body_motion, body_size, moving_part, participation, without_hold
+from orchestrator.pushover.path.moving import (
+    TAKES_PART,
+    body_motion,
+    body_size,
+    moving_part,
+    participation,
+    without_hold,
+)
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
 
@@ -245,7 +252,7 @@ class Pushover:
         motion = body_motion(self.model, change) * ~state.fallen
         if state.phase != "displacement" or participation(self.model, motion) >= self.stepping.local_share:
             return None
-        driven = state.driven & (motion < 0.1 * motion.max())
+        driven = state.driven & (motion < TAKES_PART * motion.max())
         mass = self.model.body_mass
         if mass[driven].sum() < self.stepping.local_share * mass.sum() or (driven == state.driven).all():
             return None
