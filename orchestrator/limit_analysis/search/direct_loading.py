@@ -13,8 +13,9 @@ import numpy as np
 from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.problem import Problem
-from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Position, Stiffness, undeformed
-from orchestrator.limit_analysis.search.loading_path import GRAVITY_BUDGET, GRAVITY_DRAG, REST_BUDGET, Loading, LoadPath
+from orchestrator.limit_analysis.search.elastic_contact import ElasticWall, Position, elastic_wall
+from orchestrator.limit_analysis.search.loading_path import LoadPath
+from orchestrator.limit_analysis.search.overdamped import REST_BUDGET, Overdamped
 
 PARTS, TOWARDS, DRAG, PATIENCE = (0.25, 0.5, 0.75, 1.0), (0.5, 0.9, 1.0), 1e-5, 2 * REST_BUDGET
 """Loads at which a rest is asked for, parts of the last: with joints of another stiffness, and towards a state that is
@@ -24,14 +25,14 @@ BUDGET, WORTH = 350_000, 80
 (997 blocks, 3.5 s); and fewest factorisations that lead anywhere, gravity and one load."""
 
 
-def agrees(problem: Problem, low: float, high: float, stiffness: Stiffness) -> bool:
-    """Whether joints of another stiffness rest at a multiplier and no longer at a higher one.
+def agrees(wall: ElasticWall, low: float, high: float, parts: Sequence[float] = PARTS) -> bool:
+    """Whether a wall rests at a multiplier, loaded up to it in `parts` of it, and no longer at a higher one.
 
-    On doubt the answer is no, and the whole path is worth its time.
+    On doubt the answer is no.
     """
-    loading = Loading(problem, stiffness)
-    rests = _rests(loading, low, PARTS) if low > 0 else []
-    if len(rests) <= len(PARTS):
+    loading = Overdamped(wall)
+    rests = _rests(loading, low, parts) if low > 0 else []
+    if len(rests) <= len(parts):
         return False
     scale = loading.wall.problem.per_multiplier
     return not loading.rest(rests[-1], scale * high, DRAG, PATIENCE).rests
@@ -42,7 +43,7 @@ def as_far_as(problem: Problem, multiplier: float, state: LimitState) -> LoadPat
 
     With no rest at all, not even under the dead load, where that would be a handful of steps only.
     """
-    loading = Loading(problem, STIFFNESSES[0])
+    loading = Overdamped(elastic_wall(problem.assemblage, problem.equilibrium, problem.friction))
     loading.most, scale = BUDGET // len(problem.equilibrium.free_blocks), loading.wall.problem.per_multiplier
     rests = _rests(loading, multiplier, TOWARDS) if loading.most >= WORTH else []
     asked = multiplier * np.append(0.0, TOWARDS)
@@ -64,12 +65,11 @@ def as_far_as(problem: Problem, multiplier: float, state: LimitState) -> LoadPat
     )
 
 
-def _rests(loading: Loading, multiplier: float, parts: Sequence[float]) -> list[Position]:
+def _rests(loading: Overdamped, multiplier: float, parts: Sequence[float]) -> list[Position]:
     """Return the positions of rest under the dead load and at parts of a multiplier, up to the first without."""
     scale = loading.wall.problem.per_multiplier
-    stands = loading.rest(undeformed(loading.wall), 0.0, GRAVITY_DRAG, GRAVITY_BUDGET)
+    stands = loading.gravity()
     rests = [stands.position] if stands.rests else []
-    loading.at_gravity = stands.position
     for part in parts if rests else ():
         found = loading.rest(rests[-1], scale * part * multiplier, DRAG, PATIENCE)
         if not found.rests:

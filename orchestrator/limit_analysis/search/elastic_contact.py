@@ -18,11 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.search.scaled_problem import ScaledProblem, scaled_problem
-from orchestrator.masonry.block_properties import block_centroids
+from orchestrator.masonry.block_properties import block_centroids, block_weights
 from orchestrator.masonry.joints import Assemblage
 
 JOINT_SMOOTHING = 1e-4
@@ -91,17 +91,30 @@ class Trial:
 
 
 def elastic_wall(
-    assemblage: Assemblage, equilibrium: Equilibrium, coulomb: YieldConditions, stiffness: Stiffness = STIFFNESSES[0]
+    assemblage: Assemblage,
+    equilibrium: Equilibrium,
+    coulomb: YieldConditions,
+    stiffness: Stiffness = STIFFNESSES[0],
+    body_of_block: IntArray | None = None,
 ) -> ElasticWall:
-    """Return the wall with the stiffness of every joint."""
-    centroids = block_centroids(assemblage.wall)
-    free = np.array([not block.fixed for block in assemblage.wall.blocks])
+    """Return the wall with the stiffness of every joint, or of those between bodies of several blocks.
+
+    body_of_block (n,): which blocks are one body, as equilibrium and Coulomb's law (k joints) have them.
+    """
+    wall, joints, centroids = assemblage.wall, assemblage.joints, block_centroids(assemblage.wall)
+    between = np.ones(joints.count, dtype=bool)
+    if body_of_block is not None:
+        between = body_of_block[joints.i] != body_of_block[joints.j]
+        weights = block_weights(wall)
+        moment = np.column_stack([np.bincount(body_of_block, weights * x) for x in centroids.T])
+        centroids = (moment / np.bincount(body_of_block, weights)[:, None])[body_of_block]
+    free = np.array([not block.fixed for block in wall.blocks])
     distance = sum(
-        free[block] * np.linalg.norm(centroids[block] - assemblage.joints.centroid, axis=1)
-        for block in (assemblage.joints.i, assemblage.joints.j)
+        free[block] * np.linalg.norm(centroids[block] - joints.centroid[between], axis=1)
+        for block in (joints.i[between], joints.j[between])
     )
     by_distance, tangential = stiffness
-    normal = assemblage.joints.area
+    normal = joints.area[between]
     if by_distance:
         normal = normal / np.maximum(distance, LEAST_DISTANCE * equilibrium.block_length)
     normal = normal / normal.mean()

@@ -30,7 +30,7 @@ from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.direct_loading import agrees
-from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Stiffness
+from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Stiffness, elastic_wall
 from orchestrator.limit_analysis.search.large_walls import large_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath, load_path
 from orchestrator.loads.block_loads import Loads
@@ -90,7 +90,9 @@ def loaded(
     state = None if first is None else first.state
     if first is not None and state is not None:
         low, high = (1.0 - SAME_ANSWER) * state.load_multiplier, (1.0 + SAME_ANSWER) * state.load_multiplier
-        if not state.converged or agrees(first.part, low, high, STIFFNESSES[1]):
+        part = first.part
+        other = elastic_wall(part.assemblage, part.equilibrium, part.friction, STIFFNESSES[1])
+        if not state.converged or agrees(other, low, high):
             return first
     found = [first, peeled(problem, loads, optimum, local_share, road(STIFFNESSES[1]))]
     return lower_of([one for one in found if one is not None and one.state is not None]) or found[0] or found[1]

@@ -31,28 +31,26 @@ from orchestrator.limit_analysis.search.elastic_contact import (
     Position,
     Stiffness,
     elastic_wall,
-    undeformed,
 )
-from orchestrator.limit_analysis.search.implicit_step import Step, Task, implicit_step
+from orchestrator.limit_analysis.search.implicit_step import Task
 from orchestrator.limit_analysis.search.nearest_state import Closing
+from orchestrator.limit_analysis.search.overdamped import (
+    FAR,
+    FIRST_DRAG,
+    MOTION,
+    NEARLY,
+    REST_BUDGET,
+    Moved,
+    Overdamped,
+)
 
 STEPS = 10
 """Load steps up to the associative multiplier."""
 FINE, COARSE = 1e-3, 1e-2
 """Bracket, part of the associative multiplier, between the last rest and the state met; and that of a wall that creeps
 without coming near a mechanism, or below a state that is closed and met twice: what it rests at is no sharper."""
-REST = 1e-6
-"""Force that drag takes, mean block weights, below which a wall rests."""
-GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-4, 1e4
-"""Force per displacement, mean block weights over elastic displacement: where gravity and a load step begin, and where
-it is given up."""
-SLOWER, FASTER = 4.0, ((11, 0.1), (13, 0.3))
-"""Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
-MOTION, NEARLY, CLOSE = 1e-3, 1e-2, 1e-5
-"""Flow errors: of a motion that is worth driving on under displacement control; of an end that counts as met; of one
-that is worth checking."""
-REST_BUDGET, END_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET, MOST_IN_ALL = 150, 150, 800, 1_000_000, 1500, 6_000
-"""Factorisations: of a rest, of an end, of gravity; in all, times blocks, and in all at least and at most."""
+CLOSE, END_BUDGET = 1e-5, 150
+"""Flow error of an end that is worth checking, and factorisations of an end."""
 GROWTH, LEAST_ADVANCE = ((9, 3.0), (np.inf, 1.7)), 0.3
 """Growth of the displacement prescribed after a step of so many factorisations, 10 instead of 3 once forces nearly
 stand still (CLOSE); factor after one that was not found."""
@@ -60,9 +58,9 @@ FAILURES = 8
 """Steps in a row that are not found before an end is given up."""
 LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
-SOFT, FAR, FARTHEST = 10.0, 100.0, 1e5
-"""Displacement over the elastic one from which on a wall is called soft; and from which on a motion whose forces nearly
-stand still is not followed any further."""
+SOFT, FARTHEST = 10.0, 1e5
+"""Displacement over the elastic one from which on a wall is called soft; and from which on a mechanism is not followed
+any further."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -98,74 +96,20 @@ class LoadPath:
         return float(self.multipliers[soft[0]]) if len(soft) else None
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Moved:
-    """Where a motion has led: position, last change of displacements (3m,), multiplier, flow error, whether at rest."""
-
-    position: Position
-    change: FloatArray
-    multiplier: float
-    flow: float
-    rests: bool
-    state: LimitState | None = None
-
-
-class Loading:
-    """The motions of one wall and the factorisations that they have taken."""
+class Loading(Overdamped):
+    """The motions of one wall, each followed to a limit state where it comes to one."""
 
     def __init__(self, problem: Problem, stiffness: Stiffness) -> None:
         """Nothing has moved yet."""
+        super().__init__(elastic_wall(problem.assemblage, problem.equilibrium, problem.friction, stiffness))
         self.problem = problem
-        self.wall = elastic_wall(problem.assemblage, problem.equilibrium, problem.friction, stiffness)
         self.closing = Closing(problem, self.wall.stiffness)
-        blocks = len(problem.equilibrium.free_blocks)
-        self.spent, self.most = 0, int(np.clip(BUDGET / blocks, SMALLEST_BUDGET, MOST_IN_ALL))
-        self.at_gravity = undeformed(self.wall)
-        self.elastic = np.inf  # live displacement of the first load step over its multiplier
 
-    @property
-    def is_spent(self) -> bool:
-        """Whether no factorisations are left."""
-        return self.spent >= self.most
-
-    def moved(self, position: Position) -> float:
-        """Return the displacement along the live load since gravity."""
-        return float(self.wall.problem.live @ (position.displacements - self.at_gravity.displacements))
-
-    def is_further(self, times: float, position: Position, multiplier: float) -> bool:
-        """Whether the wall has moved more than so many times its elastic displacement."""
-        return self.moved(position) > times * self.elastic * multiplier
-
-    def step(self, before: Position, task: Task, expected: FloatArray) -> Step:
-        """Solve one step and count it."""
-        found = implicit_step(self.wall, before, task, expected)
-        self.spent += found.factorisations
-        return found
-
-    def rest(self, position: Position, multiplier: float, drag: float, budget: int) -> _Moved:
-        """Move from a position under a load until the wall rests, or moves as a mechanism, or the budget is spent."""
-        live, end = self.wall.problem.live, min(self.spent + budget, self.most)
-        change, velocity, flow = np.zeros_like(position.displacements), np.zeros_like(position.displacements), np.inf
-        while self.spent < end and drag < MOST_DRAG:
-            found = self.step(position, Task(multiplier, drag), velocity / drag)
-            if not found.found:
-                drag *= SLOWER
-                continue
-            change = found.position.displacements - position.displacements
-            flow = self._flow(found.position, position, multiplier * float(live @ change))
-            position, velocity = found.position, drag * change
-            if np.abs(velocity).max() < REST:
-                return _Moved(position, change, multiplier, flow, True)
-            if live @ change > 1.0 and flow < (NEARLY if self.is_further(FAR, position, multiplier) else MOTION):
-                break
-            drag *= next((factor for most, factor in FASTER if found.effort <= most), 1.2)
-        return _Moved(position, change, multiplier, flow, False)
-
-    def bears_more(self, ended: _Moved, moved: _Moved) -> bool:
+    def bears_more(self, ended: Moved, moved: Moved) -> bool:
         """Whether a wall that did not rest carries more than its load before it has become soft."""
         return ended.multiplier > moved.multiplier and not self.is_further(SOFT, ended.position, ended.multiplier)
 
-    def end(self, moved: _Moved, while_weaker: bool = False) -> _Moved:
+    def end(self, moved: Moved, while_weaker: bool = False) -> Moved:
         """Drive a motion that is NEARLY a mechanism on by displacements until forces stand still.
 
         The `state` of what is returned passes the check, or is None; its flow is inf where nothing was driven.
@@ -185,12 +129,12 @@ class Loading:
                 advance, failures = LEAST_ADVANCE * advance, failures + 1
                 continue
             change = found.position.displacements - position.displacements
-            flow = self._flow(found.position, position, found.multiplier * advance)
+            flow = self.flow(found.position, position, found.multiplier * advance)
             position, multiplier, failures = found.position, found.multiplier, 0
             if flow <= 2.0 * best.flow:
-                best = _Moved(position, change, multiplier, flow, False)
-            if while_weaker and self.bears_more(_Moved(position, change, multiplier, flow, False), moved):
-                return _Moved(position, change, multiplier, flow, False)
+                best = Moved(position, change, multiplier, flow, False)
+            if while_weaker and self.bears_more(Moved(position, change, multiplier, flow, False), moved):
+                return Moved(position, change, multiplier, flow, False)
             if flow < CLOSE and (state := self.checked(position, change, multiplier)) is not None:
                 return replace(best, state=state)
             if flow < MOTION and self.is_further(FARTHEST, position, multiplier):
@@ -199,7 +143,7 @@ class Loading:
             advance *= 10.0 if growth == 3.0 and flow < CLOSE else growth
         return best
 
-    def closed(self, lost: _Moved, ended: _Moved, low: float, high: float, fine: float) -> _Moved | None:
+    def closed(self, lost: Moved, ended: Moved, low: float, high: float, fine: float) -> Moved | None:
         """Return the state that a motion came to, or one near it (nearest_state.py), between its multipliers or by
         `fine` beyond; else the motion if it is NEARLY one."""
         if ended.state is not None:
@@ -212,9 +156,6 @@ class Loading:
         if found is not None:
             return replace(driven, multiplier=scale * found.load_multiplier, state=found)
         return ended if ended.flow <= NEARLY else None
-
-    def _flow(self, there: Position, here: Position, live_power: float) -> float:
-        return self.wall.flow_error(there.forces, there.rates - here.rates, live_power)
 
     def checked(self, position: Position, change: FloatArray, multiplier: float) -> LimitState | None:
         """Return forces with the mechanism that fits them best, or else with their motion, if that passes the check."""
@@ -258,18 +199,18 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     started = perf_counter()
     loading = Loading(problem, stiffness)
     scale, live = loading.wall.problem.per_multiplier, loading.wall.problem.live
-    stands = loading.rest(undeformed(loading.wall), 0.0, GRAVITY_DRAG, GRAVITY_BUDGET)
+    stands = loading.gravity()
     if not stands.rests:
         return None
     if scale * associative < LEAST:
         return LoadPath(read_only([0.0]), read_only([1.0]), (), None, loading.spent, perf_counter() - started)
-    position = loading.at_gravity = stands.position
+    position = stands.position
     rests, moved, forces = [0.0], [0.0], [position.forces]
-    met: _Moved | None = None
-    lost: _Moved | None = None
+    met: Moved | None = None
+    lost: Moved | None = None
     low, high, fine = 0.0, np.inf, FINE * associative
     enough = fine
-    target = associative / STEPS
+    target = step = associative / STEPS
     while high - low > enough and not loading.is_spent:
         found = loading.rest(position, scale * target, FIRST_DRAG, REST_BUDGET)
         if not found.rests:
@@ -286,10 +227,15 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
                 loading.elastic = moved[1] / (scale * target)
             if met is not None and met.multiplier / scale - low <= enough:
                 break
-            target = next_load(low, high, associative)
+            step = min(2.0 * step, associative / STEPS)
+            target = next_load(low, high, associative, step)
+            continue
+        closed = loading.closed(found, ended, low, target, fine)
+        if closed is None and np.isinf(ended.flow) and target - low > 2.0 * fine:
+            step = 0.5 * (target - low)  # neither a rest nor a motion was found in so large a step
+            target = low + step
             continue
         lost, high, before = found, target, met
-        closed = loading.closed(found, ended, low, high, fine)
         if closed is not None and (met is None or met.state is None or closed.state is not None):
             met = closed
         if met is not None and met.multiplier > scale * (high + COARSE * associative):
@@ -300,7 +246,8 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
         if met is not None and 0.0 <= met.multiplier / scale - low <= enough:
             break
         led_to = met if met is not None and not again else ended
-        target = load_below(led_to.multiplier / scale, low, high, fine)
+        ends = led_to.multiplier / scale if np.isfinite(led_to.flow) else np.inf
+        target = load_below(ends, low, high, fine)
     ratio = np.array(moved[1:]) / (np.array(rests[1:]) * moved[1] / rests[1]) if len(rests) > 1 else np.zeros(0)
     state = None if met is None else met.state
     if state is None or not state.converged:
@@ -318,10 +265,9 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     )
 
 
-def next_load(low: float, high: float, associative: float) -> float:
+def next_load(low: float, high: float, associative: float, step: float) -> float:
     """Return the next multiplier after a rest at `low`: half a step where a whole one would end at the associative
     one, where hardly any wall rests."""
-    step = associative / STEPS
     return min(low + (step if low + 1.5 * step < associative else 0.5 * step), 0.5 * (low + high))
 
 
