@@ -1,161 +1,54 @@
-"""Macroblocks without tolerances: the fewest bodies that, as rigid bodies, keep the states of micro limit analysis.
+"""Macroblocks without tolerances: few bodies that, loaded as rigid ones, fail where the wall fails stone by stone.
 
-Two neighbouring bodies that lock together while they move keep their momentum and lose kinetic energy (a perfectly
-plastic collision): nothing if they moved as one body already. Joining again and again the two neighbours that lose
-least leads from every stone to one body. Of these partitions the one with fewest bodies is taken that still has a limit
-state within a margin of micro limit analysis; then bodies that are not needed for it are joined, one pair after the
-other. One body is never taken: it can only slide or overturn on its support.
+Joining again and again the two neighbours that lose least energy when they lock (locking.py) leads from every stone to
+one body. First the partition with fewest bodies is taken that still has a limit state within a margin of micro limit
+analysis; then bodies that are not needed for it are joined, one pair after the other. One body is never taken: it can
+only slide or overturn on its support.
 
 Non-associative states are not unique, and bodies that can take fewer motions than the stones may meet another. Two
 are therefore kept, each by its own mechanism: the headline and the paper's. With the headline alone 3 bodies for 71
 stones (random 7 of docs/studies) bear 18 % more than these in finite elements; the lowest found too asks for 43 bodies
-instead of 9 on benchmark 2.
-States are looked for on the bodies by a descent from the slips they had (lower_states), which costs a few milliseconds.
+instead of 9 on benchmark 2. States are looked for on the bodies by a descent from the slips they had (lower_states),
+which costs a few milliseconds.
+
+That a state exists does not say that loading leads to it. So the bodies are loaded from gravity (path_of_bodies.py).
+Where they fail elsewhere than the stones do, where no limit state of the stones was closed, or where few bodies are
+saved, others are looked for that do not: TRIALS loadings at most. Bodies are joined in halves of what is left to join.
 Stones that come loose before stay bodies of their own; bodies are chosen for the wall without them.
 """
 
 from __future__ import annotations
 
-import heapq
 import logging
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import reduce
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.errors import ConvergenceError
-from orchestrator.geometry.rigid import cross, polar_moment
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, Mechanism
-from orchestrator.limit_analysis.paper.equilibrium import block_areas, block_centroids, block_weights
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.search.loading import joints_left, part_of
 from orchestrator.limit_analysis.search.lower_states import POWER_LEFT, TwoPrograms, descent
 from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings, Partition, merged, partition_of
+from orchestrator.macroblocks.locking import hierarchy, pairs_by_loss
 from orchestrator.macroblocks.merged_blocks import merged_problem
+from orchestrator.macroblocks.path_of_bodies import as_far_apart, bodies_fail_alike
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
 
 ANOTHER = 1e-4
 """Part of the multiplier by which another state differs at least."""
+TRIALS = 60
+"""Loadings of bodies at most, half of them to find any that fail where the stones do: a fifth of a second each for 10
+bodies, a second for 100."""
 
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Motion:
-    """A rigid body in motion: mass (any unit), polar inertia (mass x m2), centre (2,) m, velocity (2,), rotation."""
-
-    mass: float
-    inertia: float
-    centre: FloatArray
-    velocity: FloatArray
-    rotation: float
-
-    @property
-    def energy(self) -> float:
-        """Kinetic energy."""
-        return 0.5 * (self.mass * float(self.velocity @ self.velocity) + self.inertia * self.rotation**2)
-
-
-def locked(first: Motion, second: Motion) -> tuple[Motion, float]:
-    """Return the motion of both as one body, with their momentum, and the kinetic energy that is lost."""
-    mass = first.mass + second.mass
-    reduced = first.mass * second.mass / mass
-    arm, apart = second.centre - first.centre, second.velocity - first.velocity
-    inertia = first.inertia + second.inertia + reduced * float(arm @ arm)
-    spin = reduced * float(cross(arm, apart))
-    together = Motion(
-        mass=mass,
-        inertia=inertia,
-        centre=(first.mass * first.centre + second.mass * second.centre) / mass,
-        velocity=(first.mass * first.velocity + second.mass * second.velocity) / mass,
-        rotation=(first.inertia * first.rotation + second.inertia * second.rotation + spin) / inertia,
-    )
-    return together, first.energy + second.energy - together.energy
-
-
-def motion_of_blocks(assemblage: Assemblage, mechanism: Mechanism) -> list[Motion]:
-    """Return the motion of every block, weights standing for masses."""
-    wall = assemblage.wall
-    weights, centres = block_weights(wall), block_centroids(wall)
-    gyration = np.array([polar_moment(b.polygon - c) for b, c in zip(wall.blocks, centres, strict=True)])
-    inertia = weights * gyration / block_areas(wall)
-    return [
-        Motion(float(m), float(j), centre, velocity[:2], float(velocity[2]))
-        for m, j, centre, velocity in zip(weights, inertia, centres, mechanism.velocities, strict=True)
-    ]
-
-
-def hierarchy(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> list[IntArray]:
-    """Return the group of every block (n,), first every stone its own, then with two groups joined each time."""
-    group = np.arange(len(assemblage.wall.blocks))
-    groups = [group]
-    for kept, joined in _joined_in_order(assemblage, mechanisms):
-        group = np.where(group == joined, kept, group)
-        groups.append(group)
-    return groups
-
-
-Motions = tuple[Motion, ...]
-"""of one body, in every mechanism that is to remain possible"""
-
-
-def _motions_of_blocks(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> list[Motions]:
-    """Return the motions of every block, every mechanism with the kinetic energy 1."""
-    found = []
-    for mechanism in mechanisms:
-        blocks = motion_of_blocks(assemblage, mechanism)
-        scale = 1.0 / np.sqrt(sum(block.energy for block in blocks))
-        found.append([replace(m, velocity=scale * m.velocity, rotation=scale * m.rotation) for m in blocks])
-    return list(zip(*found, strict=True))
-
-
-def _together(first: Motions, second: Motions) -> Motions:
-    return tuple(locked(one, other)[0] for one, other in zip(first, second, strict=True))
-
-
-def _loss(first: Motions, second: Motions) -> float:
-    """Return the kinetic energy that locking costs, all mechanisms together."""
-    return sum(locked(one, other)[1] for one, other in zip(first, second, strict=True))
-
-
-def _joined_in_order(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> Iterator[tuple[int, int]]:
-    """Yield (new group, old group) twice a join: numbers of groups are those of one of their blocks."""
-    motions = dict(enumerate(_motions_of_blocks(assemblage, mechanisms)))
-    neighbours = _neighbours(assemblage)
-    version = dict.fromkeys(motions, 0)
-    queue = [_priced(motions, version, i, j) for i, others in neighbours.items() for j in others if i < j]
-    heapq.heapify(queue)
-    while queue:
-        _, i, j, seen = heapq.heappop(queue)
-        if i not in motions or j not in motions or seen != (version[i], version[j]):
-            continue
-        motions[i] = _together(motions[i], motions.pop(j))
-        version[i] += 1
-        neighbours[i] = (neighbours[i] | neighbours.pop(j)) - {i, j}
-        for other in neighbours[i]:
-            neighbours[other] = neighbours[other] - {j} | {i}
-            heapq.heappush(queue, _priced(motions, version, min(i, other), max(i, other)))
-        yield i, j
-
-
-def _priced(
-    motions: dict[int, Motions], version: dict[int, int], i: int, j: int
-) -> tuple[float, int, int, tuple[int, int]]:
-    """Return the loss of joining i and j, with what tells later whether either has changed."""
-    return _loss(motions[i], motions[j]), i, j, (version[i], version[j])
-
-
-def _neighbours(assemblage: Assemblage) -> dict[int, set[int]]:
-    """Return for every free block the free blocks that it shares a joint with."""
-    found: dict[int, set[int]] = {k: set() for k, block in enumerate(assemblage.wall.blocks) if not block.fixed}
-    for i, j in assemblage.joints.pairs:
-        if i in found and j in found:
-            found[i].add(j)
-            found[j].add(i)
-    return found
+ELSEWHERE = (
+    "loaded from gravity these bodies fail at another multiplier than every stone: compare with run --model micro"
+)
+"""remark on bodies that have the states of the stones but, as rigid ones, do not meet them"""
 
 
 def macroblocks_of(
@@ -191,13 +84,34 @@ def chosen(
     margin: float,
     tied: Assemblage | None = None,
 ) -> Partition:
-    """Return the partition with the fewest bodies found that keeps the states of micro-LA within `margin`, part of it.
+    """Return few bodies that keep the states of micro-LA within `margin`, part of it, and meet the headline's.
 
     tied: as in `macroblocks_of`. Every stone stays a body where nothing coarser does; a wall of one block is one body.
     """
     tied = tied or assemblage
     if analysis.local_failures:
         return _chosen_without_loose_stones(assemblage, analysis, margin, tied)
+    partition, said = _of_states(assemblage, analysis, margin, tied)
+    remarks = [said]
+    stones = sum(not block.fixed for block in assemblage.wall.blocks)
+    if analysis.path is not None and stones > 1:
+        alike = partition.count < stones and bodies_fail_alike(assemblage, analysis, partition, margin)
+        found = None if alike and 2 * partition.count <= stones else _by_loading(assemblage, analysis, margin)
+        if found is not None and (not alike or found.count < partition.count):
+            partition, remarks = found, [_said_of_loading(analysis, margin)]
+        elif not alike and partition.count < stones:
+            remarks.append(ELSEWHERE)
+    if 2 * partition.count > stones > 2:
+        remarks.append(
+            f"{partition.count} macroblocks of {stones} stones save little: run --model micro has every stone"
+        )
+    return replace(partition, remarks=(*remarks, *partition.remarks))
+
+
+def _of_states(
+    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, tied: Assemblage
+) -> tuple[Partition, str]:
+    """Return the fewest bodies found that have the states of micro-LA, and in words at which multipliers."""
     states = states_to_keep(analysis)
     mechanisms = [state.mechanism for state in states]
 
@@ -223,10 +137,57 @@ def chosen(
         f"{found:.4f} (every stone {state.load_multiplier:.4f})"
         for found, state in zip(kept(partition), states, strict=False)
     )
-    said = f"chosen automatically: multiplier as rigid bodies {words or 'not found'}, margin {margin:.3g}"
-    stones = sum(not block.fixed for block in assemblage.wall.blocks)
-    little = f"{partition.count} macroblocks of {stones} stones save little: run --model micro has every stone"
-    return replace(partition, remarks=(said, *[little] * (2 * partition.count > stones > 2), *partition.remarks))
+    return partition, f"chosen automatically: multiplier as rigid bodies {words or 'not found'}, margin {margin:.3g}"
+
+
+def _said_of_loading(analysis: LimitAnalysis, margin: float) -> str:
+    return (
+        "chosen automatically: loaded from gravity as rigid bodies they fail where every stone does "
+        f"({analysis.headline.load_multiplier:.4f}), within {as_far_apart(margin):.3g}"
+    )
+
+
+def _by_loading(assemblage: Assemblage, analysis: LimitAnalysis, margin: float) -> Partition | None:
+    """Return bodies that fail where the stones do when they are loaded; None where TRIALS find none."""
+    mechanisms = [state.mechanism for state in states_to_keep(analysis)]
+    trials = 0
+
+    def fails_alike(partition: Partition) -> bool:
+        nonlocal trials
+        trials += 1
+        return trials <= TRIALS and partition.count > 1 and bodies_fail_alike(assemblage, analysis, partition, margin)
+
+    groups = hierarchy(assemblage, mechanisms)[::-1]  # from one body to every stone
+    size = 2
+    while 4 * size <= 3 * len(groups) and 2 * trials < TRIALS:
+        partition = partition_of(assemblage, groups[size - 1])
+        if fails_alike(partition):
+            pairs = pairs_by_loss(partition, assemblage, mechanisms)
+            return _joined_in_halves(fails_alike, partition, assemblage, pairs)
+        size += 1 + size // 8
+    return None
+
+
+def _joined_in_halves(
+    keeps: Callable[[Partition], bool],
+    partition: Partition,
+    assemblage: Assemblage,
+    pairs: Sequence[tuple[int, int]],
+) -> Partition:
+    """Join the pairs (of blocks) as far as `keeps` allows: all at once, else one half of them and then the other."""
+    group = partition.body_of_block
+    for i, j in pairs:
+        group = np.where(group == group[j], group[i], group)
+    coarser = partition_of(assemblage, group)
+    if coarser.count == partition.count:
+        return partition
+    if keeps(coarser):
+        return coarser
+    half = len(pairs) // 2
+    if not half:
+        return partition
+    partition = _joined_in_halves(keeps, partition, assemblage, pairs[:half])
+    return _joined_in_halves(keeps, partition, assemblage, pairs[half:])
 
 
 def _chosen_without_loose_stones(
@@ -310,25 +271,9 @@ def _joined_while(
 ) -> Partition:
     """Join pairs of neighbouring bodies, those that lose least energy first, each tried once, while `keeps` holds."""
     group = partition.body_of_block
-    for i, j in _pairs_by_loss(partition, assemblage, mechanisms):
+    for i, j in pairs_by_loss(partition, assemblage, mechanisms):
         kept, joined = group[i], group[j]
         coarser = partition_of(assemblage, np.where(group == joined, kept, group))
         if kept != joined and keeps(coarser):
             partition, group = coarser, np.where(group == joined, kept, group)
     return partition
-
-
-def _pairs_by_loss(
-    partition: Partition, assemblage: Assemblage, mechanisms: Sequence[Mechanism]
-) -> list[tuple[int, int]]:
-    """Return the joints (as pairs of blocks) between neighbouring bodies, one a pair of bodies, least loss first."""
-    body, blocks = partition.body_of_block, _motions_of_blocks(assemblage, mechanisms)
-    motions = [
-        reduce(_together, (blocks[k] for k in np.flatnonzero(body == number))) for number in range(partition.count)
-    ]
-    joints: dict[tuple[int, int], tuple[int, int]] = {}
-    for i, j in assemblage.joints.pairs:
-        first, second = sorted((int(body[i]), int(body[j])))
-        if first != second and second < partition.count:
-            joints[first, second] = (i, j)
-    return [joints[pair] for pair in sorted(joints, key=lambda pair: _loss(motions[pair[0]], motions[pair[1]]))]

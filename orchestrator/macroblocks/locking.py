@@ -1,0 +1,152 @@
+"""Which bodies lose least when they lock together: the order in which blocks are joined.
+
+Two neighbouring bodies that lock together while they move keep their momentum and lose kinetic energy (a perfectly
+plastic collision): nothing if they moved as one body already.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+
+import numpy as np
+
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.geometry.rigid import cross, polar_moment
+from orchestrator.limit_analysis import Mechanism
+from orchestrator.limit_analysis.paper.equilibrium import block_areas, block_centroids, block_weights
+from orchestrator.macroblocks.criteria import Partition
+from orchestrator.masonry.joints import Assemblage
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Motion:
+    """A rigid body in motion: mass (any unit), polar inertia (mass x m2), centre (2,) m, velocity (2,), rotation."""
+
+    mass: float
+    inertia: float
+    centre: FloatArray
+    velocity: FloatArray
+    rotation: float
+
+    @property
+    def energy(self) -> float:
+        """Kinetic energy."""
+        return 0.5 * (self.mass * float(self.velocity @ self.velocity) + self.inertia * self.rotation**2)
+
+
+def locked(first: Motion, second: Motion) -> tuple[Motion, float]:
+    """Return the motion of both as one body, with their momentum, and the kinetic energy that is lost."""
+    mass = first.mass + second.mass
+    reduced = first.mass * second.mass / mass
+    arm, apart = second.centre - first.centre, second.velocity - first.velocity
+    inertia = first.inertia + second.inertia + reduced * float(arm @ arm)
+    spin = reduced * float(cross(arm, apart))
+    together = Motion(
+        mass=mass,
+        inertia=inertia,
+        centre=(first.mass * first.centre + second.mass * second.centre) / mass,
+        velocity=(first.mass * first.velocity + second.mass * second.velocity) / mass,
+        rotation=(first.inertia * first.rotation + second.inertia * second.rotation + spin) / inertia,
+    )
+    return together, first.energy + second.energy - together.energy
+
+
+def motion_of_blocks(assemblage: Assemblage, mechanism: Mechanism) -> list[Motion]:
+    """Return the motion of every block, weights standing for masses."""
+    wall = assemblage.wall
+    weights, centres = block_weights(wall), block_centroids(wall)
+    gyration = np.array([polar_moment(b.polygon - c) for b, c in zip(wall.blocks, centres, strict=True)])
+    inertia = weights * gyration / block_areas(wall)
+    return [
+        Motion(float(m), float(j), centre, velocity[:2], float(velocity[2]))
+        for m, j, centre, velocity in zip(weights, inertia, centres, mechanism.velocities, strict=True)
+    ]
+
+
+def hierarchy(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> list[IntArray]:
+    """Return the group of every block (n,), first every stone its own, then with two groups joined each time."""
+    group = np.arange(len(assemblage.wall.blocks))
+    groups = [group]
+    for kept, joined in _joined_in_order(assemblage, mechanisms):
+        group = np.where(group == joined, kept, group)
+        groups.append(group)
+    return groups
+
+
+Motions = tuple[Motion, ...]
+"""of one body, in every mechanism that is to remain possible"""
+
+
+def _motions_of_blocks(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> list[Motions]:
+    """Return the motions of every block, every mechanism with the kinetic energy 1."""
+    found = []
+    for mechanism in mechanisms:
+        blocks = motion_of_blocks(assemblage, mechanism)
+        scale = 1.0 / np.sqrt(sum(block.energy for block in blocks))
+        found.append([replace(m, velocity=scale * m.velocity, rotation=scale * m.rotation) for m in blocks])
+    return list(zip(*found, strict=True))
+
+
+def _together(first: Motions, second: Motions) -> Motions:
+    return tuple(locked(one, other)[0] for one, other in zip(first, second, strict=True))
+
+
+def _loss(first: Motions, second: Motions) -> float:
+    """Return the kinetic energy that locking costs, all mechanisms together."""
+    return sum(locked(one, other)[1] for one, other in zip(first, second, strict=True))
+
+
+def _joined_in_order(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> Iterator[tuple[int, int]]:
+    """Yield (new group, old group) twice a join: numbers of groups are those of one of their blocks."""
+    motions = dict(enumerate(_motions_of_blocks(assemblage, mechanisms)))
+    neighbours = _neighbours(assemblage)
+    version = dict.fromkeys(motions, 0)
+    queue = [_priced(motions, version, i, j) for i, others in neighbours.items() for j in others if i < j]
+    heapq.heapify(queue)
+    while queue:
+        _, i, j, seen = heapq.heappop(queue)
+        if i not in motions or j not in motions or seen != (version[i], version[j]):
+            continue
+        motions[i] = _together(motions[i], motions.pop(j))
+        version[i] += 1
+        neighbours[i] = (neighbours[i] | neighbours.pop(j)) - {i, j}
+        for other in neighbours[i]:
+            neighbours[other] = neighbours[other] - {j} | {i}
+            heapq.heappush(queue, _priced(motions, version, min(i, other), max(i, other)))
+        yield i, j
+
+
+def _priced(
+    motions: dict[int, Motions], version: dict[int, int], i: int, j: int
+) -> tuple[float, int, int, tuple[int, int]]:
+    """Return the loss of joining i and j, with what tells later whether either has changed."""
+    return _loss(motions[i], motions[j]), i, j, (version[i], version[j])
+
+
+def _neighbours(assemblage: Assemblage) -> dict[int, set[int]]:
+    """Return for every free block the free blocks that it shares a joint with."""
+    found: dict[int, set[int]] = {k: set() for k, block in enumerate(assemblage.wall.blocks) if not block.fixed}
+    for i, j in assemblage.joints.pairs:
+        if i in found and j in found:
+            found[i].add(j)
+            found[j].add(i)
+    return found
+
+
+def pairs_by_loss(
+    partition: Partition, assemblage: Assemblage, mechanisms: Sequence[Mechanism]
+) -> list[tuple[int, int]]:
+    """Return the joints (as pairs of blocks) between neighbouring bodies, one a pair of bodies, least loss first."""
+    body, blocks = partition.body_of_block, _motions_of_blocks(assemblage, mechanisms)
+    motions = [
+        reduce(_together, (blocks[k] for k in np.flatnonzero(body == number))) for number in range(partition.count)
+    ]
+    joints: dict[tuple[int, int], tuple[int, int]] = {}
+    for i, j in assemblage.joints.pairs:
+        first, second = sorted((int(body[i]), int(body[j])))
+        if first != second and second < partition.count:
+            joints[first, second] = (i, j)
+    return [joints[pair] for pair in sorted(joints, key=lambda pair: _loss(motions[pair[0]], motions[pair[1]]))]

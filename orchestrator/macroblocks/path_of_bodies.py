@@ -1,0 +1,40 @@
+"""Whether bodies of several stones, loaded from gravity as rigid ones, fail where the wall fails stone by stone.
+
+That bodies have a limit state near that of the stones does not say that loading leads to it: states of walls without
+dilation are not unique. Four bodies of 47 stones (random rubble) had one at 0.370, the stones 0.368; loaded, they came
+down at 0.208, the stack at the edge sliding by itself, in finite elements as well as here.
+"""
+
+from __future__ import annotations
+
+import logging
+
+from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.limit_analysis.search.direct_loading import agrees
+from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, elastic_wall
+from orchestrator.limit_analysis.search.loading import SAME_ANSWER
+from orchestrator.macroblocks.criteria import Partition
+from orchestrator.macroblocks.merged_blocks import merged_problem
+from orchestrator.masonry.joints import Assemblage
+
+logger = logging.getLogger(__name__)
+
+STEPS = tuple(step / 10 for step in range(1, 11))
+"""loads at which bodies rest on the way, parts of the last: as many as those of the path of every stone"""
+
+
+def as_far_apart(margin: float) -> float:
+    """Return by what part multipliers may differ: the margin, and what two paths of one wall may differ by."""
+    return margin + SAME_ANSWER
+
+
+def bodies_fail_alike(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition, margin: float) -> bool:
+    """Whether bodies rest up to the headline less what it may differ by, and no longer above it, with joints of both
+    stiffnesses. Where the headline is an interval it is one for the bodies, too."""
+    equilibrium, friction = merged_problem(assemblage, partition.body_of_block, analysis.loads)
+    low, high = analysis.interval or (analysis.headline.load_multiplier,) * 2
+    apart = as_far_apart(margin)
+    low, high = (1.0 - apart) * low, (1.0 + apart) * high
+    logger.info("macroblocks: loading %d bodies", partition.count)
+    walls = (elastic_wall(assemblage, equilibrium, friction, one, partition.body_of_block) for one in STIFFNESSES)
+    return all(agrees(wall, low, high, STEPS) for wall in walls)
