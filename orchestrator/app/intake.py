@@ -90,8 +90,9 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
             kept, before, more = _without_loose(wall, loose.loose)
             check_assemblage(find_joints(kept, JointSettings()))
         except CaseError as error:
-            warned = few([f"; while reading: {remark}" for remark in remarks if "WARNING" in remark], "")
-            said = CaseError(error.key, error.problem, error.remedy + warned)
+            warned = few([remark.replace("WARNING: ", "") for remark in remarks if "WARNING" in remark], "; ")
+            remedy = f"reading it warned of a likely cause: {warned}; else " if warned else ""
+            said = CaseError(error.key, error.problem, remedy + error.remedy)
             raise _drawn(said, wall, picture) from None
     return Intake(kept, sorted([*more, *remarks], key=lambda remark: "WARNING" not in remark), before)
 

@@ -35,6 +35,11 @@ def printed(figure: Figure, value: float | None) -> str:
     return format(value * factor, ".0f") if "e+" in text else text
 
 
+def millimetres(length: float) -> str:
+    """Return a length (m) in mm with two digits, without its sign."""
+    return f"{float(f'{1e3 * abs(length):.2g}'):g} mm"
+
+
 def few(things: Sequence[object], separator: str = ", ") -> str:
     """Return the first things of a list in one line, and how many more there are."""
     return separator.join(map(str, things[:FEW])) + f" and {len(things) - FEW} more" * (len(things) > FEW)

@@ -12,6 +12,7 @@ from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
+from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import VISIBLE
 from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, PlanarMap, planar_map
@@ -195,7 +196,7 @@ def check_assemblage(assemblage: Assemblage) -> None:
         widest = max(widest, nearest)
         if number == group[first]:
             problem += f": at ({x:.4g}, {y:.4g}) m, "
-            problem += f"{1e3 * nearest:.2g} mm from the nearest" if nearest else "with a neighbour in a point at most"
+            problem += f"{millimetres(nearest)} from the nearest" if nearest else "with a neighbour in a point at most"
     free = sum(not block.fixed for block in blocks)
     problem += f"; {len(apart)} of {free} blocks alike" if len(apart) > 1 else ""
     remedy = "move it until it shares a joint, or remove it"

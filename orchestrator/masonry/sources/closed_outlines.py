@@ -14,6 +14,7 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.graphs import connected_groups
+from orchestrator.basis.printed import millimetres
 from orchestrator.masonry.block_properties import rounded_up
 from orchestrator.masonry.sources.drawing import IMPLAUSIBLE_SLENDERNESS, LARGEST_TOLERANCE, Drawing, slenderness
 
@@ -186,19 +187,19 @@ def _said_ends(network: Network, lines: list[FloatArray]) -> str:
         return f", the first at ({x:.4g}, {y:.4g}) m"
     listed = ", ".join(f"({x:.4g}, {y:.4g})" for x, y in ends[:LISTED_ENDS])
     said = f"; {len(ends)} open end{'s' * (len(ends) > 1)} at {listed}{', ...' * (len(ends) > LISTED_ENDS)} m"
-    wider = np.unique([1e-3 * rounded_up(1e3 * width) for width in gap[np.isfinite(gap)]])
+    near = np.sort(gap[np.isfinite(gap)])
+    if len(near):
+        said += ", " + " to ".join(dict.fromkeys(map(millimetres, near[[0, -1]].tolist()))) + " from the nearest line"
+    wider = np.unique([1e-3 * rounded_up(1e3 * width) for width in near])
     wider = wider[(wider > network.within) & (wider <= LARGEST_TOLERANCE)]
     tried = wider[np.unique(np.linspace(0, len(wider) - 1, TRIED).astype(int))] if len(wider) else wider
     closed = {width: _network_within(lines, width) for width in tried.tolist()}
     best = max(closed, key=lambda width: (len(closed[width].outlines), -width), default=0.0)
     more = len(closed[best].outlines) - len(network.outlines) if closed else 0
     if more < 1:
-        why = (
-            f"tolerances up to {1e3 * tried[-1]:g} mm close no outline more"
-            if closed
-            else f"nothing else is within {1e3 * LARGEST_TOLERANCE:g} mm"
-        )
-        return f"{said}; {why}: draw on to where they meet"
+        most = millimetres(tried[-1] if closed else LARGEST_TOLERANCE)
+        why = f"no --tolerance up to {most} closes an outline more"
+        return f"{said}; {why}: draw on to where they meet others, or delete what is no outline"
     left = len(closed[best].rest)
     stay = "1 line stays" if left == 1 else f"{left} lines stay"
     said += f'; --tolerance "{1e3 * best:g} mm" closes {more} outline{"s" * (more > 1)} more'

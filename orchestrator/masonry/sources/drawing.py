@@ -14,6 +14,7 @@ from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
+from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import Gap, closed_gaps, heal, open_gaps
 from orchestrator.geometry.planar_map import OverlapError, PlanarMap
@@ -26,6 +27,8 @@ NOT_SEEN = 1e-6
 """m: what is nearer was drawn in one place"""
 LARGEST_TOLERANCE = 0.05
 """m"""
+WIDER = (2.0, 4.0, 8.0)
+"""times the tolerance that are tried on a drawing that is no wall with it"""
 FAR_FROM_ORIGIN = 1e4
 """m from the origin beyond which a drawing is moved to it: rounding grows with the coordinates"""
 IMPLAUSIBLE_SLENDERNESS = 150.0
@@ -125,25 +128,51 @@ def closed(
     within = max(settings.tolerance, CORNERS_APART * settings.mortar)
     try:
         check_blocks(drawn, 0.0)
-        refuse_overlaps(drawn, within)
+        return _closed_within(drawn, within, bool(settings.mortar), known_error, curved)
+    except CaseError as error:
+        wider = _tolerance_that_closes(drawn, within, bool(settings.mortar), known_error, curved)
+        located = _located(error, drawn)
+        remedy = f'--tolerance "{1e3 * wider:g} mm" closes the wall' if wider else located.remedy
+        raise RefusedWallError(located.key, located.problem, remedy, drawn) from None
+
+
+def _closed_within(
+    drawn: Wall, within: float, has_mortar: bool, known_error: float, curved: bool
+) -> tuple[Wall, list[str]]:
+    """Return the checked wall with gaps and overlaps up to `within` (m) closed, and remarks. Raises CaseError."""
+    refuse_overlaps(drawn, within)
+    try:
         polygons, joined = heal([block.polygon for block in drawn.blocks], within, known_error, curved)
-        blocks = tuple(replace(b, polygon=polygon) for b, polygon in zip(drawn.blocks, polygons, strict=True))
-        gaps = closed_gaps(joined)
-        wall = replace(drawn, blocks=blocks)
-        if settings.mortar:
-            mortar = {(blocks[gap.i].id, blocks[gap.j].id): gap.width for gap in gaps if gap.width > 0}
-            mortar = {(known.i, known.j): known.thickness for known in drawn.mortar} | mortar
-            wall = replace(wall, mortar=tuple(MortarGap(i, j, width) for (i, j), width in sorted(mortar.items())))
-        _refuse_what_healing_spoilt(wall, within)
     except OverlapError as error:
         one, other = (drawn.blocks[k].id for k in error.blocks)
         key = f"blocks {one} and {other} at ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
-        problem = f"lie on one another, by more than the tolerance of {_millimetres(within)}"
-        raise RefusedWallError(key, problem, "correct the drawing, or raise --tolerance", drawn) from None
-    except CaseError as error:
-        located = _located(error, drawn)
-        raise RefusedWallError(located.key, located.problem, located.remedy, drawn) from None
+        problem = f"lie on one another, by more than the tolerance of {millimetres(within)}"
+        raise CaseError(key, problem, "correct the drawing, or raise --tolerance") from None
+    blocks = tuple(replace(b, polygon=polygon) for b, polygon in zip(drawn.blocks, polygons, strict=True))
+    gaps = closed_gaps(joined)
+    wall = replace(drawn, blocks=blocks)
+    if has_mortar:
+        mortar = {(blocks[gap.i].id, blocks[gap.j].id): gap.width for gap in gaps if gap.width > 0}
+        mortar = {(known.i, known.j): known.thickness for known in drawn.mortar} | mortar
+        wall = replace(wall, mortar=tuple(MortarGap(i, j, width) for (i, j), width in sorted(mortar.items())))
+    _refuse_what_healing_spoilt(wall, within)
     return wall, [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall), *_said_changes(joined)]
+
+
+def _tolerance_that_closes(
+    drawn: Wall, within: float, has_mortar: bool, known_error: float, curved: bool
+) -> float | None:
+    """Return a larger tolerance (m) with which the drawing is a wall, the first without warnings if any is; or None."""
+    found = None
+    for wider in (within * factor for factor in WIDER if within * factor <= LARGEST_TOLERANCE):
+        try:
+            _, said = _closed_within(drawn, wider, has_mortar, known_error, curved)
+        except CaseError:
+            continue
+        found = found or wider
+        if not any("WARNING" in remark for remark in said):
+            return wider
+    return found
 
 
 def _refuse_what_healing_spoilt(wall: Wall, within: float) -> None:
@@ -151,8 +180,8 @@ def _refuse_what_healing_spoilt(wall: Wall, within: float) -> None:
     try:
         check_wall(wall)
     except CaseError as error:
-        problem = f"{error.problem} where gaps and overlaps up to {_millimetres(within)} are closed"
-        raise CaseError(error.key, problem, "correct the corners there, or try another --tolerance") from None
+        problem = f"{error.problem} where gaps and overlaps up to {millimetres(within)} are closed"
+        raise CaseError(error.key, problem, "correct the corners there") from None
 
 
 def _said_changes(joined: PlanarMap) -> list[str]:
@@ -160,12 +189,13 @@ def _said_changes(joined: PlanarMap) -> list[str]:
     said = []
     if joined.tips:
         many = f"{len(joined.tips)} acute tips that overlap" if len(joined.tips) > 1 else "1 acute tip that overlaps"
-        said.append(f"WARNING: {many} cut back by up to {_millimetres(max(joined.tips))}, more than the tolerance")
-    if joined.collapsed:
-        many = f"{len(joined.collapsed)} short edges" if len(joined.collapsed) > 1 else "1 short edge"
-        said.append(f"{many} of stones taken for points, up to {_millimetres(max(joined.collapsed))} long")
+        said.append(f"WARNING: {many} cut back by up to {millimetres(max(joined.tips))}, more than the tolerance")
+    collapsed = [length for length in joined.collapsed if length > NOT_SEEN]
+    if collapsed:
+        many = f"{len(collapsed)} short edges" if len(collapsed) > 1 else "1 short edge"
+        said.append(f"{many} of stones taken for points, up to {millimetres(max(collapsed))} long")
     if joined.straightened:
-        said.append(f"joints that bend taken straight, by up to {_millimetres(joined.straightened)}")
+        said.append(f"joints that bend taken straight, by up to {millimetres(joined.straightened)}")
     return said
 
 
@@ -180,8 +210,8 @@ def _located(error: CaseError, wall: Wall) -> CaseError:
 
 def _refuse_sizes(drawing: Drawing) -> None:
     if not drawing.stones:
-        said = "".join(f" ({remark})" for remark in drawing.remarks if "WARNING" in remark).replace("WARNING: ", "")
-        raise CaseError("blocks", f"the drawing has none{said}", "draw every block as a closed outline")
+        warned = "; ".join(remark.partition("WARNING: ")[2] for remark in drawing.remarks if "WARNING" in remark)
+        raise CaseError("blocks", "the drawing has none", warned or "draw every block as a closed outline")
     if len(drawing.stones) + len(drawing.supports) + len(drawing.openings) > LARGEST_COUNT:
         raise CaseError("blocks", f"more than {LARGEST_COUNT}", "import the wall in parts")
     for outline in (*drawing.stones, *drawing.supports, *drawing.openings):
@@ -202,7 +232,7 @@ def _drawn_once(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]
         if copies:
             x, y = outlines[copies[0][0]].mean(axis=0)
             apart = max(distance for _, distance in copies)
-            off = f", up to {_millimetres(apart)} apart" if apart > NOT_SEEN else ""
+            off = f", up to {millimetres(apart)} apart" if apart > NOT_SEEN else ""
             outlined = "outlines" if len(copies) > 1 else "outline"
             said.append(f"{role}: {len(copies)} {outlined} drawn twice{off}, kept once; at ({x:.4g}, {y:.4g}) m")
     stones = tuple(drawing.stones[k] for k in kept["blocks"])
@@ -294,7 +324,7 @@ def _words(gap: Gap, wall: Wall) -> str:
     first, second = wall.blocks[gap.i].id, wall.blocks[gap.j].id
     x, y = gap.at
     return (
-        f"WARNING: {kind} of {_millimetres(gap.width)} between blocks {first} and {second} at ({x:.4g}, {y:.4g}) m NOT "
+        f"WARNING: {kind} of {millimetres(gap.width)} between blocks {first} and {second} at ({x:.4g}, {y:.4g}) m NOT "
         f"closed, wider than the tolerance; --tolerance closes it, or --mortar if it is a joint"
     )
 
@@ -309,11 +339,7 @@ def _summary(closed: list[Gap], wall: Wall) -> list[str]:
             median = float(np.median([abs(gap.width) for gap in gaps]))
             many = f"{len(gaps)} {kind}s" if len(gaps) > 1 else f"1 {kind}"
             said.append(
-                f"{many} between blocks closed, median {_millimetres(median)}, widest {_millimetres(widest.width)} "
+                f"{many} between blocks closed, median {millimetres(median)}, widest {millimetres(widest.width)} "
                 f"between blocks {i} and {j} at ({widest.at[0]:.4g}, {widest.at[1]:.4g}) m"
             )
     return said
-
-
-def _millimetres(width: float) -> str:
-    return f"{float(f'{1e3 * abs(width):.2g}'):g} mm"

@@ -56,7 +56,8 @@ def test_lines_that_stop_short_are_counted_with_places_and_the_tolerance_that_cl
     found, remarks = read(path)
     assert found == 1
     assert (
-        "blocks: WARNING: 2 lines close no outline; 3 open ends at (0.4, 0.003), (0.8, 0.003), (0.8, 0.298) m; "
+        "blocks: WARNING: 2 lines close no outline; 3 open ends at (0.4, 0.003), (0.8, 0.003), (0.8, 0.298) m, "
+        "2 mm to 3 mm from the nearest line; "
         '--tolerance "4 mm" closes 2 outlines more'
     ) in remarks
     assert "WARNING" in remarks[0], "warnings are first"
@@ -78,9 +79,57 @@ def test_a_drawing_none_of_whose_lines_close_is_refused_with_the_tolerance_to_tr
     outline = between(0, 0, 400, 300)
     lines = [(a + 0.01 * (b - a), b) for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True)]
     path = drawn(tmp_path / "open.dxf", lines)
-    with pytest.raises(CaseError, match=r'none \(blocks: 4 lines .* --tolerance "5 mm" closes 1 outline more'):
+    with pytest.raises(CaseError, match=r'none; 4 lines .* --tolerance "5 mm" closes 1 outline more$'):
         read(path)
     assert read(path, tolerance="5 mm")[0] == 1
+
+
+def test_a_line_within_a_stone_that_meets_none_is_told_with_what_to_do(tmp_path):
+    path = drawn(tmp_path / "dangling.dxf", [*frame(0, 0, 800, 300), ((100, 80), (200, 130))])
+    found, remarks = read(path)
+    assert found == 1
+    assert remarks[0] == (
+        "blocks: WARNING: 1 line closes no outline; 2 open ends at (0.1, 0.08), (0.2, 0.13) m; no --tolerance up to 50 mm "
+        "closes an outline more: draw on to where they meet others, or delete what is no outline"
+    )
+
+
+def test_an_arched_wall_of_lines_and_arcs_with_gaps_is_refused_with_the_tolerance_that_reads_it(tmp_path):
+    """Every arc begins 3 mm late, and every joint 3 mm outside the intrados."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = MILLIMETRES
+    space, blocks = document.modelspace(), {"layer": "blocks"}
+    angles = np.linspace(0.0, 180.0, 6)
+    for radius in (500.0, 700.0):
+        for a, b in zip(angles[:-1], angles[1:], strict=True):
+            space.add_arc((0, 0), radius, a + np.degrees(3.0 / radius), b, dxfattribs=blocks)
+    for x, y in zip(np.cos(np.radians(angles)), np.sin(np.radians(angles)), strict=True):
+        space.add_line((503 * x, 503 * y), (700 * x, 700 * y), dxfattribs=blocks)
+    document.saveas(tmp_path / "arch.dxf")
+    with pytest.raises(CaseError) as refused:
+        read(tmp_path / "arch.dxf")
+    said = str(refused.value)
+    assert "mm from the nearest line" in said, said
+    tolerance = said.partition('--tolerance "')[2].partition('"')[0]
+    assert read(tmp_path / "arch.dxf", tolerance=tolerance)[0] == 5
+
+
+def test_outlines_that_overlap_by_more_than_the_tolerance_are_refused_with_the_one_that_reads_them(tmp_path):
+    jitter = np.random.default_rng(1).uniform(-1.5, 1.5, (12, 4, 2))
+    boxes = [between(400 * c, 200 * r, 400 * c + 400, 200 * r + 200) for r in range(3) for c in range(4)]
+    path = drawn(tmp_path / "errors.dxf", outlines=np.array(boxes) + jitter)
+    with pytest.raises(CaseError, match=r'--tolerance "\d+ mm" closes the wall') as refused:
+        read(path)
+    tolerance = refused.value.remedy.partition('"')[2].partition('"')[0]
+    found, remarks = read(path, tolerance=tolerance)
+    assert found == 12
+    assert not [remark for remark in remarks if "WARNING" in remark]
+
+
+def test_an_exact_drawing_has_no_short_edges_to_speak_of(tmp_path):
+    joints = [((200.1 * k, 0), (200.1 * k, 300)) for k in range(1, 4)]
+    _, remarks = read(drawn(tmp_path / "exact.dxf", frame(0, 0, 800.4, 300) + joints))
+    assert not [remark for remark in remarks if "short edge" in remark]
 
 
 def test_an_open_polyline_is_closed_by_the_distance_of_its_ends(tmp_path):
@@ -91,12 +140,12 @@ def test_an_open_polyline_is_closed_by_the_distance_of_its_ends(tmp_path):
     document.modelspace().add_lwpolyline(between(400, 0, 800, 300), close=True, dxfattribs={"layer": "blocks"})
     document.saveas(tmp_path / "open.dxf")
     _, remarks = read(tmp_path / "open.dxf")
-    assert any('2 open ends at (0, 0), (0, 0.006) m; --tolerance "8 mm" closes 1 outline' in said for said in remarks)
+    assert any('2 open ends at (0, 0), (0, 0.006) m, 6 mm from the nearest line; --tolerance "8 mm" closes 1 outline' in said for said in remarks)
 
 
 def test_an_outline_of_lines_around_another_one_is_said(tmp_path):
     lines = frame(0, 0, 800, 600) + frame(200, 200, 400, 400)
-    said = r"block 2: touches no other .*; while reading: .*1 outline of lines encloses others and is left out"
+    said = r"block 2: touches no other .*; reading it warned of a likely cause: .*1 outline of lines encloses others and"
     with pytest.raises(CaseError, match=said):
         read(drawn(tmp_path / "ring.dxf", lines, [between(0, -300, 800, 0)]))
 
@@ -153,7 +202,7 @@ def test_a_stone_that_closing_gaps_would_fold_is_named_with_its_place(tmp_path, 
     monkeypatch.setattr(drawing, "heal", folding)
     said = (
         r"block 1 at \(0.2, 0.15\) m: its polygon crosses or touches itself where gaps and overlaps up to 1 mm are "
-        r"closed; correct the corners there, or try another --tolerance"
+        r"closed; correct the corners there"
     )
     with pytest.raises(CaseError, match=said):
         read(drawn(tmp_path / "wall.dxf", outlines=[between(0, 0, 400, 300), between(400, 0, 800, 300)]))
