@@ -77,7 +77,7 @@ def argument_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m orchestrator",
         description="Pushover analysis of masonry, stone by stone. Without a command: run the shipped benchmark 1"
-        " into results/benchmark1, anew.",
+        " into results/benchmark1, unless results are there.",
         epilog=_epilog("run templates/benchmark1.toml --output results/benchmark1"),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -85,7 +85,7 @@ def argument_parser() -> argparse.ArgumentParser:
     parser.add_argument("--print-completion", choices=("bash", "zsh"), action=_Completion, help=about)
     parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
     parser.set_defaults(
-        command=None, case=DEFAULT_CASE, output=None, resume=False, force=True, model=None, set=[], quiet=False
+        command=None, case=DEFAULT_CASE, output=None, resume=False, force=False, model=None, set=[], quiet=False
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     _add_wall_commands(commands)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import gc
+import shlex
 import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -68,8 +69,12 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
 
         return file_commands.ACTIONS[options.command](options, console)
     if options.command is None:  # nobody asked for it by name
+        command = shlex.join(["run", str(options.case), "--output", "results/benchmark1"])
         console.print(
-            "No command given: this runs the shipped benchmark 1 into results/benchmark1. --help lists all commands."
+            "No command given: this runs the shipped benchmark 1 into results/benchmark1, as "
+            f"`python -m orchestrator {command}` does. --help lists all commands.",
+            soft_wrap=True,
+            markup=False,
         )
     case = _read_case(options, comm)
     if case is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import logging
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -195,13 +196,19 @@ def test_a_finished_run_is_not_overwritten_by_limit_and_segment(tmp_path, capsys
     assert cli.main(call) == 0
 
 
-def test_no_command_says_first_what_it_runs_and_may_do_so_again(tmp_path, monkeypatch, capsys, recorded):
+def test_no_command_says_first_what_it_runs_and_overwrites_no_results(tmp_path, monkeypatch, capsys, recorded):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "results" / "benchmark1" / "macro").mkdir(parents=True)
     assert cli.main([]) == 0
     first = capsys.readouterr().out.splitlines()[0]
-    assert first.startswith("No command given: this runs the shipped benchmark 1 into results/benchmark1")
+    assert first.startswith("No command given: this runs the shipped benchmark 1 into results/benchmark1, as `")
+    command = shlex.split(first.partition("`")[2].partition("`")[0])
     assert recorded == [Path("results/benchmark1")]
+    (tmp_path / "results" / "benchmark1" / "macro").mkdir(parents=True)
+    assert cli.main([]) == 2
+    assert capsys.readouterr().err.startswith("results/benchmark1: --output: holds the results of a run; give another")
+    assert recorded == [Path("results/benchmark1")]
+    assert cli.main([*command[3:], "--force"]) == cli.main([*command[3:], "--resume"]) == 0
+    assert len(recorded) == 3
 
 
 @pytest.mark.parametrize("command", ["check", "limit", "limit --settle 0", "limit --set load.angle=9", "run", "study"])
