@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from orchestrator.app import load_case_runs
+from orchestrator.app.terminal import shown
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.present import plots
 from orchestrator.settings.case import Case
@@ -36,7 +37,8 @@ RANGES = "kn\nN/mm3", "ks\nN/mm3"
 def check(case: Case, place: str, figures: Path, console: Console) -> int:
     """Print and draw what a case holds, under the name `place`; return the exit code. Raises CaseError for whatever
     `limit` would refuse."""
-    assemblage, said = load_case_runs.examine(case)
+    with shown(console, "check", "joints, and whether the wall stands"):
+        assemblage, said = load_case_runs.examine(case)
     wall, cases = assemblage.wall, load_case_runs.each(case)
     loads = {name: load_sums(wall, one.load) for name, one in cases.items()}
     found, classes = materials(case, wall), joint_classes(assemblage)
@@ -50,7 +52,8 @@ def check(case: Case, place: str, figures: Path, console: Console) -> int:
     warnings = [*said, *unusual(case, wall, list(loads.values()), found, classes)]
     for remark in warnings:
         console.print(f"{place}: {remark}", soft_wrap=True, markup=False)
-    pictures = ", ".join(str(_draw(one, assemblage, name, figures)) for name, one in cases.items())
+    with shown(console, "check", "picture"):
+        pictures = ", ".join(str(_draw(one, assemblage, name, figures)) for name, one in cases.items())
     free = sum(not block.fixed for block in wall.blocks)
     counted = f"{free} blocks, {assemblage.joints.count} joints"
     counted += f", {len(cases)} load cases" if case.load.cases else ""

@@ -16,7 +16,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from orchestrator import storage
-from orchestrator.app.progress import Report, StageDone
+from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import last_state, push_model
 from orchestrator.basis.atomic_files import locked, sweep
@@ -218,6 +218,7 @@ def push(
         on_root(comm, _refuse_another_run, case, segmented, output)
     with on_root_while(comm, locked(output), storage.logging_to(output / "run.log")):
         on_root(comm, sweep, output)
+        report(StageBegun("pictures", "wall, mechanism and macroblocks"))
         on_root(
             comm,
             reporting.write_segmentation,
@@ -235,6 +236,7 @@ def push(
             expected = segmented.analysis.associative.load_multiplier
             pushed[model] = push_model(model, case, wall, bodies, output / model, resume, comm, report, expected)
             report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
+        report(StageBegun("report", "curves, verification where asked for, and report.html"))
         outcome = on_root(comm, _finished, case, segmented, pushed, output)
         for model, done in pushed.items():
             peak, stopped = done.capacity.peak_base_shear, done.curve.stopped_because

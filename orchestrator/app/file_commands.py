@@ -13,6 +13,7 @@ from typing import Any
 from rich.console import Console
 
 from orchestrator import storage
+from orchestrator.app.terminal import shown
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.installed import refuse_missing
 from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
@@ -37,9 +38,11 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
 
     intake.refuse_output(options.output)
     refused = options.output.with_name(f"{options.output.stem}_refused")
-    taken = intake.import_wall(options.file, given, refused)
+    with shown(console, "import", "outlines, gaps and overlaps, joints"):
+        taken = intake.import_wall(options.file, given, refused)
     wall, remarks = taken.wall, taken.remarks
-    written = intake.write_wall(taken, options.output)
+    with shown(console, "import", "block file and pictures"):
+        written = intake.write_wall(taken, options.output)
     for remark in remarks[:LISTED_REMARKS]:
         console.print(remark, soft_wrap=True, markup=False)
     if len(remarks) > LISTED_REMARKS:
@@ -95,7 +98,8 @@ def export(options: argparse.Namespace, console: Console) -> int:
         raise CaseError("--multiplier", f"{options.multiplier:g} is not a multiplier", "give one from 0 on, as in 0.3")
     if not options.force:
         storage.refuse_overwriting_file(output)
-    exports.export(case, driver.segment(case), options.model, options.format, options.multiplier, output)
+    with shown(console, "export", "limit analysis, meshes and file"):
+        exports.export(case, driver.segment(case), options.model, options.format, options.multiplier, output)
     console.print(str(output), soft_wrap=True, markup=False)
     return 0
 
@@ -105,7 +109,9 @@ def report(options: argparse.Namespace, console: Console) -> int:
     from orchestrator.app import driver, load_case_runs
 
     rebuild = load_case_runs.rebuild if load_case_runs.are_in(options.run) else driver.rebuild_report
-    console.print(str(rebuild(options.run)), soft_wrap=True, markup=False)
+    with shown(console, "report", "pictures and pages"):
+        page = rebuild(options.run)
+    console.print(str(page), soft_wrap=True, markup=False)
     return 0
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from orchestrator import storage
 from orchestrator.app import driver, pushover_run
 from orchestrator.app.driver import Outcome
-from orchestrator.app.progress import Report, StageDone
+from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
 from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.basis.parallel import on_root, on_root_while, workers_into
@@ -104,6 +104,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, repo
             return _spread(case, runs, output, comm, report)
     with on_root_while(comm, locked(output)):
         done = [compute(one, comm, _named(report, one.name)) for one in runs]
+        report(StageBegun("report", "all load cases"))
         return on_root(comm, _collected, case, runs, done, output)
 
 
@@ -117,6 +118,7 @@ def _spread(
         for name, outcome in spread(_compute_alone, runs):
             outcomes[name] = outcome
             report(StageDone(f"{len(outcomes)} of {len(runs)}", _seconds(outcome), name))
+        report(StageBegun("report", "all load cases"))
         return _collected(case, runs, [outcomes[one.name] for one in runs], output)
 
 
@@ -163,7 +165,7 @@ def _named(report: Report, name: str) -> Report:
     """Return a report that says which load case an event belongs to."""
 
     def named(event: Any) -> None:
-        key = "stage" if isinstance(event, StageDone) else "model"
+        key = "model" if isinstance(event, IncrementDone) else "stage"
         report(replace(event, **{key: f"{name}: {getattr(event, key)}"}))
 
     return named

@@ -1,4 +1,4 @@
-"""What a running analysis reports as it goes: a stage that is done, an increment that has converged."""
+"""What a running analysis reports as it goes: a stage that begins or is done, an increment that has converged."""
 
 from __future__ import annotations
 
@@ -28,4 +28,12 @@ class StageDone:
     text: str
 
 
-Report = Callable[[StageDone | IncrementDone], None]
+@dataclass(frozen=True, slots=True)
+class StageBegun:
+    """What is being done from now on, in a few words: `stage` as that of StageDone, `text` what it does."""
+
+    stage: str
+    text: str
+
+
+Report = Callable[[StageBegun | StageDone | IncrementDone], None]

@@ -14,7 +14,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from orchestrator import storage
-from orchestrator.app.progress import IncrementDone, Report, StageDone
+from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed, follow, judged, peak_memory, progress_of, stepping_of
 from orchestrator.basis.errors import CollapseError, ConvergenceError, naming
 from orchestrator.basis.parallel import on_root, this_rank
@@ -61,6 +61,7 @@ def push_model(
     warning = on_root(comm, _room_for, size, case)
     said = "; ".join(filter(None, (f"{size}, {time_in_words(size)}", warning)))
     report(StageDone(f"{model} FE, before it starts", 0.0, said))
+    report(StageBegun(f"{model} FE", "meshes, contacts and matrices"))
     meshes = on_root(comm, _meshed, bodies, case, folder)
     loads = nodal_loads(wall, bodies, meshes, case.load)
     ties = find_ties(wall, bodies, meshes, case.reinforcement.ties)
@@ -123,6 +124,7 @@ def _follow(
     seconds = {"assembly": assembled - began, "factorise": factorise}
     seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - factorise}
     seconds["total"] = meshes.seconds + perf_counter() - began
+    report(StageBegun(f"{model} FE", "checks, ParaView files and pictures"))
     return on_root(
         comm, _folded, model, case, wall, bodies, contact_model, store, expected, complaint, working.size, seconds
     )

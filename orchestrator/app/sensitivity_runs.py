@@ -20,7 +20,7 @@ import numpy as np
 
 from orchestrator import storage
 from orchestrator.app import driver, load_case_runs, pushover_run
-from orchestrator.app.progress import Report, StageDone
+from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.assessment.sensitivity import (
@@ -102,6 +102,7 @@ def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> Se
     report(StageDone("points", 0.0, f"{len(runs)}, {len(runs) - len(missing)} of them run before"))
     for number, said in enumerate(spread(compute, missing), 1):
         report(StageDone(f"{number} of {len(missing)}", perf_counter() - began, said))
+    report(StageBegun("sensitivity", "pictures"))
     found = {run.point.name: storage.read_json(run.file) for run in runs}
     return _presented(case, output, given, [run.point for run in runs], found)
 

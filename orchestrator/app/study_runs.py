@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from orchestrator import storage
 from orchestrator.app import driver, pushover_run
 from orchestrator.app.driver import Segmented
-from orchestrator.app.progress import Report, StageDone
+from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.basis.atomic_files import TEMPORARY
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.parallel import Spread, workers_into
@@ -89,11 +89,14 @@ def _study(case: Case, output: Path, spread: Spread, report: Report) -> StudyOut
     missing = [run for run in sorted(runs, key=lambda run: -run.segmented.partition.count) if not run.folder.exists()]
     text = f"{len(cells)} cells, {len(runs)} different partitions, {len(runs) - len(missing)} of them run before"
     report(StageDone("micro-LA and grid", perf_counter() - began, text))
+    if missing:
+        report(StageBegun("study", f"the first of {len(missing)} pushovers"))
     for number, done in enumerate(spread(compute, missing), 1):
         report(StageDone(f"{number} of {len(missing)}", perf_counter() - began, done))
     by_partition = {key(run.segmented.partition): run for run in runs}
     rows = tuple(_table(cells, micro, by_partition))
     storage.write_csv(output / "table.csv", COLUMNS, ([row[name] for name in COLUMNS] for row in rows))
+    report(StageBegun("study", "pictures"))
     _draw(case, segmented, cells, by_partition[key(micro)], by_partition, output / "figures")
     complaints = (f"{run.folder.name}: {text}" for run in runs for text in _complaints(run))
     return StudyOutcome(rows, tuple(complaints))

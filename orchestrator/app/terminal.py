@@ -1,15 +1,18 @@
-"""What is shown of a running analysis: on a terminal bars, and a line of limit analysis; else now and then a line."""
+"""What is shown of a running analysis: on a terminal bars, and a line of what is done; else now and then a line."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Timer
 from time import monotonic
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.markup import escape
 
-from orchestrator.app.progress import IncrementDone, StageDone
+from orchestrator.app.progress import IncrementDone, StageBegun, StageDone
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -18,6 +21,8 @@ WATCHED = "orchestrator.limit_analysis", "orchestrator.macroblocks.automatic"
 """loggers whose messages are progress, until the finite elements begin"""
 QUIET = 5.0
 """s without a word, where there is no terminal"""
+PATIENCE = 1.0
+"""s that a command of its own may take without a word"""
 
 
 class Reporter:
@@ -53,24 +58,36 @@ class Reporter:
     def say(self, text: str) -> None:
         """Show what limit analysis does: the first line at once, the next ones where they do not follow too soon."""
         if self._draws:
-            if "" not in self._tasks:
-                self._tasks[""] = self._progress.add_task("micro-LA", total=None, state="")
-            self._progress.update(self._tasks[""], state=text, refresh=True)
+            self._draw_line("micro-LA", text)
         elif self._said is None or monotonic() - self._said > QUIET:
             self._console.print(f"micro-LA: {text}", soft_wrap=True, markup=False)
             self._said = monotonic()
+
+    def _draw_line(self, stage: str, text: str) -> None:
+        if "" not in self._tasks:
+            self._tasks[""] = self._progress.add_task(stage, total=None, state="")
+        self._progress.update(self._tasks[""], description=escape(stage), state=escape(text), refresh=True)
 
     def _stop_listening(self) -> None:
         for name in WATCHED:
             logging.getLogger(name).removeHandler(self._listener)
             logging.getLogger(name).setLevel(logging.NOTSET)
+        self._remove_line()
+
+    def _remove_line(self) -> None:
         task = self._tasks.pop("", None)
         if task is not None:
             self._progress.remove_task(task)
 
-    def __call__(self, event: StageDone | IncrementDone) -> None:
+    def __call__(self, event: StageBegun | StageDone | IncrementDone) -> None:
         """Show what the driver reports."""
-        if isinstance(event, StageDone):
+        if isinstance(event, StageBegun):
+            self._remove_line()
+            if self._draws:
+                self._draw_line(event.stage, event.text)
+            else:
+                self._console.print(f"{event.stage}: {event.text} ...", soft_wrap=True, markup=False)
+        elif isinstance(event, StageDone):
             self._stop_listening()
             self._console.print(f"{event.stage}: {event.text} ({event.seconds:.1f} s)", soft_wrap=True)
             self._last_line = 0.0
@@ -83,12 +100,25 @@ class Reporter:
             f"{increment.number} {increment.phase}: λ {increment.load_multiplier:.4f}, "
             f"{1e3 * increment.control_displacement:.2f} mm, {increment.iterations} it."
         )
+        self._remove_line()
         if event.model not in self._tasks:
             self._tasks[event.model] = self._progress.add_task(f"{event.model} FE", total=1.0, state="")
         self._progress.update(self._tasks[event.model], completed=event.fraction, state=state)
         if not self._draws and event.seconds - self._last_line > QUIET:
             self._console.print(f"{event.model} FE: {state}, {event.seconds:.0f} s", soft_wrap=True)
             self._last_line = event.seconds
+
+
+@contextmanager
+def shown(console: Console, stage: str, text: str) -> Iterator[None]:
+    """Show what is being done where it is no part of a run, if it takes longer than PATIENCE."""
+    with Reporter(console) as report:
+        late = Timer(PATIENCE, report, [StageBegun(stage, text)])
+        late.start()
+        try:
+            yield
+        finally:
+            late.cancel()
 
 
 class _Listener(logging.Handler):

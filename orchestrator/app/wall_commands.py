@@ -16,7 +16,7 @@ from rich.console import Console
 
 from orchestrator import storage
 from orchestrator.app import case_check, driver, load_case_runs
-from orchestrator.app.terminal import Reporter
+from orchestrator.app.terminal import Reporter, shown
 from orchestrator.assessment.seismic.verification_record import notes, verdict
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.basis.parallel import is_root, on_root
@@ -60,7 +60,8 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
         for remark in analysis.remarks:
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(analysis), soft_wrap=True, markup=False)
-        picture = driver.draw_mechanism(one, assemblage, analysis, output / name)
+        with shown(console, "pictures", "mechanism"):
+            picture = driver.draw_mechanism(one, assemblage, analysis, output / name)
         console.print(f"mechanism: {picture}", soft_wrap=True)
     if len(answers) > 1:
         console.print(sentence(verdict_on(case.name, answers)), soft_wrap=True, markup=False)
@@ -89,7 +90,8 @@ def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console
         for remark in (*segmented.analysis.remarks, *segmented.partition.remarks):
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True, markup=False)
-        pictures = driver.draw_macroblocks(one, segmented, output / name)
+        with shown(console, "pictures", "macroblocks and mechanism"):
+            pictures = driver.draw_macroblocks(one, segmented, output / name)
         console.print(f"macroblocks: {pictures[0]}; mechanism: {pictures[1]}", soft_wrap=True)
     return 0
 

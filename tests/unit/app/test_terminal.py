@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import logging
+import re
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -12,8 +13,8 @@ import pytest
 from rich.console import Console
 
 from orchestrator import storage
-from orchestrator.app import cli, driver
-from orchestrator.app.progress import StageDone
+from orchestrator.app import cli, driver, terminal
+from orchestrator.app.progress import StageBegun, StageDone
 from orchestrator.app.terminal import Reporter
 from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
@@ -140,6 +141,36 @@ def test_nothing_is_shown_of_limit_analysis_after_its_stage():
     assert "late" not in reported(False, lambda report: report(stage), log("late"))
     log("after")(None)
     assert logging.getLogger("orchestrator.limit_analysis").level == logging.NOTSET
+
+
+@pytest.mark.parametrize("kind", ["xterm", "dumb"])
+def test_what_a_run_does_between_its_analyses_is_shown(kind):
+    """Bars on a terminal; elsewhere a plain line for each stage, without control characters."""
+    begun = [StageBegun("pictures", "wall"), StageBegun("macro FE", "meshes [a]")]
+    shown = reported(kind == "xterm", *[lambda report, one=one: report(one) for one in begun], kind=kind)
+    if kind == "xterm":
+        assert "pictures" in shown
+        assert "meshes [a]" in shown
+    else:
+        assert shown == "pictures: wall ...\nmacro FE: meshes [a] ...\n"
+
+
+def test_a_run_has_a_line_for_each_of_its_stages(tmp_path, capsys):
+    settings = ["--set", "stepping.final_displacement=0.5mm", "--set", "run.models=['macro']"]
+    assert cli.main(["run", TOWER, "--output", str(tmp_path / "run"), *settings]) == 0
+    printed = capsys.readouterr().out
+    stages = ("pictures: wall", "macro FE: meshes", "macro FE: checks", "report: curves")
+    places = [printed.index(stage) for stage in stages]
+    assert places == sorted(places)
+    assert "\x1b" not in printed
+
+
+@pytest.mark.parametrize("command", ["check", "limit", "segment", "import"])
+def test_a_command_that_takes_long_says_what_it_draws(tmp_path, capsys, monkeypatch, command):
+    monkeypatch.setattr(terminal, "PATIENCE", 0.0)
+    output = tmp_path / ("wall.json" if command == "import" else "folder")
+    assert cli.main([command, TOWER, "--output", str(output)]) == 0
+    assert re.search(r"^\w+: .*(picture|mechanism).* \.\.\.$", capsys.readouterr().out, re.M)
 
 
 def test_limit_begins_with_what_it_is_given(capsys, tmp_path):

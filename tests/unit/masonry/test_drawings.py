@@ -140,12 +140,17 @@ def test_an_open_polyline_is_closed_by_the_distance_of_its_ends(tmp_path):
     document.modelspace().add_lwpolyline(between(400, 0, 800, 300), close=True, dxfattribs={"layer": "blocks"})
     document.saveas(tmp_path / "open.dxf")
     _, remarks = read(tmp_path / "open.dxf")
-    assert any('2 open ends at (0, 0), (0, 0.006) m, 6 mm from the nearest line; --tolerance "8 mm" closes 1 outline' in said for said in remarks)
+    assert any(
+        '2 open ends at (0, 0), (0, 0.006) m, 6 mm from the nearest line; --tolerance "8 mm" closes 1 outline' in said
+        for said in remarks
+    )
 
 
 def test_an_outline_of_lines_around_another_one_is_said(tmp_path):
     lines = frame(0, 0, 800, 600) + frame(200, 200, 400, 400)
-    said = r"block 2: touches no other .*; reading it warned of a likely cause: .*1 outline of lines encloses others and"
+    said = (
+        r"block 2: touches no other .*; reading it warned of a likely cause: .*1 outline of lines encloses others and"
+    )
     with pytest.raises(CaseError, match=said):
         read(drawn(tmp_path / "ring.dxf", lines, [between(0, -300, 800, 0)]))
 
