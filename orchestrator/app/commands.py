@@ -105,11 +105,12 @@ def _read_case(options: argparse.Namespace, comm: MPI.Intracomm | None) -> Case 
     from orchestrator.settings.case import read
     from orchestrator.settings.plane_or_space import refuse_space, spatial
 
-    if options.command in IN_SPACE:
-        if getattr(options, "settle", None) is None and spatial(options.case, options.set):
+    settles = getattr(options, "settle", None) is not None
+    if options.command in IN_SPACE and not settles:
+        if spatial(options.case, options.set):
             return None
     else:
-        refuse_space(options.case, options.set, options.command)
+        refuse_space(options.case, options.set, "limit --settle" if settles else options.command)
     if options.command in PARALLEL and options.command != "sensitivity":
         refuse_missing(options.command or "run")
     return on_root(comm, read, options.case, options.set)

@@ -82,9 +82,11 @@ def new(options: argparse.Namespace, console: Console) -> int:
 def export(options: argparse.Namespace, console: Console) -> int:
     """Write the bodies of a case for another program; return the exit code."""
     from orchestrator.settings import case as cases
+    from orchestrator.settings.plane_or_space import refuse_space
 
     refuse_missing("export", ("gmsh",))
     source = options.case / "case.toml" if options.case.is_dir() else options.case
+    refuse_space(source, options.set, "export")
     case = cases.read(source, options.set)
     from orchestrator.app import driver, load_case_runs
     from orchestrator.app import export as exports

@@ -45,8 +45,11 @@ def check(path: Path, overrides: list[str], output: Path, console: Console) -> i
         loads_on(assemblage.wall, case.load)
         direction = direction_of(case.load, case.wall.up)
     said = ignored_joints(assemblage)
-    png = space_pictures.save_wall(assemblage, direction, output / "figures" / "blocks.png")
-    html = collapse_page.write(output / "blocks.html", assemblage, _wall_rows(assemblage), said, direction=direction)
+    png = space_pictures.save_wall(assemblage, direction, output / "figures" / "blocks.png", case.project.language)
+    rows = _wall_rows(assemblage)
+    html = collapse_page.write(
+        output / "blocks.html", assemblage, rows, said, direction=direction, project=case.project
+    )
     for remark in said:
         console.print(f"{path}: {remark}", soft_wrap=True, markup=False)
     free = int((~case.wall.fixed).sum())
@@ -106,8 +109,9 @@ def _show_mechanism(
     for name, text in rows:
         say(f"{name}: {text}")
     text = f"{analysis.shown.name}, λ = {analysis.shown.load_multiplier:.4f}; displacements enlarged"
+    language = case.project.language
     drawn = (assemblage, analysis.shown.velocities, mechanism, loads.direction, text)
-    pictures = {"Mechanism": space_pictures.save_mechanism(*drawn, output / "figures" / "mechanism.png")}
+    pictures = {"Mechanism": space_pictures.save_mechanism(*drawn, output / "figures" / "mechanism.png", language)}
     if case.load.directions:
         pictures["Multiplier by direction"] = _polar(case, assemblage, output, say)
     html = collapse_page.write(
@@ -119,6 +123,7 @@ def _show_mechanism(
         mechanism,
         loads.direction,
         pictures,
+        case.project,
     )
     write_json(output / "limit_analysis.json", record(analysis) | {"mechanism": dict(rows)})
     say(f"mechanism: {pictures['Mechanism']}; to turn, under a slider: {html}")
@@ -204,7 +209,7 @@ def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
         rows.append((f"the same, joints twist as under {other}", f"{analysis.other_torsion:.4f}"))
     rows.append(("without dilation, headline", f"{headline.load_multiplier:.4f}" if headline else "no state found"))
     if found:
-        rows.append(("without dilation, lowest and highest found", f"{found[0]:.4f} to {found[1]:.4f}"))
+        rows.append(("without dilation, lowest and highest found", f"{found[0]:.4f} – {found[1]:.4f}"))
     which = "base shear" if headline else "base shear (associative)"
     rows.append((which, f"{analysis.shown.load_multiplier * analysis.live_total / 1e3:.3f} kN"))
     return rows
@@ -259,4 +264,5 @@ def _polar(case: SpaceCase, assemblage: SpaceAssemblage, output: Path, say: Call
         {"angle_degrees": np.degrees(angles), "associative": associative, "non_associative": headline},
     )
     curves = {"associative": associative, "without dilation, headline": headline}
-    return space_pictures.save_polar(angles, curves, case.name, output / "figures" / "directions.png")
+    picture = output / "figures" / "directions.png"
+    return space_pictures.save_polar(angles, curves, case.name, picture, case.project.language)

@@ -36,8 +36,9 @@ def spatial(path: Path, overrides: Sequence[str] = ()) -> bool:
 def refuse_space(path: Path, overrides: Sequence[str], command: str) -> None:
     """Raise CaseError for a case in space, which `command` does not take."""
     if spatial(path, overrides):
-        problem = f"is a wall in space, which {command} does not take yet"
-        raise CaseError("", problem, "use check or limit, or a load in the wall's plane", str(path))
+        problem = f"is a wall in space, which {command} does not take"
+        remedy = f"use check or limit; {command} takes plane walls under a load in their plane"
+        raise CaseError("", problem, remedy, str(path))
 
 
 def _is_direction(load: dict[str, Any]) -> bool:

@@ -26,3 +26,9 @@ class ProjectSettings:
     """a paragraph under the project data"""
     language: Language = "en"
     """of headings, tables, verdict and numbers: English, Italian or Portuguese"""
+
+    @property
+    def shown(self) -> list[tuple[str, str]]:
+        """What was given, by its name, in the order of the pages; remarks stand under it."""
+        names = ("number", "client", "place", "author", "date")
+        return [(name, value) for name in names if (value := getattr(self, name))]

@@ -13,6 +13,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
 from orchestrator.settings.case import record_in
+from orchestrator.settings.project import ProjectSettings
 from orchestrator.settings.sections import settings_from
 from orchestrator.space.analysis import SpaceLimitSettings
 from orchestrator.space.block_files import read_wall
@@ -24,11 +25,14 @@ from orchestrator.space.ties import TieSettings
 from orchestrator.space.wall import SpaceWall
 
 SECTIONS = {
+    "project": ProjectSettings,
     "load": SpaceLoadSettings,
     "contact": FaceContactSettings,
     "reinforcement": TieSettings,
     "limit_analysis": SpaceLimitSettings,
 }
+STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength")
+"""of joints, which only plane walls have"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +52,7 @@ class SpaceCase:
     name: str
     wall: SpaceWall
     file: Path
+    project: ProjectSettings = field(default_factory=ProjectSettings)
     load: SpaceLoadSettings = field(default_factory=SpaceLoadSettings)
     contact: FaceContactSettings = field(default_factory=FaceContactSettings)
     reinforcement: TieSettings = field(default_factory=TieSettings)
@@ -59,16 +64,25 @@ def read(path: Path, overrides: Sequence[str] = ()) -> SpaceCase:
     try:
         refuse_what_is_not_utf8(str(path), "")
         record = record_in(path, overrides)
-        for key in record:
-            if key not in ("name", "wall", *SECTIONS):
-                known = ", ".join(("name", "wall", *SECTIONS))
-                raise CaseError(key, "is not a section of a wall in space", f"use {known}")
+        _refuse_what_only_plane_walls_take(record)
         sections = {name: settings_from(kind, record.get(name, {}), name) for name, kind in SECTIONS.items()}
         wall = _wall(record.get("wall"), path)
     except CaseError as error:
         raise error.in_file(str(path)) from None
     name = str(record.get("name", "")) or wall.name or path.stem
     return SpaceCase(name, replace(wall, name=name), path, **sections)
+
+
+def _refuse_what_only_plane_walls_take(record: dict[str, Any]) -> None:
+    known = ("name", "wall", *SECTIONS)
+    for key, values in record.items():
+        if key not in known:
+            lacking = "joints have friction only, no strengths" if key == "joints" else "there is limit analysis only"
+            raise CaseError(key, f"is not a section of a wall in space: {lacking}", f"use {', '.join(known)}")
+        for strength in STRENGTHS:
+            if isinstance(values, dict) and strength in values:
+                problem = "is not for walls in space: their joints have friction only, no strengths"
+                raise CaseError(f"{key}.{strength}", problem, "leave it out, or load the wall in its plane")
 
 
 def _wall(values: Any, path: Path) -> SpaceWall:

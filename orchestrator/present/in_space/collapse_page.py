@@ -13,10 +13,13 @@ from orchestrator.basis.atomic_files import write_bytes
 from orchestrator.geometry.polyhedra import Polyhedron, face_normals, triangles
 from orchestrator.present.environment import environment_of
 from orchestrator.present.in_space.space_pictures import BODIES, KINDS, STONE, SUPPORT, amplitude
+from orchestrator.present.phrases import in_language, phrases
+from orchestrator.settings.project import ProjectSettings
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.loads import plan_axes
 from orchestrator.space.mechanism import SpaceMechanism
 
+NO_PROJECT = ProjectSettings()
 SLIDER_END = 3.0
 """The slider's end, times the displacement of the pictures."""
 
@@ -30,11 +33,13 @@ def write(
     mechanism: SpaceMechanism | None = None,
     direction: FloatArray | None = None,
     pictures: dict[str, Path] | None = None,
+    project: ProjectSettings = NO_PROJECT,
 ) -> Path:
     """Write the page of a wall, with the collapse where velocities (n, 6) and mechanism are given; return `path`.
 
-    rows: what the table says; pictures: title -> PNG to put in.
+    rows: what the table says; pictures: title -> PNG to put in; project: its data stand on top, in its language.
     """
+    say = phrases(project.language)
     data = scene(assemblage, velocities, mechanism, direction)
     images = {
         title: "data:image/png;base64," + base64.b64encode(file.read_bytes()).decode()
@@ -45,6 +50,9 @@ def write(
         .get_template("space.html.j2")
         .render(
             title=assemblage.wall.name,
+            project=project,
+            t=say,
+            value_of=lambda text: in_language(say(text), project.language),
             rows=rows,
             remarks=remarks,
             data=data,

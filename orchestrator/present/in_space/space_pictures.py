@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +14,8 @@ from orchestrator.basis.atomic_files import write_bytes
 from orchestrator.geometry.polyhedra import Polyhedron
 from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.present.in_space.raster import Line, View, drawn, view_towards
+from orchestrator.present.phrases import phrases
+from orchestrator.settings.project import Language
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.displaced_blocks import moved
 from orchestrator.space.loads import plan_axes
@@ -54,8 +56,8 @@ def views_of(up: FloatArray, direction: FloatArray) -> dict[str, View]:
     }
 
 
-def save_wall(assemblage: SpaceAssemblage, direction: FloatArray, path: Path) -> Path:
-    """Draw blocks, joints (blue) and supports (grey) aslant from both sides; return `path`."""
+def save_wall(assemblage: SpaceAssemblage, direction: FloatArray, path: Path, language: Language = "en") -> Path:
+    """Draw blocks, joints (blue) and supports (grey) aslant from both sides, in a language; return `path`."""
     wall, joints = assemblage.wall, assemblage.joints
     bodies = [block.shape for block in wall.blocks]
     colours = np.array([SUPPORT if block.fixed else STONE for block in wall.blocks])
@@ -65,7 +67,7 @@ def save_wall(assemblage: SpaceAssemblage, direction: FloatArray, path: Path) ->
     free = int((~wall.fixed).sum())
     supports = int(wall.fixed.sum())
     text = f"{free} blocks, {joints.count} joints (blue where they are seen), supports: {supports} (grey)"
-    return _save(path, wall.name, text, [(bodies, colours, lines, view) for view in both], columns=2)
+    return _save(path, wall.name, text, [(bodies, colours, lines, view) for view in both], phrases(language))
 
 
 def _opposite(view: View, up: FloatArray) -> View:
@@ -81,9 +83,10 @@ def save_mechanism(
     direction: FloatArray,
     text: str,
     path: Path,
+    language: Language = "en",
 ) -> Path:
     """Draw a mechanism with velocities (n, 6) of all blocks from the usual sides, every body in a colour of its own and
-    joints by how they move; return `path`."""
+    joints by how they move, in a language; return `path`."""
     wall = assemblage.wall
     scale = amplitude(assemblage, velocities)
     bodies = moved(wall, scale * velocities)
@@ -95,7 +98,7 @@ def save_mechanism(
     )
     lines = joint_lines(assemblage, bodies, velocities, mechanism)
     panels = [(bodies, colours, lines, view) for view in views_of(wall.up, direction).values()]
-    return _save(path, wall.name, text, panels, columns=2, legend=sorted({*mechanism.motion} - {"rests"}))
+    return _save(path, wall.name, text, panels, phrases(language), sorted({*mechanism.motion} - {"rests"}))
 
 
 def amplitude(assemblage: SpaceAssemblage, velocities: FloatArray) -> float:
@@ -137,16 +140,19 @@ def _carried(points: FloatArray, before: Polyhedron, after: Polyhedron) -> Float
     return np.asarray(moved_origin + (points - origin) @ turn)
 
 
-def save_polar(angles: FloatArray, multipliers: dict[str, FloatArray], name: str, path: Path) -> Path:
-    """Draw multipliers (d,) against the angle in plan (d,) in rad; return `path`."""
+def save_polar(
+    angles: FloatArray, multipliers: dict[str, FloatArray], name: str, path: Path, language: Language = "en"
+) -> Path:
+    """Draw multipliers (d,) against the angle in plan (d,) in rad, in a language; return `path`."""
     from matplotlib.figure import Figure
 
+    say = phrases(language)
     figure = Figure(figsize=(6.0, 6.0))
     axes = figure.add_subplot(projection="polar")
     for (label, values), style in zip(multipliers.items(), ("-o", "--s"), strict=False):
         closed = np.append(values, values[:1])
-        axes.plot(np.append(angles, angles[:1]), closed, style, markersize=4, label=label)
-    axes.set_title(f"{name}\nload multiplier by direction in plan", fontsize=10, parse_math=False)
+        axes.plot(np.append(angles, angles[:1]), closed, style, markersize=4, label=say(label))
+    axes.set_title(f"{name}\n{say('load multiplier by direction in plan')}", fontsize=10, parse_math=False)
     axes.set_ylim(0.0, None)
     axes.legend(loc="lower left", bbox_to_anchor=(-0.1, -0.12), fontsize=8)
     return _written(figure, path)
@@ -155,23 +161,25 @@ def save_polar(angles: FloatArray, multipliers: dict[str, FloatArray], name: str
 Panel = tuple[Sequence[Polyhedron], FloatArray, Sequence[Line], View]
 
 
-def _save(path: Path, name: str, text: str, panels: Sequence[Panel], columns: int, legend: Sequence[str] = ()) -> Path:
-    """Draw panels side by side, all to one scale, with a title and a legend of joints."""
+def _save(
+    path: Path, name: str, text: str, panels: Sequence[Panel], say: Callable[[str], str], legend: Sequence[str] = ()
+) -> Path:
+    """Draw panels in two columns, all to one scale, with a title and a legend of joints."""
     from matplotlib.figure import Figure  # 0.3 s that other commands need not wait for
     from matplotlib.lines import Line2D
 
-    rows = -(-len(panels) // columns)
+    rows = -(-len(panels) // 2)
     figure = Figure(figsize=(11.0, 0.8 + 4.4 * rows))
     figure.set_layout_engine("constrained")
     boxes = [_box(bodies, colours, view) for bodies, colours, _, view in panels]
     for number, ((bodies, colours, lines, view), box) in enumerate(zip(panels, boxes, strict=True), 1):
-        axes = figure.add_subplot(rows, columns, number)
+        axes = figure.add_subplot(rows, 2, number)
         axes.imshow(drawn(bodies, colours, lines, view, box, PIXELS), interpolation="antialiased")
-        axes.set_title(view.name, fontsize=9)
+        axes.set_title(say(view.name), fontsize=9)
         axes.axis("off")
-    figure.suptitle(f"{name}\n{text}", fontsize=10, parse_math=False)
+    figure.suptitle(f"{name}\n{say(text)}", fontsize=10, parse_math=False)
     kinds = [KINDS[kind] for kind in legend if kind != "opens"]
-    handles = [Line2D([], [], color=colour, linewidth=width, label=name) for colour, width, name in kinds]
+    handles = [Line2D([], [], color=colour, linewidth=width, label=say(name)) for colour, width, name in kinds]
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=9, frameon=False)
     return _written(figure, path)

@@ -10,8 +10,6 @@ from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.settings.inventory import load_sums, materials
 from orchestrator.storage.stored_run import StoredRun
 
-PROJECT = ("number", "client", "place", "author", "date")
-"""what is shown of the project data, in this order"""
 SHOWN_REACTIONS = 30
 """rows of reactions on the page; all are in reactions.csv"""
 
@@ -23,7 +21,7 @@ def practice_contents(run: StoredRun) -> dict[str, Any]:
     sections = section_forces(run.assemblage, state.joint_forces)
     supports = reactions(run.assemblage, state.joint_forces)
     return {
-        "project": [(name, value) for name in PROJECT if (value := getattr(project, name))],
+        "project": project.shown,
         "remarks": project.remarks,
         "materials": materials(run.case, run.assemblage.wall),
         "loads": load_sums(run.assemblage.wall, run.case.load),

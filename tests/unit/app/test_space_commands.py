@@ -62,7 +62,10 @@ def test_directions_in_plan(block_file, tmp_path, capsys):
         (["load.direction=[0,0]"], "load.direction: [0.0, 0.0] is no direction; write"),
         (["load.directon=+y"], "load.directon: is not a known key; did you mean direction?"),
         (["contact.gap=0"], "contact.gap"),
-        (["mesh.size=1mm"], "mesh: is not a section of a wall in space; use name, wall, load"),
+        (
+            ["mesh.size=1mm"],
+            "mesh: is not a section of a wall in space: there is limit analysis only; use name, wall, project, load",
+        ),
         (["limit_analysis.torsion=none"], "limit_analysis.torsion"),
         (["wall.thickness=1"], "wall.thickness: is not a known key"),
     ],
@@ -110,10 +113,46 @@ def test_the_shipped_example(tmp_path, capsys):
     assert "wall.fasade: is not a key of the generator 'u'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("command", ["run", "segment", "study"])
+@pytest.mark.parametrize("command", ["run", "segment", "study", "sensitivity", "export", "limit --settle 0"])
 def test_commands_that_do_not_take_walls_in_space_say_so(command, block_file, capsys):
-    assert cli.main([command, str(block_file)]) == 2
-    assert f"is a wall in space, which {command} does not take yet; use check or limit" in capsys.readouterr().err
+    name, *options = command.split(" ", 1)
+    assert cli.main([name, str(block_file), *" ".join(options).split()]) == 2
+    assert f"is a wall in space, which {command.removesuffix(' 0')} does not take; " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("language", "words"),
+    [
+        ("en", ["client: Town of A", "author: B", "all joints", "Multiplier by direction", "to be seen on site"]),
+        ("it", ["committente: Town of A", "redatto da: B", "tutti i giunti", "Moltiplicatore per direzione", "0,60"]),
+        ("pt", ["cliente: Town of A", "elaborado por: B", "todas as juntas", "Multiplicador por direção", "0,60"]),
+    ],
+)
+def test_project_data_and_language_reach_the_pages(block_file, tmp_path, language, words):
+    case = tmp_path / "project.toml"
+    text = '[project]\nclient = "Town of A"\nauthor = "B"\nremarks = "to be seen on site"\n'
+    text += f'language = "{language}"\n[wall]\nblocks = "wall.json"\n[load]\ndirection = "+x"\ndirections = 4\n'
+    case.write_text(text)
+    assert cli.main(["limit", str(case), "--output", str(tmp_path / "out")]) == 0
+    page = (tmp_path / "out" / "collapse.html").read_text()
+    assert [word for word in words if word not in page] == []
+    assert cli.main(["check", str(case), "--output", str(tmp_path / "out")]) == 0
+    page = (tmp_path / "out" / "blocks.html").read_text()
+    assert [word for word in words[:3] if word not in page] == []
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("wall.compressive_strength=1MPa", "joints have friction only, no strengths"),
+        ("joints.classes=[{compressive_strength='1 MPa'}]", "joints have friction only, no strengths"),
+    ],
+)
+def test_a_compressive_strength_is_refused_by_what_is_missing(block_file, capsys, setting, said):
+    assert cli.main(["limit", str(block_file), "--set", setting]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert setting.partition(".")[0] in line
+    assert said in line
 
 
 def test_ties_of_a_case_file(tmp_path, block_file, capsys):

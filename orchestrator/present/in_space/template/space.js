@@ -123,12 +123,12 @@
     slider.addEventListener("input", draw);
     let timer = null;
     play.addEventListener("click", () => {
-      if (timer) { clearInterval(timer); timer = null; play.textContent = "play"; return; }
+      if (timer) { clearInterval(timer); timer = null; play.textContent = play.dataset.play; return; }
       if (slider.value >= 1000) slider.value = 0;
-      play.textContent = "stop";
+      play.textContent = play.dataset.stop;
       timer = setInterval(() => {
         slider.value = Number(slider.value) + 8;
-        if (slider.value >= 1000) { clearInterval(timer); timer = null; play.textContent = "play"; }
+        if (slider.value >= 1000) { clearInterval(timer); timer = null; play.textContent = play.dataset.play; }
         draw();
       }, 30);
     });
