@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orchestrator import storage
+from orchestrator.app.broken_off import SolverSettings, located, place
 from orchestrator.app.progress import IncrementDone, Report
 from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError, ResultError
@@ -96,7 +97,13 @@ def push(
     seconds = {"mesh": meshes.seconds, "assembly": assembled - began - meshes.seconds, "factorise": factorise}
     seconds |= {"contact": ended - assembled - factorise, "total": ended - began}
     kept = (lambda: increments, increments[-1] if increments else None)
-    return judged(model, bodies, contact_model, *kept, stepping, expected, complaint, ranks=1, seconds=seconds)
+    strict = SolverSettings(
+        elastic or ElasticSettings(),
+        contact or ContactSettings(),
+        newton or NewtonSettings(),
+        stepping.large_displacement,
+    )
+    return judged(model, bodies, contact_model, *kept, stepping, expected, complaint, strict, ranks=1, seconds=seconds)
 
 
 def _model_of(
@@ -151,6 +158,7 @@ def judged(
     stepping: SteppingSettings,
     expected: float,
     complaint: ConvergenceError | CollapseError | None,
+    settings: SolverSettings,
     *,
     ranks: int,
     seconds: dict[str, float],
@@ -161,7 +169,7 @@ def judged(
     from orchestrator.pushover.path.stepping import end_of_curve
 
     if isinstance(complaint, ConvergenceError):
-        complaint = _located(model, complaint, last)
+        complaint = located(model, complaint, last, contact_model, settings)
     if last is None or last.phase == "gravity":
         raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
     stopped = str(complaint or end_of_curve(last, stepping))
@@ -177,7 +185,8 @@ def judged(
     highest_static = _peak(curve)
     at_peak = next(one for one in increments() if one.number == highest_static)
     highest = None if large else expected * contact_model.horizontal_load
-    invalid = _invalid(model, curve, overlap[1], effort.energy_error, highest, failures)
+    broke_off = f"it broke off {place(last)}" if failures else ""
+    invalid = _invalid(model, curve, overlap[1], effort.energy_error, highest, broke_off)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     summary = storage.pushover_summary(
         model,
@@ -236,30 +245,21 @@ def _peak(curve: PushoverCurve) -> int:
     return int(curve.static.step[np.argmax(curve.static.base_shear_N)])
 
 
-def _located(model: str, error: ConvergenceError, last: Increment | None) -> ConvergenceError:
-    """Return the error with the model and the last good increment in its text."""
-    place = "before any increment"
-    if last is not None:
-        moved = f"{1e3 * last.control_displacement:.4g} mm, multiplier {last.load_multiplier:.4f}"
-        place = f"after increment {last.number} ({last.phase}, {moved})"
-    return ConvergenceError(f"{model} FE", f"stopped {place}: {error}", error.iterations)
-
-
 def _invalid(
     model: str,
     curve: PushoverCurve,
     overlap: float,
     energy_error: float,
     highest: float | None,
-    failures: list[ConvergenceError],
+    broke_off: str,
 ) -> ResultError | None:
     """Return why a curve is not valid: what `check` finds, or that it broke off."""
     from orchestrator.pushover.path.curve_checks import check_curve
 
     try:
         check_curve(curve, overlap, energy_error, highest)
-        if failures:
-            raise ResultError("end of the curve", f"it broke off: {failures[0].where}")
+        if broke_off:
+            raise ResultError("end of the curve", broke_off)
     except ResultError as error:
         return ResultError(f"{model} FE", f"{error.check}: {error.detail}")
     return None

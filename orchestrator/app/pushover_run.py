@@ -14,6 +14,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from orchestrator import storage
+from orchestrator.app.broken_off import SolverSettings
 from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed, follow, judged, peak_memory, progress_of, stepping_of
 from orchestrator.basis.errors import CollapseError, ConvergenceError, naming
@@ -191,7 +192,10 @@ def _folded(
     from orchestrator.present import report as reporting
 
     kept, stepping = (store.increments, store.last()), stepping_of(model, case.stepping)
-    done = judged(model, bodies, contact_model, *kept, stepping, expected, complaint, ranks=ranks, seconds=seconds)
+    strict = SolverSettings(case.elastic, case.contact, case.newton, case.stepping.large_displacement)
+    done = judged(
+        model, bodies, contact_model, *kept, stepping, expected, complaint, strict, ranks=ranks, seconds=seconds
+    )
     language, valid = case.project.language, done.summary.valid
     reporting.write_pushover(store, model, wall, bodies, contact_model, done.curve, valid, language)
     storage.write_ties(store.folder, store.increments(), len(contact_model.ties or ()))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import ezdxf
 import numpy as np
 import pytest
@@ -89,8 +91,8 @@ def test_a_line_within_a_stone_that_meets_none_is_told_with_what_to_do(tmp_path)
     found, remarks = read(path)
     assert found == 1
     assert remarks[0] == (
-        "blocks: WARNING: 1 line closes no outline; 2 open ends at (0.1, 0.08), (0.2, 0.13) m; no --tolerance up to 50 mm "
-        "closes an outline more: draw on to where they meet others, or delete what is no outline"
+        "blocks: WARNING: 1 line closes no outline; 2 open ends at (0.1, 0.08), (0.2, 0.13) m; no --tolerance up to "
+        "50 mm closes an outline more: draw on to where they meet others, or delete what is no outline"
     )
 
 
@@ -101,7 +103,7 @@ def test_an_arched_wall_of_lines_and_arcs_with_gaps_is_refused_with_the_toleranc
     space, blocks = document.modelspace(), {"layer": "blocks"}
     angles = np.linspace(0.0, 180.0, 6)
     for radius in (500.0, 700.0):
-        for a, b in zip(angles[:-1], angles[1:], strict=True):
+        for a, b in pairwise(angles):
             space.add_arc((0, 0), radius, a + np.degrees(3.0 / radius), b, dxfattribs=blocks)
     for x, y in zip(np.cos(np.radians(angles)), np.sin(np.radians(angles)), strict=True):
         space.add_line((503 * x, 503 * y), (700 * x, 700 * y), dxfattribs=blocks)

@@ -1,0 +1,44 @@
+"""A pushover that no increment continues says what happened, where, and what may help, in every language."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from orchestrator.app import cli
+from orchestrator.present.phrases import phrases
+from tests.support.paths import DATA
+
+TOWER = str(DATA / "tower_5_blocks.json")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A run whose Newton iterations are to come below rounding: they cannot."""
+    folder = tmp_path_factory.mktemp("broken") / "run"
+    settings = ["--set", "newton.residual=1e-16", "--set", "elastic.elastic_modulus=1e15"]
+    assert cli.main(["run", TOWER, "--model", "micro", "--output", str(folder), "-q", *settings]) == 1
+    return folder
+
+
+def test_what_happened_where_and_what_may_help(folder):
+    (pushed,) = json.loads((folder / "summary.json").read_text())["pushover"]
+    place = r"after increment \d+ \(\w+, [\d.]+ mm, multiplier [\d.]+\)"
+    said = (
+        rf"micro FE: stopped {place}: no equilibrium is found for a next increment, however small, nor a motion that "
+    )
+    said += r"leads to one; block \d at \([\d.]+, [\d.]+\) m moves most; the curve is not valid; try "
+    said += r"a smaller elastic.elastic_modulus \(default 3.5 GPa\), a larger newton.residual \(default 1e-08\), "
+    said += r"stepping.large_displacement=false \(small displacements\), --model macro \(.+\)"
+    assert re.fullmatch(said, pushed["complaint"]), pushed["complaint"]
+    assert re.fullmatch(rf"end of the curve: it broke off {place}", pushed["not_valid_because"])
+
+
+@pytest.mark.parametrize(
+    ("language", "word"), [("it", "non si trova equilibrio"), ("pt", "não se encontra equilíbrio")]
+)
+def test_the_page_says_it_in_its_language(folder, language, word):
+    (pushed,) = json.loads((folder / "summary.json").read_text())["pushover"]
+    assert word in phrases(language)(pushed["complaint"])
