@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 PACKAGE = Path(__file__).resolve().parents[1]
 SHIPPED = PACKAGE / "shipped" if (PACKAGE / "shipped").exists() else PACKAGE.parent
@@ -72,9 +72,16 @@ class _Completion(argparse.Action):
         parser.exit(0)
 
 
+class _Parser(argparse.ArgumentParser):
+    """Complains in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}; --help lists what there is\n")
+
+
 def argument_parser() -> argparse.ArgumentParser:
     """Return what reads the command line."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="python -m orchestrator",
         description="Pushover analysis of masonry, stone by stone. Without a command: run the shipped benchmark 1"
         " into results/benchmark1, unless results are there.",

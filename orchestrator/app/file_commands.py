@@ -27,8 +27,7 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
     given = {name: getattr(options, name) for name in options.reading}
     if options.output.exists() and options.file.exists() and options.output.samefile(options.file):
         raise CaseError("--output", f"{options.output} is the file to import", "give another name")
-    if not options.force:
-        storage.refuse_overwriting_file(options.output)
+    storage.try_file(options.output, options.force)
     from orchestrator.app import space_intake as in_space
 
     given_in_space = {name: value for name, value in given.items() if value is not None}
@@ -69,8 +68,7 @@ def new(options: argparse.Namespace, console: Console) -> int:
     refuse_what_is_not_utf8(blocks, "--blocks")
     case_file = options.output / f"{name}.toml"
     for path in (case_file, *(() if options.blocks else (example,))):
-        if not options.force:
-            storage.refuse_overwriting_file(path)
+        storage.try_file(path, options.force)
     stated = reference.commented_case if options.all_keys else reference.short_case
     storage.write_text(case_file, stated(name, blocks))
     if not options.blocks:
@@ -98,8 +96,7 @@ def export(options: argparse.Namespace, console: Console) -> int:
     refuse_what_is_not_utf8(str(output), "--output")
     if options.multiplier is not None and not 0 <= options.multiplier < 1e3:
         raise CaseError("--multiplier", f"{options.multiplier:g} is not a multiplier", "give one from 0 on, as in 0.3")
-    if not options.force:
-        storage.refuse_overwriting_file(output)
+    storage.try_file(output, options.force)
     with shown(console, "export", "limit analysis, meshes and file"):
         exports.export(case, driver.segment(case), options.model, options.format, options.multiplier, output)
     console.print(str(output), soft_wrap=True, markup=False)
@@ -122,8 +119,7 @@ def schema(options: argparse.Namespace, console: Console) -> int:
     from orchestrator.settings import reference
 
     if options.output:
-        if not options.force:
-            storage.refuse_overwriting_file(options.output)
+        storage.try_file(options.output, options.force)
         storage.write_json(options.output, reference.schema())
         console.print(str(options.output), soft_wrap=True, markup=False)
     else:

@@ -26,6 +26,7 @@ from orchestrator.masonry.sources.drawing import (
     RefusedWallError,
     closed,
     implausible,
+    size_of,
     wall_of,
 )
 from orchestrator.masonry.sources.dxf import read_dxf
@@ -83,6 +84,7 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
         loose = _settings(LooseSettings, given)
         try:
             wall, remarks = _read(path, given)
+            remarks = [*_thick(wall), *remarks]
         except RefusedWallError as error:
             raise _drawn(error, error.wall, picture) from None
         try:
@@ -95,6 +97,13 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
             said = CaseError(error.key, error.problem, remedy + error.remedy)
             raise _drawn(said, wall, picture) from None
     return Intake(kept, sorted([*more, *remarks], key=lambda remark: "WARNING" not in remark), before)
+
+
+def _thick(wall: Wall) -> list[str]:
+    """Return a warning of a wall that is thicker than long and high, or none."""
+    thickness, size = wall.thickness, size_of(wall)
+    said = f"WARNING: the wall is {thickness:.4g} m thick, and measures {size:.4g} m: is the unit right?"
+    return [said] if thickness > size else []
 
 
 def _drawn(error: CaseError, wall: Wall, picture: Path | None) -> CaseError:

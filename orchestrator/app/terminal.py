@@ -28,7 +28,7 @@ PATIENCE = 1.0
 class Reporter:
     """Draws what the driver reports: a bar per pushover on a terminal that can, now and then a line elsewhere."""
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: Console, listens: bool = True) -> None:
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
         columns = (
@@ -41,12 +41,13 @@ class Reporter:
         self._tasks: dict[str, TaskID] = {}
         self._last_line = 0.0
         self._listener = _Listener(self.say)
+        self._watched = WATCHED if listens else ()
         self._said: float | None = None
         """when the last line about limit analysis was printed, s"""
 
     def __enter__(self) -> Reporter:
         self._progress.start()
-        for name in WATCHED:
+        for name in self._watched:
             logging.getLogger(name).addHandler(self._listener)
             logging.getLogger(name).setLevel(logging.INFO)
         return self
@@ -69,7 +70,7 @@ class Reporter:
         self._progress.update(self._tasks[""], description=escape(stage), state=escape(text), refresh=True)
 
     def _stop_listening(self) -> None:
-        for name in WATCHED:
+        for name in self._watched:
             logging.getLogger(name).removeHandler(self._listener)
             logging.getLogger(name).setLevel(logging.NOTSET)
         self._remove_line()
@@ -112,7 +113,7 @@ class Reporter:
 @contextmanager
 def shown(console: Console, stage: str, text: str) -> Iterator[None]:
     """Show what is being done where it is no part of a run, if it takes longer than PATIENCE."""
-    with Reporter(console) as report:
+    with Reporter(console, listens=False) as report:
         late = Timer(PATIENCE, report, [StageBegun(stage, text)])
         late.start()
         try:

@@ -20,6 +20,7 @@ from orchestrator.app.terminal import Reporter, shown
 from orchestrator.assessment.seismic.verification_record import notes, verdict
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.basis.parallel import is_root, on_root
+from orchestrator.masonry.sources.drawing import implausible
 from orchestrator.present import answer, page, tables
 from orchestrator.present.verdict import Answered, sentence
 from orchestrator.present.verdict import verdict as verdict_on
@@ -57,7 +58,7 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
         summary = storage.summarise(one.name, assemblage, analysis, None, [])
         answers.append(Answered(name, one.load.direction, one.load.distribution, summary))
         console.print(tables.limit_table(analysis, name))
-        for remark in analysis.remarks:
+        for remark in (*analysis.remarks, *implausible(assemblage.wall)):
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(analysis), soft_wrap=True, markup=False)
         with shown(console, "pictures", "mechanism"):
@@ -87,7 +88,8 @@ def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console
             segmented = driver.segment(one)
         console.print(tables.limit_table(segmented.analysis, name))
         console.print(tables.bodies_table(segmented.assemblage.wall, segmented.partition, segmented.bodies))
-        for remark in (*segmented.analysis.remarks, *segmented.partition.remarks):
+        wall = segmented.assemblage.wall
+        for remark in (*segmented.analysis.remarks, *segmented.partition.remarks, *implausible(wall)):
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True, markup=False)
         with shown(console, "pictures", "macroblocks and mechanism"):

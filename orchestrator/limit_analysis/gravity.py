@@ -49,8 +49,8 @@ def refuse_what_falls(problem: Problem) -> None:
     more = f" and {len(numbers) - NAMED_BLOCKS} more" if len(numbers) > NAMED_BLOCKS else ""
     raise CaseError(
         "wall",
-        f"cannot stand under its own weight: blocks {named}{more} move, unless held by a force of {missing:.2g} times the "
-        "mean weight of a block",
+        f"cannot stand under its own weight: blocks {named}{more} move, unless held by a force of {missing:.2g} times "
+        "the mean weight of a block",
         "support these blocks, give them more bearing, or check friction and which blocks are fixed",
     )
 

@@ -10,6 +10,7 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError
+from orchestrator.basis.printed import millimetres
 
 GRAVITY = 9.81
 """Standard acceleration of gravity used to turn unit weight into density, m/s2."""
@@ -143,12 +144,12 @@ def refuse_overlaps(wall: Wall, tolerance: float) -> None:
         first = min(overlaps, key=lambda pair: (i[pair], j[pair]))
         one, other = wall.blocks[i[first]], wall.blocks[j[first]]
         shared = outlines[i[first]].intersection(outlines[j[first]])
-        depth = 1e3 * 2 * shared.area / shared.length
-        problem = f"overlaps block {other.id} by {common[first]:.3g} m2, {depth:.2g} mm deep"
+        depth = 2 * shared.area / shared.length
+        problem = f"overlaps block {other.id} by {common[first]:.3g} m2, {millimetres(depth)} deep"
         twice = common[first] > DRAWN_TWICE * min(outlines[i[first]].area, outlines[j[first]].area)
         remedy = "drawn twice? remove one of them" if twice else "correct one of them"
         remedy += (
-            "" if twice else f', or import the file with --tolerance "{np.ceil(1.2 * depth):g} mm" if it is an error'
+            "" if twice else f', or import the file with --tolerance "{np.ceil(1.2e3 * depth):g} mm" if it is an error'
         )
         raise CaseError(f"block {one.id}", problem, remedy)
 

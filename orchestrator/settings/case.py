@@ -32,7 +32,12 @@ from orchestrator.macroblocks.tolerance_grid import StudySettings
 from orchestrator.masonry.block_classes import BlockClass, with_classes
 from orchestrator.masonry.joints import JointSettings
 from orchestrator.masonry.sources import DRAWINGS, PICTURES, ROWS, VECTORS
-from orchestrator.masonry.sources.block_files import read_blocks, refuse_what_is_no_file, refuse_what_is_not_utf8
+from orchestrator.masonry.sources.block_files import (
+    read_blocks,
+    refuse_what_is_no_file,
+    refuse_what_is_not_utf8,
+    unreadable,
+)
 from orchestrator.masonry.ties import TieSettings
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.meshing import MeshSettings
@@ -132,6 +137,9 @@ def read_wall(case: Case) -> Wall:
 
     A block file that is the case keeps its own name. Raises CaseError.
     """
+    if case.file != case.block_file and not case.block_file.exists():
+        remedy = "give the path of a JSON block file, from the folder of the case file"
+        raise CaseError("wall.blocks", f"{case.block_file}: no such file", remedy, str(case.file))
     wall, given = read_blocks(case.block_file), case.wall
     if case.file != case.block_file:
         wall = replace(wall, name=case.name)
@@ -224,7 +232,7 @@ def _toml_record(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise CaseError("", "no such file", "give the path of a case file (.toml) or a block file (.json)") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise CaseError("", f"cannot be read ({error})", "give the path of a case file") from None
+        raise unreadable(error, "give the path of a case file") from None
     except (ValueError, RecursionError) as error:  # not only TOMLDecodeError: numbers of 5000 digits
         raise CaseError("", f"is not TOML ({error})", "see templates/benchmark1.toml for an example") from None
 

@@ -11,7 +11,7 @@ from .files import (
 from .force_tables import write_forces
 from .model_geometry import ContactPlaces, read_geometry, write_geometry
 from .notes import reasons, remarks
-from .outputs import refuse_overwriting_file, refuse_overwriting_run, try_folder
+from .outputs import refuse_overwriting_run, try_file, try_folder
 from .paraview import stress_and_pressure, write_paraview
 from .reading import read_limit_analysis, read_macroblocks
 from .stored_increments import IN_MEMORY, StateStore, load_increments
@@ -60,11 +60,11 @@ __all__ = [
     "read_macroblocks",
     "read_summary",
     "reasons",
-    "refuse_overwriting_file",
     "refuse_overwriting_run",
     "remarks",
     "stress_and_pressure",
     "summarise",
+    "try_file",
     "try_folder",
     "versions",
     "write_blocks",

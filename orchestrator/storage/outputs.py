@@ -15,8 +15,7 @@ OF_A_RUN = (*OF_A_FINISHED_RUN, "macro", "micro")
 
 
 def try_folder(folder: Path) -> None:
-    """Raise OSError naming `folder` unless it, or what it will be made in, takes files; CaseError for a file and
-    for a name that no folder can have. Leaves nothing behind."""
+    """Raise CaseError naming `folder` unless it, or what it will be made in, takes files. Leaves nothing behind."""
     try:
         place = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     except OSError as error:  # a name that no folder can have
@@ -27,7 +26,8 @@ def try_folder(folder: Path) -> None:
         with tempfile.TemporaryFile(dir=place):
             pass
     except OSError as error:
-        raise OSError(error.errno, os.strerror(error.errno or errno.EIO), str(folder)) from None
+        reason = os.strerror(error.errno or errno.EIO).lower()
+        raise CaseError("--output", f"cannot be written ({reason})", "give another folder", str(folder)) from None
 
 
 def refuse_overwriting_run(folder: Path, resumable: bool = True) -> None:
@@ -37,7 +37,10 @@ def refuse_overwriting_run(folder: Path, resumable: bool = True) -> None:
         raise CaseError("--output", "holds the results of a run", remedy, str(folder))
 
 
-def refuse_overwriting_file(path: Path) -> None:
-    """Raise CaseError for a file that exists."""
-    if path.exists():
+def try_file(path: Path, force: bool) -> None:
+    """Raise CaseError for a file that exists, unless it may be overwritten, and for one that cannot be written."""
+    if path.is_dir():
+        raise CaseError("--output", "is a folder", "give a file", str(path))
+    try_folder(path.parent)
+    if path.exists() and not force:
         raise CaseError("", "exists already", "give another name, or overwrite it with --force", str(path))

@@ -141,6 +141,6 @@ def test_millimetres_read_as_metres_are_refused_before_the_pushover(tmp_path, ca
         printed = capsys.readouterr()
         assert all(line.startswith("micro-LA: ") for line in printed.out.splitlines())
         (line,) = printed.err.splitlines()
-        assert "wall.json: units.length: the wall measures 2e+03 m" in line
+        assert "wall.json: units.length: the wall measures 2000 m" in line
         assert not (tmp_path / "run" / "summary.json").exists()
     assert cli.main(["limit", *command]) == 0

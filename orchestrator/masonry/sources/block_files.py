@@ -58,7 +58,7 @@ def json_in(path: Path, kind: str, largest: int, remedy: str) -> Any:
     except FileNotFoundError:
         raise CaseError("", "no such file", f"give the path of {kind}") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise CaseError("", f"cannot be read ({error})", f"give the path of {kind}") from None
+        raise unreadable(error, f"give the path of {kind}") from None
     except (ValueError, RecursionError) as error:  # not only JSONDecodeError: numbers of 5000 digits, NUL in a path
         raise CaseError("", f"is not JSON ({str(error)[:100]})", remedy) from None
 
@@ -186,6 +186,17 @@ def refuse_what_is_no_file(path: Path, largest: int, remedy: str) -> None:
         raise CaseError("", "is no file but a pipe or a device", "save what it gives to a file first")
     if found.st_size > largest:
         raise CaseError("", f"larger than {largest / 1e6:g} MB", remedy)
+
+
+def unreadable(error: OSError | UnicodeDecodeError, remedy: str) -> CaseError:
+    """Return the complaint about a file that is a folder, is no UTF-8, or cannot be read for another reason."""
+    if isinstance(error, UnicodeDecodeError):
+        line = error.object[: error.start].count(b"\n") + 1
+        problem = f"is not UTF-8 text (byte {error.object[error.start]:#04x} in line {line})"
+        return CaseError("", problem, "save it as UTF-8")
+    if isinstance(error, IsADirectoryError):
+        return CaseError("", "is a folder", remedy)
+    return CaseError("", f"cannot be read ({error.strerror or error})", remedy)
 
 
 def refuse_what_is_not_utf8(text: str, key: str) -> None:

@@ -287,7 +287,7 @@ def _near_origin(outlines: list[FloatArray]) -> tuple[list[FloatArray], list[str
 
 def implausible(wall: Wall) -> list[str]:
     """Return warnings for a wall whose size speaks for another unit than the file's, and for slivers between stones."""
-    size = _size(wall)
+    size = size_of(wall)
     warnings = [
         f"WARNING: block {block.id} is {ratio:.0f} times as long as wide: it may fall out of the wall, which ends "
         "the curve; if it is an error of the drawing, unite it with its neighbour"
@@ -295,7 +295,7 @@ def implausible(wall: Wall) -> list[str]:
         if not block.fixed and (ratio := slenderness(shapely.Polygon(block.polygon))) > IMPLAUSIBLE_SLENDERNESS
     ]
     if not PLAUSIBLE[0] <= size <= PLAUSIBLE[1]:
-        warnings.append(f"WARNING: the wall measures {size:.3g} m: is the unit right?")
+        warnings.append(f"WARNING: the wall measures {size:.4g} m: is the unit right?")
     return warnings
 
 
@@ -306,12 +306,13 @@ def slenderness(outline: shapely.Polygon) -> float:
 
 def refuse_implausible_size(wall: Wall) -> None:
     """Raise CaseError for a wall that no stone would carry: its pushover could only end under its own weight."""
-    if (size := _size(wall)) > PLAUSIBLE[1]:
-        problem = f"the wall measures {size:.3g} m; none above {PLAUSIBLE[1]:g} m is pushed over"
+    if (size := size_of(wall)) > PLAUSIBLE[1]:
+        problem = f"the wall measures {size:.4g} m; none above {PLAUSIBLE[1]:g} m is pushed over"
         raise CaseError("units.length", problem, "state the unit that the coordinates are in (mm, cm, m)")
 
 
-def _size(wall: Wall) -> float:
+def size_of(wall: Wall) -> float:
+    """Return the larger of length and height of a wall with its supports, m."""
     return float(np.ptp(np.vstack([block.polygon for block in wall.blocks]), axis=0).max())
 
 

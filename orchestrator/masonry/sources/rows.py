@@ -24,7 +24,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.sources.block_files import refuse_what_is_no_file
+from orchestrator.masonry.sources.block_files import refuse_what_is_no_file, unreadable
 from orchestrator.masonry.sources.drawing import LARGEST_COUNT
 from orchestrator.masonry.wall import Block, Wall
 
@@ -49,7 +49,7 @@ def _text(path: Path) -> str:
     except FileNotFoundError:
         raise CaseError("", "no such file", "give the path of a text file in row notation") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise CaseError("", f"cannot be read ({error})", "give a text file in row notation") from None
+        raise unreadable(error, "give a text file in row notation") from None
 
 
 def parse_rows(text: str, name: str) -> Wall:

@@ -20,7 +20,7 @@ import shapely
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.printed import few
-from orchestrator.masonry.sources.block_files import refuse_what_is_no_file
+from orchestrator.masonry.sources.block_files import refuse_what_is_no_file, unreadable
 from orchestrator.masonry.sources.closed_outlines import CHORD, LARGEST_CORNERS, ROLES, Layers, drawing_of, is_chosen
 from orchestrator.masonry.sources.drawing import Drawing
 from orchestrator.masonry.sources.svg_shapes import NUMBER, Curve, numbers, subpaths, transform
@@ -69,7 +69,7 @@ def _root(path: Path) -> Element:
     except FileNotFoundError:
         raise CaseError("", "no such file", "give the path of an SVG drawing") from None
     except OSError as error:
-        raise CaseError("", f"cannot be read ({error})", "give the path of an SVG drawing") from None
+        raise unreadable(error, "give the path of an SVG drawing") from None
     builder = TreeBuilder()
     parser = expat.ParserCreate(namespace_separator="}")
     depth = 0

@@ -117,7 +117,7 @@ def test_millimetres_stated_as_metres_are_pointed_out(tmp_path, capsys, command)
     if command == "check":
         capsys.readouterr()
         assert call("check", tmp_path / "wall.json", "--output", tmp_path / "run") == 0
-    assert "WARNING: the wall measures 2.4e+03 m: is the unit right?" in capsys.readouterr().out
+    assert "WARNING: the wall measures 2400 m: is the unit right?" in capsys.readouterr().out
 
 
 def test_new_writes_a_case_that_check_accepts_and_draws(tmp_path, capsys):

@@ -8,6 +8,7 @@ import os
 import pytest
 
 from orchestrator.app.cli import main
+from tests.support.paths import PROJECT
 from tests.support.two_blocks import WALL, changed
 
 MICRO = "[run]\nmodels = ['micro']\n"
@@ -120,3 +121,63 @@ def test_a_summary_that_is_none_is_named_by_report(tmp_path, wall, capsys, text)
     (tmp_path / "case.toml").write_text("[wall]\nblocks = 'blocks.json'\n")
     (tmp_path / "summary.json").write_text(text)
     assert str(tmp_path) in complaint(capsys, 2, "report", tmp_path)
+
+
+def test_a_misspelt_command_or_option_takes_one_line(capsys):
+    for arguments in (
+        ["chek", "wall.json"],
+        ["run"],
+        ["limit", "wall.json", "--settle", "x"],
+        ["run", "a", "--mdoel", "b"],
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(arguments)
+        (line,) = capsys.readouterr().err.splitlines()
+        assert ended.value.code == 2
+        assert line.endswith("--help lists what there is")
+
+
+def test_bytes_of_another_encoding_are_said_with_their_line(tmp_path, wall, capsys):
+    for name in ("case.toml", "wall.json", "wall.txt"):
+        (tmp_path / name).write_bytes('# one line\nname = "façade"\n'.encode("latin-1"))
+        command = ["import"] if name == "wall.txt" else ["check"]
+        assert main([*command, str(tmp_path / name), "--output", str(tmp_path / "out.json")]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line == f"{tmp_path / name}: is not UTF-8 text (byte 0xe7 in line 2); save it as UTF-8"
+
+
+def test_a_missing_block_file_is_told_by_its_key(tmp_path, capsys):
+    (tmp_path / "case.toml").write_text("[wall]\nblocks = 'absent.json'")
+    assert main(["check", str(tmp_path / "case.toml"), "--output", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"{tmp_path / 'case.toml'}: wall.blocks: {tmp_path / 'absent.json'}: no such file; ")
+
+
+@pytest.mark.parametrize("command", ["check", "limit", "run", "import", "new mine", "schema", "export"])
+def test_what_cannot_be_written_is_refused_before_anything_is_done(wall, capsys, command):
+    """No process may make files in /proc."""
+    name, *rest = command.split()
+    given = [] if name in ("new", "schema") else [str(wall)]
+    output = "/proc/new" if name in ("check", "limit", "run", "new") else "/proc/new.json"
+    assert main([name, *rest, *given, "--output", output]) == 2
+    out, err = capsys.readouterr()
+    (line,) = err.splitlines()
+    assert "--output: cannot be written (" in line
+    assert out == ""
+
+
+def test_a_folder_is_no_file_to_write(tmp_path, capsys):
+    assert main(["schema", "--output", str(tmp_path), "--force"]) == 2
+    assert capsys.readouterr().err == f"{tmp_path}: --output: is a folder; give a file\n"
+
+
+def test_a_unit_left_out_is_pointed_out(tmp_path, wall, capsys):
+    """A thickness of 300 m, and a wall of a kilometre."""
+    drawing = tmp_path / "wall.txt"
+    rows = (PROJECT / "templates" / "wall1.txt").read_text()
+    drawing.write_text(rows.replace("thickness = 100", "thickness = 300 m"))
+    assert main(["import", str(drawing), "--output", str(tmp_path / "out.json")]) == 0
+    assert "WARNING: the wall is 300 m thick" in capsys.readouterr().out
+    (tmp_path / "mm.json").write_text(json.dumps(WALL | {"units": {"length": "km", "unit_weight": "kN/m3"}}))
+    assert main(["limit", str(tmp_path / "mm.json"), "--output", str(tmp_path / "out")]) == 0
+    assert "m: is the unit right?" in capsys.readouterr().out

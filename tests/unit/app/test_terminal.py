@@ -279,6 +279,6 @@ def test_files_are_not_overwritten_unasked(tmp_path, capsys):
 def test_an_export_is_not_overwritten_unasked(tmp_path):
     (tmp_path / "deck.inp").write_text("mine")
     with pytest.raises(CaseError, match="exists already"):
-        storage.refuse_overwriting_file(tmp_path / "deck.inp")
+        storage.try_file(tmp_path / "deck.inp", force=False)
     assert cli.main(["export", TOWER, "--format", "abaqus", "--output", str(tmp_path / "deck.inp")]) == 2
     assert (tmp_path / "deck.inp").read_text() == "mine"
