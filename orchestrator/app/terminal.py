@@ -21,8 +21,6 @@ WATCHED = "orchestrator.limit_analysis", "orchestrator.macroblocks.automatic"
 """loggers whose messages are progress, until the finite elements begin"""
 QUIET = 5.0
 """s without a word, where there is no terminal"""
-PATIENCE = 1.0
-"""s that a command of its own may take without a word"""
 
 
 class Reporter:
@@ -111,10 +109,10 @@ class Reporter:
 
 
 @contextmanager
-def shown(console: Console, stage: str, text: str) -> Iterator[None]:
-    """Show what is being done where it is no part of a run, if it takes longer than PATIENCE."""
+def shown(console: Console, stage: str, text: str, patience: float = QUIET) -> Iterator[None]:
+    """Show what is being done where it is no part of a run: on a terminal at once, elsewhere after `patience` (s)."""
     with Reporter(console, listens=False) as report:
-        late = Timer(PATIENCE, report, [StageBegun(stage, text)])
+        late = Timer(0.0 if console.is_terminal else patience, report, [StageBegun(stage, text)])
         late.start()
         try:
             yield

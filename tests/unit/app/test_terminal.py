@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import io
 import logging
-import re
 import shlex
 from dataclasses import replace
 from pathlib import Path
+from time import monotonic, sleep
 
 import pytest
 from rich.console import Console
@@ -165,12 +165,23 @@ def test_a_run_has_a_line_for_each_of_its_stages(tmp_path, capsys):
     assert "\x1b" not in printed
 
 
-@pytest.mark.parametrize("command", ["check", "limit", "segment", "import"])
-def test_a_command_that_takes_long_says_what_it_draws(tmp_path, capsys, monkeypatch, command):
-    monkeypatch.setattr(terminal, "PATIENCE", 0.0)
-    output = tmp_path / ("wall.json" if command == "import" else "folder")
-    assert cli.main([command, TOWER, "--output", str(output)]) == 0
-    assert re.search(r"^\w+: .*(picture|mechanism).* \.\.\.$", capsys.readouterr().out, re.M)
+@pytest.mark.parametrize(("patience", "said"), [(0.0, "report: pages ...\n"), (60.0, "")])
+def test_a_command_that_takes_long_says_what_it_does(patience, said):
+    console = Console(file=io.StringIO(), force_terminal=False)
+    with terminal.shown(console, "report", "pages", patience):
+        until = monotonic() + 5.0
+        while console.file.getvalue() != said and monotonic() < until:
+            sleep(0.01)
+    assert console.file.getvalue() == said
+
+
+def test_a_terminal_shows_at_once_what_a_command_does():
+    console = Console(file=io.StringIO(), force_terminal=True, width=200, _environ={"TERM": "xterm"})
+    with terminal.shown(console, "report", "pages"):
+        until = monotonic() + 5.0
+        while "pages" not in console.file.getvalue() and monotonic() < until:
+            sleep(0.01)
+    assert "pages" in console.file.getvalue()
 
 
 def test_limit_begins_with_what_it_is_given(capsys, tmp_path):

@@ -84,9 +84,11 @@ def test_a_run_on_a_full_disk_ends_with_one_line_and_keeps_what_it_has(small_dis
 
 
 def test_a_run_into_a_read_only_folder_ends_with_one_line(read_only, capsys):
-    assert cli.main(["run", str(TOWER), "--output", str(read_only / "run"), "--quiet"]) == 1
+    assert cli.main(["run", str(TOWER), "--output", str(read_only / "run"), "--quiet"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line in (f"{read_only / 'run'}: Read-only file system", f"{read_only / 'run'}: Permission denied")
+    reasons = ("read-only file system", "permission denied")
+    said = f"{read_only / 'run'}: --output: cannot be written ({{}}); give another folder"
+    assert line in [said.format(reason) for reason in reasons]
     assert [path.name for path in read_only.iterdir()] == ["older"]
 
 
