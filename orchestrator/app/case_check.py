@@ -12,19 +12,19 @@ from rich.table import Table
 
 from orchestrator.app import load_case_runs
 from orchestrator.app.terminal import shown
-from orchestrator.masonry.joints import Assemblage
-from orchestrator.present import plots
+from orchestrator.present.report import write_given
 from orchestrator.settings.case import Case
 from orchestrator.settings.inventory import (
     JointSums,
     LoadSums,
     MaterialSums,
-    Range,
-    class_of_joint,
+    between,
     control_words,
+    in_megapascals,
     joint_classes,
     load_sums,
     materials,
+    stiffness_words,
     tie_words,
 )
 from orchestrator.settings.unusual import unusual
@@ -52,22 +52,15 @@ def check(case: Case, place: str, figures: Path, console: Console) -> int:
     warnings = [*said, *unusual(case, wall, list(loads.values()), found, classes)]
     for remark in warnings:
         console.print(f"{place}: {remark}", soft_wrap=True, markup=False)
+    names = {name: "_".join(filter(None, ["blocks", name])) for name in cases}
     with shown(console, "check", "picture"):
-        pictures = ", ".join(str(_draw(one, assemblage, name, figures)) for name, one in cases.items())
+        pictures = ", ".join(str(write_given(figures, one, assemblage, names[name])) for name, one in cases.items())
     free = sum(not block.fixed for block in wall.blocks)
     counted = f"{free} blocks, {assemblage.joints.count} joints"
     counted += f", {len(cases)} load cases" if case.load.cases else ""
     verdict = "see the warnings above" if warnings else "nothing to complain about"
     console.print(f"{place}: {counted}, {verdict}; {pictures}", soft_wrap=True, markup=False)
     return 0
-
-
-def _draw(case: Case, assemblage: Assemblage, name: str, figures: Path) -> Path:
-    classes = class_of_joint(assemblage)
-    several = len({value_words(one) for one in classes}) > 1
-    words = [f"{one.between[0]}-{one.between[1]}: {value_words(one)}" for one in classes] if several else []
-    picture = plots.given(assemblage, case.load, words, case.reinforcement.ties)
-    return plots.save(picture, figures, f"blocks{'_' * bool(name)}{name}", case.project.language)[0]
 
 
 def loads_table(sums: LoadSums, name: str = "") -> Table:
@@ -79,8 +72,8 @@ def loads_table(sums: LoadSums, name: str = "") -> Table:
         acts = own if one.inertia else "no"
         table.add_row(f"extra: {one.name}", str(one.blocks), _kilonewtons(one.resultant), acts)
     if sums.extra:
-        table.add_row("all dead load", "", _kilonewtons(sums.dead), "")
-    table.add_row(f"base shear at λ = 1, {sums.direction}", "", _kilonewtons(sums.base_shear), "")
+        table.add_row("all dead load", "", _kilonewtons(sums.vertical_load), "")
+    table.add_row(f"base shear at λ = 1, {sums.direction}", "", _kilonewtons(sums.horizontal_load), "")
     return table
 
 
@@ -93,11 +86,11 @@ def materials_table(found: list[MaterialSums]) -> Table:
             escape(one.name) or "(none)",
             str(one.blocks),
             _kilonewtons(one.weight),
-            _between(one.unit_weight, 1e-3),
-            _between(one.thickness),
-            _between(one.friction),
-            _between(one.elastic_modulus, 1e-9),
-            _between(one.poisson_ratio),
+            between(one.unit_weight, 1e-3),
+            between(one.thickness),
+            between(one.friction),
+            between(one.elastic_modulus, 1e-9),
+            between(one.poisson_ratio),
         )
     return table
 
@@ -115,19 +108,10 @@ def joints_table(classes: list[JointSums]) -> Table:
             str(one.joints),
             f"{one.length:.4g}",
             f"{one.friction:.4g}",
-            *(_megapascals(value) for value in (one.cohesion, one.tensile_strength, one.compressive_strength)),
-            *(_stiffness(value) for value in (one.normal_stiffness, one.shear_stiffness)[: 2 * elastic]),
+            *(in_megapascals(value) for value in (one.cohesion, one.tensile_strength, one.compressive_strength)),
+            *(stiffness_words(value) for value in (one.normal_stiffness, one.shear_stiffness)[: 2 * elastic]),
         )
     return table
-
-
-def value_words(one: JointSums) -> str:
-    """Return the values of a class of joints in a few words, for a legend."""
-    strengths = (("c", one.cohesion), ("ft", one.tensile_strength), ("fc", one.compressive_strength))
-    given = [f"{name} {_megapascals(value)} MPa" for name, value in strengths if 0.0 < value < math.inf]
-    stiffness = (("kn", one.normal_stiffness), ("ks", one.shear_stiffness))
-    given += [f"{name} {_stiffness(values)} N/mm3" for name, values in stiffness if values[0] < math.inf]
-    return ", ".join([f"μ {one.friction:.4g}", *given])
 
 
 def _table(title: str, columns: tuple[str, ...]) -> Table:
@@ -141,16 +125,3 @@ def _table(title: str, columns: tuple[str, ...]) -> Table:
 
 def _kilonewtons(force: float) -> str:
     return f"{force / 1e3:.3f}"
-
-
-def _megapascals(strength: float) -> str:
-    return "none" if strength in (0.0, math.inf) else f"{strength / 1e6:.4g}"
-
-
-def _stiffness(values: Range) -> str:
-    return "rigid" if values[0] == math.inf else _between(values, 1e-9, 3)
-
-
-def _between(values: Range, factor: float = 1.0, digits: int = 4) -> str:
-    low, high = (f"{factor * value:.{digits}g}" for value in values)
-    return low if low == high else f"{low} to {high}"

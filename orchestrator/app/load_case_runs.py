@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 COLUMNS = (
-    "load_case", "direction", "distribution", "model", "bodies", "associative", "non_associative",
-    "last_rest", "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N", "displacement_at_peak_m",
-    "initial_stiffness_N_per_m", "peak_reached", "valid", "stopped_because", "complaint",
+    "load_case", "direction", "distribution", "weight_N", "vertical_load_N", "horizontal_load_N", "model", "bodies",
+    "associative", "non_associative", "last_rest", "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N",
+    "displacement_at_peak_m", "initial_stiffness_N_per_m", "peak_reached", "valid", "stopped_because", "complaint",
 )  # fmt: skip
 INDEX = "load_cases.json"
 
@@ -242,6 +242,7 @@ def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
     summary = storage.read_summary(folder)
     limit = summary.limit_analysis
     lowest = "" if limit.non_associative is None else limit.non_associative
+    sums = {f"{name}_N": getattr(summary.wall, name) for name in ("weight", "vertical_load", "horizontal_load")}
     for pushed in summary.pushover:
         figures = {
             "model": pushed.model,
@@ -259,4 +260,4 @@ def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
             "stopped_because": pushed.stopped_because,
             "complaint": pushed.complaint or "",
         }
-        yield row | figures
+        yield row | sums | figures

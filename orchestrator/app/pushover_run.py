@@ -196,7 +196,6 @@ def _folded(
     done = judged(
         model, bodies, contact_model, *kept, stepping, expected, complaint, strict, ranks=ranks, seconds=seconds
     )
-    language, valid = case.project.language, done.summary.valid
-    reporting.write_pushover(store, model, wall, bodies, contact_model, done.curve, valid, language)
+    reporting.write_pushover(store, case, model, wall, bodies, contact_model, done.curve, done.summary.valid)
     storage.write_ties(store.folder, store.increments(), len(contact_model.ties or ()))
     return replace(done, summary=replace(done.summary, peak_memory=peak_memory()))

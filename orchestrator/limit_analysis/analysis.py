@@ -83,6 +83,7 @@ def analyse(
     answer = LimitAnalysis(
         loads=loads,
         weight=problem.equilibrium.total_weight,
+        vertical_load=problem.equilibrium.dead_total,
         horizontal_load=problem.equilibrium.base_shear,
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
         associative=bound_of(problem, optimum),

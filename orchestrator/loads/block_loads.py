@@ -98,11 +98,6 @@ class LoadSettings:
         return np.array([forward * math.cos(self.inclination), math.sin(self.inclination)])
 
     @property
-    def name(self) -> str:
-        """What lambda multiplies, in a few words."""
-        return {"mass": "weight", "mass_height": "weight × height", "per_block": "live load"}[self.distribution]
-
-    @property
     def beyond_default(self) -> str:
         """Return the first key that makes the loads more than a horizontal one proportional to mass, or ""."""
         default = LoadSettings()

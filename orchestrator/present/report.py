@@ -20,9 +20,11 @@ from orchestrator.macroblocks.criteria import Partition, one_body_per_block
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 from orchestrator.present import page, plots
+from orchestrator.present.weights import load_words, weight_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.settings.case import Case, as_toml
+from orchestrator.settings.inventory import class_words, load_sums
 from orchestrator.settings.project import Language
 from orchestrator.storage.stored_run import read_run
 
@@ -44,9 +46,15 @@ def write_segmentation(
     storage.write_limit_analysis(output, assemblage.wall, analysis)
     storage.write_macroblocks(output, assemblage.wall, partition, bodies)
     figures, language = output / "figures", case.project.language
-    plots.save(plots.blocks(assemblage.wall, numbered=True), figures, "blocks", language)
+    write_given(figures, case, assemblage)
     write_mechanism(figures, case, assemblage, analysis)
     plots.save(plots.macroblocks(assemblage, partition), figures, "macroblocks", language)
+
+
+def write_given(figures: Path, case: Case, assemblage: Assemblage, name: str = "blocks") -> Path:
+    """Draw what a case gives: numbered blocks, loads, ties, classes of joints; return the picture."""
+    picture = plots.given(assemblage, case.load, class_words(assemblage), case.reinforcement.ties)
+    return plots.save(picture, figures, name, case.project.language)[0]
 
 
 def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:
@@ -55,9 +63,9 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     storage.write_forces(figures.parent, assemblage, analysis.headline)
     storage.write_text(figures.parent / "mechanism.dxf", plots.mechanism_dxf(assemblage, analysis.headline))
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
-    live = f"λ × {case.load.name}"
+    live = load_words(case.load.distribution, analysis), weight_words(analysis)
     state, ties = analysis.headline, case.reinforcement.ties
-    figure = plots.mechanism(assemblage, state, case.load.vector, live, loose=loose, ties=ties)
+    figure = plots.mechanism(assemblage, state, case.load.vector, *live, loose=loose, ties=ties)
     return plots.save(figure, figures, "mechanism", case.project.language)
 
 
@@ -66,7 +74,7 @@ def write_settlement(
 ) -> list[Path]:
     """Draw the mechanism of a support that gives way at `angle`; return the files."""
     reaction = f"least reaction {-state.load_multiplier / 1e3:.4g} kN"
-    figure = plots.mechanism(assemblage, state, np.array([np.cos(angle), np.sin(angle)]), "settlement", reaction)
+    figure = plots.mechanism(assemblage, state, np.array([np.cos(angle), np.sin(angle)]), "settlement", "", reaction)
     return plots.save(figure, figures, "settlement", language)
 
 
@@ -83,13 +91,13 @@ def _provenance(case: Case) -> list[str]:
 
 def write_pushover(
     store: storage.StateStore,
+    case: Case,
     name: str,
     wall: Wall,
     bodies: Bodies,
     model: ContactModel,
     curve: PushoverCurve,
     valid: bool,
-    language: Language = "en",
 ) -> None:
     """Write the curve, the ParaView files, what pictures need, and the deformed wall at its peak and its end."""
     storage.write_curve(store.folder, curve)
@@ -99,29 +107,30 @@ def write_pushover(
     touching = model.tracking.touching if model.tracking else len(contacts)
     places = storage.ContactPlaces(contacts.slave_node[:touching], contacts.interface[:touching])
     storage.write_geometry(store, model.meshes, places)
-    draw_moments(store, name, bodies, model.meshes, places, curve, valid, language)
+    draw_moments(store, case, name, wall, bodies, model.meshes, places, curve, valid)
 
 
 def draw_moments(
     store: storage.StateStore,
+    case: Case,
     name: str,
+    wall: Wall,
     bodies: Bodies,
     meshes: BodyMeshes,
     places: storage.ContactPlaces,
     curve: PushoverCurve,
     valid: bool,
-    language: Language = "en",
 ) -> None:
     """Draw the deformed wall at the end of the curve and at its peak; stamped where the curve is not valid."""
     static = curve.static
     moments = {"end": curve.step[-1], "peak": static.step[static.base_shear_N.argmax()]}
+    under_gravity, loads = float(curve.control_displacement_m[0]), weight_words(load_sums(wall, case.load))
     for moment, number in moments.items():
-        increment, title = store.read(int(number)), f"{name} FE at its {moment}"
-        under_gravity = float(curve.control_displacement_m[0])
-        figure = plots.deformed(bodies, meshes, increment, places, "", under_gravity=under_gravity, moment=title)
+        shown, title = (bodies, meshes, store.read(int(number)), places), f"{name} FE at its {moment}"
+        figure = plots.deformed(*shown, "", under_gravity=under_gravity, moment=title, loads=loads)
         if not valid:
             plots.stamp_not_valid(figure)
-        plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}", language)
+        plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}", case.project.language)
 
 
 def write_summary(
@@ -218,12 +227,12 @@ def rebuild(run: Path) -> Path:
     """
     stored = read_run(run)
     figures, wall, language = run / "figures", stored.assemblage.wall, stored.case.project.language
-    plots.save(plots.blocks(wall, numbered=True), figures, "blocks", language)
+    write_given(figures, stored.case, stored.assemblage)
     write_mechanism(figures, stored.case, stored.assemblage, stored.analysis)
     plots.save(plots.macroblocks(stored.assemblage, stored.partition), figures, "macroblocks", language)
     for model in stored.models:
-        drawn = (model.store, model.name, model.bodies, model.meshes, model.contacts, model.curve, model.summary.valid)
-        draw_moments(*drawn, language)
+        drawn = (wall, model.bodies, model.meshes, model.contacts, model.curve, model.summary.valid)
+        draw_moments(model.store, stored.case, model.name, *drawn)
     capacities = {model.name: (model.curve, find_capacity(model.curve)) for model in stored.models}
     reasons = storage.reasons([model.summary for model in stored.models])
     draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons, language)

@@ -19,6 +19,7 @@ from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.wall import Wall
 from orchestrator.present.verdict import Verdict
+from orchestrator.present.weights import weight_words
 from orchestrator.storage import PushoverSummary, Summary
 
 STUDIED: dict[str, Figure] = {
@@ -37,7 +38,7 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
     table = Table(
         box=SIMPLE_HEAD,
         padding=0,
-        title=f"{title}, {weight_words(analysis.weight, analysis.horizontal_load)}, {analysis.seconds:.2f} s",
+        title=f"{title}, {weight_words(analysis)}, {analysis.seconds:.2f} s",
     )
     columns = (
         "", "multiplier", "shear\nkN", "tilt\ndeg", "LPs", "time\ns", "residual\nbalance", "\nyield", "\npower",
@@ -55,15 +56,6 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
     for name, state in names.items():
         table.add_row(name, *(_limit_row(state, analysis) if state else ["none"]))
     return table
-
-
-def weight_words(weight: float, base_shear: float) -> str:
-    """Return the weight of the blocks (N) in words, with the base shear at a load multiplier of 1 where it is another:
-    floors whose mass the live load acts on, an inclined live load, given forces."""
-    if abs(base_shear - weight) <= 1e-6 * weight:
-        return f"weight {printed('weight', weight)} kN"
-    blocks, unit = printed("weight", weight), printed("weight", base_shear)
-    return f"weight of the blocks {blocks} kN, base shear at λ = 1 {unit} kN"
 
 
 def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
@@ -122,8 +114,7 @@ def study_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
 def run_table(summary: Summary) -> Table:
     """Return the short table at the end of a run."""
     limit = summary.limit_analysis
-    horizontal_load = limit.base_shear / limit.multiplier
-    title = [f"{summary.case}: {weight_words(summary.wall.weight, horizontal_load)}"]
+    title = [f"{summary.case}: {weight_words(summary.wall)}"]
     kinematics = dict.fromkeys(pushed.displacements for pushed in summary.pushover)
     table = Table(box=SIMPLE_HEAD, padding=0, title=", ".join([*title, *(f"{k} displacements" for k in kinematics)]))
     columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
@@ -134,7 +125,7 @@ def run_table(summary: Summary) -> Table:
     for rule, multiplier in rows.items():
         found = ["none found", ""]
         if multiplier is not None:
-            found = [printed("multiplier", multiplier), printed("force", multiplier * horizontal_load)]
+            found = [printed("multiplier", multiplier), printed("force", multiplier * summary.wall.horizontal_load)]
         if rule == "last rest":
             found = [f"({figure})" for figure in found]
         seconds = printed("seconds", limit.seconds) if rule == "associative" else ""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from math import dist, isinf
+from math import dist, inf, isinf
 
 import numpy as np
 
@@ -40,14 +40,15 @@ class ExtraLoad:
 
 @dataclass(frozen=True, slots=True)
 class LoadSums:
-    """Loads of one load case in N. weight: of the blocks; dead: with the extra loads; base_shear: at multiplier 1."""
+    """Loads of one load case in N. weight: of the blocks; vertical_load: with the extra loads; horizontal_load: at a
+    load multiplier of 1."""
 
     direction: str
     distribution: str
     weight: float
     extra: tuple[ExtraLoad, ...]
-    dead: float
-    base_shear: float
+    vertical_load: float
+    horizontal_load: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +92,8 @@ def load_sums(wall: Wall, load: LoadSettings) -> LoadSums:
         distribution=load.distribution,
         weight=float(block_weights(wall)[free].sum()),
         extra=tuple(_extra(wall, one) for one in load.dead),
-        dead=-float(loads.dead[free, 1].sum()),
-        base_shear=abs(float(loads.live[free, 0].sum())),
+        vertical_load=-float(loads.dead[free, 1].sum()),
+        horizontal_load=abs(float(loads.live[free, 0].sum())),
     )
 
 
@@ -149,6 +150,39 @@ def class_of_joint(assemblage: Assemblage) -> list[JointSums]:
     """Return for each joint (k,) the class that it is of."""
     of_key = _grouped(assemblage)
     return [of_key[key] for key in _keys(assemblage)]
+
+
+def class_words(assemblage: Assemblage) -> list[str]:
+    """Return for each joint (k,) its class in words, for a legend; none where the values of all are alike."""
+    classes = class_of_joint(assemblage)
+    if len({value_words(one) for one in classes}) < 2:
+        return []
+    return [f"{one.between[0]}-{one.between[1]}: {value_words(one)}" for one in classes]
+
+
+def value_words(one: JointSums) -> str:
+    """Return the values of a class of joints in a few words, for a legend."""
+    strengths = (("c", one.cohesion), ("ft", one.tensile_strength), ("fc", one.compressive_strength))
+    given = [f"{name} {in_megapascals(value)} MPa" for name, value in strengths if 0.0 < value < inf]
+    stiffness = (("kn", one.normal_stiffness), ("ks", one.shear_stiffness))
+    given += [f"{name} {stiffness_words(values)} N/mm3" for name, values in stiffness if values[0] < inf]
+    return ", ".join([f"μ {one.friction:.4g}", *given])
+
+
+def in_megapascals(strength: float) -> str:
+    """Return a strength (Pa) in MPa; none where there is none, or no bound."""
+    return "none" if strength in (0.0, inf) else f"{strength / 1e6:.4g}"
+
+
+def stiffness_words(values: Range) -> str:
+    """Return a range of stiffness (N/m3) in N/mm3."""
+    return "rigid" if values[0] == inf else between(values, 1e-9, 3)
+
+
+def between(values: Range, factor: float = 1.0, digits: int = 4) -> str:
+    """Return a range, one value where both are printed alike."""
+    low, high = (f"{factor * value:.{digits}g}" for value in values)
+    return low if low == high else f"{low} to {high}"
 
 
 STRENGTHS = "friction", "cohesion", "tensile_strength", "compressive_strength"

@@ -22,7 +22,8 @@ ARRAYS = {
     "live": "live",
     "direction": "direction",
 }
-STORED_AS = {"weight": "weight_N", "horizontal_load": "horizontal_load_N", **ARRAYS}
+SUMS = ("weight", "vertical_load", "horizontal_load")
+STORED_AS = {name: f"{name}_N" for name in SUMS} | ARRAYS
 """keys of limit_analysis.json by the fields whose names they are not"""
 
 

@@ -128,11 +128,13 @@ class PushoverSummary:
 
 @dataclass(frozen=True, slots=True)
 class WallSummary:
-    """Blocks without supports, joints, and weight of the blocks (N)."""
+    """Blocks without supports, joints; weight of the blocks, with floors, and horizontal load at λ = 1 (N)."""
 
     blocks: int
     joints: int
     weight: float
+    vertical_load: float
+    horizontal_load: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,7 +269,8 @@ def summarise(
 ) -> Summary:
     """Return the summary of a run that is not verified (yet)."""
     blocks = sum(not block.fixed for block in assemblage.wall.blocks)
-    wall = WallSummary(blocks, assemblage.joints.count, analysis.weight)
+    sums = (analysis.weight, analysis.vertical_load, analysis.horizontal_load)
+    wall = WallSummary(blocks, assemblage.joints.count, *sums)
     merged = None if partition is None else _macroblocks(partition, assemblage.joints.count)
     return Summary(case, wall, limit_summary(analysis), merged, tuple(pushovers))
 

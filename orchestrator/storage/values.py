@@ -105,6 +105,7 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
     return {
         "loads": {"dead": analysis.loads.dead, "live": analysis.loads.live, "direction": analysis.loads.direction},
         "weight_N": analysis.weight,
+        "vertical_load_N": analysis.vertical_load,
         "horizontal_load_N": analysis.horizontal_load,
         "tilting_table": analysis.tilting_table,
         "headline": analysis.headline.flow_rule,

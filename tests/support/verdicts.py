@@ -20,7 +20,7 @@ def summary(*checks, peak=10e3, valid=True, models=("macro", "micro")):
     limit = LimitSummary(0.3, 0.25, (0.25, 0.26), 4, True, 1e-12, 8e3, 1.0)
     curves = tuple(replace(PUSHED, model=model, valid=valid, peak_base_shear=peak) for model in models)
     seismic = {"checks": list(checks)} if checks else None
-    return Summary("wall", WallSummary(4, 8, 40e3), limit, None, curves, seismic)
+    return Summary("wall", WallSummary(4, 8, 40e3, 40e3, 40e3), limit, None, curves, seismic)
 
 
 def of(**summaries):

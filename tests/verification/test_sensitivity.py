@@ -202,7 +202,7 @@ def test_a_curve_without_its_peak_is_not_compared_with_a_peak(tmp_path, capsys):
 def limit(**changes):
     found = {"associative": 0.5, "non_associative": 0.4, "non_associative_range": (0.4, 0.4), "iterations": 1}
     found |= {"converged": True, "equilibrium_residual": 0.0, "base_shear": 4e3, "seconds": 0.0}
-    return Summary("", WallSummary(1, 1, 1e4), LimitSummary(**found | changes), None, ())
+    return Summary("", WallSummary(1, 1, 1e4, 1e4, 1e4), LimitSummary(**found | changes), None, ())
 
 
 @pytest.mark.parametrize(

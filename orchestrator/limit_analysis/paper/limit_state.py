@@ -105,9 +105,10 @@ class LocalFailure:
 class LimitAnalysis:
     """All answers for one direction of the load: associative always; the others or why there is none.
 
-    `loads` are those of the wall as given; `weight` the weight of the free blocks in N; `horizontal_load` the
-    horizontal resultant of the live load at a multiplier of 1, in N (by default the weight): base shear = multiplier x
-    this. tilting_table: whether tan(angle) of a table that tilts the wall is just another way to state the multiplier.
+    `loads` are those of the wall as given; `weight` the weight of the free blocks in N; `vertical_load` all their
+    dead load in N, with floors; `horizontal_load` the horizontal resultant of the live load at a multiplier of 1, in N
+    (by default the weight): base shear = multiplier x this. tilting_table: whether tan(angle) of a table that tilts the
+    wall is just another way to state the multiplier.
 
     associative: an upper bound to every state of the wall as drawn (a theorem). path: the state that loading from
     gravity meets, after the stones of `local_failures` have come loose: they are at rest and without forces in it; not
@@ -123,6 +124,7 @@ class LimitAnalysis:
 
     loads: Loads
     weight: float
+    vertical_load: float
     horizontal_load: float
     tilting_table: bool
     associative: LimitState

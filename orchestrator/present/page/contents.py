@@ -23,6 +23,7 @@ from orchestrator.present.page.practice import practice_contents
 from orchestrator.present.page.seismic_page import LABELS, seismic_contents
 from orchestrator.present.page.verdict_page import verdict_contents, verdict_of
 from orchestrator.present.phrases import phrases
+from orchestrator.present.weights import has_floors, multiplier_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path import curve_checks
 from orchestrator.settings.inventory import materials
@@ -67,7 +68,12 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "title": wall.name or run.summary.case,
         "settings": list(_settings(settings)),
         "wall": _wall(run),
-        "load": {"direction": run.case.load.direction, "words": in_words(run.case.load)},
+        "load": {
+            "direction": run.case.load.direction,
+            "words": in_words(run.case.load),
+            "weights": multiplier_words(run.summary.wall),
+        },
+        "has_floors": has_floors(run.summary.wall),
         "limit_states": list(_limit_states(run)),
         "headline": run.analysis.headline.flow_rule.replace("_", " "),
         "bodies": _bodies(run),

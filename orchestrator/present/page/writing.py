@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -13,6 +14,7 @@ from orchestrator.present.page.contents import contents, picture
 from orchestrator.present.page.verdict_page import verdict_contents
 from orchestrator.present.phrases import in_language, phrases
 from orchestrator.present.verdict import Verdict
+from orchestrator.present.weights import Sums, multiplier_words
 from orchestrator.settings.project import Language
 from orchestrator.storage.files import plain, write_text
 from orchestrator.storage.stored_run import read_run
@@ -36,8 +38,19 @@ def write_index(folder: Path, case: str, rows: Sequence[dict[str, Any]], found: 
     curves = picture(folder / "figures" / "curves.png")
     values = {"case": case, "rows": rows, "reports": reports, "curves": curves, "language": language}
     values["verdict"] = verdict_contents(found, language)
+    values["weights"] = _weights(rows)
     write_text(path, _environment(language).get_template("load_cases.html.j2").render(values))
     return path
+
+
+def _weights(rows: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
+    """Return what λ is and the weights in words, with the load cases that have them."""
+    found: dict[str, list[str]] = {}
+    for row in rows:
+        if row["model"]:
+            words = multiplier_words(Sums(*(row[f"{field.name}_N"] for field in fields(Sums))))
+            found.setdefault(words, []).append(row["load_case"])
+    return {words: list(dict.fromkeys(names)) for words, names in found.items()}
 
 
 def render(values: dict[str, Any]) -> str:

@@ -25,6 +25,8 @@ from orchestrator.present.plots.wall_pictures import (
     wall_canvas,
 )
 from orchestrator.present.plots.words import legend_below
+from orchestrator.present.weights import load_words, weight_words
+from orchestrator.settings.inventory import load_sums
 
 CLASSES = (BLUE, ORANGE, PURPLE, GREEN)
 DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1.5)), (0, (6, 1.5, 1.5, 1.5)))
@@ -48,10 +50,11 @@ def given(
     arrow = load_arrow(free, load.vector)
     above = free.max(axis=0) + [0.0, 2 * DRAWN_LOAD * size * bool(load.dead)]
     ends = [point for tie in ties for point in (tie.start, tie.end)]
-    name = f"λ × {load.name}"
+    sums = load_sums(wall, load)
+    name = load_words(load.distribution, sums)
     beside = np.vstack([arrow, above, *ends])
     shown = np.vstack([beside, *(block.polygon for block in wall.blocks)])
-    figure, axes = wall_canvas(wall, np.vstack([beside, load_label(shown, arrow, name)]))
+    figure, axes = wall_canvas(wall, np.vstack([beside, load_label(shown, arrow, name)]), weight_words(sums))
     draw_blocks(axes, wall)
     _draw_classes(axes, assemblage, class_of_joint)
     for one in load.dead:

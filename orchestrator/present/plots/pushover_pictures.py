@@ -40,6 +40,7 @@ from orchestrator.present.plots.canvas import (
     wall_figure,
 )
 from orchestrator.present.plots.words import legend_below, write_title
+from orchestrator.present.weights import multiplied, weight_words
 from orchestrator.pushover.increments import ContactStatus, Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces
@@ -66,6 +67,7 @@ def deformed(
     amplification: float | None = None,
     under_gravity: float = 0.0,
     moment: str = "",
+    loads: str = "",
 ) -> Figure:
     """Draw the outline of every body at z = 0, displaced times `amplification`, and its contacts coloured by status.
 
@@ -73,19 +75,19 @@ def deformed(
 
     Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
     ten, never below 1). under_gravity: control displacement (m) that the one in the title is counted from. moment:
-    what the title begins with.
+    what the title begins with; loads: weights in words.
     """
     plane = increment.displacement[: len(meshes.nodes), :2]
     supports = [body.exterior for body in bodies.bodies[bodies.moving :]]
     height = float(np.ptp(meshes.nodes[:, 1]))
     factor = amplification or readable_factor(DRAWN_DISPLACEMENT * height, float(np.abs(plane).max()))
     moved = meshes.nodes[:, :2] + factor * plane
-    title = (
-        f"Load multiplier {printed('multiplier', increment.load_multiplier)}, control displacement "
-        f"{printed('displacement', increment.control_displacement - under_gravity)} mm\n"
-        f"displacements drawn × {factor:g}"
-    )
-    figure, axes = wall_figure(np.vstack([moved, *supports]), f"{moment}\n{title}".lstrip(), name)
+    multiplier, shear = printed("multiplier", increment.load_multiplier), printed("force", increment.base_shear)
+    control = printed("displacement", increment.control_displacement - under_gravity)
+    state = f"Load multiplier {multiplier}, base shear {shear} kN"
+    drawn = f"control displacement {control} mm, displacements drawn × {factor:g}"
+    title = "\n".join(filter(None, [moment, state, loads, drawn]))
+    figure, axes = wall_figure(np.vstack([moved, *supports]), title, name)
     for number in range(bodies.moving):
         axes.add_patch(PathPatch(outline(meshes, number, moved), facecolor=STONE, edgecolor="#888888", linewidth=0.5))
     draw_supports(axes, supports)
@@ -118,11 +120,10 @@ def curves(
     _frame_curves(axes)
     kilonewtons = analysis.horizontal_load / 1e3
     multiplier = axes.secondary_yaxis("right", functions=(_times(1.0 / kilonewtons), _times(kilonewtons)))
-    of_weight = abs(analysis.horizontal_load - analysis.weight) < 1e-6 * analysis.weight
-    multiplier.set_ylabel(f"load multiplier λ = base shear / {'weight' if of_weight else 'horizontal live load'}")
+    multiplier.set_ylabel(f"load multiplier λ = base shear / {multiplied(analysis)}")
     direction = "+x" if analysis.loads.direction[0] > 0 else "−x"
     wrong = [f"NOT VALID: {reason}" for reason in not_valid]
-    head = f"Pushover along {direction}, weight {analysis.weight / 1e3:.5g} kN"
+    head = f"Pushover along {direction}, {weight_words(analysis)}"
     write_title(axes, "\n".join([head, *wrong]), name)
     if wrong:
         stamp_not_valid(axes)

@@ -73,13 +73,15 @@ def blocks(wall: Wall, numbered: bool = False, marked: Sequence[int] = (), loose
     return figure
 
 
-def wall_canvas(wall: Wall, beside: FloatArray | None = None) -> tuple[Figure, Axes]:
-    """Return a figure of a wall's size that counts its blocks, with room for points (n, 2) `beside` it."""
+def wall_canvas(wall: Wall, beside: FloatArray | None = None, said: str = "") -> tuple[Figure, Axes]:
+    """Return a figure of a wall's size that counts its blocks, with room for points (n, 2) `beside` it; what else is
+    said of it is a line of the title."""
     free = sum(not block.fixed for block in wall.blocks)
     supports = len(wall.blocks) - free
     title = f"{free} block{'s' * (free != 1)}, {supports} support{'s' * (supports != 1)}"
     corners = [block.polygon for block in wall.blocks]
-    return wall_figure(np.vstack(corners if beside is None else [*corners, beside]), title, wall.name)
+    points = np.vstack(corners if beside is None else [*corners, beside])
+    return wall_figure(points, f"{title}\n{said}".rstrip(), wall.name)
 
 
 def draw_blocks(axes: Axes, wall: Wall) -> None:
@@ -103,18 +105,18 @@ def mechanism(
     state: LimitState,
     direction: FloatArray,
     load_name: str = "λ × weight",
+    loads: str = "",
     answer: str = "",
     loose: Collection[int] = (),
     ties: Sequence[Tie] = (),
 ) -> Figure:
     """Draw the collapse mechanism: blocks displaced by their velocities times one factor, hinges and sliding joints.
 
-    The live load is an arrow along its direction (2,), with its name. `answer`
-    (none: the load multiplier) goes into the title. Stones `loose` (ids) have come loose before. Ends of ties move with
-    their blocks. A hinge
-    is a joint that opens at one end only (marked at the other end), a sliding joint one that slips while it carries
-    load; a joint that has come apart is left to be seen as a gap. Thrust: see thrust.py. Displacements are linear in
-    the velocities, as in the analysis: large rotations enlarge the blocks.
+    The live load is an arrow along its direction (2,), with its name. `loads` (weights in words) and `answer`
+    (none: the load multiplier) go into the title. Stones `loose` (ids) have come loose before. Ends of ties move with
+    their blocks. A hinge is a joint that opens at one end only (marked at the other end), a sliding joint one that
+    slips while it carries load; a joint that has come apart is left to be seen as a gap. Thrust: see thrust.py.
+    Displacements are linear in the velocities, as in the analysis: large rotations enlarge the blocks.
     """
     wall = assemblage.wall
     height = float(np.ptp([y for block in wall.blocks for y in block.polygon[:, 1]]))
@@ -125,9 +127,8 @@ def mechanism(
     arrow = _arrow_of(wall, state, direction)
     answer = answer or f"load multiplier {state.load_multiplier:.4f}"
     drawn = f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
-    title = (
-        f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}\nlargest displacement drawn as {drawn}"
-    )
+    found = f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}"
+    title = "\n".join(filter(None, [found, loads, f"largest displacement drawn as {drawn}"]))
     bars = [_displaced_tie(wall, tie, velocities) for tie in ties]
     shown = np.vstack([*before, *displaced, arrow, *bars])
     figure, axes = wall_figure(np.vstack([shown, load_label(shown, arrow, load_name)]), title, wall.name)

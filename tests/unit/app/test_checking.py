@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 
-from orchestrator.app import case_check, cli, load_case_runs
+from orchestrator.app import cli, load_case_runs
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.present import plots
+from orchestrator.present import plots, report
 from orchestrator.pushover.meshing import MeshSettings
 from orchestrator.settings import case as cases
 from orchestrator.settings.inventory import class_of_joint, control_words, joint_classes, load_sums, materials
@@ -87,8 +87,8 @@ def test_loads_are_the_sums_by_hand(given):
     assert sums.weight == pytest.approx(STONE + TIMBER, rel=1e-12)
     assert [(one.blocks, one.inertia) for one in sums.extra] == [(1, True), (2, False)]
     assert [one.resultant for one in sums.extra] == pytest.approx([FLOOR, FORCES], rel=1e-12)
-    assert sums.dead == pytest.approx(STONE + TIMBER + FLOOR + FORCES, rel=1e-12)
-    assert sums.base_shear == pytest.approx(STONE + TIMBER + FLOOR, rel=1e-12)
+    assert sums.vertical_load == pytest.approx(STONE + TIMBER + FLOOR + FORCES, rel=1e-12)
+    assert sums.horizontal_load == pytest.approx(STONE + TIMBER + FLOOR, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_loads_are_the_sums_by_hand(given):
 )
 def test_the_base_shear_is_the_horizontal_resultant_of_the_live_load(given, setting, base_shear):
     case, assemblage = read(given, setting)
-    assert load_sums(assemblage.wall, case.load).base_shear == pytest.approx(base_shear, rel=1e-12)
+    assert load_sums(assemblage.wall, case.load).horizontal_load == pytest.approx(base_shear, rel=1e-12)
 
 
 def test_materials_have_their_own_values_and_the_case_s(given):
@@ -261,7 +261,7 @@ def test_materials_whose_joints_have_the_same_values_paint_no_joint(given, monke
     monkeypatch.setattr(plots, "save", lambda *_: [tmp_path])
     for settings in ([], ["joints.classes=[]", "wall.classes=[]"]):
         case, assemblage = read(given, *settings)
-        case_check._draw(case, assemblage, "", tmp_path)
+        report.write_given(tmp_path, case, assemblage)
     assert len({*drawn[0]}) > 1
     assert drawn[1] == []
 

@@ -80,7 +80,7 @@ def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
 )
 def test_exit_code_of_a_run_with_a_complaint(monkeypatch, tmp_path, capsys, complaint, code):
     limit = LimitSummary(0.1, None, None, 1, False, 0.0, 0.1, 0.1)
-    record = Summary("x", WallSummary(1, 1, 1.0), limit, None, ())
+    record = Summary("x", WallSummary(1, 1, 1.0, 1.0, 1.0), limit, None, ())
     monkeypatch.setattr(driver, "run", lambda *arguments: driver.Outcome(record, (complaint,)))
     assert cli.main(["run", TOWER, "--output", str(tmp_path / "run"), "-q"]) == code
     assert capsys.readouterr().err == f"{complaint}\n"

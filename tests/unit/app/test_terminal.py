@@ -94,7 +94,7 @@ def entry(model, peak, *, valid=True, reached=True):
 
 def summary_of(*pushovers):
     limit = LimitSummary(0.3, 0.25, (0.25, 0.26), 4, True, 1e-12, 8e3, 1.0)
-    return Summary("tower", WallSummary(4, 8, 40e3), limit, None, pushovers)
+    return Summary("tower", WallSummary(4, 8, 40e3, 40e3, 40e3), limit, None, pushovers)
 
 
 @pytest.mark.parametrize(

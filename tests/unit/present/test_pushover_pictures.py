@@ -92,8 +92,8 @@ def test_deformed_draws_each_body_displaced_with_its_holes(model, increment):
     np.testing.assert_array_equal(polygons(figure, 0), [model[0].bodies[2].exterior])
     assert figure.axes[0].get_title().splitlines() == [
         "frame",
-        "Load multiplier 0.2500, control displacement 12.30 mm",
-        "displacements drawn × 10",
+        "Load multiplier 0.2500, base shear 0.1000 kN",
+        "control displacement 12.30 mm, displacements drawn × 10",
     ]
     assert figure.axes[0].get_xlim()[1] > 2.5
 
@@ -170,6 +170,7 @@ def curves_figure(state):
     analysis = LimitAnalysis(
         loads=Loads(np.zeros((4, 3)), np.zeros((4, 3)), np.array([1.0, 0.0])),
         weight=22225.0,
+        vertical_load=22225.0,
         horizontal_load=22225.0,
         tilting_table=True,
         associative=replace(state, flow_rule="associative", load_multiplier=0.3478),

@@ -45,6 +45,7 @@ def analysis():
     return LimitAnalysis(
         loads=Loads(read_only(np.ones((2, 3))), read_only(np.eye(2, 3)), read_only([1.0, 0.0])),
         weight=3125.0,
+        vertical_load=3125.0,
         horizontal_load=3125.0,
         tilting_table=True,
         associative=limit_state("associative", 0.35, 1),

@@ -101,7 +101,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
     record = found.record
     assert keys(json.loads(json.dumps(record))) == {
         "case": None,
-        "wall": dict.fromkeys(["blocks", "joints", "weight"]),
+        "wall": dict.fromkeys(["blocks", "joints", "weight", "vertical_load", "horizontal_load"]),
         "limit_analysis": dict.fromkeys([
             "associative", "non_associative", "non_associative_range", "iterations", "converged",
             "equilibrium_residual", "base_shear", "seconds", "path", "last_rest", "soft_from", "interval",
@@ -124,7 +124,9 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
             "seconds": dict.fromkeys(["mesh", "assembly", "factorise", "contact", "total"]),
         }],
     }  # fmt: skip
-    assert record["wall"] == {"blocks": 3, "joints": 5, "weight": 3125.0}
+    assert record["wall"] == {"blocks": 3, "joints": 5} | dict.fromkeys(
+        ("weight", "vertical_load", "horizontal_load"), 3125.0
+    )
     assert record["macroblocks"] == {"count": 2, "joints": 4, "tol_n": 1e-3, "tol_d": 0.45, "trivial": False}
     assert record["limit_analysis"]["non_associative"] == 0.29
     assert record["limit_analysis"]["non_associative_range"] == (0.29, 0.31)

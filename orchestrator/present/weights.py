@@ -1,0 +1,69 @@
+"""Weights in words: of the blocks, with floors, and which of them λ multiplies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from orchestrator.basis.printed import printed
+from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.loads.block_loads import Distribution
+from orchestrator.settings.inventory import LoadSums
+from orchestrator.storage.summary import WallSummary
+
+ROUNDING = 1e-6
+"""part by which weights differ that are the same"""
+
+
+@dataclass(frozen=True, slots=True)
+class Sums:
+    """Weight of the blocks, all vertical load, and the horizontal load at λ = 1, N."""
+
+    weight: float
+    vertical_load: float
+    horizontal_load: float
+
+
+Weighed: TypeAlias = LimitAnalysis | LoadSums | Sums | WallSummary
+"""what has these sums"""
+
+
+def multiplier_words(sums: Weighed) -> str:
+    """Return what λ is and the weights, in one line."""
+    return f"λ = base shear / {multiplied(sums)}; {weight_words(sums)}"
+
+
+def weight_words(sums: Weighed) -> str:
+    """Return the weight of the blocks, with floors where there are any, and the base shear at λ = 1 where it is neither
+    the one nor the other: floors without mass, an inclined live load, given forces."""
+    said = f"weight {printed('weight', sums.weight)} kN"
+    if has_floors(sums):
+        blocks, floors = printed("weight", sums.weight), printed("weight", sums.vertical_load)
+        said = f"weight of the blocks {blocks} kN, with floors {floors} kN"
+    if not _same(sums.horizontal_load, sums.vertical_load):
+        said += f", base shear at λ = 1 {printed('weight', sums.horizontal_load)} kN"
+    return said
+
+
+def multiplied(sums: Weighed) -> str:
+    """Return what base shear is a multiple of: a weight, with or without floors, or else the horizontal live load."""
+    if _same(sums.horizontal_load, sums.vertical_load):
+        return "weight with floors" if has_floors(sums) else "weight"
+    return "weight without floors" if _same(sums.horizontal_load, sums.weight) else "horizontal live load"
+
+
+def load_words(distribution: Distribution, sums: Weighed) -> str:
+    """Return the live load as an arrow names it, as in "λ × weight with floors × height"."""
+    what = multiplied(sums)
+    if distribution == "per_block" or "weight" not in what:
+        return "λ × live load"
+    return f"λ × {what}" + " × height" * (distribution == "mass_height")
+
+
+def has_floors(sums: Weighed) -> bool:
+    """Return whether the wall carries more than its blocks."""
+    return not _same(sums.vertical_load, sums.weight)
+
+
+def _same(one: float, other: float) -> bool:
+    return abs(one - other) <= ROUNDING * abs(other)

@@ -1,0 +1,76 @@
+"""What λ multiplies is named with and without floors wherever a weight or a multiplier is shown."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+
+from orchestrator.limit_analysis import analyse
+from orchestrator.loads import DeadLoad, LoadSettings, loads_on
+from orchestrator.present import plots
+from orchestrator.present.phrases import phrases
+from orchestrator.present.weights import load_words, weight_words
+from tests.support.limit_analysis_cases import assemblage_of, box
+
+FLOOR, SHELF = DeadLoad((1,), force=6e3, inertia=True), DeadLoad((1,), force=2e3)
+ALONE = "weight 10.000 kN"
+FLOORED = "weight of the blocks 10.000 kN, with floors 16.000 kN"
+BOTH = "weight of the blocks 10.000 kN, with floors 18.000 kN, base shear at λ = 1 16.000 kN"
+
+
+def block_under(load):
+    """A block of 10 kN, 0.5 m wide and 1 m high, and its limit analysis under a load."""
+    assemblage = assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)])
+    return assemblage, analyse(assemblage, loads=loads_on(assemblage.wall, load))
+
+
+@pytest.mark.parametrize(
+    ("load", "weights", "multiplied"),
+    [
+        (LoadSettings(), ALONE, "λ × weight"),
+        (LoadSettings(dead=(FLOOR,)), FLOORED, "λ × weight with floors"),
+        (LoadSettings(dead=(SHELF,)), "weight of the blocks 10.000 kN, with floors 12.000 kN, base shear at λ = 1 "
+         "10.000 kN", "λ × weight without floors"),
+        (LoadSettings(dead=(FLOOR, SHELF)), BOTH, "λ × live load"),
+        (LoadSettings(dead=(FLOOR,), distribution="mass_height"), FLOORED, "λ × weight with floors × height"),
+    ],
+)  # fmt: skip
+def test_weight_and_what_lambda_multiplies_say_whether_floors_are_in(load, weights, multiplied):
+    _, analysis = block_under(load)
+    assert weight_words(analysis) == weights
+    assert load_words(load.distribution, analysis) == multiplied
+    for language in ("it", "pt"):
+        told = " ".join([phrases(language)(weights), phrases(language)(multiplied)])
+        assert not re.search("weight|floor|shear|load|height", told)
+
+
+def test_pictures_of_a_wall_with_a_floor_name_both_weights():
+    load = LoadSettings(dead=(FLOOR,))
+    assemblage, analysis = block_under(load)
+    loads = load_words("mass", analysis), weight_words(analysis)
+    for figure in (
+        plots.mechanism(assemblage, analysis.headline, load.vector, *loads),
+        plots.given(assemblage, load, ()),
+    ):
+        axes = figure.axes[0]
+        assert FLOORED in " ".join(axes.get_title().split())
+        assert "λ × weight with floors" in [text.get_text() for text in axes.texts]
+
+
+def test_the_axis_of_multipliers_names_the_weight_that_they_multiply():
+    labels = {}
+    for load in (LoadSettings(), LoadSettings(dead=(FLOOR,)), LoadSettings(dead=(FLOOR, SHELF))):
+        figure = plots.curves({}, block_under(load)[1], "")
+        labels[figure.axes[0].child_axes[0].get_ylabel()] = figure.axes[0].get_title().replace("\n", " ")
+    assert labels == {
+        "load multiplier λ = base shear / weight": f"Pushover along +x, {ALONE}",
+        "load multiplier λ = base shear / weight with floors": f"Pushover along +x, {FLOORED}",
+        "load multiplier λ = base shear / horizontal live load": f"Pushover along +x, {BOTH}",
+    }
+
+
+def test_a_weight_that_rounding_changes_is_the_same_weight():
+    _, analysis = block_under(LoadSettings())
+    assert weight_words(replace(analysis, horizontal_load=analysis.weight * (1 + 1e-9))) == ALONE
