@@ -20,6 +20,7 @@ from orchestrator.macroblocks.criteria import Partition, one_body_per_block
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 from orchestrator.present import page, plots
+from orchestrator.present.tie_states import shown_ties
 from orchestrator.present.weights import load_words, weight_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
@@ -125,9 +126,10 @@ def draw_moments(
     static = curve.static
     moments = {"end": curve.step[-1], "peak": static.step[static.base_shear_N.argmax()]}
     under_gravity, loads = float(curve.control_displacement_m[0]), weight_words(load_sums(wall, case.load))
+    ties = shown_ties(wall, bodies, meshes, case.reinforcement.ties)
     for moment, number in moments.items():
         shown, title = (bodies, meshes, store.read(int(number)), places), f"{name} FE at its {moment}"
-        figure = plots.deformed(*shown, "", under_gravity=under_gravity, moment=title, loads=loads)
+        figure = plots.deformed(*shown, "", under_gravity=under_gravity, moment=title, loads=loads, ties=ties)
         if not valid:
             plots.stamp_not_valid(figure)
         plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}", case.project.language)

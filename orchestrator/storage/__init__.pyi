@@ -29,6 +29,7 @@ from .summary import (
 )
 from .values import (
     read_curve,
+    read_ties,
     write_blocks,
     write_case,
     write_curve,
@@ -59,6 +60,7 @@ __all__ = [
     "read_limit_analysis",
     "read_macroblocks",
     "read_summary",
+    "read_ties",
     "reasons",
     "refuse_overwriting_run",
     "remarks",

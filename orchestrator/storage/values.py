@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from orchestrator.basis.arrays import read_only
+from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.macroblocks.criteria import Partition
@@ -69,6 +69,15 @@ def write_ties(folder: Path, increments: Iterable[Increment], ties: int) -> None
         names = ("step", "load_multiplier", *(f"tie_{number}_N" for number in range(1, ties + 1)))
         rows = ((i.number, i.load_multiplier, *i.tie_force.tolist()) for i in increments)
         write_csv(folder / "ties.csv", names, rows)
+
+
+def read_ties(folder: Path) -> dict[int, FloatArray]:
+    """Return the force (m,) of every tie in N by increment, as `write_ties` wrote it; empty where there are none."""
+    path = folder / "ties.csv"
+    if not path.is_file():
+        return {}
+    table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+    return {int(row[0]): row[2:] for row in table}
 
 
 def read_curve(folder: Path, stopped_because: str) -> PushoverCurve:

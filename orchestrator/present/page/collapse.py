@@ -15,6 +15,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.present.joint_pieces import DAMAGED, front_loops, interface_pieces, shown_status
+from orchestrator.present.tie_states import ShownTies
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces, StateStore
@@ -26,16 +27,22 @@ LARGEST_INTEGER = 32767
 
 
 def collapse(
-    store: StateStore, bodies: Bodies, meshes: BodyMeshes, contacts: ContactPlaces, curve: PushoverCurve, room: int
+    store: StateStore,
+    bodies: Bodies,
+    meshes: BodyMeshes,
+    contacts: ContactPlaces,
+    curve: PushoverCurve,
+    room: int,
+    ties: ShownTies | None = None,
 ) -> dict[str, Any]:
-    """Return outlines, pieces of joints and frames of at most about `room` bytes as JSON."""
+    """Return outlines, pieces of joints, ties and frames of at most about `room` bytes as JSON."""
     loops = [front_loops(meshes, body) for body in range(bodies.moving)]
     contact, before, after = interface_pieces(bodies, meshes, contacts)
     used = [node for body in loops for loop in body for node in loop]
     nodes, place = np.unique(np.concatenate([used, contacts.slave_node]).astype(np.int64), return_inverse=True)
     number = dict(zip(nodes.tolist(), range(len(nodes)), strict=True))
     at_contact = place[len(used) :]
-    frame_size = len(nodes) * 16 // 3 + len(contact) + 150
+    frame_size = len(nodes) * 16 // 3 + len(contact) + 150 + 100 * (0 if ties is None else len(ties.ends))
     rows = chosen_rows(
         len(curve.step), int(np.where(curve.moving == 0, curve.base_shear_N, -np.inf).argmax()), room // frame_size
     )
@@ -43,9 +50,10 @@ def collapse(
         "nodes": np.round(meshes.nodes[nodes, :2], 5),
         "bodies": [[[number[node] for node in loop] for loop in body] for body in loops],
         "supports": [np.round(body.exterior, 5) for body in bodies.bodies[bodies.moving :]],
+        "ties": [] if ties is None else ties.ends,
         "pieces": np.column_stack([at_contact[before], at_contact[contact], at_contact[after]]),
         "frames": [
-            _frame(row, increment, curve, nodes, contact)
+            _frame(row, increment, curve, nodes, contact) | {"ties": _tied(ties, increment)}
             for row, increment in zip(rows.tolist(), store.these(curve.step[rows].tolist()), strict=True)
         ],
         "increments": len(curve.step),
@@ -72,6 +80,14 @@ def _frame(row: int, increment: Increment, curve: PushoverCurve, nodes: IntArray
         "status": "".join(map(str, shown_status(increment)[contact].tolist())),
         "damage": ninths(increment.damage[contact]),
     }
+
+
+def _tied(ties: ShownTies | None, increment: Increment) -> list[dict[str, Any]]:
+    """Return what each tie does: displacements (2, 2) of its ends in m, force in N, state."""
+    if ties is None:
+        return []
+    columns = zip(np.round(ties.moved(increment), 6), increment.tie_force.tolist(), ties.states(increment), strict=True)
+    return [{"moved": moved, "force": force, "state": state} for moved, force, state in columns]
 
 
 def ninths(degree: FloatArray) -> str:

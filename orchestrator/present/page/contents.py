@@ -21,8 +21,10 @@ from orchestrator.present.page.collapse import collapse
 from orchestrator.present.page.damage import Damage, damage_sequence
 from orchestrator.present.page.practice import practice_contents
 from orchestrator.present.page.seismic_page import LABELS, seismic_contents
+from orchestrator.present.page.tie_forces import tie_rows
 from orchestrator.present.page.verdict_page import verdict_contents, verdict_of
 from orchestrator.present.phrases import phrases
+from orchestrator.present.tie_states import ShownTies, shown_ties
 from orchestrator.present.weights import has_floors, multiplier_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path import curve_checks
@@ -110,12 +112,16 @@ def _collapse(run: StoredRun) -> dict[str, Any]:
     return {
         "models": [
             {"name": say(LABELS[m.name])}
-            | collapse(m.store, m.bodies, m.meshes, m.contacts, m.curve, ROOM // len(run.models))
+            | collapse(m.store, m.bodies, m.meshes, m.contacts, m.curve, ROOM // len(run.models), _ties(run, m))
             for m in run.models
         ],
         "curves": [_points(model) for model in run.models],
         "limit": {"associative": run.summary.limit_analysis.associative * run.analysis.horizontal_load},
     }
+
+
+def _ties(run: StoredRun, model: StoredModel) -> ShownTies | None:
+    return shown_ties(run.assemblage.wall, model.bodies, model.meshes, run.case.reinforcement.ties)
 
 
 def in_words(load: LoadSettings) -> str:
@@ -212,6 +218,7 @@ def _model(run: StoredRun, model: StoredModel) -> dict[str, Any]:
         "more_damage": rows[SHOWN_DAMAGE:],
         "damage_limit": limit,
         "interfaces": len(model.bodies.joint),
+        "ties": tie_rows(model, run.case.reinforcement.ties),
         "bonded": bool(model.bodies.interfaces.cohesion.any()),
     }
 

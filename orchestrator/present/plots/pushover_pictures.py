@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from orchestrator.assessment.capacity import Bilinear, Capacity
 from orchestrator.basis.arrays import FloatArray, IntArray
@@ -40,6 +41,7 @@ from orchestrator.present.plots.canvas import (
     wall_figure,
 )
 from orchestrator.present.plots.words import legend_below, write_title
+from orchestrator.present.tie_states import ShownTies, State
 from orchestrator.present.weights import multiplied, weight_words
 from orchestrator.pushover.increments import ContactStatus, Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
@@ -53,6 +55,9 @@ LINES = {
     THIN: (VERMILLION, 0.8, f"open by less than {1e3 * HAIRLINE:g} mm"),
     ContactStatus.OPEN: (VERMILLION, 2.2, "open"),
 }
+TIES: dict[State, tuple[str, float, str]] = {
+    "slack": (GREEN, 1.0, "--"), "taut": (GREEN, 2.2, "-"), "yields": (PURPLE, 3.2, "-"),
+}  # fmt: skip
 BAND = 6.0
 """points; width of the band under a damaged joint"""
 MODELS = ((BLUE, "-"), (VERMILLION, "--"), (GREEN, "-."), (PURPLE, ":"))
@@ -68,6 +73,7 @@ def deformed(
     under_gravity: float = 0.0,
     moment: str = "",
     loads: str = "",
+    ties: ShownTies | None = None,
 ) -> Figure:
     """Draw the outline of every body at z = 0, displaced times `amplification`, and its contacts coloured by status.
 
@@ -75,7 +81,7 @@ def deformed(
 
     Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
     ten, never below 1). under_gravity: control displacement (m) that the one in the title is counted from. moment:
-    what the title begins with; loads: weights in words.
+    what the title begins with; loads: weights in words. ties: drawn with their forces.
     """
     plane = increment.displacement[: len(meshes.nodes), :2]
     supports = [body.exterior for body in bodies.bodies[bodies.moving :]]
@@ -87,11 +93,14 @@ def deformed(
     state = f"Load multiplier {multiplier}, base shear {shear} kN"
     drawn = f"control displacement {control} mm, displacements drawn × {factor:g}"
     title = "\n".join(filter(None, [moment, state, loads, drawn]))
-    figure, axes = wall_figure(np.vstack([moved, *supports]), title, name)
+    bars = np.empty((0, 2, 2)) if ties is None else ties.ends + factor * ties.moved(increment)
+    figure, axes = wall_figure(np.vstack([moved, *supports, bars.reshape(-1, 2)]), title, name)
     for number in range(bodies.moving):
         axes.add_patch(PathPatch(outline(meshes, number, moved), facecolor=STONE, edgecolor="#888888", linewidth=0.5))
     draw_supports(axes, supports)
     _draw_contacts(axes, interface_pieces(bodies, meshes, contacts), increment, moved[contacts.slave_node])
+    if ties is not None:
+        _draw_ties(axes, bars, increment.tie_force, ties.states(increment))
     legend_below(axes, 3)
     return figure
 
@@ -194,6 +203,19 @@ def _draw_contacts(
     damage = increment.damage[contact]
     if (damaged := damage > DAMAGED).any():
         _draw_damage(axes, corners[damaged], damage[damaged])
+
+
+def _draw_ties(axes: Axes, bars: FloatArray, force: FloatArray, states: Sequence[State]) -> None:
+    """Draw ties (m, 2, 2) in m by what they do, each with its force (m,) in N over its middle."""
+    for state, (colour, width, dashes) in TIES.items():
+        chosen = bars[[one == state for one in states]]
+        if len(chosen):
+            draw_segments(axes, chosen, colour, width, f"tie, {state}").set_linestyle(dashes)
+    halo: list[AbstractPathEffect] = [withStroke(linewidth=2.0, foreground="white", alpha=0.8)]
+    for bar, pull in zip(bars, force.tolist(), strict=True):
+        said, (x, y) = f"{printed('force', pull)} kN", bar.mean(axis=0).tolist()
+        above = axes.annotate(said, (x, y), (0, 3), textcoords="offset points", ha="center", fontsize=8, zorder=6)
+        above.set_path_effects(halo)
 
 
 def _draw_damage(axes: Axes, segments: FloatArray, damage: FloatArray) -> None:

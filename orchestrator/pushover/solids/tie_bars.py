@@ -148,23 +148,10 @@ def find_ties(wall: Wall, bodies: Bodies, meshes: BodyMeshes, ties: Sequence[Tie
     if not ties:
         return None
     refuse_rigid(ties)
-    body_of_block = {int(block): body.number for body in bodies.bodies for block in body.blocks}
-    place = {block.id: position for position, block in enumerate(wall.blocks)}
-    body = np.full((len(ties), 2), ANCHOR)
-    weights = sparse.lil_matrix((len(ties), len(meshes.nodes)))
-    for number, tie in enumerate(ties):
-        for side, (block, point) in enumerate(zip(tie.blocks, (tie.start, tie.end), strict=False)):
-            owner = body_of_block[place[block]]
-            if owner >= bodies.moving:
-                continue
-            body[number, side] = owner
-            points, share = through_thickness(np.array([point]), np.ones(1), bodies.thickness)
-            node, weight = held_by(points, meshes, owner)
-            for n, w in zip(node.ravel().tolist(), (share[:, None] * weight).ravel().tolist(), strict=True):
-                weights[number, n] += w if side else -w
+    body, ends = ends_of_ties(wall, bodies, meshes, ties)
     apart = np.array([tie.end for tie in ties], dtype=float) - np.array([tie.start for tie in ties], dtype=float)
     along = apart / np.linalg.norm(apart, axis=1)[:, None]
-    spread, strength = weights.tocsr(), np.array([tie.strength for tie in ties], dtype=float)
+    spread, strength = (ends[1::2] - ends[::2]).tocsr(), np.array([tie.strength for tie in ties], dtype=float)
     return TieBars(
         body=read_only(body, np.int64),
         apart=read_only(apart),
@@ -177,6 +164,28 @@ def find_ties(wall: Wall, bodies: Bodies, meshes: BodyMeshes, ties: Sequence[Tie
         offset=read_only(np.zeros(len(ties))),
         along=read_only(along),
     )
+
+
+def ends_of_ties(
+    wall: Wall, bodies: Bodies, meshes: BodyMeshes, ties: Sequence[Tie]
+) -> tuple[IntArray, sparse.csr_matrix]:
+    """Return the body (m, 2) of both ends, ANCHOR for none, and the weights (2 m, nodes) of nodal displacements in
+    those of the ends: start and end of the first tie, then of the next."""
+    body_of_block = {int(block): body.number for body in bodies.bodies for block in body.blocks}
+    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    body = np.full((len(ties), 2), ANCHOR)
+    weights = sparse.lil_matrix((2 * len(ties), len(meshes.nodes)))
+    for number, tie in enumerate(ties):
+        for side, (block, point) in enumerate(zip(tie.blocks, (tie.start, tie.end), strict=False)):
+            owner = body_of_block[place[block]]
+            if owner >= bodies.moving:
+                continue
+            body[number, side] = owner
+            points, share = through_thickness(np.array([point]), np.ones(1), bodies.thickness)
+            node, weight = held_by(points, meshes, owner)
+            for n, w in zip(node.ravel().tolist(), (share[:, None] * weight).ravel().tolist(), strict=True):
+                weights[2 * number + side, n] += w
+    return body, weights.tocsr()
 
 
 def refuse_rigid(ties: Sequence[Tie]) -> None:

@@ -6,7 +6,7 @@
   const [picture, chart, slider, play, factor] = ["picture", "chart", "slider", "play", "factor"].map(byId);
   const states = ["open", "stick", "slip", "hair"];
   const colours = ["#0072b2", "#d55e00"];
-  let model = 0, timer = null, bodies = [], joints = [], damaged = [];
+  let model = 0, timer = null, bodies = [], joints = [], damaged = [], ties = [];
 
   // a phrase with its places filled; numbers as the language of the page writes them
   const local = (number) => document.documentElement.lang === "en" ? String(number) : String(number).replace(".", ",");
@@ -57,6 +57,8 @@
     damaged = Array.from({ length: 9 }, (_, k) => element(picture, "path", { class: "joint damage", "stroke-opacity": (k + 1) / 9 }));
     joints = states.map((name) => element(picture, "path", { class: `joint ${name}` }));
     picture.append(joints[1], joints[3], joints[2], joints[0]);
+    ties = shown.ties.map(() => element(picture, "line", {}));
+    byId("tied").hidden = !ties.length;
     byId("damaged").hidden = !shown.frames.some((frame) => frame.damage);
     slider.max = shown.frames.length - 1;
     const peak = shown.frames.reduce((best, frame, k) => (frame.shear > shown.frames[best].shear ? k : best), 0);
@@ -83,6 +85,15 @@
     });
     lines.forEach((line, k) => joints[k].setAttribute("d", line));
     damaged.forEach((path, k) => path.setAttribute("d", bands[k + 1]));
+    ties.forEach((line, k) => {
+      line.setAttribute("class", `tie ${frame.ties[k].state}`);
+      shown.ties[k].forEach(([x, y], end) => {
+        const [u, v] = frame.ties[k].moved[end];
+        line.setAttribute(`x${end + 1}`, x + times * u);
+        line.setAttribute(`y${end + 1}`, -(y + times * v));
+      });
+    });
+    const pulls = frame.ties.map((tie) => local((tie.force / 1e3).toPrecision(4))).join("; ");
     const broken = [...frame.damage].filter((digit) => digit === "9").length, some = [...frame.damage].filter((digit) => digit !== "0").length;
     const said = filled(words.state, {
       number: frame.increment, phase: frame.row === 0 ? words.gravity : words[frame.phase] ?? frame.phase,
@@ -90,7 +101,7 @@
       moved: local((1e3 * frame.moved).toPrecision(4)), open: count[0] + count[3], hair: count[3],
       limit: local("0.01"), slip: count[2], points: shown.pieces.length,
     });
-    byId("state").textContent = said + (some ? filled(words.damaged, { some, broken }) : "") + filled(words.drawn, { times });
+    byId("state").textContent = said + (pulls ? filled(words.ties, { forces: pulls }) : "") + (some ? filled(words.damaged, { some, broken }) : "") + filled(words.drawn, { times });
     mark(frame);
   }
 
