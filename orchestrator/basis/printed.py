@@ -40,6 +40,11 @@ def millimetres(length: float) -> str:
     return f"{float(f'{1e3 * abs(length):.2g}'):g} mm"
 
 
+def marked(figure: Figure, value: float | None, closed: bool) -> str:
+    """Return a figure as it is printed, in brackets where it is of a state that was not closed."""
+    return printed(figure, value) if closed or value is None else f"({printed(figure, value)})"
+
+
 def few(things: Sequence[object], separator: str = ", ") -> str:
     """Return the first things of a list in one line, and how many more there are."""
     return separator.join(map(str, things[:FEW])) + f" and {len(things) - FEW} more" * (len(things) > FEW)

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, ratio
 from orchestrator.assessment.sensitivity import value_of_range
-from orchestrator.basis.printed import Figure, printed
+from orchestrator.basis.printed import Figure, marked, printed
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import Partition
@@ -64,10 +64,9 @@ def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
     shear = printed("force", state.load_multiplier * analysis.horizontal_load)
     angle = analysis.tilt_angle(state)
     tilt = "" if angle is None else f"{math.degrees(angle):.2f}"
-    multiplier = printed("limit multiplier", state.load_multiplier)
-    marked = multiplier if state.converged else f"({multiplier})"
+    multiplier = marked("limit multiplier", state.load_multiplier, state.converged)
     effort = [str(len(state.records)), f"{seconds:.2f}", *(f"{residual:.0e}" for residual in residuals)]
-    return [marked, shear, tilt, *effort]
+    return [multiplier, shear, tilt, *effort]
 
 
 def bodies_table(wall: Wall, partition: Partition, bodies: Bodies) -> Table:
@@ -217,11 +216,11 @@ def load_cases_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
     }  # fmt: skip
     for row in rows:
         model = f"{row['model']} FE" if row["model"] else "no curve"
-        marked = model + ", NOT VALID" * (row["valid"] is False)
+        named = model + ", NOT VALID" * (row["valid"] is False)
         cells = {key: printed(figure, row[key]) if row[key] != "" else "" for key, figure in figures.items()}
         if row["valid"] is True and row["peak_reached"] is False:
             cells |= {key: AT_LEAST + cells[key] for key in ("peak_multiplier", "peak_base_shear_N")}
         if row["last_rest"] is True:
             cells["non_associative"] = f"({cells['non_associative']})"
-        table.add_row(escape(row["load_case"]), marked, *cells.values())
+        table.add_row(escape(row["load_case"]), named, *cells.values())
     return table

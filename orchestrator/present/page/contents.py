@@ -186,6 +186,7 @@ def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
                 "yield_residual": state.yield_residual,
                 "power": state.power_residual,
                 "headline": state is run.analysis.headline,
+                "closed": state.converged,
             }
 
 

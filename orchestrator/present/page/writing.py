@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from orchestrator.basis.printed import FORMS, Figure, printed
+from orchestrator.basis.printed import FORMS, Figure, marked, printed
 from orchestrator.present.environment import environment_of
 from orchestrator.present.page.contents import contents, picture
 from orchestrator.present.page.verdict_page import verdict_contents
@@ -60,7 +60,8 @@ def render(values: dict[str, Any]) -> str:
 
 def _environment(language: Language) -> Environment:
     environment = environment_of("orchestrator.present.page")
-    for name, filtering in (("shown", shown), ("fixed", fixed), ("small", small), ("printed", _printed)):
+    filters = {"shown": shown, "fixed": fixed, "small": small, "printed": _printed, "marked": _marked}
+    for name, filtering in filters.items():
         environment.filters[name] = _localised(filtering, language)
     environment.globals |= {"t": _told(phrases(language)), "factor_of": _factor_of}
     return environment
@@ -93,6 +94,10 @@ def _printed(value: float | None, kind: Figure) -> str:
     return printed(kind, value)
 
 
+def _marked(value: float | None, kind: Figure, closed: bool) -> str:
+    return marked(kind, value, closed)
+
+
 def shown(value: float | None, digits: int = 4, factor: float = 1.0) -> str:
     """Return a number with so many significant digits, a count as it is; a dash for none."""
     if value is None or isinstance(value, int):
@@ -103,7 +108,7 @@ def shown(value: float | None, digits: int = 4, factor: float = 1.0) -> str:
 
 def fixed(value: float, decimals: int = 3, factor: float = 1.0) -> str:
     """Return a number with so many decimals, for columns of lengths."""
-    return f"{value * factor + 0.0:.{decimals}f}"
+    return f"{round(value * factor, decimals) + 0.0:.{decimals}f}"
 
 
 def small(value: float | None) -> str:

@@ -68,14 +68,16 @@ def _frame(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     return low, high, float(np.min(np.array(LARGEST_DRAWING) / (high - low)))
 
 
-def text_ends(points: FloatArray, middle: FloatArray, text: str, size: float) -> FloatArray:
-    """Return the ends (2, 2) in m of a text of a size in points, centred on `middle` (2,), in a `wall_figure` of points
-    (n, 2) and these ends."""
-    half = 0.5 * TextPath((0.0, 0.0), text, size=size).get_extents().width / 72
-    ends = np.stack([middle, middle])
+def text_ends(points: FloatArray, place: FloatArray, side: int, text: str, size: float) -> FloatArray:
+    """Return the ends (2, 2) in m of a text of a size in points, in a `wall_figure` of points (n, 2) and these ends.
+
+    side: 1 to the right of its `place` (2,), -1 to the left of it, 0 centred on it.
+    """
+    width = TextPath((0.0, 0.0), text, size=size).get_extents().width / 72
+    ends = np.stack([place, place])
     for _ in range(3):  # the wider the figure, the smaller its scale
         scale = _frame(np.vstack([points, ends]))[2]
-        ends = middle + np.array([[-half / scale, 0.0], [half / scale, 0.0]])
+        ends = place + 0.5 * width / scale * np.array([[side - 1.0, 0.0], [side + 1.0, 0.0]])
     return ends
 
 

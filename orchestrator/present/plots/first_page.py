@@ -10,6 +10,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.printed import printed
 from orchestrator.loads.block_loads import LoadSettings
 from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads, upper_edges
 from orchestrator.masonry.joints import Assemblage
@@ -57,14 +58,16 @@ def given(
     figure, axes = wall_canvas(wall, np.vstack([beside, load_label(shown, arrow, name)]), weight_words(sums))
     draw_blocks(axes, wall)
     _draw_classes(axes, assemblage, class_of_joint)
-    for one in load.dead:
+    for one, extra in zip(load.dead, sums.extra, strict=True):
         _draw_dead(axes, wall, one, size)
+        total = f"dead load, {extra.name}: {printed('weight', extra.resultant)} kN"
+        axes.collections[-1].set_label(total + ", with its mass" * extra.inertia)
     top = free[:, 1].max()
     line = np.array([[[free[:, 0].min(), top], [free[:, 0].max(), top]]])
     draw_segments(axes, line, "black", 2.5, "height of the control displacement").set_linestyle([(0, (0.1, 2.0))])
     for strength in sorted({tie.strength for tie in ties}):
         bars = [np.array([tie.start, tie.end]) for tie in ties if tie.strength == strength]
-        draw_segments(axes, bars, INK, 2.0, f"tie, {strength / 1e3:.4g} kN")
+        draw_segments(axes, bars, INK, 2.0, f"tie, {printed('force', strength)} kN")
     draw_load(axes, arrow, name)
     number_blocks(axes, wall)
     legend_below(axes, 3)
@@ -93,12 +96,9 @@ def _draw_dead(axes: Axes, wall: Wall, load: DeadLoad, size: float) -> None:
         ]
     )
     arrows = np.stack([points + [0.0, DRAWN_LOAD * size], points], axis=1)
-    total = float(placed.size.sum()) / 1e3
-    label = f"dead load {total:.4g} kN{', with its mass' * load.inertia}"
     head = 0.25 * DRAWN_LOAD * size
     barbs = [np.stack([points + [side * head, 1.6 * head], points], axis=1) for side in (-0.6, 0.6)]
     drawn = LineCollection(list(np.concatenate([arrows, *barbs])), colors=VERMILLION, linewidths=0.9, zorder=4)
-    drawn.set_label(label)
     axes.add_collection(drawn, autolim=False)
 
 

@@ -16,7 +16,7 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from orchestrator.assessment.capacity import Bilinear, Capacity
 from orchestrator.basis.arrays import FloatArray, IntArray
-from orchestrator.basis.printed import printed
+from orchestrator.basis.printed import marked, printed
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.present.joint_pieces import (
@@ -121,7 +121,8 @@ def curves(
     for (label, (curve, capacity)), (colour, style) in zip(models.items(), MODELS * len(models), strict=False):
         draw_curve(axes, curve, colour, style, label)
         peak = (1e3 * capacity.displacement_at_peak, capacity.peak_base_shear / 1e3)
-        said = f"peak {printed('force', capacity.peak_base_shear)} kN (λ = "
+        least = ("≥ ", "≥") if not capacity.peak_reached and not not_valid else ("", "=")
+        said = f"peak {least[0]}{printed('force', capacity.peak_base_shear)} kN (λ {least[1]} "
         said += f"{printed('multiplier', capacity.peak_multiplier)}) at "
         said += f"{printed('displacement', capacity.displacement_at_peak)} mm"
         axes.plot(*peak, "o", color=colour, markeredgecolor="white", markersize=8, label=said, zorder=4)
@@ -251,8 +252,8 @@ def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     found = analysis.non_associative_range
     if found is None:
         return
-    rule, multiplier = headline.flow_rule.replace("_", " "), printed("multiplier", headline.load_multiplier)
-    said = f"micro-LA, non-associative ({rule}): λ = {multiplier}"
+    rule = f"non-associative ({headline.flow_rule})" if headline.converged else "last rest"
+    said = f"micro-LA, {rule}: λ = {marked('multiplier', headline.load_multiplier, headline.converged)}"
     axes.axhline(headline.load_multiplier * kilonewtons, color=INK, linestyle="--", linewidth=1.2, label=said)
     low, high = (printed("multiplier", end) for end in found)
     if low != high:

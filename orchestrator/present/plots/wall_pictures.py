@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.printed import marked
 from orchestrator.geometry.rigid import polygon_centroid, velocity_of_points
 from orchestrator.limit_analysis.paper.limit_state import LimitState, Mechanism
 from orchestrator.macroblocks.criteria import Partition
@@ -49,6 +50,8 @@ MATERIALS = (STONE, "#ee8866", "#77aadd", "#eedd88", "#44bb99", "#ffaabb", "#bbc
 """fills of blocks by material: that of stone, then Tol's"""
 LOAD_LABEL = 8.0
 """size of the name of a load, points"""
+UPRIGHT = 0.05
+"""slope of an arrow below which it is upright: its name is centred over it"""
 ARROW = 0.12
 """length of the load arrow, part of the wall's largest dimension"""
 WIDEST, THINNEST = 5.0, 0.5
@@ -125,7 +128,7 @@ def mechanism(
     displaced = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
     before = [block.polygon for block in wall.blocks]
     arrow = _arrow_of(wall, state, direction)
-    answer = answer or f"load multiplier {state.load_multiplier:.4f}"
+    answer = answer or f"load multiplier {marked('multiplier', state.load_multiplier, state.converged)}"
     drawn = f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
     found = f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}"
     title = "\n".join(filter(None, [found, loads, f"largest displacement drawn as {drawn}"]))
@@ -269,10 +272,10 @@ def draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
     axes.annotate("", tip, tail, arrowprops=style, zorder=5)
     axes.annotate(
         load_name,
-        tuple(_above(arrow).tolist()),
+        tuple(_above(arrow)[0].tolist()),
         (0, 6),
         textcoords="offset points",
-        ha="center",
+        ha={-1: "right", 0: "center", 1: "left"}[_above(arrow)[1]],
         color=VERMILLION,
         fontsize=LOAD_LABEL,
         zorder=5,
@@ -281,12 +284,15 @@ def draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
 
 def load_label(points: FloatArray, arrow: FloatArray, load_name: str) -> FloatArray:
     """Return the ends (2, 2) in m of what `draw_load` writes over an arrow, in a `wall_figure` of points (n, 2)."""
-    return text_ends(points, _above(arrow), load_name, LOAD_LABEL)
+    return text_ends(points, *_above(arrow), load_name, LOAD_LABEL)
 
 
-def _above(arrow: FloatArray) -> FloatArray:
-    """Return the point (2,) over the middle of an arrow (2, 2) at which its name stands."""
-    return np.array([arrow[:, 0].mean(), arrow[:, 1].max()])
+def _above(arrow: FloatArray) -> tuple[FloatArray, int]:
+    """Return the point (2,) over an arrow (2, 2) at which its name stands, and the side to which it goes on: over the
+    tip and away from the wall; 0: centred over an upright arrow."""
+    (tail, _), (tip, _) = arrow
+    outwards = int(np.sign(tail - tip)) if abs(tail - tip) > UPRIGHT * float(np.ptp(arrow, axis=0).max()) else 0
+    return np.array([tip, arrow[:, 1].max()]), outwards
 
 
 def _draw_thrust(axes: Axes, assemblage: Assemblage, state: LimitState, displacements: FloatArray) -> None:

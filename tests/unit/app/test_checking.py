@@ -243,12 +243,15 @@ def test_the_picture_shows_loads_classes_and_supports(given):
     words = [f"cohesion {one.cohesion:g}" for one in class_of_joint(assemblage)]
     axes = plots.given(assemblage, case.load, words).axes[0]
     labels = axes.get_legend_handles_labels()[1]
-    assert {"dead load 24 kN, with its mass", "dead load 6 kN", "support", "cohesion 200000"} <= {*labels}
-    drawn = {line.get_label(): line for line in axes.collections if isinstance(line, LineCollection)}
-    arrows = np.array(drawn["dead load 6 kN"].get_segments())
+    assert {"support", "cohesion 200000"} <= {*labels}
+    loads = [label.rpartition(": ")[2] for label in labels if label.startswith("dead load, ")]
+    assert loads == ["24.000 kN, with its mass", "6.000 kN"]
+    lines = [line for line in axes.collections if isinstance(line, LineCollection)]
+    drawn = {line.get_label().rpartition(": ")[2]: line for line in lines}
+    arrows = np.array(drawn["6.000 kN"].get_segments())
     tips = {tuple(np.round(tip, 6)) for tip in arrows[:, 1]}
     assert tips == {(0.5, 0.25), (1.5, 0.25)}, "forces act at centroids"
-    assert np.allclose(np.array(drawn["dead load 24 kN, with its mass"].get_segments())[:, 1, 1], 0.7), "on the top"
+    assert np.allclose(np.array(drawn["24.000 kN, with its mass"].get_segments())[:, 1, 1], 0.7), "on the top"
     bonded = np.array(drawn["cohesion 200000"].get_segments())
     assert np.allclose(bonded[..., 1], 0.5)
     assert sum(len(one.get_paths()) for one in axes.collections if isinstance(one, PolyCollection)) == 4

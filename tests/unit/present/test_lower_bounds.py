@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 from orchestrator import storage
+from orchestrator.assessment.capacity import Capacity
 from orchestrator.limit_analysis import analyse
+from orchestrator.present import plots
 from orchestrator.present.answer import answer_of_limit
 from orchestrator.present.phrases import phrases
 from orchestrator.present.tables import load_cases_table, run_table
 from orchestrator.present.verdict import kind_of, sentence
+from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.storage.notes import COARSE_TOES
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.pushed import PUSHED
@@ -75,3 +80,24 @@ def test_a_peak_far_above_the_bound_where_joints_crush_is_doubted_in_remarks_and
     assert (COARSE_TOES in sentence(whole)) is (said > 0)
     assert COARSE_TOES not in sentence(whole, phrases("it"))
     assert kind_of(whole.rows[0], found) == "peak of a curve"
+
+
+def test_pictures_and_page_bracket_a_last_rest_and_say_at_least_of_a_peak_that_was_not_reached():
+    found = analyse(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]))
+    rest = replace(found, path=replace(found.headline, flow_rule="last_rest", converged=False))
+    shear, none, counts = np.array([0.0, 5.0]), np.zeros(2), np.zeros(2, int)
+    columns = (counts, none, shear, shear, shear, 1e-3 * shear, none, none, *4 * [counts], none, counts, counts, "")
+    curve, capacity = PushoverCurve(*columns), Capacity(5.0, 0.5, 0.005, 0.005, 1e3, 0.0, False)
+    assert [line for line in limit_lines(found, capacity, curve) if "micro-LA, non-associative (path): λ = 0.5" in line]
+    (line,) = [line for line in limit_lines(rest, capacity, curve) if "non-assoc" in line or "rest" in line]
+    assert re.fullmatch(r"micro-LA, last rest: λ = \(0\.5\d+\)", line)
+    title = plots.mechanism(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]), rest.headline, np.array([1.0, 0]))
+    assert "(last rest): load multiplier (0.5" in title.axes[0].get_title()
+    assert any(line.startswith("peak ≥ 0.005") and "λ ≥ 0.5" in line for line in limit_lines(found, capacity, curve))
+    for line in (*limit_lines(rest, capacity, curve), title.axes[0].get_title().splitlines()[1]):
+        assert phrases("it")(line) != line
+
+
+def limit_lines(analysis, capacity, curve):
+    figure = plots.curves({"macroblock FE (3 bodies)": (curve, capacity)}, analysis, "")
+    return [text.get_text() for text in figure.legends[0].get_texts()]

@@ -11,7 +11,7 @@ import pytest
 from orchestrator.basis.errors import CaseError
 from orchestrator.present.page.collapse import chosen_rows, ninths, packed
 from orchestrator.present.page.damage import damage_sequence
-from orchestrator.present.page.writing import shown
+from orchestrator.present.page.writing import fixed, shown
 from orchestrator.storage import ContactPlaces
 from orchestrator.storage.stored_run import read_run
 
@@ -96,6 +96,10 @@ def test_rows_thinned_out_keep_both_ends_and_the_peak():
 )
 def test_numbers_as_shown(value, factor, text):
     assert shown(value, 4, factor) == text
+
+
+def test_what_rounding_leaves_below_zero_is_zero():
+    assert [fixed(value) for value in (-1e-17, -4e-4, -6e-4, 0.0)] == ["0.000", "0.000", "-0.001", "0.000"]
 
 
 def test_a_folder_without_a_finished_run_is_named(tmp_path):
