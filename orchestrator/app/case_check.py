@@ -54,7 +54,7 @@ def check(case: Case, place: str, figures: Path, console: Console) -> int:
         console.print(f"{place}: {remark}", soft_wrap=True, markup=False)
     names = {name: "_".join(filter(None, ["blocks", name])) for name in cases}
     with shown(console, "check", "picture"):
-        pictures = ", ".join(str(write_given(figures, one, assemblage, names[name])) for name, one in cases.items())
+        pictures = ", ".join(str(write_given(figures, one, assemblage, names[name])[0]) for name, one in cases.items())
     free = sum(not block.fixed for block in wall.blocks)
     counted = f"{free} blocks, {assemblage.joints.count} joints"
     counted += f", {len(cases)} load cases" if case.load.cases else ""

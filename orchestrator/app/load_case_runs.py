@@ -229,7 +229,7 @@ def _presented(folder: Path) -> tuple[tuple[dict[str, Any], ...], Verdict]:
 
 def _answered(entry: dict[str, Any], folder: Path) -> Answered:
     summary = storage.read_summary(folder) if (folder / "summary.json").is_file() else None
-    return Answered(entry["name"], entry["direction"], entry["distribution"], summary, "; ".join(entry["complaints"]))
+    return Answered(entry["name"], entry["direction"], entry["distribution"], summary, tuple(entry["complaints"]))
 
 
 def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:

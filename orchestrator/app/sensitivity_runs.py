@@ -172,7 +172,7 @@ def governing(answers: Sequence[Answered], remarks: Sequence[str]) -> dict[str, 
     summary = next(answer.summary for answer in answers if answer.name == row["load_case"])
     assert summary is not None
     left_out = f"{found.not_made} check{'s' * (found.not_made > 1)} could not be made" if found.not_made else ""
-    remark = "; ".join(text for text in (left_out, row["remarks"]) if text)
+    remark = "; ".join(text for text in (left_out, *row["remarks"]) if text)
     kind = kind_of(row, summary)
     if found.not_made and row["safety_ratio"] != "":
         kind += f", {found.not_made} not made"

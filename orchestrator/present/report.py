@@ -52,10 +52,10 @@ def write_segmentation(
     plots.save(plots.macroblocks(assemblage, partition), figures, "macroblocks", language)
 
 
-def write_given(figures: Path, case: Case, assemblage: Assemblage, name: str = "blocks") -> Path:
-    """Draw what a case gives: numbered blocks, loads, ties, classes of joints; return the picture."""
+def write_given(figures: Path, case: Case, assemblage: Assemblage, name: str = "blocks") -> list[Path]:
+    """Draw what a case gives: numbered blocks, loads, ties, classes of joints; return the files."""
     picture = plots.given(assemblage, case.load, class_words(assemblage), case.reinforcement.ties)
-    return plots.save(picture, figures, name, case.project.language)[0]
+    return plots.save(picture, figures, name, case.project.language)
 
 
 def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:

@@ -31,18 +31,19 @@ State = Literal["verified", "not verified", "open", "strength", "nothing"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Answered:
-    """What one load case has answered: its name, live load, and summary (None where there is none)."""
+    """What one load case has answered: its name, live load, and summary (None where there is none: complaints)."""
 
     name: str
     direction: str
     distribution: str
     summary: Summary | None
-    complaint: str = ""
+    complaints: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Verdict:
-    """rows: those of the table (keys COLUMNS); state; governing: the row that governs, None where nothing counts."""
+    """rows: those of the table (keys COLUMNS; remarks are a tuple); state; governing: the row that governs, None where
+    nothing counts."""
 
     case: str
     rows: tuple[dict[str, Any], ...]
@@ -94,9 +95,9 @@ def _governing(rows: Sequence[dict[str, Any]], asked: Sequence[dict[str, Any]]) 
 
 def _rows(answer: Answered) -> list[dict[str, Any]]:
     about = {"load_case": answer.name, "direction": answer.direction, "distribution": answer.distribution}
-    row = dict.fromkeys(COLUMNS, "") | about
+    row = dict.fromkeys(COLUMNS, "") | about | {"remarks": ()}
     if answer.summary is None:
-        return [row | {"limit_state": STRENGTH, "verified": "not made", "remarks": answer.complaint}]
+        return [row | {"limit_state": STRENGTH, "verified": "not made", "remarks": answer.complaints}]
     checks = [_check(check) for check in (answer.summary.seismic["checks"] if answer.summary.seismic else ())]
     strength = _strength(answer.summary)
     if any(check["verified"] == "not made" for check in checks):
@@ -107,10 +108,10 @@ def _rows(answer: Answered) -> list[dict[str, Any]]:
 def _check(check: Mapping[str, Any]) -> dict[str, Any]:
     row = {"limit_state": check["limit_state"], "check": check["approach"]}
     if "refused" in check:
-        return row | {"verified": "not made", "remarks": check["refused"]}
+        return row | {"verified": "not made", "remarks": (check["refused"],)}
     keys = ("ag_m_per_s2", "demand", "capacity", "unit", "capacity_ag_m_per_s2", "safety_ratio", "clause")
     passed = "yes" if check["safety_ratio"] >= 1.0 else "no"
-    return row | {key: check[key] for key in keys} | {"verified": passed, "remarks": "; ".join(check["remarks"])}
+    return row | {key: check[key] for key in keys} | {"verified": passed, "remarks": tuple(check["remarks"])}
 
 
 def kind_of(row: Mapping[str, Any], summary: Summary) -> str:
@@ -139,14 +140,14 @@ def _of_curve(pushed: PushoverSummary, bound: float) -> dict[str, Any]:
         "check": check,
         "capacity": pushed.peak_base_shear,
         "multiplier": pushed.peak_multiplier,
-        "remarks": "; ".join(said),
+        "remarks": tuple(said),
     }
 
 
 def _of_limit_analysis(limit: LimitSummary, doubts: list[str]) -> dict[str, Any]:
     said = [*([] if limit.converged else [_open(limit)]), *doubts]
     found = {"check": LIMIT, "capacity": limit.base_shear, "multiplier": limit.multiplier}
-    return found | {"remarks": "; ".join(said), "verified": "not made" if said else ""}
+    return found | {"remarks": tuple(said), "verified": "not made" if said else ""}
 
 
 def _open(limit: LimitSummary) -> str:
@@ -167,7 +168,7 @@ def sentence(found: Verdict, say: Callable[[str], str] = str) -> str:
     if found.not_made:
         doubt = "1 check could not be made" if found.not_made == 1 else "{count} checks could not be made"
         text += "; " + say(doubt).format(count=found.not_made)
-    if any(COARSE_TOES in row["remarks"] for row in found.rows) and say(COARSE_TOES) not in text:
+    if any(COARSE_TOES in remark for row in found.rows for remark in row["remarks"]) and say(COARSE_TOES) not in text:
         text += "; " + say(COARSE_TOES)
     if found.state == "strength":
         text += "; " + say("no ground acceleration was given, so nothing is verified")
@@ -181,7 +182,7 @@ def _body(found: Verdict, say: Callable[[str], str]) -> str:
     if found.state == "strength":
         said = say("{load_case} governs with the least base shear, {shear} kN (load multiplier {multiplier}, {check})")
         values = {"shear": printed("force", row["capacity"]), "multiplier": printed("multiplier", row["multiplier"])}
-        remarks = f" ({'; '.join(map(say, row['remarks'].split('; ')))})" if row["remarks"] else ""
+        remarks = f" ({'; '.join(map(say, row['remarks']))})" if row["remarks"] else ""
         return said.format(load_case=say(row["load_case"]), check=say(row["check"]), **values) + remarks
     words = {"verified": "VERIFIED", "not verified": "NOT VERIFIED", "open": "NOT YET VERIFIED"}[found.state]
     text = (

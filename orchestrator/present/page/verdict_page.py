@@ -37,7 +37,8 @@ def verdict_of(case: Case, summary: storage.Summary) -> Verdict:
 def write_verdict(folder: Path, found: Verdict) -> Path:
     """Write verdict.csv into a run folder; return its path."""
     path = folder / "verdict.csv"
-    storage.write_csv(path, COLUMNS, ([row[name] for name in COLUMNS] for row in found.rows))
+    rows = (row | {"remarks": "; ".join(row["remarks"])} for row in found.rows)
+    storage.write_csv(path, COLUMNS, ([row[name] for name in COLUMNS] for row in rows))
     return path
 
 
@@ -53,7 +54,6 @@ def _row(row: dict[str, Any], language: Language) -> dict[str, Any]:
             "ground": f"{row['capacity_ag_m_per_s2']:.3g} / {row['ag_m_per_s2']:.3g}",
             "ratio": printed("ratio", row["safety_ratio"]),
         }
-    if strength:
-        row = row | {"remarks": "; ".join(map(phrases(language), row["remarks"].split("; ")))}
+    row = row | {"remarks": "; ".join(map(phrases(language), row["remarks"]))}
     keys = ("load_case", "limit_state", "check", "verified", "governs", "remarks")
     return {key: row[key] for key in keys} | {key: in_language(text, language) for key, text in shown.items()}

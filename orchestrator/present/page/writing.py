@@ -60,7 +60,13 @@ def render(values: dict[str, Any]) -> str:
 
 def _environment(language: Language) -> Environment:
     environment = environment_of("orchestrator.present.page")
-    filters = {"shown": shown, "fixed": fixed, "small": small, "printed": _printed, "marked": _marked}
+    filters: dict[str, Callable[..., str]] = {
+        "shown": shown,
+        "fixed": fixed,
+        "small": small,
+        "printed": _printed,
+        "marked": _marked,
+    }
     for name, filtering in filters.items():
         environment.filters[name] = _localised(filtering, language)
     environment.globals |= {"t": _told(phrases(language)), "factor_of": _factor_of}

@@ -45,7 +45,7 @@ def check_curve(
         "static theorem": (beyond, BEYOND, "is what the peak is above the associative multiplier"),
     }
     failed = {
-        name: f"{value:.2e} {meaning}; at most {bound:g} is acceptable"
+        name: f"{value:.2e} (at most {bound:g}) {meaning}"
         for name, (value, bound, meaning) in found.items()
         if not value <= bound
     }

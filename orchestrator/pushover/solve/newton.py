@@ -228,9 +228,8 @@ def _restless_joints(model: ContactModel, earlier: Iterate, iterate: Iterate) ->
     )
     if not joints:
         return ""
-    named = [" and ".join(model.body_names[body] for body in sorted(joint)) for joint in list(joints)[:3]]
-    more = f" and {len(joints) - 3} more" if len(joints) > 3 else ""
-    return f", contacts change between {'; '.join(named)}{more}"
+    named = [" | ".join(model.body_names[body] for body in sorted(joint)) for joint in list(joints)[:3]]
+    return f", contacts change between {'; '.join([*named, *['...'] * (len(joints) > 3)])}"
 
 
 def _error(iterate: Iterate, settings: NewtonSettings) -> float:

@@ -60,7 +60,7 @@ def test_without_ground_acceleration_the_least_base_shear_governs_and_nothing_is
 def test_curves_that_are_not_valid_leave_limit_analysis_and_say_so():
     found = of(a=summary(valid=False))
     assert (found.governing["check"], found.governing["capacity"]) == ("limit analysis", 8e3)
-    assert found.governing["remarks"] == "no curve is valid"
+    assert found.governing["remarks"] == ("no curve is valid",)
     assert "NOTHING CAN BE SAID" in sentence(of(a=None))
 
 
@@ -107,7 +107,7 @@ def test_a_doubt_that_a_refused_check_tells_is_counted_once_as_its_record_counts
     ]
     checks = [check(1.5), *refused]
     found = of(a=summary(*checks, valid=False))
-    assert found.rows[0]["remarks"] == "no curve is valid"
+    assert found.rows[0]["remarks"] == ("no curve is valid",)
     assert "2 checks could not be made" in sentence(found)
     assert "2 could not be made" in of_record({"checks": checks})
     assert [row["verified"] for row in found.rows].count("not made") == 2

@@ -62,7 +62,7 @@ def test_cycling_just_above_the_tolerance_is_accepted_at_its_best_as_soon_as_it_
 
 def test_far_from_equilibrium_is_a_failure_that_says_how_far(monkeypatch):
     with pytest.raises(
-        ConvergenceError, match=r"2\.0e-06 of the weight after 3 iterations, contacts change between a and b"
+        ConvergenceError, match=r"2\.0e-06 of the weight after 3 iterations, contacts change between a \| b"
     ):
         solved(monkeypatch, 1.0, 3e-6, 2e-6, 5e-6, states=2, iterations=14)
 

@@ -1,0 +1,98 @@
+"""Remarks that a page shows beside a result or in place of one: each is told in the language of the report."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from orchestrator.assessment.seismic.local_mechanism import NOT_TURNING, UPPER_BOUND
+from orchestrator.present.page.verdict_page import verdict_contents
+from orchestrator.present.phrases import phrases
+from orchestrator.present.verdict import Answered, verdict
+from tests.support.verdicts import check, of, summary
+
+NEWTON = (
+    "Newton: out-of-balance force 2.1e-03 of the weight after 40 iterations, contacts change between body 1 | body 2; "
+    "body 3 | body 4; ..."
+)
+EQUILIBRIUM = "2.10e-03 (at most 0.001) of the peak is missing at the supports"
+ON_PAGES = [
+    # limit analysis
+    "joints that crush, and ties, have no path of loading: the headline is the paper's sequence",
+    "loading: no state of rest under the dead load was found",
+    "the path was not followed to its end: state closed by smoothed conditions; at rest up to 0.4047, no rest found at "
+    "0.4497",
+    "the path was not followed to its end: state closed by two programs from the mechanism at its last rest; at rest "
+    "up to 0.4047",
+    "the path was not followed to its end: state closed by the paper's sequence; the wall was not loaded, for the "
+    "number of blocks",
+    "loading: at rest up to 0.4047, but no limit state was closed there: the headline is that rest",
+    "loading: at rest up to 0.4047 and not at 0.4497, but no limit state was closed there",
+    "given up for the number of blocks: between that rest and the bound nothing is known",
+    "given up for the number of blocks: between that rest and 0.4497 nothing is known",
+    "the paper's sequence left out for so many blocks, more than 500",
+    "the paper's sequence found no state: sequence of Eq. (2): linear program ended as PrimalInfeasible after 12 "
+    "iterations",
+    # macroblocks
+    "all blocks are one macroblock: it can only slide or overturn on its support",
+    "3 joints inside macroblocks exceed a tolerance; their blocks are joined through others",
+    "tie 1 joins two stones of one macroblock: it holds nothing that could part there",
+    # curves
+    f"micro FE: stopped after increment 7 (displacement, 1.234 mm, multiplier 0.2500): {NEWTON}",
+    f"macro FE: stopped before any increment: {NEWTON}",
+    "macro FE: body 3 fell after 12.34 mm, with no contact left",
+    "micro FE: stopped after increment 7 (load, 1.234 mm, multiplier 0.2500): Newton: no motion is found: geometry: "
+    "bodies turn by 2.0e-03 more than expected",
+    "gravity: the wall keeps moving under its own weight",
+    "gravity: the wall does not stand under its own weight: block 3 falls",
+    "linear solver: refinement ends at 1e-02 of 4e+00",
+    "Newton: the solution is 6.1 mm away from where it was expected",
+    f"micro FE: equilibrium: {EQUILIBRIUM}",
+    f"micro FE: equilibrium: {EQUILIBRIUM}, and penetration: 2.10e-01 (at most 0.05) of the smaller body's size is the "
+    "depth to which two bodies overlap",
+    "macro FE: energy balance: 2.10e-01 (at most 0.05) of stored energy, friction and the live load's work is missing",
+    "macro FE: static theorem: 2.10e-01 (at most 0.05) is what the peak is above the associative multiplier",
+    "micro FE: end of the curve: it broke off: stopped after increment 7 (load, 1.234 mm, multiplier 0.2500): "
+    + NEWTON,
+    # seismic verification
+    f"the curve is not valid: equilibrium: {EQUILIBRIUM}",
+    UPPER_BOUND,
+    NOT_TURNING,
+    "analysed for a horizontal load proportional to mass, not for the load of this case",
+    "under a horizontal load proportional to mass: the load multiplier has no upper bound",
+    "a local failure: stones 3, 4 (0.12 of the weight) move, not the wall",
+    "alpha_0 is the last load at which the wall rests: no limit state was closed",
+    "the spectrum is that on the ground, not at mechanism_height",
+    "the curve ends at 12.3 mm, short of 150% of the target displacement, 20 mm (EN 1998-1 4.3.3.4.2.3)",
+    "top of block 3 does not move along the load: name another control point",
+    "the curve ends before its peak: a lower bound",
+    "the curve does not rise from the state under gravity",
+    "the curve ends before the areas can be made equal",
+    "the control displacement is zero in the first lateral increments",
+]
+LEFT = re.compile(r"\b(the|of|is|are|at|by|and|not|wall|that|which|after|with)\b")
+
+
+@pytest.mark.parametrize("remark", ON_PAGES)
+def test_a_remark_is_told_without_a_word_of_english(remark):
+    for language in ("it", "pt"):
+        told = phrases(language)(remark)
+        assert not LEFT.search(told), told
+        assert sorted(re.findall(r"\d+", told)) == sorted(re.findall(r"\d+", remark))
+
+
+def test_each_of_several_remarks_of_a_row_is_told():
+    refused = {"approach": "N2, micro-FE", "limit_state": "all", "refused": UPPER_BOUND, "remarks": []}
+    pier = "no pier reaches its limit, here 0.75%: the end of the curve stands for it, a lower bound"
+    two = check(1.5) | {"remarks": ["q* = 3.5 is above 3", pier]}
+    found = of(a=summary(refused, two, valid=False))
+    shown = [row["remarks"] for row in verdict_contents(found, "it")["rows"]]
+    assert shown[0] == "nessuna curva è valida"
+    assert shown[1] == phrases("it")(UPPER_BOUND)
+    assert shown[2].startswith("q* = 3,5 è maggiore di 3; nessun maschio")
+    answered = Answered("a", "+x", "mass", None, (ON_PAGES[-1], "gravity: the wall keeps moving under its own weight"))
+    (row,) = verdict_contents(verdict("wall", [answered]), "it")["rows"]
+    assert row["verified"] == "not made"
+    assert row["remarks"] == "; ".join(map(phrases("it"), answered.complaints))
+    assert not LEFT.search(row["remarks"])
