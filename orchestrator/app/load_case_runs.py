@@ -6,7 +6,7 @@ Under MPI the load cases are spread over ranks 1 and up, unless one of them is s
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,7 @@ from orchestrator.present.report import as_run
 from orchestrator.present.verdict import Answered, Verdict, verdict
 from orchestrator.pushover.estimate import estimate
 from orchestrator.settings.case import Case
+from orchestrator.settings.project import ProjectSettings
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -174,7 +175,7 @@ def _named(report: Report, name: str) -> Report:
 def _collected(case: Case, runs: list[LoadCaseRun], done: list[Outcome], output: Path) -> LoadCasesOutcome:
     record = {
         "case": case.name,
-        "language": case.project.language,
+        "project": asdict(case.project),
         "load_cases": [
             {
                 "name": one.name,
@@ -219,11 +220,14 @@ def _presented(folder: Path) -> tuple[tuple[dict[str, Any], ...], Verdict]:
         plots.ModelCurve(row["load_case"], row["model"], row["valid"], curve)
         for row, curve in zip(drawn, curves, strict=True)
     ]
-    language = record.get("language", "en")
+    project = ProjectSettings(**record["project"])
+    language = project.language
     plots.save(plots.load_case_curves(lines, record["case"]), folder / "figures", "curves", language)
-    found = verdict(record["case"], [_answered(entry, folder / entry["name"]) for entry in record["load_cases"]])
+    answers = [_answered(entry, folder / entry["name"]) for entry in record["load_cases"]]
+    found = verdict(record["case"], answers)
     page.write_verdict(folder, found)
-    page.write_index(folder, record["case"], rows, found, language)
+    verified = next((one.summary.seismic for one in answers if one.summary and one.summary.seismic), None)
+    page.write_index(folder, record["case"], rows, found, project, verified)
     return rows, found
 
 

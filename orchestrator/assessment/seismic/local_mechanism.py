@@ -38,7 +38,6 @@ from orchestrator.loads.block_loads import extra_dead_loads, live_loads
 from orchestrator.macroblocks.criteria import MacroblockSettings, merged
 from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
-from orchestrator.masonry.wall import GRAVITY
 
 AS_ONE = MacroblockSettings(choose="tolerances", evaluate_at="ends", tol_n=1e-3, tol_s=1e-3, tol_d=inf)
 """neighbours move as one where their joint opens and slips by less than this part of the largest displacement"""
@@ -132,15 +131,16 @@ def kinematic_checks(
         return {"refused": found}, [{"approach": "kinematic approach", "limit_state": "all", "refused": found}]
     has = found.kinematics
     acceleration = activation_acceleration(has.multiplier, has.participation, settings.confidence_factor)
+    used = has.participation if has.participation >= LOW_PARTICIPATION else 1.0
     record = {
         "state": found.flow_rule,
         "direction": 1 if direction[0] > 0 else -1,
         "alpha0": has.multiplier,
-        "alpha0_g_over_FC_m_per_s2": has.multiplier * GRAVITY / settings.confidence_factor,
         "FC": settings.confidence_factor,
         "bodies": has.bodies,
         "e_star": has.participation,
-        "a0_star_m_per_s2": acceleration,
+        "e_star_used": used,
+        "a0_star_m_per_s2": activation_acceleration(has.multiplier, used, settings.confidence_factor),
         "d0_star_m": has.displacement,
         "friction_share": has.friction_share,
         "z_m": settings.mechanism_height,

@@ -28,7 +28,6 @@ from orchestrator.present.tie_states import ShownTies, shown_ties
 from orchestrator.present.weights import has_floors, multiplier_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path import curve_checks
-from orchestrator.settings.inventory import materials
 from orchestrator.storage.stored_run import StoredModel, StoredRun
 
 ROOM = 3_000_000
@@ -64,7 +63,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "summary": run.summary,
         "verdict": verdict_contents(verdict_of(run.case, run.summary), run.case.project.language),
         "practice": practice_contents(run),
-        "case_project": run.case.project,
+        "project": run.case.project,
         "language": run.case.project.language,
         "seismic": seismic_contents(run, in_words(run.case.load)),
         "title": wall.name or run.summary.case,
@@ -101,7 +100,6 @@ def _wall(run: StoredRun) -> dict[str, Any]:
         "height": float(np.ptp(points[:, 1])),
         "thickness": wall.thickness,
         "area": float(block_areas(wall)[free].sum()),
-        "materials": materials(run.case, wall),
         "supports": int((~free).sum()),
     }
 
@@ -116,8 +114,15 @@ def _collapse(run: StoredRun) -> dict[str, Any]:
             for m in run.models
         ],
         "curves": [_points(model) for model in run.models],
-        "limit": {"associative": run.summary.limit_analysis.associative * run.analysis.horizontal_load},
+        "limit": _limit_lines(run),
     }
+
+
+def _limit_lines(run: StoredRun) -> dict[str, float]:
+    """Return the base shears of limit analysis, N: the associative bound, and the headline where it is another."""
+    limit = run.summary.limit_analysis
+    bound = {"associative": limit.bound * run.analysis.horizontal_load}
+    return bound if limit.non_associative is None else bound | {"headline": limit.base_shear}
 
 
 def _ties(run: StoredRun, model: StoredModel) -> ShownTies | None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import astuple
+from math import isfinite
 from typing import Any
 
 from orchestrator.assessment.section_forces import reactions, section_forces
 from orchestrator.assessment.seismic.settings import limit_states
-from orchestrator.settings.inventory import load_sums, materials
+from orchestrator.settings.inventory import joint_classes, load_sums, materials
 from orchestrator.storage.stored_run import StoredRun
 
 SHOWN_REACTIONS = 30
@@ -16,14 +17,15 @@ SHOWN_REACTIONS = 30
 
 def practice_contents(run: StoredRun) -> dict[str, Any]:
     """Return what the template of the practice's tables needs, of a stored run."""
-    project = run.case.project
     state = run.analysis.headline
     sections = section_forces(run.assemblage, state.joint_forces)
     supports = reactions(run.assemblage, state.joint_forces)
     return {
-        "project": project.shown,
-        "remarks": project.remarks,
         "materials": materials(run.case, run.assemblage.wall),
+        "joints": (found := joint_classes(run.assemblage)),
+        "elastic_joints": any(
+            isfinite(least) for one in found for least, _ in (one.normal_stiffness, one.shear_stiffness)
+        ),
         "loads": load_sums(run.assemblage.wall, run.case.load),
         "limit_states": limit_states(run.case.seismic),
         "sections": [astuple(one) for one in sections],

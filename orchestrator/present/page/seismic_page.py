@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from textwrap import shorten
 from typing import Any
 
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, verdict
@@ -35,38 +34,29 @@ def seismic_contents(run: StoredRun, live_load: str) -> dict[str, Any] | None:
         "inputs": [
             (name, local(said) if "FC" in name else said) for name, said in _inputs(run, record, say(live_load))
         ],
-        "materials": [(name, said if name == "stones" else local(said)) for name, said in _materials(run)],
+        "slip_tolerance": run.case.contact.slip_tolerance,
         "notes": listed,
         "numbers": partial(numbers, of=listed),
         "in_unit": lambda value, unit: local(in_its_unit(value, unit)),
     }
 
 
+def spectrum_words(record: dict[str, Any]) -> str:
+    """Return the spectrum and the ground of a verification."""
+    spectrum = record["spectrum"]
+    return f"{SPECTRA[spectrum['kind']]}; ground {spectrum['ground']}"
+
+
 def _inputs(run: StoredRun, record: dict[str, Any], live_load: str) -> list[tuple[str, str]]:
-    settings, spectrum = run.case.seismic, record["spectrum"]
+    settings = run.case.seismic
     factors = f"{settings.confidence_factor:g}, {settings.behaviour_factor:g}"
     above = settings.mechanism_height > 0.0
     place = f"z = {settings.mechanism_height:g} m of {settings.building_height:g} m" if above else "on the ground"
     return [
-        ("spectrum", f"{SPECTRA[spectrum['kind']]}; ground {spectrum['ground']}"),
+        ("spectrum", spectrum_words(record)),
         ("damping", f"{settings.damping:.3g} (curves); 0.08 at SLV, 0.10 at SLC (mechanism)"),
         ("FC, q of the mechanism", in_language(factors, run.case.project.language)),
         ("stands", place),
         ("control point", str(record["control_point"])),
         ("live load", f"{run.case.load.direction}, {live_load}"),
-    ]
-
-
-def _materials(run: StoredRun) -> list[tuple[str, str]]:
-    wall, elastic = run.assemblage.wall, run.case.elastic
-    weights = sorted({block.unit_weight for block in wall.blocks if not block.fixed})
-    names = sorted({block.material for block in wall.blocks if block.material})
-    floors, carried = len(run.case.load.dead), sum(load.inertia for load in run.case.load.dead)
-    return [
-        ("unit weight", ", ".join(f"{1e-3 * weight:.4g}" for weight in weights[:4]) + " kN/m³"),
-        ("thickness; friction coefficient", f"{wall.thickness:.4g} m; {wall.friction:.4g}"),
-        ("elastic modulus; Poisson's ratio", f"{1e-9 * elastic.elastic_modulus:.4g} GPa; {elastic.poisson_ratio:.3g}"),
-        ("slip tolerance of joints", f"{1e3 * run.case.contact.slip_tolerance:.3g} mm"),
-        ("stones", shorten(", ".join(names) or "one material", 60, placeholder=" …")),
-        ("floors", f"{floors} extra dead load{'s' * (floors != 1)}, {carried} with mass"),
     ]

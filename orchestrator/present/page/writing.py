@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import fields
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -11,11 +12,12 @@ from urllib.parse import quote
 from orchestrator.basis.printed import FORMS, Figure, marked, printed
 from orchestrator.present.environment import environment_of
 from orchestrator.present.page.contents import contents, picture
+from orchestrator.present.page.seismic_page import spectrum_words
 from orchestrator.present.page.verdict_page import verdict_contents
 from orchestrator.present.phrases import in_language, phrases
 from orchestrator.present.verdict import Verdict
 from orchestrator.present.weights import Sums, multiplier_words
-from orchestrator.settings.project import Language
+from orchestrator.settings.project import Language, ProjectSettings
 from orchestrator.storage.files import plain, write_text
 from orchestrator.storage.stored_run import read_run
 
@@ -30,15 +32,25 @@ def write(folder: Path) -> Path:
     return path
 
 
-def write_index(folder: Path, case: str, rows: Sequence[dict[str, Any]], found: Verdict, language: Language) -> Path:
+def write_index(
+    folder: Path,
+    case: str,
+    rows: Sequence[dict[str, Any]],
+    found: Verdict,
+    project: ProjectSettings,
+    verified: dict[str, Any] | None,
+) -> Path:
     """Write report.html of a run of several load cases: the verdict on them, their table (rows of load_cases.csv),
-    their curves (figures/curves), and a link to the report of each. Return its path."""
+    their curves (figures/curves), what they were `verified` for (the record of one of them, None: nothing was asked),
+    and a link to the report of each. Return its path."""
+    language = project.language
     path = folder / "report.html"
     reports = {row["load_case"]: f"{quote(row['load_case'])}/report.html" for row in rows if row["model"]}
     curves = picture(folder / "figures" / "curves.png")
-    values = {"case": case, "rows": rows, "reports": reports, "curves": curves, "language": language}
+    values: dict[str, Any] = {"case": case, "rows": rows, "reports": reports, "curves": curves, "language": language}
     values["verdict"] = verdict_contents(found, language)
-    values["weights"] = _weights(rows)
+    seismic = verified and {"states": verified["limit_states"], "spectrum": spectrum_words(verified)}
+    values |= {"weights": _weights(rows), "project": project, "seismic": seismic}
     write_text(path, _environment(language).get_template("load_cases.html.j2").render(values))
     return path
 
@@ -69,7 +81,7 @@ def _environment(language: Language) -> Environment:
     }
     for name, filtering in filters.items():
         environment.filters[name] = _localised(filtering, language)
-    environment.globals |= {"t": _told(phrases(language)), "factor_of": _factor_of}
+    environment.globals |= {"t": _told(phrases(language)), "factor_of": _factor_of, "infinite": inf}
     return environment
 
 

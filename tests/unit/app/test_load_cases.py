@@ -17,6 +17,7 @@ from orchestrator.app.cli import main
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.settings import case as cases
 from tests.support.leaning_stone import CASE, stone
+from tests.support.paths import PROJECT
 from tests.support.ranks import on_ranks, quiet
 
 TO_THE_RIGHT, TO_THE_LEFT = (0.6 - 0.7 / 3) / 0.4, (0.7 / 3) / 0.4
@@ -69,6 +70,28 @@ def test_a_load_case_is_a_run_of_its_own_and_the_same_as_alone(runs, tmp_path):
     assert main(["run", str(alone), "--output", str(tmp_path), "-q"]) == 0
     assert (tmp_path / "macro" / "curve.csv").read_text() == (folder / "macro" / "curve.csv").read_text()
     assert not (tmp_path / "load_cases.csv").exists(), "a file without load cases is run as ever"
+
+
+def test_every_column_of_the_table_is_in_the_documents():
+    text = (PROJECT / "docs" / "your_wall.md").read_text(encoding="utf-8")
+    assert [column for column in load_case_runs.COLUMNS if f"`{column}`" not in text] == []
+
+
+def test_the_index_page_has_the_project_and_what_was_verified(walls, tmp_path):
+    text = CASE.format(blocks=walls / "stone", common="") + "[seismic]\npeak_ground_acceleration = '0.1 g'\n"
+    text += "[project]\nclient = 'Comune di Ferrara'\nauthor = 'M. Rossi'\ndate = '12 maggio 2026'\nlanguage = 'it'\n"
+    (walls / "project.toml").write_text(text)
+    assert main(["run", str(walls / "project.toml"), "--output", str(tmp_path), "-q"]) == 0
+    for _ in ("as run", "made again"):
+        page = (tmp_path / "report.html").read_text()
+        for said in ("<dt>committente</dt><dd>Comune di Ferrara</dd>", "Redatto da: M. Rossi", "Data: 12 maggio 2026"):
+            assert said in page
+        assert "Azione sismica" in page
+        assert '<td class="t">SD</td><td>0,9810</td>' in page
+        assert "EN 1998-1 3.2.2.2, tipo 1; suolo A" in page
+        assert "λ = taglio alla base / peso; peso" in page
+        (tmp_path / "report.html").unlink()
+        assert main(["report", str(tmp_path)]) == 0
 
 
 def test_the_index_page_links_every_report_and_shows_the_curves(runs):

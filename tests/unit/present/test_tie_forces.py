@@ -71,6 +71,25 @@ def test_the_page_has_a_row_of_every_tie_and_draws_them_under_the_slider(run):
     assert end[0]["moved"][1] == [0.0, 0.0], "the anchor stays"
 
 
+def test_the_slider_shows_the_bound_and_the_headline_of_limit_analysis(run):
+    text = write(run.folder).read_text(encoding="utf-8")
+    lines = json.loads(re.search(r'id="data">(.*?)</script>', text)[1])["limit"]
+    limit, load = run.summary.limit_analysis, run.analysis.horizontal_load
+    assert lines == {"associative": limit.associative * load, "headline": limit.base_shear}
+    words = json.loads(re.search(r'id="words">(.*?)</script>', text)[1])
+    assert (words["associative"], words["headline"]) == ("micro-LA, associative", "micro-LA, non-associative")
+
+
+def test_the_page_has_materials_with_all_values_and_joints_with_their_strengths(run):
+    text = write(run.folder).read_text(encoding="utf-8")
+    (material,) = re.findall(r'<tr><td class="t">masonry</td>(.*?)</tr>', text)
+    assert re.findall(r"<td>([^<]*)</td>", material) == [
+        "1", "2.400", "20.00", "0.300", "5.00", "3.50", "0.20",
+    ]  # fmt: skip
+    (joints,) = re.findall(r'<td class="t">block, support</td><td class="t">bed joints</td>(.*?)</tr>', text)
+    assert re.findall(r"<td>([^<]*)</td>", joints) == ["1", "0.4000", "5.00", "–", "–", "–"]
+
+
 def test_deformed_pictures_have_the_ties_where_they_have_gone(run):
     (model,) = run.models
     last = model.store.read(int(model.curve.step[-1]))

@@ -105,10 +105,11 @@
     mark(frame);
   }
 
+  const limits = Object.entries(data.limit), dashes = { associative: "2 3", headline: "7 3" };
   const box = { left: 58, right: 426, top: 14, bottom: 284 };
   const axes = (() => {
     const all = data.curves.flatMap((curve) => curve.y), ends = data.curves.flatMap((curve) => curve.x);
-    return { x: Math.max(...ends) * 1.02 || 1, y: Math.max(...all, data.limit.associative / 1e3) * 1.08 || 1 };
+    return { x: Math.max(...ends) * 1.02 || 1, y: Math.max(...all, ...limits.map(([, shear]) => shear / 1e3)) * 1.08 || 1 };
   })();
   const across = (x) => box.left + (x / axes.x) * (box.right - box.left);
   const up = (y) => box.bottom - (y / axes.y) * (box.bottom - box.top);
@@ -131,18 +132,20 @@
     element(chart, "path", { d: `M${box.left} ${box.top}V${box.bottom}H${box.right}`, fill: "none", stroke: "#5d6873" });
     element(chart, "text", { x: 0.5 * (box.left + box.right), y: 320, "text-anchor": "middle" }, words.across);
     element(chart, "text", { transform: `translate(14 ${0.5 * (box.top + box.bottom)}) rotate(-90)`, "text-anchor": "middle" }, words.up);
-    const limit = up(data.limit.associative / 1e3);
-    element(chart, "path", { d: `M${box.left} ${limit}H${box.right}`, stroke: "#333", "stroke-dasharray": "2 3", fill: "none" });
+    const entry = (row) => box.bottom - 14 - 16 * (data.curves.length + limits.length - 1 - row);
     data.curves.forEach((curve, k) => {
       const line = curve.x.map((x, row) => `${across(x).toFixed(2)} ${up(curve.y[row]).toFixed(2)}`).join("L");
       element(chart, "path", { d: "M" + line, fill: "none", stroke: colours[k % 2], "stroke-width": 2, "stroke-dasharray": k ? "6 3" : "none" });
-      const y = box.bottom - 14 - 16 * (data.curves.length - k);
+      const y = entry(k);
       element(chart, "path", { d: `M${box.right - 162} ${y - 4}h26`, fill: "none", stroke: colours[k % 2], "stroke-width": 2, "stroke-dasharray": k ? "6 3" : "none" });
       element(chart, "text", { x: box.right - 130, y }, data.models[k].name);
     });
-    const y = box.bottom - 14;
-    element(chart, "path", { d: `M${box.right - 162} ${y - 4}h26`, fill: "none", stroke: "#333", "stroke-dasharray": "2 3" });
-    element(chart, "text", { x: box.right - 130, y }, words.limit);
+    limits.forEach(([name, shear], k) => {
+      const line = { stroke: "#333", "stroke-dasharray": dashes[name], fill: "none", class: name }, y = entry(data.curves.length + k);
+      element(chart, "path", { d: `M${box.left} ${up(shear / 1e3)}H${box.right}`, ...line });
+      element(chart, "path", { d: `M${box.right - 162} ${y - 4}h26`, ...line });
+      element(chart, "text", { x: box.right - 130, y }, words[name]);
+    });
     return element(chart, "circle", { id: "point", r: 6, stroke: "#fff", "stroke-width": 2 });
   }
 

@@ -204,7 +204,7 @@ def test_slow_stones_of_benchmark_1_no_longer_make_its_participation():
     )
     assert record["bodies"] < 10
     assert 0.74 < record["e_star"] < 0.77
-    assert record["alpha0_g_over_FC_m_per_s2"] / G == pytest.approx(0.2958, abs=2e-4)
+    assert record["alpha0"] / record["FC"] == pytest.approx(0.2958, abs=2e-4)
     assert record["a0_star_m_per_s2"] / G == pytest.approx(0.392, abs=2e-3)
     assert linear["safety_ratio_without_e_star"] == pytest.approx(0.754 * linear["safety_ratio"], rel=2e-3)
     assert record["friction_share"] > 0.1
@@ -256,6 +256,13 @@ def test_a_small_participation_raises_no_ratio(displacement):
         checks = kinematic_checks(asked, limit_states(asked), found, FORWARD)[1]
         return [row for row in checks if "refused" not in row]
 
+    def start(participation):
+        found = InMechanism("path", Kinematics(0.3, participation, 8, displacement, 0.0), ())
+        return kinematic_checks(asked, limit_states(asked), found, FORWARD)[0]
+
+    assert (start(0.5)["e_star"], start(0.5)["e_star_used"], start(0.8)["e_star_used"]) == (0.5, 1.0, 0.8)
+    assert start(0.5)["a0_star_m_per_s2"] == start(1.0)["a0_star_m_per_s2"] == pytest.approx(0.3 * G / 1.35)
+    assert start(0.5)["a0_star_m_per_s2"] == pytest.approx(rows(0.5)[0]["capacity"])
     for low, whole, high in zip(rows(0.5), rows(1.0), rows(0.8), strict=True):
         for key in ("demand", "capacity", "capacity_ag_m_per_s2", "safety_ratio"):
             assert low[key] == pytest.approx(whole[key], rel=1e-6), key
