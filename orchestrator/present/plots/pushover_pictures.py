@@ -130,10 +130,10 @@ def curves(
     _frame_curves(axes)
     kilonewtons = analysis.horizontal_load / 1e3
     multiplier = axes.secondary_yaxis("right", functions=(_times(1.0 / kilonewtons), _times(kilonewtons)))
-    multiplier.set_ylabel(f"load multiplier λ = base shear / {multiplied(analysis)}")
+    multiplier.set_ylabel(f"λ = base shear / {multiplied(analysis)}")
     direction = "+x" if analysis.loads.direction[0] > 0 else "−x"
     wrong = [f"NOT VALID: {reason}" for reason in not_valid]
-    head = f"Pushover along {direction}, {weight_words(analysis)}"
+    head = f"Pushover along {direction}: {weight_words(analysis)}"
     write_title(axes, "\n".join([head, *wrong]), name)
     if wrong:
         stamp_not_valid(axes)

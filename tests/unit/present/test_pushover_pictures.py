@@ -222,4 +222,4 @@ def test_second_axis_is_the_load_multiplier(curves_figure):
     axes = curves_figure.axes[0]
     (second,) = axes.child_axes
     np.testing.assert_allclose(np.array(axes.get_ylim()) / 22.225, second.get_ylim())
-    assert second.get_ylabel() == "load multiplier λ = base shear / weight"
+    assert second.get_ylabel() == "λ = base shear / weight"

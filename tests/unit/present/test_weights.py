@@ -65,9 +65,9 @@ def test_the_axis_of_multipliers_names_the_weight_that_they_multiply():
         figure = plots.curves({}, block_under(load)[1], "")
         labels[figure.axes[0].child_axes[0].get_ylabel()] = figure.axes[0].get_title().replace("\n", " ")
     assert labels == {
-        "load multiplier λ = base shear / weight": f"Pushover along +x, {ALONE}",
-        "load multiplier λ = base shear / weight with floors": f"Pushover along +x, {FLOORED}",
-        "load multiplier λ = base shear / horizontal live load": f"Pushover along +x, {BOTH}",
+        "λ = base shear / weight": f"Pushover along +x: {ALONE}",
+        "λ = base shear / weight with floors": f"Pushover along +x: {FLOORED}",
+        "λ = base shear / horizontal live load": f"Pushover along +x: {BOTH}",
     }
 
 
