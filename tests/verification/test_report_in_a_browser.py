@@ -75,7 +75,7 @@ def test_no_error_and_nothing_fetched(page):
 def test_names_from_the_input_are_read_not_run(page):
     assert page.title == f"Pushover assessment: {EVIL}"
     assert page.find_element("tag name", "h1").text == EVIL
-    assert EVIL in page.find_element("id", "wall").text  # materials
+    assert EVIL in page.find_element("id", "materials").text  # materials
 
 
 def test_the_slider_moves_the_wall_and_the_point_of_every_model(page):

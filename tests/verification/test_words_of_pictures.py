@@ -65,7 +65,7 @@ stiffness = "5 kN/mm"
 """
 OF_BOTH = {
     "it": {"macro", "micro", "pushover", "base", "non"},
-    "pt": {"macro", "micro", "pushover", "interface", "bilinear", "horizontal"},
+    "pt": {"macro", "micro", "pushover", "interface", "bilinear"},
 }
 """words that both languages have"""
 

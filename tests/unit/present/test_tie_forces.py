@@ -86,7 +86,7 @@ def test_the_page_has_materials_with_all_values_and_joints_with_their_strengths(
     assert re.findall(r"<td>([^<]*)</td>", material) == [
         "1", "2.400", "20.00", "0.300", "5.00", "3.50", "0.20",
     ]  # fmt: skip
-    (joints,) = re.findall(r'<td class="t">block, support</td><td class="t">bed joints</td>(.*?)</tr>', text)
+    (joints,) = re.findall(r'<span>support</span></td><td class="t">bed joints</td>(.*?)</tr>', text)
     assert re.findall(r"<td>([^<]*)</td>", joints) == ["1", "0.4000", "5.00", "–", "–", "–"]
 
 
