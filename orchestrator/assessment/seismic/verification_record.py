@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from orchestrator.basis.printed import printed
+
 
 def notes(record: Mapping[str, Any]) -> list[str]:
     """Return every remark and refusal once, in order; a note's number is its place from 1."""
@@ -37,7 +39,10 @@ def verdict(record: Mapping[str, Any]) -> str:
         least = min(made, key=lambda row: float(row["safety_ratio"]))
         passed = sum(row["safety_ratio"] >= 1.0 for row in made)
         of = f"{least['approach']}, {least['limit_state']}"
-        parts = [f"{passed} of {len(made)} checks pass", f"least safety ratio {least['safety_ratio']:.3g} ({of})"]
+        parts = [
+            f"{passed} of {len(made)} checks pass",
+            f"least safety ratio {printed('ratio', least['safety_ratio'])} ({of})",
+        ]
     if refused:
         parts.append(f"{refused} could not be made")
     return "; ".join(parts)
@@ -46,4 +51,4 @@ def verdict(record: Mapping[str, Any]) -> str:
 def ratio(row: Mapping[str, Any]) -> str:
     """Return the safety ratio, and in brackets that with e* = 1 where the row has one."""
     without = row.get("safety_ratio_without_e_star")
-    return f"{row['safety_ratio']:.2f}" + ("" if without is None else f" ({without:.2f})")
+    return printed("ratio", row["safety_ratio"]) + ("" if without is None else f" ({printed('ratio', without)})")

@@ -1,4 +1,4 @@
-"""What a practice puts into its report: project data, materials, loads, section forces and reactions as tables."""
+"""What a practice puts into its report: materials, loads, section forces and reactions as tables."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ import json
 import pytest
 
 from orchestrator.app.cli import main
+from orchestrator.assessment.seismic.verification_record import ratio
 from orchestrator.assessment.seismic.verification_record import verdict as of_record
 from orchestrator.present.phrases import phrases
 from orchestrator.present.verdict import COLUMNS, sentence
@@ -121,3 +122,10 @@ def test_what_the_wall_passes_is_told_as_far_as_it_could_be_checked():
         assert ": as far as it could be checked, the wall passes up to" in sentence(found)
     assert "per quanto si è potuto verificare" in sentence(open_one, phrases("it"))
     assert "tanto quanto se pôde verificar" in sentence(open_one, phrases("pt"))
+
+
+def test_a_safety_ratio_has_one_rounding_in_sentence_record_and_tables():
+    checks = [check(4.23678) | {"safety_ratio_without_e_star": 3.8764}]
+    assert "safety ratio 4.237" in sentence(of(a=summary(*checks)))
+    assert "least safety ratio 4.237 (" in of_record({"checks": checks})
+    assert ratio(checks[0]) == "4.237 (3.876)"

@@ -102,9 +102,9 @@ def test_the_record_reads_as_notes_and_a_verdict():
     found = record()
     assert notes(found)[0] == "the curve is not valid"
     assert numbers(found["checks"][1], notes(found)) == "2"
-    assert verdict(found) == "1 of 1 checks pass; least safety ratio 1.04 (N2, micro-FE, NC); 1 could not be made"
+    assert verdict(found) == "1 of 1 checks pass; least safety ratio 1.035 (N2, micro-FE, NC); 1 could not be made"
     assert verdict({"checks": found["checks"][:1]}) == "nothing could be verified; 1 could not be made"
-    assert ratio({"safety_ratio": 2.0, "safety_ratio_without_e_star": 1.5}) == "2.00 (1.50)"
+    assert ratio({"safety_ratio": 2.0, "safety_ratio_without_e_star": 1.5}) == "2.000 (1.500)"
     assert (in_its_unit(0.0123, "m"), in_its_unit(0.883, "m/s2")) == ("12.3 mm", "0.883 m/s²")
     assert set(LABELS) == {"macro", "micro"}
 
