@@ -13,6 +13,7 @@ from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.search.direct_loading import agrees
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, elastic_wall
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER
+from orchestrator.limit_analysis.search.loading_path import COARSE
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.macroblocks.merged_blocks import merged_problem
 from orchestrator.masonry.joints import Assemblage
@@ -30,11 +31,13 @@ def as_far_apart(margin: float) -> float:
 
 def bodies_fail_alike(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition, margin: float) -> bool:
     """Whether bodies rest up to the headline less what it may differ by, and no longer above it, with joints of both
-    stiffnesses. Where the headline is an interval it is one for the bodies, too."""
+    stiffnesses. Where the headline is an interval it is one for the bodies, too; a last rest that no state closed is no
+    sharper than its path, and bodies may stop as much earlier."""
     equilibrium, friction = merged_problem(assemblage, partition.body_of_block, analysis.loads)
     low, high = analysis.interval or (analysis.headline.load_multiplier,) * 2
     apart = as_far_apart(margin)
-    low, high = (1.0 - apart) * low, (1.0 + apart) * high
+    unsharp = 0.0 if analysis.headline.converged else COARSE * analysis.associative.load_multiplier
+    low, high = (1.0 - apart) * low - unsharp, (1.0 + apart) * high
     logger.info("macroblocks: loading %d bodies", partition.count)
     walls = (elastic_wall(assemblage, equilibrium, friction, one, partition.body_of_block) for one in STIFFNESSES)
     return all(agrees(wall, low, high, STEPS) for wall in walls)
