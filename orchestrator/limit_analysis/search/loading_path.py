@@ -205,26 +205,19 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     if scale * associative < LEAST:
         return LoadPath(read_only([0.0]), read_only([1.0]), (), None, loading.spent, perf_counter() - started)
     position = stands.position
-    rests, moved, forces = [0.0], [0.0], [position.forces]
+    rests = [(0.0, 0.0, position.forces)]
     met: Moved | None = None
     lost: Moved | None = None
     low, high, fine = 0.0, np.inf, FINE * associative
     enough = fine
     target = step = associative / STEPS
     while high - low > enough and not loading.is_spent:
-        found = loading.rest(position, scale * target, FIRST_DRAG, REST_BUDGET)
-        if not found.rests:
-            ended = loading.end(found, while_weaker=True)
-            if np.isfinite(ended.flow) and loading.bears_more(ended, found):
-                found = loading.rest(ended.position, scale * target, FIRST_DRAG, REST_BUDGET)
-                ended = ended if found.rests else loading.end(found)
+        found, ended = _led_to(loading, position, scale * target)
         if found.rests:
             position, low = found.position, target
-            rests.append(target)
-            forces.append(position.forces)
-            moved.append(loading.moved(position))
+            rests.append((target, loading.moved(position), position.forces))
             if len(rests) == 2:
-                loading.elastic = moved[1] / (scale * target)
+                loading.elastic = loading.moved(position) / (scale * target)
             if met is not None and met.multiplier / scale - low <= enough:
                 break
             step = min(2.0 * step, associative / STEPS)
@@ -245,24 +238,33 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
             enough = COARSE * associative
         if met is not None and 0.0 <= met.multiplier / scale - low <= enough:
             break
-        led_to = met if met is not None and not again else ended
-        ends = led_to.multiplier / scale if np.isfinite(led_to.flow) else np.inf
-        target = load_below(ends, low, high, fine)
-    ratio = np.array(moved[1:]) / (np.array(rests[1:]) * moved[1] / rests[1]) if len(rests) > 1 else np.zeros(0)
+        ends = met if met is not None and not again else ended
+        target = load_below(ends.multiplier / scale if np.isfinite(ends.flow) else np.inf, low, high, fine)
     state = None if met is None else met.state
     if state is None or not state.converged:
         last = loading.states(position, np.zeros_like(live) if lost is None else lost.change, scale * low)
         state = replace(last[0], flow_rule="last_rest", converged=False) if last and low > 0 else None
     return LoadPath(
-        multipliers=read_only(np.array(rests)),
-        displacements=read_only(np.concatenate([[1.0], ratio])),
-        forces=tuple(read_only(problem.equilibrium.mean_weight * each) for each in forces),
+        multipliers=read_only([multiplier for multiplier, _, _ in rests]),
+        displacements=read_only([1.0, *(moved / (scale * at * loading.elastic) for at, moved, _ in rests[1:])]),
+        forces=tuple(read_only(problem.equilibrium.mean_weight * each) for _, _, each in rests),
         state=state,
         factorisations=loading.spent,
         seconds=perf_counter() - started,
         not_at_rest=high,
         given_up=loading.is_spent and high - low > enough,
     )
+
+
+def _led_to(loading: Loading, position: Position, load: float) -> tuple[Moved, Moved]:
+    """Return where a load (scaled) leads from a rest, and where a motion that does not rest ends."""
+    found = ended = loading.rest(position, load, FIRST_DRAG, REST_BUDGET)
+    if not found.rests:
+        ended = loading.end(found, while_weaker=True)
+        if np.isfinite(ended.flow) and loading.bears_more(ended, found):
+            found = loading.rest(ended.position, load, FIRST_DRAG, REST_BUDGET)
+            ended = ended if found.rests else loading.end(found)
+    return found, ended
 
 
 def next_load(low: float, high: float, associative: float, step: float) -> float:
