@@ -129,13 +129,13 @@ def _strength(summary: Summary) -> dict[str, Any]:
     row = {"limit_state": STRENGTH, "unit": "N"}
     valid = {pushed.model: pushed for pushed in summary.pushover if pushed.valid}
     if pushed := valid.get("micro") or valid.get("macro"):
-        return row | _of_curve(pushed, summary.limit_analysis.bound)
+        return row | _of_curve(pushed, summary.limit_analysis)
     return row | _of_limit_analysis(summary.limit_analysis, ["no curve is valid"] if summary.pushover else [])
 
 
-def _of_curve(pushed: PushoverSummary, bound: float) -> dict[str, Any]:
+def _of_curve(pushed: PushoverSummary, limit: LimitSummary) -> dict[str, Any]:
     check = "FE of every stone" if pushed.model == "micro" else "FE of macroblocks"
-    said = [*([] if pushed.peak_reached else [ENDS_EARLY]), *cautions(pushed, bound)]
+    said = [*([] if pushed.peak_reached else [ENDS_EARLY]), *cautions(pushed, limit)]
     return {
         "check": check,
         "capacity": pushed.peak_base_shear,

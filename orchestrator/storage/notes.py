@@ -13,12 +13,13 @@ from collections.abc import Sequence
 
 from orchestrator.basis.printed import printed
 from orchestrator.pushover.path.curve_checks import BEYOND
-from orchestrator.storage.summary import PushoverSummary, Summary
+from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
 
 TOE_OFFSET = 0.01
 """part of a joint by which the resultant of its toe may lie off before that is told"""
 FAR_BEYOND = 0.05
-"""part by which a peak may exceed the associative bound, no theorem for large displacements, before that is told"""
+"""part by which a peak may exceed the associative bound (no theorem for large displacements), and one of macroblocks
+that of every stone as a rigid block, before that is told"""
 COARSE_TOES = "the mesh is too coarse for crushing toes: refine mesh.size"
 TOLD = 5
 """local failures that are told one by one"""
@@ -29,9 +30,15 @@ def reasons(pushovers: Sequence[PushoverSummary]) -> list[str]:
     return [f"{pushed.model} FE: {pushed.not_valid_because}" for pushed in pushovers if not pushed.valid]
 
 
-def cautions(pushed: PushoverSummary, bound: float) -> list[str]:
-    """Return what makes a peak doubtful where joints crush; bound: the associative multiplier."""
-    said = []
+def cautions(pushed: PushoverSummary, limit: LimitSummary) -> list[str]:
+    """Return what makes a peak doubtful: toes that crush, macroblocks that bear far more than their stones."""
+    said, bound = [], limit.bound
+    highest = max(limit.multiplier, *(limit.interval or (0.0,)))
+    if pushed.model == "macro" and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * highest:
+        said.append(
+            f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than 5 % above that of every "
+            f"stone in limit analysis ({printed('multiplier', highest)}): compare with --model micro"
+        )
     if pushed.toe_error > TOE_OFFSET:
         said.append(
             f"{pushed.model} FE: at the peak the resultant of a toe may lie off by "
@@ -52,7 +59,7 @@ def remarks(summary: Summary) -> list[str]:
 
     Many events are told in short: the first ones, and how many there were.
     """
-    bound, said = summary.limit_analysis.bound, []
+    bound, said = summary.limit_analysis.bound, list[str]()
     for pushed in summary.pushover:
         for event in pushed.events[:TOLD]:
             bodies, share = ", ".join(event.bodies), 100 * event.mass_share
@@ -62,7 +69,7 @@ def remarks(summary: Summary) -> list[str]:
             )
         if (more := len(pushed.events) - TOLD) > 0:
             said.append(f"{pushed.model} FE: {more} more local failures, in summary.json")
-        said += cautions(pushed, bound)
+        said += cautions(pushed, summary.limit_analysis)
         if pushed.model == "macro" and pushed.peak_multiplier > (1.0 + BEYOND) * bound:
             said.append(
                 f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than the stones can carry "

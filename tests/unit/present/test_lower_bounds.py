@@ -82,6 +82,19 @@ def test_a_peak_far_above_the_bound_where_joints_crush_is_doubted_in_remarks_and
     assert kind_of(whole.rows[0], found) == "peak of a curve"
 
 
+@pytest.mark.parametrize(("model", "over", "said"), [("macro", 1.06, 1), ("macro", 1.04, 0), ("micro", 1.06, 0)])
+def test_macroblocks_that_bear_far_more_than_every_stone_as_a_rigid_block_are_doubted(model, over, said):
+    """Lower or upper end of an interval: beyond the upper one it is told, in remarks and verdict."""
+    doubt = "compare with --model micro"
+    found = summary()
+    low, high = 0.9 * found.limit_analysis.multiplier, found.limit_analysis.multiplier
+    limit = replace(found.limit_analysis, non_associative=low, interval=(low, high), associative=2.0 * high)
+    found = replace(found, limit_analysis=limit, pushover=(replace(PUSHED, model=model, peak_multiplier=over * high),))
+    assert sum(doubt in remark for remark in storage.remarks(found)) == said
+    assert "; ".join(of(a=found).rows[0]["remarks"]).count(doubt) == said
+    assert doubt not in sentence(of(a=found), phrases("pt"))
+
+
 def test_pictures_and_page_bracket_a_last_rest_and_say_at_least_of_a_peak_that_was_not_reached():
     found = analyse(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]))
     rest = replace(found, path=replace(found.headline, flow_rule="last_rest", converged=False))
