@@ -69,8 +69,8 @@ def run(job: tuple[str, int]) -> dict[str, Any]:
     """Return the row of one pushover without one thing."""
     without, number = job
     WITHOUT[without]()
-    study.LIMIT = LIMIT
-    return {"without": without, **study.pushed(number)}
+    family, wall = study.wall_of(number // 2)
+    return {"without": without, "run": number, **study.pushed_wall(family, wall, 1 - 2 * (number % 2), LIMIT)}
 
 
 def _stones(number: int) -> int:
