@@ -4,7 +4,8 @@ The load grows in steps. Where the wall does not balance it moves against a drag
 rests again, however far that is: joints open, close and slide on the way, and a wall that was only rearranging itself
 stands. Where that takes long displacements are prescribed instead of the load: either the wall comes to bear more, or
 it moves ever more like a mechanism: forces stand still, openings have no force, slips no dilation. That is a limit
-state, checked as it stands (validation.py), the one that loading leads to; or one near it is (nearest_state.py).
+state, checked as it stands (validation.py), the one that loading leads to; or one near it is (nearest_state.py). A
+load step in which neither is found was too large, and is halved.
 
 Two multipliers come of it: the last at which the wall rests, and that of the state. They are one to FINE unless the
 mechanism loses strength when it comes loose (a wedged stone): then the state lies below the last rest.
