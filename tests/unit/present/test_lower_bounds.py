@@ -92,6 +92,7 @@ def test_macroblocks_that_bear_far_more_than_every_stone_as_a_rigid_block_are_do
     found = replace(found, limit_analysis=limit, pushover=(replace(PUSHED, model=model, peak_multiplier=over * high),))
     assert sum(doubt in remark for remark in storage.remarks(found)) == said
     assert "; ".join(of(a=found).rows[0]["remarks"]).count(doubt) == said
+    assert (doubt in sentence(of(a=found))) is (said > 0)
     assert doubt not in sentence(of(a=found), phrases("pt"))
 
 
