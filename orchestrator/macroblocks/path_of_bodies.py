@@ -10,18 +10,17 @@ from __future__ import annotations
 import logging
 
 from orchestrator.limit_analysis import LimitAnalysis
-from orchestrator.limit_analysis.search.direct_loading import agrees
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, elastic_wall
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER
-from orchestrator.limit_analysis.search.loading_path import COARSE
+from orchestrator.limit_analysis.search.loading_path import Loading
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.macroblocks.merged_blocks import merged_problem
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
 
-STEPS = tuple(step / 10 for step in range(1, 11))
-"""loads at which bodies rest on the way, parts of the last: as many as those of the path of every stone"""
+UNSHARP = 1e-2
+"""part of the associative multiplier by which bodies may stop before a last rest that no state closed"""
 
 
 def as_far_apart(margin: float) -> float:
@@ -36,8 +35,15 @@ def bodies_fail_alike(assemblage: Assemblage, analysis: LimitAnalysis, partition
     equilibrium, friction = merged_problem(assemblage, partition.body_of_block, analysis.loads)
     low, high = analysis.interval or (analysis.headline.load_multiplier,) * 2
     apart = as_far_apart(margin)
-    unsharp = 0.0 if analysis.headline.converged else COARSE * analysis.associative.load_multiplier
+    unsharp = 0.0 if analysis.headline.converged else UNSHARP * analysis.associative.load_multiplier
     low, high = (1.0 - apart) * low - unsharp, (1.0 + apart) * high
     logger.info("macroblocks: loading %d bodies", partition.count)
-    walls = (elastic_wall(assemblage, equilibrium, friction, one, partition.body_of_block) for one in STIFFNESSES)
-    return all(agrees(wall, low, high, STEPS) for wall in walls)
+    for stiffness in STIFFNESSES:
+        loading = Loading(elastic_wall(assemblage, equilibrium, friction, stiffness, partition.body_of_block))
+        stands = loading.gravity()
+        if not stands.rests:
+            return False
+        walked = loading.loaded_from(stands, analysis.associative.load_multiplier)
+        if not low <= walked.rests[-1].multiplier / loading.wall.problem.per_multiplier <= high:
+            return False
+    return True
