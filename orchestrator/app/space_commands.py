@@ -22,7 +22,7 @@ from orchestrator.settings.space_case import SpaceCase, read
 from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
 from orchestrator.space.loads import SpaceLoads, direction_of, loads_on
-from orchestrator.space.mechanism import SpaceMechanism, mechanism_of
+from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
 from orchestrator.space.ties import with_ties
 from orchestrator.space.wall import check_wall
 from orchestrator.storage.files import plain, write_json
@@ -231,7 +231,7 @@ def mechanism_rows(analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[t
     moving = mechanism.moving
     share, bodies = wall.weights[moving].sum() / analysis.weight, int(mechanism.body.max())
     several = "body" if bodies == 1 else "bodies"
-    motions = {"hinges": "hinge", "opens": "open", "slides": "slide", "twists": "twist"}
+    motions: dict[Motion, str] = {"hinges": "hinge", "opens": "open", "slides": "slide", "twists": "twist"}
     kinds = ", ".join(f"{mechanism.count(kind)} {word}" for kind, word in motions.items())
     rows = [
         (

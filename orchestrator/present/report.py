@@ -66,7 +66,7 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
     live = load_words(case.load.distribution, analysis), weight_words(analysis)
     state, ties = analysis.headline, case.reinforcement.ties
-    figure = plots.mechanism(assemblage, state, case.load.vector, *live, loose=loose, ties=ties)
+    figure = plots.mechanism(assemblage, state, case.load.vector, *live, loose=loose, ties=ties, dead=case.load.dead)
     return plots.save(figure, figures, "mechanism", case.project.language)
 
 
@@ -136,7 +136,9 @@ def draw_moments(
     ties = shown_ties(wall, bodies, meshes, case.reinforcement.ties)
     for moment, number in moments.items():
         shown, title = (bodies, meshes, store.read(int(number)), places), f"{name} FE at its {words[moment]}"
-        figure = plots.deformed(*shown, "", under_gravity=under_gravity, moment=title, loads=loads, ties=ties)
+        figure = plots.deformed(
+            *shown, "", under_gravity=under_gravity, moment=title, loads=loads, ties=ties, dead=(wall, case.load.dead)
+        )
         if not valid:
             plots.stamp_not_valid(figure)
         plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}", case.project.language)
