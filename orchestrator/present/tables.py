@@ -120,9 +120,10 @@ def run_table(summary: Summary) -> Table:
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
     other = "last rest" if limit.only_at_rest else "non-assoc."
-    rows = {"micro-LA associative": limit.associative, f"micro-LA {other}": limit.non_associative}
+    rows: dict[str, float | None] = {"micro-LA associative": limit.associative}
     if limit.associative_left is not None:
-        rows = {"micro-LA associative": limit.associative, "  without loose stones": limit.associative_left} | rows
+        rows["  without loose stones"] = limit.associative_left
+    rows[f"micro-LA {other}"] = limit.non_associative
     for name, multiplier in rows.items():
         found = ["none found", ""]
         if multiplier is not None:
