@@ -93,10 +93,7 @@ def deformed(
     height = float(np.ptp(meshes.nodes[:, 1]))
     factor = amplification or readable_factor(DRAWN_DISPLACEMENT * height, float(np.abs(plane).max()))
     moved = meshes.nodes[:, :2] + factor * plane
-    multiplier, shear = printed("multiplier", increment.load_multiplier), printed("force", increment.base_shear)
-    control = printed("displacement", increment.control_displacement - under_gravity)
-    state = f"Load multiplier {multiplier}, base shear {shear} kN"
-    drawn = f"control displacement {control} mm, displacements drawn × {factor:g}"
+    state, drawn = _title_lines(increment, under_gravity, factor)
     title = "\n".join(filter(None, [moment, state, loads, drawn]))
     bars = np.empty((0, 2, 2)) if ties is None else ties.ends + factor * ties.moved(increment)
     figure, axes = wall_figure(np.vstack([moved, *supports, bars.reshape(-1, 2)]), title, name)
@@ -107,9 +104,7 @@ def deformed(
     if ties is not None:
         _draw_ties(axes, bars, increment.tie_force, ties.states(increment))
     if dead is not None and dead[1]:
-        body_of = {block: number for number, body in enumerate(bodies.bodies) for block in body.blocks}
-        carried = _carried_by(meshes, factor * plane, body_of)
-        draw_dead_load(axes, *dead, carried).set_label("extra dead loads")
+        draw_dead_load(axes, *dead, _carried_by(bodies, meshes, factor * plane)).set_label("extra dead loads")
     legend_below(axes, 3)
     return figure
 
@@ -176,10 +171,17 @@ def readable_factor(drawn: float, largest: float) -> float:
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= drawn / largest)
 
 
-def _carried_by(
-    meshes: BodyMeshes, moved: FloatArray, body_of: Mapping[int, int]
-) -> Callable[[int, FloatArray], FloatArray]:
+def _title_lines(increment: Increment, under_gravity: float, factor: float) -> tuple[str, str]:
+    """Return what state is drawn, and how."""
+    multiplier, shear = printed("multiplier", increment.load_multiplier), printed("force", increment.base_shear)
+    control = printed("displacement", increment.control_displacement - under_gravity)
+    drawn = f"control displacement {control} mm, displacements drawn × {factor:g}"
+    return f"Load multiplier {multiplier}, base shear {shear} kN", drawn
+
+
+def _carried_by(bodies: Bodies, meshes: BodyMeshes, moved: FloatArray) -> Callable[[int, FloatArray], FloatArray]:
     """Return where points (p, 2) of a block go that move as the nearest nodes of its body, by `moved` (m, 2)."""
+    body_of = {block: number for number, body in enumerate(bodies.bodies) for block in body.blocks}
 
     def carried(block: int, points: FloatArray) -> FloatArray:
         nodes = np.flatnonzero(meshes.body_of_node == body_of[block])

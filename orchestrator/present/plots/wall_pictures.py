@@ -132,14 +132,10 @@ def mechanism(
     displaced = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
     before = [block.polygon for block in wall.blocks]
     arrow = _arrow_of(wall, state, direction)
-    answer = answer or f"load multiplier {marked('multiplier', state.load_multiplier, state.converged)}"
-    drawn = f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
-    found = f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}"
-    title = "\n".join(filter(None, [found, loads, f"largest displacement drawn as {drawn}"]))
+    title = _title_of_mechanism(state, answer, loads, height)
     bars = [_displaced_tie(wall, tie, velocities) for tie in ties]
-    shown = np.vstack([*before, *displaced, arrow, *bars])
-    if dead:
-        shown = np.vstack([shown, shown.max(axis=0) + [0.0, LENGTH * size_of(wall)]])
+    above = [np.array([0.0, LENGTH * size_of(wall)]) + np.vstack(displaced).max(axis=0)] * bool(dead)
+    shown = np.vstack([*before, *displaced, arrow, *bars, *above])
     figure, axes = wall_figure(np.vstack([shown, load_label(shown, arrow, load_name)]), title, wall.name)
     _draw_displaced(axes, wall, displaced, loose)
     _draw_thrust(axes, assemblage, state, velocities)
@@ -147,13 +143,23 @@ def mechanism(
     if bars:
         draw_segments(axes, bars, INK, 2.0, "tie")
     if dead:
-        floors = draw_dead_load(
-            axes, wall, dead, lambda k, at: at + rigid_displacement(wall.blocks[k], velocities[k], at)
-        )
-        floors.set_label("extra dead loads")
+        _draw_floors(axes, wall, dead, velocities)
     draw_load(axes, arrow, load_name)
     legend_below(axes, 3)
     return figure
+
+
+def _draw_floors(axes: Axes, wall: Wall, dead: Sequence[DeadLoad], velocities: FloatArray) -> None:
+    """Draw the arrows of extra dead loads where their blocks have moved to."""
+    drawn = draw_dead_load(axes, wall, dead, lambda k, at: at + rigid_displacement(wall.blocks[k], velocities[k], at))
+    drawn.set_label("extra dead loads")
+
+
+def _title_of_mechanism(state: LimitState, answer: str, loads: str, height: float) -> str:
+    answer = answer or f"load multiplier {marked('multiplier', state.load_multiplier, state.converged)}"
+    drawn = f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
+    found = f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}"
+    return "\n".join(filter(None, [found, loads, f"largest displacement drawn as {drawn}"]))
 
 
 def _arrow_of(wall: Wall, state: LimitState, direction: FloatArray) -> FloatArray:
