@@ -19,6 +19,7 @@ from orchestrator.settings import case as cases
 from tests.support.leaning_stone import CASE, stone
 from tests.support.paths import PROJECT
 from tests.support.ranks import on_ranks, quiet
+from tests.support.undrawn import undrawn
 
 TO_THE_RIGHT, TO_THE_LEFT = (0.6 - 0.7 / 3) / 0.4, (0.7 / 3) / 0.4
 
@@ -67,7 +68,8 @@ def test_a_load_case_is_a_run_of_its_own_and_the_same_as_alone(runs, tmp_path):
     single = CASE.split("[[load.cases]]")[0].format(blocks="stone", common='direction = "-x"')
     alone = runs / "alone.toml"
     alone.write_text(single + "[stepping]" + CASE.split("[stepping]")[1])
-    assert main(["run", str(alone), "--output", str(tmp_path), "-q"]) == 0
+    with undrawn():
+        assert main(["run", str(alone), "--output", str(tmp_path), "-q"]) == 0
     assert (tmp_path / "macro" / "curve.csv").read_text() == (folder / "macro" / "curve.csv").read_text()
     assert not (tmp_path / "load_cases.csv").exists(), "a file without load cases is run as ever"
 
@@ -138,9 +140,10 @@ def test_resume_leaves_finished_load_cases_alone_and_finishes_the_others(walls, 
         return run(case, *rest)
 
     monkeypatch.setattr(driver, "run", killed_in_the_second)
-    with pytest.raises(KeyboardInterrupt):
-        load_case_runs.run(case, tmp_path, False, None, quiet)
-    outcome = load_case_runs.run(case, tmp_path, True, None, quiet)
+    with undrawn():
+        with pytest.raises(KeyboardInterrupt):
+            load_case_runs.run(case, tmp_path, False, None, quiet)
+        outcome = load_case_runs.run(case, tmp_path, True, None, quiet)
     assert started == ["+x", "-x", "-x"]
     assert [done.summary.limit_analysis.associative for done in outcome.done] == pytest.approx(
         [TO_THE_RIGHT, TO_THE_LEFT], rel=1e-6
@@ -156,7 +159,8 @@ def test_a_load_case_without_a_curve_is_a_complaint_and_the_others_are_run(walls
         return run(case, *rest)
 
     monkeypatch.setattr(driver, "run", first_fails)
-    outcome = load_case_runs.run(cases.read(walls / "stone.toml"), tmp_path, False, None, quiet)
+    with undrawn():
+        outcome = load_case_runs.run(cases.read(walls / "stone.toml"), tmp_path, False, None, quiet)
     assert [str(complaint) for complaint in outcome.complaints] == [
         "load case +x mass: macro FE: stopped before any increment"
     ]
