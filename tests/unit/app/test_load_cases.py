@@ -37,8 +37,9 @@ def walls(tmp_path_factory):
 @pytest.fixture(scope="module")
 def runs(walls):
     """The run folders of both, each with both load cases."""
-    for name in ("stone", "image"):
-        assert main(["run", str(walls / f"{name}.toml"), "--output", str(walls / name), "-q"]) == 0
+    assert main(["run", str(walls / "stone.toml"), "--output", str(walls / "stone"), "-q"]) == 0
+    with undrawn():
+        assert main(["run", str(walls / "image.toml"), "--output", str(walls / "image"), "-q"]) == 0
     return walls
 
 
@@ -83,7 +84,8 @@ def test_the_index_page_has_the_project_and_what_was_verified(walls, tmp_path):
     text = CASE.format(blocks=walls / "stone", common="") + "[seismic]\npeak_ground_acceleration = '0.1 g'\n"
     text += "[project]\nclient = 'Comune di Ferrara'\nauthor = 'M. Rossi'\ndate = '12 maggio 2026'\nlanguage = 'it'\n"
     (walls / "project.toml").write_text(text)
-    assert main(["run", str(walls / "project.toml"), "--output", str(tmp_path), "-q"]) == 0
+    with undrawn():
+        assert main(["run", str(walls / "project.toml"), "--output", str(tmp_path), "-q"]) == 0
     for _ in ("as run", "made again"):
         page = (tmp_path / "report.html").read_text()
         for said in ("<dt>committente</dt><dd>Comune di Ferrara</dd>", "Redatto da: M. Rossi", "Data: 12 maggio 2026"):
@@ -93,7 +95,8 @@ def test_the_index_page_has_the_project_and_what_was_verified(walls, tmp_path):
         assert "EN 1998-1 3.2.2.2, tipo 1; suolo A" in page
         assert "λ = taglio alla base / peso; peso" in page
         (tmp_path / "report.html").unlink()
-        assert main(["report", str(tmp_path)]) == 0
+        with undrawn():
+            assert main(["report", str(tmp_path)]) == 0
 
 
 def test_the_index_page_links_every_report_and_shows_the_curves(runs):
@@ -124,7 +127,8 @@ def test_a_report_names_the_load_that_its_case_has(runs, tmp_path):
     named = (folder / "report.html").read_text().count(before)
     assert named >= 2
     (folder / "case.toml").write_text(changed)
-    assert main(["report", str(folder)]) == 0
+    with undrawn():
+        assert main(["report", str(folder)]) == 0
     page = (folder / "report.html").read_text()
     assert page.count(after) == page.count(before) == named
 

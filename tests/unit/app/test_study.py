@@ -15,6 +15,7 @@ from orchestrator.macroblocks.tolerance_grid import StudySettings, distinct, gri
 from orchestrator.settings import case as cases
 from tests.support.paths import DATA
 from tests.support.ranks import on_ranks, quiet
+from tests.support.undrawn import undrawn
 
 WALL = DATA / "ferris_tinloi_wall1.json"
 FRICTION = 0.65
@@ -158,11 +159,12 @@ def test_an_interrupted_study_goes_on_where_it_stopped(outcome, tmp_path, monkey
         return done
 
     monkeypatch.setattr(driver, "push", killed_in_the_second)
-    with pytest.raises(KeyboardInterrupt):
+    with undrawn(), pytest.raises(KeyboardInterrupt):
         study_runs.study(case, tmp_path, None, quiet)
     whole = [path for path in (tmp_path / "runs").iterdir() if not path.name.startswith(".")]
     assert len(whole) == 1
-    study_runs.study(case, tmp_path, None, quiet)
+    with undrawn():
+        study_runs.study(case, tmp_path, None, quiet)
     assert len(started) == 1 + 2
     assert not list((tmp_path / "runs").glob(".*")), "nothing half-written is left"
     assert table(tmp_path) == rows_of_few(outcome)
@@ -178,7 +180,8 @@ def test_a_run_without_a_curve_is_a_complaint_and_an_empty_cell(case, tmp_path, 
 
     monkeypatch.setattr(driver, "push", one_fails)
     few = replace(case, study=StudySettings(tol_n=(math.inf,), tol_d=(math.inf,)))
-    found = study_runs.study(few, tmp_path, None, quiet)
+    with undrawn():
+        found = study_runs.study(few, tmp_path, None, quiet)
     assert found.rows[0]["peak_multiplier"] == ""
     assert len(found.complaints) == 1
     assert "stopped before any increment" in found.complaints[0]
