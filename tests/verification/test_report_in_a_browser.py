@@ -236,6 +236,8 @@ def test_rows_of_damage_and_settings_print_on_one_line_in_every_language(spoken,
         for language, address in spoken.items():
             opened(browser, address)
             assert browser.execute_script("return document.documentElement.lang") == language
+            heads = browser.execute_script("return document.querySelectorAll('#damage thead').length")
+            assert heads == 2, "one table a model, whose rest a screen shows when asked: a second head was in mid-page"
             heights = sorted(browser.execute_script(rows))
             assert len(heights) > 100
             assert heights[len(heights) * 9 // 10] < 1.5 * heights[len(heights) // 10], language
@@ -274,6 +276,13 @@ def test_damage_of_bonded_joints_is_shown_from_none_to_broken(bonded, run, brows
     kinds = [cell.text for cell in browser.find_elements("css selector", "#damage td:nth-child(4)")]
     assert {"slides", "cracks", "breaks"} <= set(kinds)
     assert browser.get_log("browser") == []
+
+
+def test_the_rest_of_a_long_table_of_damage_is_shown_when_asked_for(page):
+    visible = "return [...document.querySelectorAll('#damage tbody.more tr')].filter((r) => r.offsetHeight).length"
+    assert page.execute_script(visible) == 0
+    page.find_element("css selector", "input.more + label").click()
+    assert page.execute_script(visible) > 10
 
 
 def test_a_result_that_is_not_valid_says_so_at_the_top(run, browser, tmp_path):
