@@ -9,6 +9,8 @@ from orchestrator.settings import case
 from tests.regression.stored_curves import compare
 from tests.support.paths import PROJECT
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 WEIGHT = 22225.0
 """N: 22.225 kN, Ferris and Tin-Loi 2001"""
 
