@@ -12,7 +12,14 @@ from orchestrator.masonry.patterns import running_bond
 from orchestrator.pushover.solve.iterate import Target, evaluate
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.solve.newton import newton_coefficients
-from orchestrator.pushover.solve.newton_matrix import condensed_right, expanded, make_pattern, product, values
+from orchestrator.pushover.solve.newton_matrix import (
+    Matrices,
+    condensed_right,
+    expanded,
+    make_pattern,
+    product,
+    values,
+)
 from tests.support.pushover_chain import model_of, stack
 from tests.support.ranks import on_ranks
 
@@ -68,7 +75,7 @@ def test_matrix_is_the_derivative_of_the_residual(mean_displacement, joints):
     direction[-1] = 0.01 if mean_displacement is not None else 0.0
     step = 1e-5
     ahead, behind = residual(model, problem, x + step * direction)[0], residual(model, problem, x - step * direction)[0]
-    found = product(model, contact, problem.time_step, direction)
+    found = product(model, Matrices.of(model), contact, problem.time_step, direction)
     assert found == pytest.approx((ahead - behind) / (2 * step), rel=1e-4, abs=1e-3)
     assert np.abs(found).max() > kappa * 1e-6, "the direction must matter"
 
@@ -80,7 +87,7 @@ def test_solution_times_matrix_is_the_right_hand_side(mean_displacement, joints)
     right = np.random.default_rng(6).normal(size=model.unknowns)
     with LinearSystem(model, MPI.COMM_SELF) as system:
         solution = system.solve(contact, problem.time_step, right)
-    found = product(model, contact, problem.time_step, solution)
+    found = product(model, Matrices.of(model), contact, problem.time_step, solution)
     assert np.linalg.norm(found - right) < 1e-10 * np.linalg.norm(right)
 
 
@@ -99,7 +106,7 @@ def test_condensed_matrix_is_the_newton_matrix_with_a_penalty(mean_displacement,
     x = np.random.default_rng(7).normal(size=model.unknowns)
     penalty = np.zeros_like(x)
     penalty[n:-1] = model.contact_stiffness * (contact.compliance - contact.softness)
-    right = product(model, contact, problem.time_step, x) + penalty * x
+    right = product(model, Matrices.of(model), contact, problem.time_step, x) + penalty * x
     reduced = condensed_right(model, contact, right)
     cancels = 1e-12 * abs(condensed).max()
     assert condensed @ np.append(x[:n], x[-1]) == pytest.approx(reduced, rel=1e-6, abs=cancels)
@@ -116,7 +123,7 @@ def test_a_large_wall_has_every_mass_in_its_place(halves):
     mass = np.zeros((len(pattern.mass), 9))
     mass[:, [0, 4, 8]] = pattern.mass
     data = np.zeros(len(pattern.indices))
-    data[pattern.place] = mass.ravel()
+    data[pattern.place] = mass
     found = sparse.csr_matrix((data, pattern.indices, pattern.indptr), shape=(n + 1, n + 1))
     acceleration = np.random.default_rng(3).normal(size=n + 1)
     inertia = np.append(model.mass @ acceleration[:n], 0.0)
