@@ -69,11 +69,12 @@ class Mumps:
 
 
 class Unpivoted:
-    """LU without pivoting on one rank; order (unknowns,): in which the unknowns are eliminated."""
+    """LU of all rows of a pattern without pivoting, on one rank."""
 
     share = 1.0
 
-    def __init__(self, pattern: Pattern, order: IntArray) -> None:
+    def __init__(self, pattern: Pattern) -> None:
+        order = minimum_degree(pattern)
         entries = sparse.csr_matrix((np.arange(len(pattern.indices)), pattern.indices, pattern.indptr))
         in_order = entries[order][:, order]
         in_order.sort_indices()
@@ -106,14 +107,17 @@ class Unpivoted:
 
 
 def minimum_degree(pattern: Pattern) -> IntArray:
-    """Return the order (unknowns,) in which few entries of a pattern's factor fill up; all rows are here."""
-    csr = (pattern.indptr, pattern.indices, np.ones(len(pattern.indices)))
-    matrix = PETSc.Mat().createAIJWithArrays((len(pattern.indptr) - 1,) * 2, csr=csr, comm=MPI.COMM_SELF)
+    """Return the order (unknowns,) in which few entries of a pattern's factor fill up: node by node, the load
+    multiplier last."""
+    count = (len(pattern.indptr) - 1) // 3
+    rows = sparse.csr_matrix((np.ones(len(pattern.indices)), pattern.indices, pattern.indptr))
+    nodes = rows[: 3 * count : 3, : 3 * count : 3]
+    matrix = PETSc.Mat().createAIJ(nodes.shape, csr=(nodes.indptr, nodes.indices, nodes.data), comm=MPI.COMM_SELF)
     order, columns = matrix.getOrdering("qmd")
-    found = order.getIndices().astype(np.int64)
+    found = 3 * order.getIndices().astype(np.int64)[:, None] + np.arange(3)
     for item in (order, columns, matrix):
         item.destroy()
-    return found
+    return np.append(found.ravel(), 3 * count)
 
 
 def _direct(matrix: PETSc.Mat, package: str, comm: MPI.Comm) -> PETSc.KSP:

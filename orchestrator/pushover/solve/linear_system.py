@@ -24,7 +24,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.basis.parallel import refuse_disagreement
 from orchestrator.pushover.model import ContactModel
-from orchestrator.pushover.solve.factors import Mumps, Unpivoted, minimum_degree
+from orchestrator.pushover.solve.factors import Mumps, Unpivoted
 from orchestrator.pushover.solve.newton_matrix import (
     Coefficients,
     Matrices,
@@ -66,8 +66,6 @@ class LinearSystem:
         """solutions that needed pivoting although the system is small"""
         self._take(model)
         self._pattern = self._own_rows()
-        small = comm.size == 1 and self._unknowns <= SMALL
-        self._order = minimum_degree(self._pattern) if small else None
         self._factor = self._made()
 
     def follow(self, model: ContactModel) -> None:
@@ -91,15 +89,17 @@ class LinearSystem:
     def _unknowns(self) -> int:
         return 3 * len(self._model.body) + 1
 
+    @property
+    def _small(self) -> bool:
+        return self._comm.size == 1 and self._unknowns <= SMALL
+
     def _own_rows(self) -> Pattern:
         count, ranks = len(self._model.body), self._comm.size
         first, last = (count * rank // ranks for rank in (self._comm.rank, self._comm.rank + 1))
         return make_pattern(self._model, first, last)
 
     def _made(self) -> Mumps | Unpivoted:
-        if self._order is None:
-            return Mumps(self._pattern, self._unknowns, self._comm)
-        return Unpivoted(self._pattern, self._order)
+        return Unpivoted(self._pattern) if self._small else Mumps(self._pattern, self._unknowns, self._comm)
 
     def __enter__(self) -> LinearSystem:
         return self
@@ -122,7 +122,7 @@ class LinearSystem:
             self._factor.take(found)
             solution = self._refined(self._factor, contact, time_step, right)
         except ConvergenceError:
-            if self._order is None:
+            if not self._small:
                 raise
             self.pivoted += 1
             with_pivots = Mumps(self._pattern, self._unknowns, self._comm)
