@@ -23,7 +23,33 @@ PETSc.Options()[f"{PREFIX}mat_mumps_icntl_7"] = 6
 operations than with its own choice at 1,012 stones, in half the time. It takes this from PETSc's options only."""
 
 
-class Mumps:
+class _OfPetsc:
+    """PETSc's matrix, vectors and solver."""
+
+    _matrix: PETSc.Mat
+    _right: PETSc.Vec
+    _solution: PETSc.Vec
+    _solver: PETSc.KSP
+
+    def _solve(self, right: FloatArray) -> FloatArray:
+        """Return this rank's part of the solution for its part of the right-hand side. Raises ConvergenceError."""
+        self._right.setArray(right)
+        try:
+            self._solver.solve(self._right, self._solution)
+        except PETSc.Error as error:
+            raise ConvergenceError("linear solver", f"factorisation failed ({error})") from error
+        reason, solution = self._solver.getConvergedReason(), self._solution.getArray()
+        if reason < 0:
+            raise ConvergenceError("linear solver", f"factorisation failed (PETSc reason {reason})")
+        return solution
+
+    def close(self) -> None:
+        """Free what PETSc holds."""
+        for item in (self._solver, self._matrix, self._right, self._solution):
+            item.destroy()
+
+
+class Mumps(_OfPetsc):
     """LU with threshold pivoting of the rows of a pattern on each rank."""
 
     def __init__(self, pattern: Pattern, unknowns: int, comm: MPI.Comm) -> None:
@@ -50,10 +76,9 @@ class Mumps:
 
     def solve(self, right: FloatArray) -> FloatArray:
         """Return the solution for `right`, both (unknowns,) on every rank. Raises ConvergenceError."""
-        self._right.setArray(right[slice(*self._right.getOwnershipRange())])
-        _solve(self._solver, self._right, self._solution)
+        own = self._solve(right[slice(*self._right.getOwnershipRange())])
         solution = np.empty(len(right))
-        self._comm.Allgatherv(self._solution.getArray(), (solution, np.diff(self._matrix.getOwnershipRanges())))
+        self._comm.Allgatherv(own, (solution, np.diff(self._matrix.getOwnershipRanges())))
         return _finite(solution)
 
     @property
@@ -62,13 +87,8 @@ class Mumps:
         factor = self._solver.getPC().getFactorMatrix()
         return float(factor.getMumpsRinfo(3) / factor.getMumpsRinfog(3))
 
-    def close(self) -> None:
-        """Free what PETSc holds."""
-        for item in (self._solver, self._matrix, self._right, self._solution):
-            item.destroy()
 
-
-class Unpivoted:
+class Unpivoted(_OfPetsc):
     """LU of all rows of a pattern without pivoting, on one rank."""
 
     share = 1.0
@@ -94,16 +114,9 @@ class Unpivoted:
 
     def solve(self, right: FloatArray) -> FloatArray:
         """Return the solution (unknowns,) for `right` (unknowns,). Raises ConvergenceError for a pivot of zero."""
-        self._right.setArray(right[self._order])
-        _solve(self._solver, self._right, self._solution)
         solution = np.empty(len(right))
-        solution[self._order] = self._solution.getArray()
+        solution[self._order] = self._solve(right[self._order])
         return _finite(solution)
-
-    def close(self) -> None:
-        """Free what PETSc holds."""
-        for item in (self._solver, self._matrix, self._right, self._solution):
-            item.destroy()
 
 
 def minimum_degree(pattern: Pattern) -> IntArray:
@@ -127,15 +140,6 @@ def _direct(matrix: PETSc.Mat, package: str, comm: MPI.Comm) -> PETSc.KSP:
     solver.getPC().setType("lu")
     solver.getPC().setFactorSolverType(package)
     return solver
-
-
-def _solve(solver: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-    try:
-        solver.solve(right, solution)
-    except PETSc.Error as error:
-        raise ConvergenceError("linear solver", f"factorisation failed ({error})") from error
-    if solver.getConvergedReason() < 0:
-        raise ConvergenceError("linear solver", f"factorisation failed (PETSc reason {solver.getConvergedReason()})")
 
 
 def _finite(solution: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
-"""The linear system of a Newton iteration, solved on all ranks: MUMPS on the condensed matrix, iterative refinement.
+"""The linear system of a Newton iteration, solved on all ranks: factors of the condensed matrix, iterative refinement.
 
-newton_matrix.py says what the matrix is, and the condensed one that is factorised in its place; MUMPS analyses its
-pattern once. With the residual r of the exact system
+newton_matrix.py says what the matrix is, and the condensed one that is factorised in its place; factors.py, how. Its
+pattern is analysed once. With the residual r of the exact system
 
     solve the condensed system for r, expand, add to x, r = right - (Newton matrix) x
 
@@ -15,6 +15,7 @@ N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002
 
 from __future__ import annotations
 
+import logging
 from time import perf_counter
 
 import numpy as np
@@ -39,6 +40,8 @@ from orchestrator.pushover.solve.newton_matrix import (
     with_values_of,
 )
 
+logger = logging.getLogger(__name__)
+
 SOLUTION_ERROR = 1e-12
 """error of the solution, as expected from the last two refinements, at which they end: what rounding leaves of its
 smaller entries (1e-15 took 3.0 solutions an iteration of benchmark 1 in place of 2.3, for curves equal to 1e-11)"""
@@ -62,8 +65,6 @@ class LinearSystem:
         """time spent in `solve` so far"""
         self.together = 0.0
         """seconds in what all ranks do together, waiting included: the factors and the exchange around them"""
-        self.pivoted = 0
-        """solutions that needed pivoting although the system is small"""
         self._take(model)
         self._pattern = self._own_rows()
         self._factor = self._made()
@@ -121,10 +122,10 @@ class LinearSystem:
         try:
             self._factor.take(found)
             solution = self._refined(self._factor, contact, time_step, right)
-        except ConvergenceError:
+        except ConvergenceError as error:
             if not self._small:
                 raise
-            self.pivoted += 1
+            logger.info("%s: solved with pivoting", error)
             with_pivots = Mumps(self._pattern, self._unknowns, self._comm)
             with_pivots.take(found)
             solution = self._refined(with_pivots, contact, time_step, right)
