@@ -7,8 +7,8 @@ pattern is analysed once. With the residual r of the exact system
 
 leaves about 1 / penalty of the error each time. The residual is formed in extended precision (np.longdouble), because
 in double precision the penalty's rounding is larger than what stiff stones (E x 100) leave of it. The solution is then
-exact to the rounding of its largest entry. Smaller entries, forces among them, still differ by 1e-12 from one number of
-ranks to another; Newton's iterations part where contacts close and slide in turn more than about ten times.
+exact to 1e-12 of its largest entry. Smaller entries, forces among them, differ by more from one number of ranks to
+another; Newton's iterations part where contacts close and slide in turn more than about ten times.
 
 N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 12.
 """
@@ -43,15 +43,14 @@ from orchestrator.pushover.solve.newton_matrix import (
 logger = logging.getLogger(__name__)
 
 SOLUTION_ERROR = 1e-12
-"""error of the solution, as expected from the last two refinements, at which they end: what rounding leaves of its
-smaller entries (1e-15 took 3.0 solutions an iteration of benchmark 1 in place of 2.3, for curves equal to 1e-11)"""
+"""error of the solution, as expected from the last two refinements, at which they end (1e-15 took 3.0 solutions an iteration of
+benchmark 1 in place of 2.2 to 2.5, for curves equal to 1e-11)"""
 SLOW = 0.5
 """a refinement by more than this share of the one before brings nothing any more"""
 ROUNDS = 8
 """refinements at most"""
 USELESS = 1e-6
 """where refinements do not end, a residual larger than this share of the right-hand side is a failure"""
-
 SMALL = 5_000
 """unknowns up to which one rank eliminates without pivoting"""
 
