@@ -43,8 +43,8 @@ from orchestrator.pushover.solve.newton_matrix import (
 logger = logging.getLogger(__name__)
 
 SOLUTION_ERROR = 1e-12
-"""error of the solution, as expected from the last two refinements, at which they end (1e-15 took 3.0 solutions an iteration of
-benchmark 1 in place of 2.2 to 2.5, for curves equal to 1e-11)"""
+"""error of the solution, as expected from the last two refinements, at which they end (1e-15 took 3.0 solutions an
+iteration of benchmark 1 in place of 2.2 to 2.5, for curves equal to 1e-11)"""
 SLOW = 0.5
 """a refinement by more than this share of the one before brings nothing any more"""
 ROUNDS = 8
