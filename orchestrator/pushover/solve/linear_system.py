@@ -16,6 +16,7 @@ N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002
 from __future__ import annotations
 
 import logging
+from contextlib import closing
 from time import perf_counter
 
 import numpy as np
@@ -125,10 +126,9 @@ class LinearSystem:
             if not self._small:
                 raise
             logger.info("%s: solved with pivoting", error)
-            with_pivots = Mumps(self._pattern, self._unknowns, self._comm)
-            with_pivots.take(found)
-            solution = self._refined(with_pivots, contact, time_step, right)
-            with_pivots.close()
+            with closing(Mumps(self._pattern, self._unknowns, self._comm)) as with_pivots:
+                with_pivots.take(found)
+                solution = self._refined(with_pivots, contact, time_step, right)
         self.seconds += perf_counter() - began
         return solution
 
@@ -139,8 +139,9 @@ class LinearSystem:
         solution, size = np.zeros_like(right), float(np.linalg.norm(right))
         residual, before = right, 1.0 / SLOW**2  # of the first refinement, which is all of the solution
         for _ in range(ROUNDS):
+            forces = condensed_right(model, contact, residual)
             began = perf_counter()
-            condensed = factor.solve(condensed_right(model, contact, residual))
+            condensed = factor.solve(forces)
             self.together += perf_counter() - began
             change = expanded(model, contact, residual, condensed)
             refined = solution + change
