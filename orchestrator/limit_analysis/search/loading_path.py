@@ -44,9 +44,9 @@ STEPS = 20
 """Load steps up to the associative multiplier."""
 FINE = 1e-3
 """Bracket, part of the associative multiplier, between the last rest and the lowest load without rest."""
-CLOSE, NEAR, DRIVEN_BUDGET = 1e-5, 1e-4, 300
-"""Flow errors of a motion that is worth checking, and of one that is soon; factorisations under prescribed
-displacements."""
+SHARP, CLOSE, NEAR, DRIVEN_BUDGET = 1e-8, 1e-5, 1e-4, 300
+"""Flow errors of a limit state that is sharp enough, of a motion that is worth checking, and of one that is soon;
+factorisations under prescribed displacements."""
 GROWTH, FASTER_GROWTH, LEAST_ADVANCE = 2.0, 10.0, 0.3
 """Growth of the displacement prescribed after each step, and once forces nearly stand still (NEAR); factor after one
 that was not found."""
@@ -117,10 +117,12 @@ class Loading(Overdamped):
         """
         live, here = self.wall.problem.live, rest
         advance, failures, end = float(live @ rest.change), 0, min(self.spent + DRIVEN_BUDGET, self.most)
-        highest = rest
+        highest, met = rest, None
         while self.spent < end and failures < FAILURES and here.multiplier < load:
             expected = here.change * (advance / float(live @ here.change))
             found = self.step(here.position, Task(here.multiplier, 0.0, advance), expected)
+            if not found.found and met is not None:
+                break
             if not found.found:
                 advance, failures = LEAST_ADVANCE * advance, failures + 1
                 continue
@@ -129,11 +131,13 @@ class Loading(Overdamped):
             here = Moved(found.position, change, found.multiplier, flow, True)
             highest = here if here.multiplier > highest.multiplier else highest
             if flow < CLOSE and (state := self.checked(here.position, change, here.multiplier)) is not None:
-                return replace(here, state=state), highest
+                met = replace(here, state=state)
+            if met is not None and flow < SHARP:
+                break
             if flow < MOTION and self.is_further(FARTHEST, here.position, here.multiplier):
                 break
             advance *= FASTER_GROWTH if flow < NEAR else GROWTH
-        return here, highest
+        return met or here, highest
 
     def way_on(self, rest: Moved, found: Moved) -> Moved | None:
         """Return a rest with the way on from it that a motion took, as long as an elastic one at first; None: back."""
