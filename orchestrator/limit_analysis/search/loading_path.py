@@ -44,7 +44,7 @@ STEPS = 20
 """Load steps up to the associative multiplier."""
 FINE = 1e-3
 """Bracket, part of the associative multiplier, between the last rest and the lowest load without rest."""
-SHARP, CLOSE, NEAR, DRIVEN_BUDGET = 1e-8, 1e-5, 1e-4, 300
+SHARP, CLOSE, NEAR, DRIVEN_BUDGET = 1e-8, 1e-5, 1e-4, 600
 """Flow errors of a limit state that is sharp enough, of a motion that is worth checking, and of one that is soon;
 factorisations under prescribed displacements."""
 GROWTH, FASTER_GROWTH, LEAST_ADVANCE = 2.0, 10.0, 0.3
