@@ -156,8 +156,6 @@ class Loading(Overdamped):
             rest = rests[-1]
             found = self.rest(rest.position, scale * target, FIRST_DRAG, REST_BUDGET)
             if found.rests:
-                if len(rests) == 1:
-                    self.elastic = self.moved(found.position) / found.multiplier
                 rests.append(found)
                 step = min(2.0 * step, associative / STEPS)
             elif driven_from is not rest and (way := self.way_on(rest, found)) is not None:
@@ -171,6 +169,8 @@ class Loading(Overdamped):
                     high = np.inf
             else:
                 lost, high = lost or found, target
+            if len(rests) > 1 and np.isinf(self.elastic):
+                self.elastic = self.moved(rests[1].position) / rests[1].multiplier
             target = next_load(rests[-1].multiplier / scale, high, step)
             step = target - rests[-1].multiplier / scale
         return Walked(tuple(rests), lost, high)
