@@ -1,9 +1,10 @@
 """Headline of limit analysis against the peak of micro-FE: walls of robustness.py both ways, and of path.py.
 
-    python docs/studies/states.py [number of walls]
+    python docs/studies/states.py [number of walls] [--without-lagged] [--without-geometry]
 
-writes states.csv and states.md (after states_head.md) beside this file. Peaks are read from robustness.csv and
-path.csv, where they were computed.
+writes states.csv and states.md (after states_head.md) beside this file; without steps at the friction of the step
+before, or without large displacements, it says the outcome only. Peaks are read from robustness.csv and path.csv, where
+they were computed.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ import numpy as np
 import path
 from robustness import WALLS
 
-from orchestrator.limit_analysis import analyse
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.analysis import closes_joints
+from orchestrator.limit_analysis.search import overdamped
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import irregular_courses
@@ -33,7 +35,9 @@ NEAR, ABOVE = 0.015, 0.03
 def compared(wall: str, assemblage: Assemblage, direction: int, peak: float) -> dict[str, object]:
     """Analyse one wall in one direction and return its row of the table."""
     began = process_time()
-    found = analyse(assemblage, loads=loads_on(assemblage.wall, LoadSettings("+x" if direction > 0 else "-x")))
+    large = "never" if "--without-geometry" in sys.argv else "soft"
+    loads = loads_on(assemblage.wall, LoadSettings("+x" if direction > 0 else "-x"))
+    found = analyse(assemblage, LimitAnalysisSettings(large_displacements=large), loads)
     headline = found.headline.load_multiplier
     left = 1.0 - sum(failure.share for failure in found.local_failures)
     return {
@@ -49,6 +53,7 @@ def compared(wall: str, assemblage: Assemblage, direction: int, peak: float) -> 
         "rest": "" if found.last_rest is None else f"{found.last_rest:.4f}",
         "interval": "" if found.interval is None else "{:.4f} to {:.4f}".format(*found.interval),
         "soft": "" if found.soft_from is None else f"{found.soft_from:.4f}",
+        "large displacements": "" if found.rigid_curve is None else f"{found.rigid_curve[:, 1].max():.4f}",
         "local": len(found.local_failures),
         "the paper's value": "" if found.sequence is None else f"{found.sequence.load_multiplier:.4f}",
         "lowest": "" if found.lowest is None else f"{found.lowest.load_multiplier:.4f}",
@@ -108,10 +113,16 @@ def peaks_of_path() -> dict[int, float]:
 def main() -> None:
     """Run all walls; the table is written anew after each."""
     rows: list[dict[str, object]] = []
-    for wall in islice(chain(random_walls(), drawn_walls()), int(sys.argv[1]) if len(sys.argv) > 1 else None):
+    without = [option for option in sys.argv[1:] if option.startswith("--without")]
+    numbers = [int(option) for option in sys.argv[1:] if option not in without]
+    if "--without-lagged" in without:
+        overdamped.LAGGED_STEPS = 0
+    for wall in islice(chain(random_walls(), drawn_walls()), numbers[0] if numbers else None):
         rows.append(compared(*wall))
         print(", ".join(f"{name} {value}" for name, value in rows[-1].items()), flush=True)
-        write(rows)
+        if not without:
+            write(rows)
+    print(summarised(rows))
 
 
 def write(rows: list[dict[str, object]]) -> None:

@@ -146,7 +146,7 @@ def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
         loads = loads_on(assemblage.wall, case.load)
         assemblage = with_ties(assemblage, case.reinforcement.ties)
     with naming(case.block_file):
-        return assemblage, analyse(assemblage, case.limit_analysis, loads)
+        return assemblage, analyse(assemblage, case.limit_analysis, loads, case.elastic.elastic_modulus)
 
 
 def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:

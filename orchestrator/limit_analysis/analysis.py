@@ -11,6 +11,9 @@ from dataclasses import dataclass, replace
 from math import inf
 from time import perf_counter
 
+import numpy as np
+
+from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis.gravity import associative_optimum, refuse_what_falls
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
@@ -19,7 +22,7 @@ from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.search.loading import SAME_ANSWER, Loaded, loaded
+from orchestrator.limit_analysis.search.loading import SAME_ANSWER, Loaded, in_large_displacements, loaded
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.search.other_states import (
     closed_state,
@@ -32,6 +35,7 @@ from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.limit_analysis.validation import LIMITS
 from orchestrator.loads.block_loads import Loads, loads_on
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
@@ -54,9 +58,11 @@ def analyse(
     assemblage: Assemblage,
     settings: LimitAnalysisSettings | None = None,
     loads: Loads | None = None,
+    elastic_modulus: float = ELASTIC_MODULUS,
 ) -> LimitAnalysis:
     """Analyse an assemblage under its dead load and lambda times its live load.
 
+    elastic_modulus: of stones that have none of their own, Pa: only walls that move far before they fail depend on it.
     Without `loads` both are the weight of every block, the live load along +x. The wall is analysed in its standard
     view: neither its numbering nor the side it is seen from matters. Raises CaseError when the wall
     cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative program
@@ -67,7 +73,8 @@ def analyse(
     settings, loads = settings or LimitAnalysisSettings(), loads or loads_on(assemblage.wall)
     view = standard_view(assemblage, loads)
     equilibrium = assemble_equilibrium(view.assemblage, view.loads)
-    problem = Problem(view.assemblage, equilibrium, coulomb(view.assemblage, equilibrium.dead_total))
+    friction = coulomb(view.assemblage, equilibrium.dead_total)
+    problem = Problem(view.assemblage, equilibrium, friction, elastic_modulus)
     blocks, joints = len(equilibrium.free_blocks), assemblage.joints.count
     logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
@@ -80,6 +87,9 @@ def analyse(
     sequence, remarks = papers_value(problem, optimum, path, settings)
     other = others(problem, optimum, met, sequence, settings)
     met = None if met is None else closed_by_others(met, other)
+    if met is not None and is_pushed(met, settings):
+        logger.info("pushing rigid blocks in large displacements")
+        met = in_large_displacements(met, problem.assemblage)
     answer = LimitAnalysis(
         loads=loads,
         weight=problem.equilibrium.total_weight,
@@ -94,10 +104,12 @@ def analyse(
         lowest=other.lowest,
         highest=other.highest,
         local_failures=met.local_failures if met else (),
-        last_rest=met.path.last_rest if met and not unloaded(met) else None,
+        last_rest=last_rest_of(met),
         soft_from=met.path.soft_from if met else None,
         interval=met.spread if met else None,
         associative_left=bound_left(problem, met),
+        elastic_modulus=elastic_modulus,
+        rigid_curve=curve_of(met),
     )
     return view.carried_back(answer, assemble_equilibrium(assemblage, loads))
 
@@ -108,6 +120,34 @@ def closed_by_others(met: Loaded, other: Others) -> Loaded:
         high = max((met.state.load_multiplier, *(met.spread or ())))
         met = replace(met, state=other.passed, spread=(other.passed.load_multiplier, high))
     return met if other.closes is None else replace(met, state=other.closes)
+
+
+def is_pushed(met: Loaded, settings: LimitAnalysisSettings) -> bool:
+    """Whether a wall is pushed in large displacements, too."""
+    if unloaded(met) or met.state is None or settings.large_displacements == "never":
+        return False
+    if len(met.part.equilibrium.free_blocks) > settings.path_blocks:
+        return False
+    return settings.large_displacements == "always" or met.path.soft_from is not None
+
+
+def geometry_decides(met: Loaded) -> bool:
+    """Whether the answer is the peak in large displacements, and not the limit state of the wall as drawn."""
+    return met.pushed is not None and met.state is not None and met.multiplier == met.pushed.peak
+
+
+def last_rest_of(met: Loaded | None) -> float | None:
+    """Return the last load at which a wall was found at rest, None where it was not loaded."""
+    if met is None or unloaded(met):
+        return None
+    return met.multiplier if geometry_decides(met) else met.path.last_rest
+
+
+def curve_of(met: Loaded | None) -> FloatArray | None:
+    """Return displacement in m and multiplier (s, 2) of rigid blocks in large displacements, None if not pushed."""
+    if met is None or met.pushed is None:
+        return None
+    return read_only(np.column_stack([met.pushed.displacement, met.pushed.multiplier]))
 
 
 def bound_of(problem: Problem, optimum: LimitSolution) -> LimitState:
@@ -135,7 +175,10 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         stones = ", ".join(map(str, failure.stones))
         said.append(f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose")
     rest, state = met.path.last_rest, met.state
-    if state is not None and state.flow_rule in CLOSED_BY:
+    if geometry_decides(met):
+        bears, drawn = met.multiplier, met.path.last_rest if met.path.state is None else met.path.state.load_multiplier
+        said.append(f"geometry decides: rigid blocks in large displacements bear {bears:.4f}, in small ones {drawn:.4f}")
+    elif state is not None and state.flow_rule in CLOSED_BY:
         how = CLOSED_BY[state.flow_rule]
         said.append(f"the path was not followed to its end: state closed by {how}; {loaded_to(met)}")
     elif state is None or not state.converged:

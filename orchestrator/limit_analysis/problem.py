@@ -13,16 +13,21 @@ from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.mechanism import dilation, mechanism_from, power_residual
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.validation import validate
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS
 from orchestrator.masonry.joints import Assemblage
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Problem:
-    """What all flow rules share: the assemblage, its equilibrium and Coulomb's law in its joints."""
+    """What all flow rules share: the assemblage, its equilibrium and Coulomb's law in its joints.
+
+    elastic_modulus: of stones that have none of their own, Pa. Only how far the wall moves depends on it.
+    """
 
     assemblage: Assemblage
     equilibrium: Equilibrium
     friction: YieldConditions
+    elastic_modulus: float = ELASTIC_MODULUS
 
     @property
     def no_dilatancy(self) -> FloatArray:

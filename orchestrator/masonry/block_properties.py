@@ -10,6 +10,9 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.geometry.rigid import cross
 from orchestrator.masonry.wall import Wall
 
+ELASTIC_MODULUS = 3.5e9
+"""Young's modulus of stones of which nothing is known, Pa."""
+
 
 def block_areas(wall: Wall) -> FloatArray:
     """Areas (n,) in m2."""
@@ -47,6 +50,12 @@ def outlines_of(wall: Wall) -> Outlines:
     following[first + counts - 1] = first
     corner = np.concatenate([block.polygon for block in wall.blocks])
     return Outlines(corner, np.repeat(np.arange(len(counts)), counts), following, first)
+
+
+def block_moduli(wall: Wall, elastic_modulus: float) -> FloatArray:
+    """Young's moduli (n,) in Pa: the given one where a block has none of its own."""
+    own = [block.elastic_modulus for block in wall.blocks]
+    return np.array([elastic_modulus if modulus is None else modulus for modulus in own])
 
 
 def block_thicknesses(wall: Wall) -> FloatArray:

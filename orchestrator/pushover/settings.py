@@ -8,13 +8,14 @@ from typing import Annotated, Literal
 from annotated_types import Ge, Gt, Le, Lt
 
 from orchestrator.basis.units import Unit
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS
 
 
 @dataclass(frozen=True, slots=True)
 class ElasticSettings:
     """Isotropic linear elasticity of every stone."""
 
-    elastic_modulus: Annotated[float, Ge(1e3), Le(1e15), Unit("Pa")] = 3.5e9
+    elastic_modulus: Annotated[float, Ge(1e3), Le(1e15), Unit("Pa")] = ELASTIC_MODULUS
     """Young's modulus of the stones; joints add what their stiffness (joints.classes) and contact.slip_tolerance say"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
     """lateral contraction over axial strain"""

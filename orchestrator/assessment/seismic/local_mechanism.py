@@ -84,7 +84,8 @@ def loads_in_mechanism(
     remarks: tuple[str, ...] = ()
     if (load.distribution, load.inclination) != ("mass", 0.0):
         try:
-            analysis = analyse(assemblage, settings, loads_on(assemblage.wall, by_mass))
+            by_mass_on = loads_on(assemblage.wall, by_mass)
+            analysis = analyse(assemblage, settings, by_mass_on, analysis.elastic_modulus)
         except (CaseError, ConvergenceError) as error:
             return f"under a horizontal load proportional to mass: {error}"
         remarks = ("analysed for a horizontal load proportional to mass, not for the load of this case",)

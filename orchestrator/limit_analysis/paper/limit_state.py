@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.loads.block_loads import Loads
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS
 
 BoolArray = npt.NDArray[np.bool_]
 Scale = Literal["unit_power", "unit_displacement"]
@@ -119,7 +120,9 @@ class LimitAnalysis:
     and finds rest beyond it: lowest and highest multiplier; the headline is the lower state then. The lowest may be a
     rest beyond which a path with joints of that stiffness found neither rest nor state.
     last_rest: the last load at which the wall was found at rest; soft_from: that from which on it moves so far that
-    geometry decides, or None.
+    geometry decides, or None. rigid_curve (s, 2): displacement along the live load in m and multiplier of rigid blocks
+    in large displacements, of what local failures leave, for stones of elastic_modulus (Pa); None where not asked for.
+    Where its peak is the answer, `path` is that peak, not converged, and the interval ends with the limit state.
     """
 
     loads: Loads
@@ -139,6 +142,8 @@ class LimitAnalysis:
     soft_from: float | None = None
     interval: tuple[float, float] | None = None
     associative_left: LimitState | None = None
+    elastic_modulus: float = ELASTIC_MODULUS
+    rigid_curve: FloatArray | None = None
 
     def tilt_angle(self, state: LimitState) -> float | None:
         """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""

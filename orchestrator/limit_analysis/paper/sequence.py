@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Annotated, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 from annotated_types import Ge, Gt, Le, Lt, MinLen
@@ -45,7 +45,7 @@ LP_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class LimitAnalysisSettings:
-    """The paper's sequence (alpha, beta, seeds, stopping), the search for other states, and what is local."""
+    """The paper's sequence (alpha, beta, seeds, stopping), the search for other states, and what loading looks at."""
 
     slope_fraction: Annotated[float, Gt(0), Lt(1)] = 0.01
     """alpha of Eq. (2): the friction lines fall by this part of the coefficient of friction"""
@@ -70,6 +70,9 @@ class LimitAnalysisSettings:
     not settle (997 blocks)"""
     path_blocks: Annotated[int, Ge(0)] = 500
     """larger walls are not loaded to their end: their state is one of smoothed conditions, where there is one"""
+    large_displacements: Literal["soft", "always", "never"] = "soft"
+    """which walls are pushed in large displacements, too: those that move far before they fail, all (for their curve),
+    or none"""
     local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
     """a mechanism that moves less than this part of the weight is a local failure: its stones are taken away, and the
     wall goes on to its own state; 0 stops at the first mechanism, however small"""

@@ -43,7 +43,9 @@ def as_far_as(problem: Problem, multiplier: float, state: LimitState) -> LoadPat
 
     With no rest at all, not even under the dead load, where that would be a handful of steps only.
     """
-    loading = Overdamped(elastic_wall(problem.assemblage, problem.equilibrium, problem.friction))
+    loading = Overdamped(
+        elastic_wall(problem.assemblage, problem.equilibrium, problem.friction, elastic_modulus=problem.elastic_modulus)
+    )
     loading.most, scale = BUDGET // len(problem.equilibrium.free_blocks), loading.wall.problem.per_multiplier
     rests = _rests(loading, multiplier, TOWARDS) if loading.most >= WORTH else []
     asked = multiplier * np.append(0.0, TOWARDS)

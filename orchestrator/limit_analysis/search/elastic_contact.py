@@ -11,8 +11,9 @@ finite elements it has come away from them.) At each point
 Gaps are remembered, slips are forgotten once they are made: that is what tells this law from one that is plastic in
 both. max(0, t) is smoothed to (t + sqrt(t^2 + 4 m^2))/2, m = JOINT_SMOOTHING block weights: Newton's method needs
 slopes, and where a point has opened its force m^2/(k gap) is soon nothing. The k_n of a joint are E t L/d in all, d the
-distance between the centroids across the joint (a support is rigid and counts for nothing). Only ratios of stiffnesses
-matter to the multiplier, E is therefore such that their mean is 2. A state that is a property of the wall is the same
+distance between the centroids along its normal (a support is rigid and counts for nothing). Only ratios of stiffnesses
+matter to a limit state: they are such that their mean is 2. How far blocks move in m depends on E: `unit` says it, and
+joints of blocks that have moved stand where moved_joints.py says. A state that is a property of the wall is the same
 with both STIFFNESSES. Sources: Lourenço and Rots 1997 (stiffness of a joint that stands for the stones beside it); Chen
 and Harker 1993 (smoothing); Simpson's rule (the areas).
 """
@@ -28,9 +29,10 @@ import scipy.sparse as sp
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
+from orchestrator.limit_analysis.search.moved_joints import PLACES, MovedJoints, moved_joints
 from orchestrator.limit_analysis.search.scaled_problem import ScaledProblem, scaled_problem
 from orchestrator.limit_analysis.search.wall_stiffness import POINT_ENTRIES, WallStiffness
-from orchestrator.masonry.block_properties import block_centroids, block_weights
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS, block_centroids, block_moduli, block_weights
 from orchestrator.masonry.joints import Assemblage
 
 JOINT_SMOOTHING = 1e-4
@@ -45,8 +47,8 @@ LEAST_STIFFNESS = 1e-8
 """Part of its stiffness that an open point has in the matrix: a block that hangs free for a moment is held."""
 LEAST_STRENGTH = 1e-6
 """Shear, mean block weights, that a point without normal force can bear where the strength is given."""
-PLACES, AREAS = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6.0
-"""Points of a joint: where between its start and its end, and the part of the area that each stands for."""
+AREAS = np.array([1.0, 4.0, 1.0]) / 6.0
+"""Part of the area of a joint that each of its PLACES stands for."""
 JOINT_OF_POINTS = np.zeros((3, 2 * len(PLACES)))
 """What forces (n, s at each point) are at the ends and along the joint; its transpose takes rates the other way."""
 JOINT_OF_POINTS[0, ::2], JOINT_OF_POINTS[1, ::2], JOINT_OF_POINTS[2, 1::2] = 1.0 - PLACES, PLACES, 1.0
@@ -56,16 +58,28 @@ JOINT_OF_POINTS[0, ::2], JOINT_OF_POINTS[1, ::2], JOINT_OF_POINTS[2, 1::2] = 1.0
 class ElasticWall:
     """A wall in the units of `ScaledProblem`, of the c points of its k joints, joint by joint.
 
-    stiffness (c, 2): normal, and along the joint. tension (c,): tensile strength, mean block weights.
+    stiffness (c, 2): normal, and along the joint. tension (c,): tensile strength, mean block weights. unit: metres of
+    displacement 1. joints: how they stand where blocks have moved; None: as in `problem`, wherever blocks are. offset
+    (c, 2): rates without displacements, of a wall linearised about some.
     """
 
     problem: ScaledProblem
     stiffness: FloatArray
     tension: FloatArray
+    unit: float
+    joints: MovedJoints | None = None
+    offset: FloatArray | float = 0.0
 
     def rates(self, displacements: FloatArray) -> FloatArray:
-        """Opening and slip (c, 2) of blocks that have moved by displacements (3m,)."""
-        return -(self.problem.B_T @ displacements).reshape(-1, 2)
+        """Opening and slip (c, 2) of blocks that have moved by displacements (3m,), with joints as in `problem`."""
+        return self.offset - (self.problem.B_T @ displacements).reshape(-1, 2)
+
+    def at(self, displacements: FloatArray) -> ElasticWall:
+        """Return a wall with joints that move, linearised about displacements (3m,)."""
+        assert self.joints is not None
+        B, rates = self.joints.at(displacements)
+        problem = replace(self.problem, B=B, B_T=B.T, stiffness=self.problem.stiffness.of(B))
+        return replace(self, problem=problem, offset=rates + (B.T @ displacements).reshape(-1, 2))
 
     def strength(self, normal: FloatArray) -> FloatArray:
         """Largest shear (c,) of points that carry normal forces (c,)."""
@@ -133,33 +147,43 @@ def elastic_wall(
     coulomb: YieldConditions,
     stiffness: Stiffness = STIFFNESSES[0],
     body_of_block: IntArray | None = None,
+    elastic_modulus: float = ELASTIC_MODULUS,
 ) -> ElasticWall:
     """Return the wall with the stiffness of every joint, or of those between bodies of several blocks.
 
     body_of_block (n,): which blocks are one body, as equilibrium and Coulomb's law (k joints) have them.
+    elastic_modulus: of stones that have none of their own, Pa.
     """
     wall, joints, centroids = assemblage.wall, assemblage.joints, block_centroids(assemblage.wall)
-    between = np.ones(joints.count, dtype=bool)
     if body_of_block is not None:
-        between = body_of_block[joints.i] != body_of_block[joints.j]
+        joints = joints.part(body_of_block[joints.i] != body_of_block[joints.j])
         weights = block_weights(wall)
         moment = np.column_stack([np.bincount(body_of_block, weights * x) for x in centroids.T])
         centroids = (moment / np.bincount(body_of_block, weights)[:, None])[body_of_block]
     free = np.array([not block.fixed for block in wall.blocks])
-    distance = sum(
-        free[block] * np.linalg.norm(centroids[block] - joints.centroid[between], axis=1)
-        for block in (joints.i[between], joints.j[between])
+    modulus, least = block_moduli(wall, elastic_modulus), LEAST_DISTANCE * equilibrium.block_length / elastic_modulus
+    compliance = sum(
+        free[block] * np.abs(((centroids[block] - joints.centroid) * joints.normal).sum(axis=1)) / modulus[block]
+        for block in (joints.i, joints.j)
     )
     by_distance, tangential = stiffness
-    normal = joints.area[between]
-    if by_distance:
-        normal = normal / np.maximum(distance, LEAST_DISTANCE * equilibrium.block_length)
+    physical = joints.area / (np.maximum(compliance, least) + 1.0 / joints.normal_stiffness)
+    normal = physical if by_distance else joints.area
     normal = np.kron(2.0 * normal / normal.mean(), AREAS)
     return ElasticWall(
         problem=of_points(scaled_problem(equilibrium, coulomb)),
         stiffness=np.column_stack([normal, tangential * normal]),
         tension=np.kron(coulomb.tension, AREAS) / equilibrium.mean_weight,
+        unit=2.0 * equilibrium.mean_weight / float(physical.mean()),
     )
+
+
+def with_joints_that_move(wall: ElasticWall, assemblage: Assemblage, equilibrium: Equilibrium) -> ElasticWall:
+    """Return a wall of stones whose joints stand where the stones have moved."""
+    joints = moved_joints(assemblage, equilibrium, wall.unit)
+    B, _ = joints.at(np.zeros(wall.problem.B.shape[0]))
+    problem = replace(wall.problem, B=B, B_T=B.T, stiffness=WallStiffness(B, POINT_ENTRIES))
+    return replace(wall, problem=problem, joints=joints)
 
 
 def of_points(problem: ScaledProblem) -> ScaledProblem:

@@ -161,7 +161,7 @@ def interior_step(wall: ElasticWall, before: Position, task: Task, expected: flo
     problem, k = wall.problem, wall.stiffness
     at = _first_inside(wall, before, task, expected)
     for spent in range(INTERIOR_STEPS + 1):
-        rates = before.rates + wall.rates(at.moved)
+        rates = wall.rates(before.displacements + at.moved)
         unbalanced = problem.B @ at.forces.ravel() - at.multiplier * problem.live - problem.dead + task.drag * at.moved
         gap, forth, back = (at.apart / k[:, [0, 1, 1]]).T
         slip = rates[:, 1] - before.rates[:, 1] + (at.forces[:, 1] - before.forces[:, 1]) / k[:, 1]

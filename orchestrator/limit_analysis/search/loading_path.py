@@ -181,7 +181,10 @@ class StateSearch(Loading):
 
     def __init__(self, problem: Problem, stiffness: Stiffness) -> None:
         """Nothing has moved yet."""
-        super().__init__(elastic_wall(problem.assemblage, problem.equilibrium, problem.friction, stiffness))
+        equilibrium, modulus = problem.equilibrium, problem.elastic_modulus
+        super().__init__(
+            elastic_wall(problem.assemblage, equilibrium, problem.friction, stiffness, elastic_modulus=modulus)
+        )
         self.problem = problem
         self.closing = Closing(problem, joint_stiffness(self.wall))
 

@@ -6,6 +6,7 @@ rests, or moves like a mechanism. The blocks may be stones or bodies of several 
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,7 +50,10 @@ class Moved:
 
 
 class Overdamped:
-    """The motions of one wall against a drag, and the factorisations that they have taken."""
+    """The motions of one wall against a drag, and the factorisations that they have taken.
+
+    counts: how often which way out was needed, such as `lagged`, a step at the friction of the step before.
+    """
 
     def __init__(self, wall: ElasticWall) -> None:
         """Nothing has moved yet."""
@@ -57,6 +61,7 @@ class Overdamped:
         blocks = len(wall.problem.dead) // 3
         self.spent, self.most = 0, int(np.clip(BUDGET / blocks, SMALLEST_BUDGET, MOST_IN_ALL))
         self.at_gravity = undeformed(self.wall)
+        self.counts = Counter[str]()
         self.elastic = np.inf  # live displacement of the first load step over its multiplier
 
     @property
@@ -85,11 +90,13 @@ class Overdamped:
         the step before allow it is a convex program, and has one: a few such steps lead to where the other is found
         again. Only steps of Coulomb's friction end in a rest.
         """
-        live, end = self.wall.problem.live, min(self.spent + budget, self.most)
+        start, end = position, min(self.spent + budget, self.most)
         change, velocity, flow = np.zeros_like(position.displacements), np.zeros_like(position.displacements), np.inf
         lagged = failures = 0
         while self.spent < end and drag < MOST_DRAG:
+            drag *= self.times_too_long(velocity / drag)
             found = self.step(position, Task(multiplier, drag, lagged=lagged > 0), velocity / drag)
+            self.counts["lagged"] += lagged > 0
             if not found.found and lagged:
                 drag, lagged = SLOWER * drag, lagged - 1
                 continue
@@ -98,7 +105,7 @@ class Overdamped:
                 drag *= 1.0 if failures == 1 else STIFFER
                 continue
             change = found.position.displacements - position.displacements
-            flow = self.flow(found.position, position, multiplier * float(live @ change))
+            flow = self.flow(found.position, position, multiplier * float(self.wall.problem.live @ change))
             steady = np.abs(found.position.forces[:, 0] - position.forces[:, 0]).max() < STEADY
             position, velocity = found.position, drag * change
             if lagged:
@@ -107,10 +114,19 @@ class Overdamped:
             failures = 0
             if np.abs(velocity).max() < REST:
                 return Moved(position, change, multiplier, flow, True)
-            if live @ change > 1.0 and flow < (NEARLY if self.is_further(FAR, position, multiplier) else MOTION):
+            if self.is_lost(start, position, change, multiplier, flow):
                 break
             drag *= next((factor for most, factor in FASTER if found.effort <= most), 1.2)
         return Moved(position, change, multiplier, flow, False)
+
+    def times_too_long(self, change: FloatArray) -> float:
+        """Return how many times longer a change of displacements (3m,) is than a step may be, at least 1."""
+        return 1.0
+
+    def is_lost(self, start: Position, here: Position, change: FloatArray, multiplier: float, flow: float) -> bool:
+        """Whether a motion from `start`, the last change of which is given, is not followed any further."""
+        enough = NEARLY if self.is_further(FAR, here, multiplier) else MOTION
+        return float(self.wall.problem.live @ change) > 1.0 and flow < enough
 
     def gravity(self) -> Moved:
         """Move from the wall as drawn under its dead load; displacements count from the rest it comes to."""

@@ -14,12 +14,17 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Iterator
 from contextlib import contextmanager
+from copy import copy
+from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.sparse.linalg import SuperLU, splu
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 ENTRIES = ((0, 0), (1, 1), (2, 0), (2, 1), (2, 2))
 """Row and column of a, b, c, d, e in the matrix of a joint."""
@@ -93,22 +98,34 @@ class WallStiffness:
 
     def __init__(self, B: sp.spmatrix, entries: tuple[tuple[int, int], ...] = ENTRIES) -> None:
         """Find the order to eliminate in, and in it the pattern of B J B^T, for B (3m, 3k), or (3m, 2k) for points."""
-        size, each = B.shape[0], entries[-1][0] + 1
+        size, each, B = B.shape[0], entries[-1][0] + 1, B.tocsc()
         self._order = _order(B, each)
-        rows, values = _columns(B.tocsr()[self._order].tocsc())
-        pairs = [(slice(i, None, each), slice(j, None, each)) for i, j in entries]
-        products = np.stack([values[i, :, None] * values[j, None, :] for i, j in pairs], axis=1).ravel()
-        places = np.stack([size * rows[j, None, :] + rows[i, :, None] for i, j in pairs], axis=1).ravel()
-        there = np.flatnonzero(products)
+        self._pairs = [(slice(i, None, each), slice(j, None, each)) for i, j in entries]
+        rows = _filled(B, np.argsort(self._order)[B.indices])
+        places = np.stack([size * rows[j, None, :] + rows[i, :, None] for i, j in self._pairs], axis=1).ravel()
+        there = np.flatnonzero(self._products(_filled(B, np.ones(B.nnz))))
         diagonal = np.arange(size) * (size + 1)
         found, number = np.unique(np.concatenate([places[there], diagonal]), return_inverse=True)
         shape = len(found), len(places) // MOST**2
-        self._map = sp.csr_matrix((products[there], (number[: len(there)], there // MOST**2)), shape=shape)
+        self._map = sp.csr_matrix((there.astype(float), (number[: len(there)], there // MOST**2)), shape=shape)
+        self._there = self._map.data.astype(np.int64)
+        self._map.data = self._products(_filled(B, B.data))[self._there]
         self._diagonal = number[len(there) :]
         column, row = np.divmod(found, size)
         pattern = row.astype(np.int32), np.searchsorted(column, np.arange(size + 1)).astype(np.int32)
         self._matrix = sp.csc_matrix((np.ones(len(found)), *pattern), shape=(size, size))
         self._matrix.sum_duplicates()  # there are none; from now on nobody asks again
+
+    def _products(self, values: FloatArray) -> FloatArray:
+        """Return every product of two entries that the columns of a joint have, of values (columns, MOST)."""
+        return np.stack([values[i, :, None] * values[j, None, :] for i, j in self._pairs], axis=1).ravel()
+
+    def of(self, B: sp.csc_matrix) -> WallStiffness:
+        """Return the same of another B that has its entries in the same places."""
+        other = copy(self)
+        products = self._products(_filled(B, B.data))[self._there]
+        other._map = sp.csr_matrix((products, self._map.indices, self._map.indptr), shape=self._map.shape)
+        return other
 
     def factorised(self, joints: FloatArray, drag: float = 0.0) -> Factors:
         """Return the factors of B J B^T + drag I for joints (k, 5) as ENTRIES, or points (k, 3) as POINT_ENTRIES.
@@ -129,10 +146,9 @@ def _order(B: sp.spmatrix, each: int) -> IntArray:
     return order
 
 
-def _columns(B: sp.csc_matrix) -> tuple[IntArray, FloatArray]:
-    """Return the rows and values (columns, MOST) of every column's entries, filled up with zeros."""
-    rows, values = np.zeros((B.shape[1], MOST), dtype=np.int64), np.zeros((B.shape[1], MOST))
+def _filled(B: sp.csc_matrix, values: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
+    """Return values of the entries of B as (columns, MOST), filled up with zeros."""
+    filled = np.zeros((B.shape[1], MOST), dtype=values.dtype)
     column = np.repeat(np.arange(B.shape[1]), np.diff(B.indptr))
-    place = np.arange(B.nnz) - B.indptr[column]
-    rows[column, place], values[column, place] = B.indices, B.data
-    return rows, values
+    filled[column, np.arange(B.nnz) - B.indptr[column]] = values
+    return filled

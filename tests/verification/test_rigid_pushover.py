@@ -1,0 +1,138 @@
+"""Rigid blocks in large displacements: closed forms of rocking and sliding, images of a wall, micro-FE.
+
+A block of width b and height h that rocks about its toe, R = sqrt(b^2 + h^2)/2, tan(alpha) = b/h: after a turn theta
+it bears lambda = tan(alpha - theta), and its centroid has moved by u = R (sin(alpha) - sin(alpha - theta)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
+from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, elastic_wall, with_joints_that_move
+from orchestrator.limit_analysis.search.loading_path import STEPS
+from orchestrator.limit_analysis.search.rigid_pushover import rigid_pushover
+from orchestrator.loads import LoadSettings, loads_on
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.patterns import IrregularCourses, Rubble, irregular_courses, rubble
+from tests.support.limit_analysis_cases import FLOOR, assemblage_of, box, case, mirrored, tower, transformed
+from tests.support.pushover_chain import model_of
+from tests.support.pushover_chain import run as pushed
+
+STIFF = 3.5e13
+
+
+def pushed_rigid(wall, elastic_modulus=3.5e9, stiffness=STIFFNESSES[0]):
+    problem = replace(problem_of(wall), elastic_modulus=elastic_modulus)
+    return rigid_pushover(problem, associative_optimum(problem).load_multiplier, stiffness)
+
+
+def rocking(width, height, moved):
+    radius, angle = np.hypot(width, height) / 2, np.arctan2(width, height)
+    return np.tan(np.arcsin(np.sin(angle) - moved / radius))
+
+
+@pytest.mark.parametrize("stiffness", STIFFNESSES)
+@pytest.mark.parametrize(("width", "height", "blocks"), [(0.5, 1.0, 1), (1.0, 4.0, 1), (0.3, 0.25, 4)])
+def test_a_stiff_block_or_tower_rocks_as_a_rigid_one(width, height, blocks, stiffness):
+    found = pushed_rigid(tower(width, height, blocks), STIFF, stiffness)
+    total = height * blocks
+    assert found.is_past
+    assert found.peak == pytest.approx(width / total, rel=2e-3)
+    turning = found.displacement > 1e-3 * width
+    expected = rocking(width, total, found.displacement[turning])
+    assert turning.sum() >= 5
+    assert found.multiplier[turning] == pytest.approx(expected, abs=2e-3 * width / total)
+    assert found.multiplier[-1] < 0.81 * found.peak
+
+
+def test_a_block_that_slides_bears_the_same_wherever_it_is():
+    found = pushed_rigid(tower(1.0, 0.5, friction=0.3), STIFF)
+    slides = found.displacement > 1e-3
+    assert found.multiplier[slides] == pytest.approx(0.3, rel=1e-6)
+    assert found.is_past
+    assert found.displacement[-1] > 0.4 * np.sqrt(0.5)
+
+
+def test_a_block_on_a_springy_base_loses_what_its_turn_takes():
+    """lambda h/2 = e - theta h/2, with the weight at a distance e from the middle of a base on three springs without
+    tension (1/6, 2/3, 1/6 of the area): the largest over turns of the base, each balanced by bisection."""
+    width, height, modulus = 0.5, 2.0, 2e7
+    found = pushed_rigid(tower(width, height), modulus)
+    weight = 20e3 * width * height  # N per m of thickness
+    springs = modulus * width / (height / 2) * np.array([1.0, 4.0, 1.0]) / 6.0
+    places = width * np.array([-0.5, 0.0, 0.5])
+
+    def bears(turn):
+        low, high = -width * turn, weight / springs.sum() + width * turn
+        for _ in range(80):
+            sinks = 0.5 * (low + high)
+            carried = springs * np.maximum(sinks + turn * places, 0.0)
+            low, high = (low, sinks) if carried.sum() > weight else (sinks, high)
+        return carried @ places / weight / (height / 2) - turn
+
+    most = max(bears(turn) for turn in np.geomspace(1e-4, 0.2, 2000))
+    assert most < 0.9 * width / height
+    assert found.peak == pytest.approx(most, abs=0.5 * 0.25 / STEPS), "a sharp peak is met to half a load step"
+
+
+def irregular():
+    return find_joints(irregular_courses(IrregularCourses(1.2, 1.0, friction=0.6, seed=3)), JointSettings())
+
+
+def test_a_wall_at_another_scale_with_its_stiffness_scaled_has_the_same_curve():
+    """Lengths times s, Young's modulus times s: stresses of the weight over E, and all angles, are the same."""
+    here = pushed_rigid(irregular())
+    there = pushed_rigid(transformed(irregular(), lambda polygon: 10.0 * polygon), 3.5e10)
+    assert there.peak == pytest.approx(here.peak, rel=1e-6)
+    assert there.displacement[: len(here.displacement) // 2] == pytest.approx(
+        10.0 * here.displacement[: len(here.displacement) // 2], rel=1e-4, abs=1e-9
+    )
+
+
+def test_a_mirrored_wall_has_the_same_curve():
+    settings = LimitAnalysisSettings(large_displacements="always", search_blocks=1, sequence_blocks=1)
+    here = analyse(mirrored(irregular()), settings)
+    there = analyse(irregular(), settings, loads_on(irregular().wall, LoadSettings("-x")))
+    assert there.rigid_curve == pytest.approx(here.rigid_curve, rel=1e-6, abs=1e-9)
+
+
+def test_gaps_and_slips_follow_from_where_blocks_are():
+    """B^T is the slope of openings and slips wherever blocks have moved: finite differences."""
+    problem = problem_of(case("ferris_tinloi_wall3"))
+    drawn = elastic_wall(problem.assemblage, problem.equilibrium, problem.friction)
+    wall = with_joints_that_move(drawn, problem.assemblage, problem.equilibrium)
+    assert abs(wall.problem.B - drawn.problem.B).max() < 1e-12
+    rng = np.random.default_rng(3)
+    far = rng.normal(size=wall.problem.B.shape[0]) * 0.05 * problem.equilibrium.block_length / wall.unit
+    little = rng.normal(size=len(far)) * 1e-6 * problem.equilibrium.block_length / wall.unit
+    there = wall.at(far)
+    changed = 0.5 * (wall.joints.rates(far + little) - wall.joints.rates(far - little))
+    assert there.rates(far) == pytest.approx(wall.joints.rates(far))
+    assert changed == pytest.approx(-(there.problem.B_T @ little).reshape(-1, 2), abs=1e-6 * np.abs(little).max())
+
+
+def test_a_corner_that_has_turned_off_an_edge_does_not_press_its_extension():
+    """A stone turns about its right foot; the stone on its left, as high as its foot, is left behind untouched."""
+    stones = [FLOOR, box(0.0, 0.0, 0.5, 1.0), box(-0.5, 0.0, 0.5, 1.0)]
+    problem = problem_of(assemblage_of(stones))
+    drawn = elastic_wall(problem.assemblage, problem.equilibrium, problem.friction)
+    wall = with_joints_that_move(drawn, problem.assemblage, problem.equilibrium)
+    turn, foot = 0.05, np.array([0.5, 0.0])
+    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    moved = foot + rotation @ (np.array([0.25, 0.5]) - foot) - np.array([0.25, 0.5])
+    size = problem.equilibrium.block_length
+    there = np.concatenate([[*moved, -turn * size], [0.0, 0.0, 0.0]]) / wall.unit
+    between = (wall.joints.i > 0) & (wall.joints.j > 0)
+    assert (wall.unit * wall.joints.rates(there)[between, 0] > -1e-12).all()
+
+
+@pytest.mark.parametrize("name", ["ferris_tinloi_wall1", "ferris_tinloi_wall3"])
+def test_published_walls_bear_nearly_their_limit_state(name):
+    found = pushed_rigid(case(name))
+    assert found.is_past
+    assert 0.99 < found.peak / analyse(case(name)).headline.load_multiplier < 1.0
