@@ -23,6 +23,7 @@ from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, ru
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER, Loaded, in_large_displacements, loaded
+from orchestrator.limit_analysis.search.loading_path import LoadPath
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.search.other_states import (
     closed_state,
@@ -128,7 +129,12 @@ def is_pushed(met: Loaded, settings: LimitAnalysisSettings) -> bool:
         return False
     if len(met.part.equilibrium.free_blocks) > settings.path_blocks:
         return False
-    return settings.large_displacements == "always" or met.path.soft_from is not None
+    return settings.large_displacements == "always" or is_soft(met.path)
+
+
+def is_soft(path: LoadPath) -> bool:
+    """Whether displacements are large before the last rest, and not only next to it."""
+    return path.soft_from is not None and path.soft_from < (1.0 - SOFT_END) * path.last_rest
 
 
 def geometry_decides(met: Loaded) -> bool:
@@ -177,7 +183,9 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
     rest, state = met.path.last_rest, met.state
     if geometry_decides(met):
         bears, drawn = met.multiplier, met.path.last_rest if met.path.state is None else met.path.state.load_multiplier
-        said.append(f"geometry decides: rigid blocks in large displacements bear {bears:.4f}, in small ones {drawn:.4f}")
+        said.append(
+            f"geometry decides: rigid blocks in large displacements bear {bears:.4f}, in small ones {drawn:.4f}"
+        )
     elif state is not None and state.flow_rule in CLOSED_BY:
         how = CLOSED_BY[state.flow_rule]
         said.append(f"the path was not followed to its end: state closed by {how}; {loaded_to(met)}")
@@ -197,8 +205,11 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         said.append(f"at rest up to {rest:.4f}; it moves far before it bears the {state.load_multiplier:.4f} found")
     if state is not None and state.converged and closes_joints(state):
         said.append("joints that had opened close in this state: it lasts until they have, and may bear more then")
-    if met.path.soft_from is not None and met.path.soft_from < (1.0 - SOFT_END) * rest:
+    if is_soft(met.path):
         said.append(f"soft from {met.path.soft_from:.4f}: beyond it displacements are large and geometry decides")
+    if met.pushed is not None and not geometry_decides(met):
+        most = "bear at most" if met.pushed.is_past else "bear at least"
+        said.append(f"in large displacements rigid blocks {most} {met.pushed.peak:.4f}")
     if met.spread:
         low, high = met.spread
         said.append(f"which state is met depends on the joints' stiffness, or on how it moves: {low:.4f} to {high:.4f}")

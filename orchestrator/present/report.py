@@ -60,8 +60,10 @@ def write_given(figures: Path, case: Case, assemblage: Assemblage, name: str = "
 
 def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:
     """Draw the mechanism of the headline state, as picture and DXF, and write its forces beside the pictures' folder;
-    return the pictures."""
+    likewise the curve of rigid blocks, where there is one. Return the pictures of the mechanism."""
     storage.write_forces(figures.parent, assemblage, analysis.headline)
+    if storage.write_rigid_curve(figures.parent, analysis) is not None:
+        plots.save(plots.rigid_pushover(analysis), figures, "rigid_pushover", case.project.language)
     storage.write_text(figures.parent / "mechanism.dxf", plots.mechanism_dxf(assemblage, analysis.headline))
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
     live = load_words(case.load.distribution, analysis), weight_words(analysis)

@@ -8,7 +8,7 @@ from .files import (
     write_json,
     write_text,
 )
-from .force_tables import write_forces
+from .force_tables import write_forces, write_rigid_curve
 from .model_geometry import ContactPlaces, read_geometry, write_geometry
 from .notes import reasons, remarks
 from .outputs import refuse_overwriting_run, try_file, try_folder
@@ -80,6 +80,7 @@ __all__ = [
     "write_limit_analysis",
     "write_macroblocks",
     "write_paraview",
+    "write_rigid_curve",
     "write_summary",
     "write_text",
     "write_ties",

@@ -1,11 +1,15 @@
-"""Tables of forces of a collapse state: joints, sections of piers and spandrels, reactions; SI units."""
+"""Tables of what limit analysis finds, in SI units.
+
+Forces of a collapse state in joints, in sections of piers and spandrels, and reactions; the curve of rigid blocks in
+large displacements.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from orchestrator.assessment.section_forces import forces_on_j, reactions, section_forces
-from orchestrator.limit_analysis.paper.limit_state import LimitState
+from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.storage.files import write_csv
 
@@ -14,6 +18,7 @@ JOINT_FORCE_COLUMNS = (
     "normal_N", "shear_N", "force_on_j_x_N", "force_on_j_y_N", "opening_rate_start", "opening_rate_end", "slip_rate",
 )  # fmt: skip
 SECTION_COLUMNS = ("panel", "section", "x_m", "y_m", "depth_m", "N_N", "V_N", "M_Nm")
+RIGID_CURVE_COLUMNS = ("mean_displacement_m", "load_multiplier", "base_shear_N")
 REACTION_COLUMNS = ("support", "x_m", "y_m", "horizontal_N", "vertical_N", "moment_Nm")
 
 
@@ -37,6 +42,18 @@ def write_forces(folder: Path, assemblage: Assemblage, state: LimitState) -> lis
     )
     write_csv(paths[2], REACTION_COLUMNS, supports)
     return paths
+
+
+def write_rigid_curve(folder: Path, analysis: LimitAnalysis) -> Path | None:
+    """Write rigid_pushover.csv: displacement of the loads along the live load, on average over its forces, load
+    multiplier and base shear of rigid blocks in large displacements; return its path, None without such a curve."""
+    path = folder / "rigid_pushover.csv"
+    if analysis.rigid_curve is None:
+        path.unlink(missing_ok=True)
+        return None
+    rows = ((moved, load, load * analysis.horizontal_load) for moved, load in analysis.rigid_curve.tolist())
+    write_csv(path, RIGID_CURVE_COLUMNS, rows)
+    return path
 
 
 def _joints(ids: list[int], assemblage: Assemblage, state: LimitState) -> list[tuple[object, ...]]:

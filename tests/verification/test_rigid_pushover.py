@@ -18,10 +18,8 @@ from orchestrator.limit_analysis.search.loading_path import STEPS
 from orchestrator.limit_analysis.search.rigid_pushover import rigid_pushover
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
-from orchestrator.masonry.patterns import IrregularCourses, Rubble, irregular_courses, rubble
+from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from tests.support.limit_analysis_cases import FLOOR, assemblage_of, box, case, mirrored, tower, transformed
-from tests.support.pushover_chain import model_of
-from tests.support.pushover_chain import run as pushed
 
 STIFF = 3.5e13
 

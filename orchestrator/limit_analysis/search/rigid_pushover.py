@@ -52,8 +52,9 @@ class RigidPushover:
     """displacement (s,) along the live load in m and multiplier (s,) of the equilibria, from gravity on.
 
     state: the peak, with the forces there and the motion after it, as a last rest that no limit state closed; None
-    where the wall bears nothing. is_past: whether the load has fallen by DROP since the peak, or blocks have moved FAR, and
-    do so under a load just above it; else no more is known than that the wall bears it. counts: the ways out that were needed, steps `turned` and `shorter`, loads `held`, friction `lagged`.
+    where the wall bears nothing. is_past: whether the load has fallen by DROP since the peak, or blocks have moved FAR,
+    and do not come to rest under a load just above it; else no more is known than that the wall bears it. counts: the
+    ways out that were needed, steps `turned` and `shorter`, loads `held`, friction `lagged`.
     """
 
     displacement: FloatArray

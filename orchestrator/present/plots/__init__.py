@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from orchestrator.present.plots.canvas import save, stamp_not_valid
     from orchestrator.present.plots.collapse_dxf import mechanism_dxf
     from orchestrator.present.plots.first_page import given
-    from orchestrator.present.plots.pushover_pictures import curves, deformed, idealised
+    from orchestrator.present.plots.pushover_pictures import curves, deformed, idealised, rigid_pushover
     from orchestrator.present.plots.seismic_pictures import verification
     from orchestrator.present.plots.sensitivity_pictures import fragility_curve, tornado
     from orchestrator.present.plots.study_pictures import (
@@ -40,6 +40,7 @@ __all__ = [
     "mechanism_dxf",
     "mechanism_panel",
     "panels",
+    "rigid_pushover",
     "save",
     "stamp_not_valid",
     "study_curves",

@@ -163,6 +163,25 @@ def draw_curve(axes: Axes, curve: PushoverCurve, colour: str, style: str, label:
         axes.plot(moved[fell], shear[fell], "x", color=colour, markersize=6, label=f"{label}, a part falls")
 
 
+def rigid_pushover(analysis: LimitAnalysis) -> Figure:
+    """Draw the curve of rigid blocks in large displacements with the multipliers of limit analysis."""
+    assert analysis.rigid_curve is not None
+    figure = Figure(figsize=(7.0, 4.6), layout="constrained")
+    axes = figure.add_subplot()
+    moved, multiplier = analysis.rigid_curve.T
+    peak = printed("multiplier", float(multiplier.max()))
+    shear = multiplier * analysis.horizontal_load / 1e3
+    axes.plot(1e3 * moved, shear, color=BLUE, linewidth=1.8, label=f"rigid blocks: λ = {peak} at most")
+    draw_limit_analysis(axes, analysis)
+    _frame_curves(axes)
+    axes.set_xlabel("mean displacement of the loads (mm)")
+    axes.set_xlim(right=1e3 * float(moved.max()))
+    head = f"Rigid blocks in large displacements: {weight_words(analysis)}"
+    write_title(axes, f"{head}\nE = {analysis.elastic_modulus / 1e9:g} GPa", "")
+    legend_below(axes, 2)
+    return figure
+
+
 def readable_factor(drawn: float, largest: float) -> float:
     """Return 1, 2 or 5 times a power of ten, at least 1, so that factor x `largest` is at most `drawn` (both m)."""
     if largest == 0.0 or drawn <= largest:

@@ -34,6 +34,9 @@ ON_PAGES = [
     "the paper's sequence left out for so many blocks, more than 500",
     "the paper's sequence found no state: sequence of Eq. (2): linear program ended as PrimalInfeasible after 12 "
     "iterations",
+    "geometry decides: rigid blocks in large displacements bear 0.2776, in small ones 0.3200",
+    "in large displacements rigid blocks bear at most 0.3100",
+    "in large displacements rigid blocks bear at least 0.3100",
     # macroblocks
     "all blocks are one macroblock: it can only slide or overturn on its support",
     "3 joints inside macroblocks exceed a tolerance; their blocks are joined through others",
