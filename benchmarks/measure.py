@@ -5,8 +5,9 @@ fixed number of further increments of running bond walls of the same stones; thr
 largest takes three minutes). `--quick` measures the two smallest only, without that. Times are CPU seconds of one
 process. Two ranks are compared with one by wall-clock, which needs a quiet machine, and by the CPU seconds of the
 slower rank without waiting: what a rank does for itself is measured, MUMPS takes the time of one rank x the share of
-the operations that the rank has (`--ranks BLOCKS` measures this only). Writes scaling.csv, whole.csv, walls.csv and
-scaling.png beside this file. Timings of one run may be compared, as ratios, with one another; not with those of
+the operations that the rank has (`--ranks BLOCKS` measures this only). `--meshes` pushes benchmark 1 with elements of a
+half and a quarter of their size only. Writes scaling.csv, whole.csv, walls.csv, meshes.csv and scaling.png beside this
+file. Timings of one run may be compared, as ratios, with one another; not with those of
 another day.
 """
 
@@ -19,6 +20,7 @@ import os
 import resource
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
@@ -91,8 +93,11 @@ def scaling(blocks: int, increments: int | None = INCREMENTS) -> dict[str, float
     }
 
 
-def benchmark1(large: bool) -> dict[str, dict[str, float]]:
-    """Push benchmark 1 in macroblocks and stone by stone to its end, as `make benchmark1` does, without pictures."""
+def benchmark1(large: bool, finer: float = 1.0) -> dict[str, dict[str, float]]:
+    """Push benchmark 1 in macroblocks and stone by stone to its end, as `make benchmark1` does, without pictures.
+
+    finer: divides the size of elements.
+    """
     from mpi4py import MPI
 
     from orchestrator.app import driver
@@ -110,7 +115,7 @@ def benchmark1(large: bool) -> dict[str, dict[str, float]]:
     rows = {}
     for name, bodies in (("macroblocks", segmented.bodies), ("micro-FE", stones)):
         began = process_time()
-        meshes = mesh_bodies(bodies, case.mesh, None)
+        meshes = mesh_bodies(bodies, replace(case.mesh, size=case.mesh.size / finer), None)
         loads = own_weight(meshes, case.load.vector)
         model = build_model(bodies, meshes, case.elastic, case.contact, large, loads)
         iterations = failed = 0
@@ -120,6 +125,7 @@ def benchmark1(large: bool) -> dict[str, dict[str, float]]:
                 failed += len(last.attempts)
         rows[name] = {
             "bodies": model.bodies,
+            "unknowns": model.unknowns,
             "iterations": iterations,
             "failed_attempts": failed,
             "peak_multiplier": last.largest_base_shear / model.weight,
@@ -218,7 +224,9 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=3, help="runs of benchmark 1, medians are shown (default 3)")
     parser.add_argument("--scaling", type=int, help=argparse.SUPPRESS)
     parser.add_argument("--to-the-end", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--meshes", action="store_true", help="finer meshes of benchmark 1 only")
     parser.add_argument("--benchmark1", choices=("small", "large"), help=argparse.SUPPRESS)
+    parser.add_argument("--finer", type=float, default=1.0, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.scaling:
         on_first_rank(scaling(arguments.scaling))
@@ -227,9 +235,20 @@ def main() -> None:
     elif arguments.ranks:
         compare_ranks(arguments.ranks)
     elif arguments.benchmark1:
-        on_first_rank(benchmark1(arguments.benchmark1 == "large"))
+        on_first_rank(benchmark1(arguments.benchmark1 == "large", arguments.finer))
+    elif arguments.meshes:
+        measure_meshes()
     else:
         measure(arguments.quick, arguments.repeat)
+
+
+def measure_meshes() -> None:
+    """Push benchmark 1 with finer and finer meshes, and write their table."""
+    rows = []
+    for finer in (1, 2, 4):
+        run = in_own_process("--benchmark1", "large", "--finer", str(finer))
+        rows += [{"benchmark 1": model, "mesh.size over": finer, **figures} for model, figures in run.items()]
+    write("meshes.csv", rows)
 
 
 def measure(quick: bool, repeat: int) -> None:
@@ -248,6 +267,12 @@ def measure(quick: bool, repeat: int) -> None:
     write("whole.csv", whole)
     for name in ("iterations", "total_s", "peak_memory_MB"):
         print(f"to 20 mm, exponent of {name} over blocks: {exponent(whole, name, WHOLE[0]):.2f}")
+    measure_walls(repeat)
+    measure_meshes()
+
+
+def measure_walls(repeat: int) -> None:
+    """Push benchmark 1 so many times, write medians and compare them with those of other programs."""
     walls = []
     for kinematics in ("small", "large"):
         runs = [in_own_process("--benchmark1", kinematics) for _ in range(repeat)]

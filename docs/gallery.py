@@ -39,7 +39,7 @@ def keep(picture: Path, target: Path) -> None:
     image = Image.open(picture).convert("RGB")
     image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.LANCZOS)
     target.parent.mkdir(exist_ok=True)
-    image.quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(target, optimize=True)
+    image.quantize(COLOURS, Image.Quantize.FASTOCTREE).save(target, optimize=True)
 
 
 def main(wanted: list[str]) -> None:

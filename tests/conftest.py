@@ -21,6 +21,7 @@ from typing import NamedTuple
 import pytest
 
 from tests.support.seconds import LEDGER
+from tests.support.undrawn import undrawn
 
 TABLE = Path(__file__).parent / "seconds.csv"
 SLOW = 0.5
@@ -43,6 +44,13 @@ class Measured:
 
 
 MEASURED: dict[str, Measured] = {}
+
+
+@pytest.fixture(scope="module")
+def without_pictures() -> Iterator[None]:
+    """Of a file no test of which looks at a picture (tests.support.undrawn)."""
+    with undrawn():
+        yield
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -36,6 +36,7 @@ from orchestrator.masonry.sources.svg import read_svg
 from orchestrator.masonry.wall import Wall, check_blocks, check_wall
 from orchestrator.present import plots
 from orchestrator.settings.sections import number_or_text, settings_from
+from orchestrator.settings.unusual import THICKEST
 from orchestrator.storage.files import write_json
 from orchestrator.storage.values import blocks_record
 
@@ -100,10 +101,10 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
 
 
 def _thick(wall: Wall) -> list[str]:
-    """Return a warning of a wall that is thicker than long and high, or none."""
+    """Return a warning of a wall whose thickness is more than usual beside its length and height, or none."""
     thickness, size = wall.thickness, size_of(wall)
     said = f"WARNING: the wall is {thickness:.4g} m thick, and measures {size:.4g} m: is the unit right?"
-    return [said] if thickness > size else []
+    return [said] if thickness > THICKEST * size else []
 
 
 def _drawn(error: CaseError, wall: Wall, picture: Path | None) -> CaseError:

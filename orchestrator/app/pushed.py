@@ -73,37 +73,39 @@ def push(
     CaseError for loads other than those of the analysis and for joints of no known law, ConvergenceError where there is
     no curve; a curve that breaks off or is not valid is returned with its `complaints`.
     """
-    load = load or LoadSettings()
+    load, elastic, contact = load or LoadSettings(), elastic or ElasticSettings(), contact or ContactSettings()
     _refuse_other_loads(assemblage, analysis, load)
-    refuse_bonded_mortar(assemblage, (contact or ContactSettings()).softening_displacement)
+    refuse_bonded_mortar(assemblage, contact.softening_displacement)
     model: ModelName = "micro" if _is_every_block(partition) else "macro"
     stepping = stepping_of(model, stepping or SteppingSettings())
+    strict = SolverSettings(elastic, contact, newton or NewtonSettings(), stepping.large_displacement)
     began, expected = perf_counter(), analysis.associative.load_multiplier
     bodies = make_bodies(assemblage, partition)
     meshes = mesh_bodies(bodies, mesh or MeshSettings(), None)
-    contact_model = _model_of(assemblage, bodies, meshes, load, elastic, contact, stepping.large_displacement)
+    contact_model = _model_of(assemblage, bodies, meshes, load, strict)
     assembled = perf_counter()
     increments: list[Increment] = []
-
-    def keep(increment: Increment) -> None:
-        increments.append(increment)
-        if report:
-            report(progress_of(model, increment, stepping, contact_model.weight, perf_counter() - assembled))
-
-    complaint, factorise = follow(
-        contact_model, this_rank(), newton or NewtonSettings(), stepping, expected, None, keep
-    )
+    reported = _reported(increments, report, model, stepping, contact_model.weight)
+    complaint, factorise = follow(contact_model, this_rank(), strict.newton, stepping, expected, None, reported)
     ended = perf_counter()
     seconds = {"mesh": meshes.seconds, "assembly": assembled - began - meshes.seconds, "factorise": factorise}
     seconds |= {"contact": ended - assembled - factorise, "total": ended - began}
     kept = (lambda: increments, increments[-1] if increments else None)
-    strict = SolverSettings(
-        elastic or ElasticSettings(),
-        contact or ContactSettings(),
-        newton or NewtonSettings(),
-        stepping.large_displacement,
-    )
     return judged(model, bodies, contact_model, *kept, stepping, expected, complaint, strict, ranks=1, seconds=seconds)
+
+
+def _reported(
+    increments: list[Increment], report: Report | None, model: ModelName, stepping: SteppingSettings, weight: float
+) -> Callable[[Increment], None]:
+    """Return what keeps an increment in memory, and tells it."""
+    begun = perf_counter()
+
+    def keep(increment: Increment) -> None:
+        increments.append(increment)
+        if report:
+            report(progress_of(model, increment, stepping, weight, perf_counter() - begun))
+
+    return keep
 
 
 def _model_of(
@@ -111,17 +113,14 @@ def _model_of(
     bodies: Bodies,
     meshes: BodyMeshes,
     load: LoadSettings,
-    elastic: ElasticSettings | None,
-    contact: ContactSettings | None,
-    large: bool,
+    settings: SolverSettings,
 ) -> ContactModel:
     """Return the contact model of meshed bodies under a load, on this rank alone."""
     from orchestrator.pushover.model import build_model
     from orchestrator.pushover.solids.nodal_loads import nodal_loads
 
-    settings = (elastic or ElasticSettings(), contact or ContactSettings())
     loads = nodal_loads(assemblage.wall, bodies, meshes, load)
-    return build_model(bodies, meshes, *settings, large, loads)
+    return build_model(bodies, meshes, settings.elastic, settings.contact, settings.large_displacement, loads)
 
 
 def follow(
@@ -164,8 +163,7 @@ def judged(
     seconds: dict[str, float],
 ) -> Pushed:
     """Fold the increments that were kept (`increments()` yields them in order, up to `last`) into a curve; check it."""
-    from orchestrator.pushover.contact.mortar import coarse_toes, largest_closing
-    from orchestrator.pushover.path.body_overlap import largest_overlap
+    from orchestrator.pushover.contact.mortar import coarse_toes
     from orchestrator.pushover.path.stepping import end_of_curve
 
     if isinstance(complaint, ConvergenceError):
@@ -178,10 +176,7 @@ def judged(
     capacity = find_capacity(curve)
     failures = [complaint] if isinstance(complaint, ConvergenceError) else []
     large = stepping.large_displacement
-    overlap = (0.0, 0.0)
-    if large:
-        closed = largest_closing(contact_model.mortar, last)
-        overlap = largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen, closed)
+    overlap = _overlap_of(bodies, contact_model, last) if large else (0.0, 0.0)
     highest_static = _peak(curve)
     at_peak = next(one for one in increments() if one.number == highest_static)
     highest = None if large else expected * contact_model.horizontal_load
@@ -189,23 +184,23 @@ def judged(
     invalid = _invalid(model, curve, overlap[1], effort.energy_error, highest, broke_off)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     summary = storage.pushover_summary(
-        model,
-        contact_model.meshes,
-        len(contact_model.contacts),
-        effort,
-        capacity,
-        stopped,
-        overlap=overlap,
+        model, contact_model.meshes, len(contact_model.contacts), effort, capacity, stopped, overlap=overlap,
         toe_error=coarse_toes(bodies, contact_model.contacts, at_peak),
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
-        large_displacement=large,
-        ranks=ranks,
-        seconds=seconds,
-        peak_memory=peak_memory(),
+        large_displacement=large, ranks=ranks, seconds=seconds, peak_memory=peak_memory(),
         complaint=str(complaints[0]) if complaints else None,
         not_valid_because=None if invalid is None else invalid.detail,
-    )
+    )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints)
+
+
+def _overlap_of(bodies: Bodies, contact_model: ContactModel, last: Increment) -> tuple[float, float]:
+    """Return how deep two bodies overlap at the end of a curve, in m and over the size of the smaller one."""
+    from orchestrator.pushover.contact.mortar import largest_closing
+    from orchestrator.pushover.path.body_overlap import largest_overlap
+
+    closed = largest_closing(contact_model.mortar, last)
+    return largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen, closed)
 
 
 def peak_memory() -> int:

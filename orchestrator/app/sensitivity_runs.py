@@ -231,18 +231,23 @@ def _presented(
     plots.save(plots.tornado(bars, base, quantity, case.name), output / "figures", "tornado")
     fit = lognormal(known)
     if known:
-        ordered, probability = fragility(known)
-        fitted = [None if fit is None else fit.probability(x) for x in ordered.tolist()]
-        storage.write_csv(
-            output / "fragility.csv", (quantity, "probability", "lognormal"),
-            zip(ordered.tolist(), probability.tolist(), fitted, strict=True),
-        )  # fmt: skip
-        demands = [state.peak_ground_acceleration for state in limit_states(case.seismic)]
-        figure = plots.fragility_curve(ordered, probability, fit, quantity, demands, case.name)
-        plots.save(figure, output / "figures", "fragility")
+        _write_fragility(case, output, known, fit, quantity)
     return SensitivityOutcome(
         quantity, base, kind, tuple(bars), tuple(sampled), fit, Counter(one["kind"] for one in samples)
     )
+
+
+def _write_fragility(case: Case, output: Path, known: Sequence[float], fit: Lognormal | None, quantity: str) -> None:
+    """Write table and picture of the capacities that are known."""
+    ordered, probability = fragility(known)
+    fitted = [None if fit is None else fit.probability(x) for x in ordered.tolist()]
+    storage.write_csv(
+        output / "fragility.csv", (quantity, "probability", "lognormal"),
+        zip(ordered.tolist(), probability.tolist(), fitted, strict=True),
+    )  # fmt: skip
+    demands = [state.peak_ground_acceleration for state in limit_states(case.seismic)]
+    figure = plots.fragility_curve(ordered, probability, fit, quantity, demands, case.name)
+    plots.save(figure, output / "figures", "fragility")
 
 
 def _kind_compared(found: Mapping[str, Mapping[str, Any]]) -> str:

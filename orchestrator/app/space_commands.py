@@ -15,13 +15,14 @@ from rich.console import Console
 from rich.table import Table
 
 from orchestrator.basis.errors import naming
+from orchestrator.basis.printed import printed
 from orchestrator.masonry.wall import GRAVITY
 from orchestrator.present.in_space import collapse_page, space_pictures
 from orchestrator.settings.space_case import SpaceCase, read
 from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
 from orchestrator.space.loads import SpaceLoads, direction_of, loads_on
-from orchestrator.space.mechanism import SpaceMechanism, mechanism_of
+from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
 from orchestrator.space.ties import with_ties
 from orchestrator.space.wall import check_wall
 from orchestrator.storage.files import plain, write_json
@@ -64,10 +65,10 @@ def ignored_joints(assemblage: SpaceAssemblage) -> list[str]:
     small = assemblage.ignored
     if not small:
         return []
-    listed = ", ".join(f"{one.i} and {one.j} ({1e6 * one.area:.3g} mm2)" for one in small[:LISTED_JOINTS])
-    more = f" and {len(small) - LISTED_JOINTS} more" if len(small) > LISTED_JOINTS else ""
-    what = f"{len(small)} common areas are too small to be a joint (contact.smallest)"
-    return [f"WARNING: {what}: between blocks {listed}{more}"]
+    listed = ", ".join(f"{one.i} | {one.j} ({1e6 * one.area:.3g} mm2)" for one in small[:LISTED_JOINTS])
+    listed += ", ..." * (len(small) > LISTED_JOINTS)
+    many = "1 common area" if len(small) == 1 else f"{len(small)} common areas"
+    return [f"WARNING: {many} too small for a joint (contact.smallest), between blocks {listed}"]
 
 
 def limit(path: Path, overrides: list[str], output: Path, as_json: bool, console: Console) -> int:
@@ -197,7 +198,7 @@ def _row(state: SpaceState, analysis: SpaceAnalysis) -> list[str]:
     shown = f"{state.load_multiplier:.5f}" if state.valid or associative else f"({state.load_multiplier:.5f})"
     checks = state.validation
     residuals = ["" if associative else f"{value:.0e}" for value in (checks.flow, checks.power)]
-    shear = f"{state.load_multiplier * analysis.live_total / 1e3:.4f}"
+    shear = printed("force", state.load_multiplier * analysis.live_total)
     return [shown, shear, f"{state.seconds:.2f}", f"{checks.equilibrium:.0e}", *residuals]
 
 
@@ -211,7 +212,7 @@ def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     if found:
         rows.append(("without dilation, lowest and highest found", f"{found[0]:.4f} – {found[1]:.4f}"))
     which = "base shear" if headline else "base shear (associative)"
-    rows.append((which, f"{analysis.shown.load_multiplier * analysis.live_total / 1e3:.3f} kN"))
+    rows.append((which, f"{printed('force', analysis.shown.load_multiplier * analysis.live_total)} kN"))
     return rows
 
 
@@ -230,13 +231,14 @@ def mechanism_rows(analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[t
     moving = mechanism.moving
     share, bodies = wall.weights[moving].sum() / analysis.weight, int(mechanism.body.max())
     several = "body" if bodies == 1 else "bodies"
-    kinds = ", ".join(f"{mechanism.count(k)} {k}" for k in ("hinges", "opens", "slides", "twists"))
+    motions: dict[Motion, str] = {"hinges": "hinge", "opens": "open", "slides": "slide", "twists": "twist"}
+    kinds = ", ".join(f"{mechanism.count(kind)} {word}" for kind, word in motions.items())
     rows = [
         (
             "moving",
             f"{len(moving)} blocks ({100 * share:.0f} % of the weight) in {bodies} {several}",
         ),
-        ("joints (number that ...)", kinds),
+        ("joints", kinds),
     ]
     if mechanism.participation:
         acceleration = analysis.shown.load_multiplier * GRAVITY / mechanism.participation

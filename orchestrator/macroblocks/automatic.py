@@ -34,7 +34,7 @@ from orchestrator.limit_analysis.search.lower_states import POWER_LEFT, TwoProgr
 from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings, Partition, merged, partition_of
 from orchestrator.macroblocks.locking import hierarchy, pairs_by_loss
 from orchestrator.macroblocks.merged_blocks import merged_problem
-from orchestrator.macroblocks.path_of_bodies import as_far_apart, bodies_fail_alike
+from orchestrator.macroblocks.path_of_bodies import as_far_apart, off_headline
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
@@ -48,7 +48,9 @@ bodies, a second for 100."""
 ELSEWHERE = (
     "loaded from gravity these bodies fail at another multiplier than every stone: compare with run --model micro"
 )
-"""remark on bodies that have the states of the stones but, as rigid ones, do not meet them"""
+"""remark on bodies that, as rigid ones, do not meet the state of the stones"""
+NEAREST = "chosen automatically: of the bodies that were loaded, those that fail nearest to where every stone does"
+"""remark on bodies of which none fail where the stones do"""
 
 
 def macroblocks_of(
@@ -94,13 +96,11 @@ def chosen(
     partition, said = _of_states(assemblage, analysis, margin, tied)
     remarks = [said]
     stones = sum(not block.fixed for block in assemblage.wall.blocks)
-    if analysis.path is not None and stones > 1:
-        alike = partition.count < stones and bodies_fail_alike(assemblage, analysis, partition, margin)
-        found = None if alike and 2 * partition.count <= stones else _by_loading(assemblage, analysis, margin)
-        if found is not None and (not alike or found.count < partition.count):
-            partition, remarks = found, [_said_of_loading(analysis, margin)]
-        elif not alike and partition.count < stones:
-            remarks.append(ELSEWHERE)
+    if analysis.path is not None and 1 < partition.count < stones:
+        partition, remarks = _by_path(assemblage, analysis, margin, partition, said)
+    elif analysis.path is not None and stones > 1:
+        found, _ = _by_loading(assemblage, analysis, margin, np.inf)
+        partition, remarks = (partition, remarks) if found is None else (found, [_said_of_loading(analysis, margin)])
     if 2 * partition.count > stones > 2:
         remarks.append(
             f"{partition.count} macroblocks of {stones} stones save little: run --model micro has every stone"
@@ -140,6 +140,23 @@ def _of_states(
     return partition, f"chosen automatically: multiplier as rigid bodies {words or 'not found'}, margin {margin:.3g}"
 
 
+def _by_path(
+    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, partition: Partition, said: str
+) -> tuple[Partition, list[str]]:
+    """Return bodies that have the states of the stones, or others that fail where these do or nearer to it, and why."""
+    stones = sum(not block.fixed for block in assemblage.wall.blocks)
+    off = off_headline(assemblage, analysis, partition, np.inf)
+    alike = off <= as_far_apart(margin)
+    if alike and 2 * partition.count <= stones:
+        return partition, [said]
+    found, nearest = _by_loading(assemblage, analysis, margin, off)
+    if found is not None and (not alike or found.count < partition.count):
+        return found, [_said_of_loading(analysis, margin)]
+    if alike:
+        return partition, [said]
+    return (nearest, [NEAREST, ELSEWHERE]) if nearest is not None else (partition, [said, ELSEWHERE])
+
+
 def _said_of_loading(analysis: LimitAnalysis, margin: float) -> str:
     return (
         "chosen automatically: loaded from gravity as rigid bodies they fail where every stone does "
@@ -147,15 +164,23 @@ def _said_of_loading(analysis: LimitAnalysis, margin: float) -> str:
     )
 
 
-def _by_loading(assemblage: Assemblage, analysis: LimitAnalysis, margin: float) -> Partition | None:
-    """Return bodies that fail where the stones do when they are loaded; None where TRIALS find none."""
+def _by_loading(
+    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, off: float
+) -> tuple[Partition | None, Partition | None]:
+    """Return bodies that fail where the stones do when they are loaded, None where TRIALS find none; and those of at
+    most half the stones that fail nearest to it, None where none do nearer than `off`."""
     mechanisms = [state.mechanism for state in states_to_keep(analysis)]
-    trials = 0
+    trials, nearest = 0, None
 
     def fails_alike(partition: Partition) -> bool:
-        nonlocal trials
+        nonlocal trials, nearest, off
         trials += 1
-        return trials <= TRIALS and partition.count > 1 and bodies_fail_alike(assemblage, analysis, partition, margin)
+        if trials > TRIALS or partition.count < 2:
+            return False
+        found = off_headline(assemblage, analysis, partition, max(off, as_far_apart(margin)))
+        if found < off and 2 * partition.count <= len(groups):
+            off, nearest = found, partition
+        return found <= as_far_apart(margin)
 
     groups = hierarchy(assemblage, mechanisms)[::-1]  # from one body to every stone
     size = 2
@@ -163,9 +188,9 @@ def _by_loading(assemblage: Assemblage, analysis: LimitAnalysis, margin: float) 
         partition = partition_of(assemblage, groups[size - 1])
         if fails_alike(partition):
             pairs = pairs_by_loss(partition, assemblage, mechanisms)
-            return _joined_in_halves(fails_alike, partition, assemblage, pairs)
+            return _joined_in_halves(fails_alike, partition, assemblage, pairs), None
         size += 1 + size // 8
-    return None
+    return None, nearest
 
 
 def _joined_in_halves(

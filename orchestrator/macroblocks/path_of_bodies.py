@@ -9,19 +9,20 @@ from __future__ import annotations
 
 import logging
 
+import numpy as np
+
 from orchestrator.limit_analysis import LimitAnalysis
-from orchestrator.limit_analysis.search.direct_loading import agrees
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, elastic_wall
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER
-from orchestrator.limit_analysis.search.loading_path import COARSE
+from orchestrator.limit_analysis.search.loading_path import Loading
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.macroblocks.merged_blocks import merged_problem
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
 
-STEPS = tuple(step / 10 for step in range(1, 11))
-"""loads at which bodies rest on the way, parts of the last: as many as those of the path of every stone"""
+UNSHARP = 1e-2
+"""part of the associative multiplier by which bodies may stop before a last rest that no state closed"""
 
 
 def as_far_apart(margin: float) -> float:
@@ -30,14 +31,29 @@ def as_far_apart(margin: float) -> float:
 
 
 def bodies_fail_alike(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition, margin: float) -> bool:
-    """Whether bodies rest up to the headline less what it may differ by, and no longer above it, with joints of both
-    stiffnesses. Where the headline is an interval it is one for the bodies, too; a last rest that no state closed is no
-    sharper than its path, and bodies may stop as much earlier."""
+    """Whether bodies rest up to the headline less what it may differ by, and no longer above it."""
+    return off_headline(assemblage, analysis, partition, as_far_apart(margin)) <= as_far_apart(margin)
+
+
+def off_headline(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition, most: float) -> float:
+    """Return by what part of the headline the last rests of bodies lie off it, with joints of both stiffnesses.
+
+    Where the headline is an interval it is one for the bodies, too; before a last rest that no state closed bodies may
+    stop UNSHARP earlier. What is off by more than `most` is not looked at any further.
+    """
     equilibrium, friction = merged_problem(assemblage, partition.body_of_block, analysis.loads)
     low, high = analysis.interval or (analysis.headline.load_multiplier,) * 2
-    apart = as_far_apart(margin)
-    unsharp = 0.0 if analysis.headline.converged else COARSE * analysis.associative.load_multiplier
-    low, high = (1.0 - apart) * low - unsharp, (1.0 + apart) * high
+    low -= 0.0 if analysis.headline.converged else UNSHARP * analysis.associative.load_multiplier
     logger.info("macroblocks: loading %d bodies", partition.count)
-    walls = (elastic_wall(assemblage, equilibrium, friction, one, partition.body_of_block) for one in STIFFNESSES)
-    return all(agrees(wall, low, high, STEPS) for wall in walls)
+    off = 0.0
+    for stiffness in STIFFNESSES:
+        loading = Loading(elastic_wall(assemblage, equilibrium, friction, stiffness, partition.body_of_block))
+        stands = loading.gravity()
+        if not stands.rests:
+            return np.inf
+        walked = loading.loaded_from(stands, analysis.associative.load_multiplier)
+        last = walked.rests[-1].multiplier / loading.wall.problem.per_multiplier
+        off = max(off, 1.0 - last / low, last / high - 1.0)
+        if off > most:
+            break
+    return off

@@ -12,13 +12,14 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     """Return the sentence on a limit analysis: the multiplier that counts, its base shear, and how sure it is."""
     state, bound = analysis.headline, analysis.bound.load_multiplier
     multiplier = state.load_multiplier
+    shear = f"base shear {printed('force', multiplier * analysis.horizontal_load)} kN, "
     counts = f"λ = {_limit(multiplier)} counts ({state.flow_rule.replace('_', ' ')}): "
     if not state.converged and state is not analysis.associative:
-        counts = f"No limit state was found; the wall was at rest up to λ = ({_limit(multiplier)}): "
-    shear = f"base shear {printed('force', multiplier * analysis.horizontal_load)} kN, "
+        rest = f"Loading met no limit state; the wall was at rest up to λ = ({_limit(multiplier)}): {shear}"
+        return f"{rest}{_found_elsewhere(analysis)}the associative {_limit(bound)} is an upper bound."
     if state is analysis.associative:
         return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."
-    why = "a collapse state with friction that does not dilate; " if state.converged else ""
+    why = "a collapse state with friction that does not dilate; "
     low, high = analysis.non_associative_range or (multiplier, multiplier)
     low = min(low, analysis.lowest.load_multiplier if analysis.lowest else low)
     if bound - low <= ALIKE * bound:
@@ -27,6 +28,15 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
         return f"{counts}{shear}{why}the associative {_limit(bound)} is an upper bound."
     between = f"such states were found from {_limit(low)} to {_limit(high)}, as friction leaves the answer open"
     return f"{counts}{shear}{why}{between}; the associative {_limit(bound)} is an upper bound."
+
+
+def _found_elsewhere(analysis: LimitAnalysis) -> str:
+    """Return, of a wall that came to no limit state when it was loaded, which states other searches found."""
+    if analysis.lowest is None:
+        return ""
+    low, high = (_limit(value) for value in (analysis.lowest.load_multiplier, analysis.highest or 0.0))
+    found = f"limit states found without loading have {low}" + f" to {high}" * (low < high)
+    return f"{found}; "
 
 
 def _limit(multiplier: float) -> str:

@@ -66,7 +66,7 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
     live = load_words(case.load.distribution, analysis), weight_words(analysis)
     state, ties = analysis.headline, case.reinforcement.ties
-    figure = plots.mechanism(assemblage, state, case.load.vector, *live, loose=loose, ties=ties)
+    figure = plots.mechanism(assemblage, state, case.load.vector, *live, loose=loose, ties=ties, dead=case.load.dead)
     return plots.save(figure, figures, "mechanism", case.project.language)
 
 
@@ -122,14 +122,23 @@ def draw_moments(
     curve: PushoverCurve,
     valid: bool,
 ) -> None:
-    """Draw the deformed wall at the end of the curve and at its peak; stamped where the curve is not valid."""
+    """Draw the deformed wall at the end of the curve and at its peak, once where they are one; stamped where the curve
+    is not valid."""
     static = curve.static
     moments = {"end": curve.step[-1], "peak": static.step[static.base_shear_N.argmax()]}
+    words = {"end": "end", "peak": "peak"}
+    if moments["end"] == moments["peak"]:
+        del moments["peak"]
+        words["end"] = "end, with the largest base shear"
+        for old in (store.folder.parent / "figures").glob(f"{name}_peak.*"):
+            old.unlink()
     under_gravity, loads = float(curve.control_displacement_m[0]), weight_words(load_sums(wall, case.load))
     ties = shown_ties(wall, bodies, meshes, case.reinforcement.ties)
     for moment, number in moments.items():
-        shown, title = (bodies, meshes, store.read(int(number)), places), f"{name} FE at its {moment}"
-        figure = plots.deformed(*shown, "", under_gravity=under_gravity, moment=title, loads=loads, ties=ties)
+        shown, title = (bodies, meshes, store.read(int(number)), places), f"{name} FE at its {words[moment]}"
+        figure = plots.deformed(
+            *shown, "", under_gravity=under_gravity, moment=title, loads=loads, ties=ties, dead=(wall, case.load.dead)
+        )
         if not valid:
             plots.stamp_not_valid(figure)
         plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}", case.project.language)

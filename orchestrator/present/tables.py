@@ -120,15 +120,18 @@ def run_table(summary: Summary) -> Table:
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
     other = "last rest" if limit.only_at_rest else "non-assoc."
-    rows = {"associative": limit.associative, other: limit.non_associative}
-    for rule, multiplier in rows.items():
+    rows: dict[str, float | None] = {"micro-LA associative": limit.associative}
+    if limit.associative_left is not None:
+        rows["  without loose stones"] = limit.associative_left
+    rows[f"micro-LA {other}"] = limit.non_associative
+    for name, multiplier in rows.items():
         found = ["none found", ""]
         if multiplier is not None:
             found = [printed("multiplier", multiplier), printed("force", multiplier * summary.wall.horizontal_load)]
-        if rule == "last rest":
+        if name == "micro-LA last rest":
             found = [f"({figure})" for figure in found]
-        seconds = printed("seconds", limit.seconds) if rule == "associative" else ""
-        table.add_row(f"micro-LA {rule}", str(summary.wall.blocks), *found, "", "", seconds)
+        seconds = printed("seconds", limit.seconds) if name == "micro-LA associative" else ""
+        table.add_row(name, str(summary.wall.blocks), *found, "", "", seconds)
     for pushed in summary.pushover:
         table.add_row(*_pushover_row(pushed))
     return table

@@ -41,7 +41,7 @@ def weight_words(sums: Weighed) -> str:
         blocks, floors = printed("weight", sums.weight), printed("weight", sums.vertical_load)
         said = f"weight of the blocks {blocks} kN, with floors {floors} kN"
     if not _same(sums.horizontal_load, sums.vertical_load):
-        said += f", base shear at λ = 1 {printed('weight', sums.horizontal_load)} kN"
+        said += f", base shear {printed('weight', sums.horizontal_load)} kN at λ = 1"
     return said
 
 

@@ -93,6 +93,16 @@ class ContactModel:
         """B_t^T (n, 2 c)."""
         return self.tangential_rows.T
 
+    @cached_property
+    def contact_rows(self) -> sparse.csr_matrix:
+        """B (3 c, n): normal row and both tangential rows of each contact in turn."""
+        return self.contacts.rows((0, 1, 2), len(self.body))
+
+    @cached_property
+    def contact_columns(self) -> sparse.csc_matrix:
+        """B^T (n, 3 c)."""
+        return self.contact_rows.T
+
     @property
     def height(self) -> float:
         """Height of what moves, m."""
@@ -306,9 +316,10 @@ def _padded(values: FloatArray, length: int) -> FloatArray:
 def _turned(blocks: sparse.bsr_matrix, rotation: FloatArray) -> sparse.bsr_matrix:
     """Return R K R^T; rotation (n / 3, 2, 2), the same for all rows of a body. The pattern stays that of K."""
     node = np.repeat(np.arange(len(rotation)), np.diff(blocks.indptr))
-    turn = np.zeros((len(node), 3, 3))
-    turn[:, :2, :2], turn[:, 2, 2] = rotation[node], 1.0
-    turned = turn @ blocks.data @ turn.transpose(0, 2, 1)
+    turned, (cosine, sine) = blocks.data, rotation[node, :, 0, None].transpose(1, 0, 2)
+    for _ in range(2):  # the rows, then the columns
+        x, y, z = turned.transpose(1, 0, 2)
+        turned = np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=2)
     return sparse.bsr_matrix((turned, blocks.indices, blocks.indptr), shape=blocks.shape)
 
 

@@ -20,8 +20,8 @@ from orchestrator.settings.inventory import JointSums, LoadSums, MaterialSums, a
 
 LEAST_LOAD = 1e-3
 """part of the wall's weight below which an extra dead load is probably given in another unit"""
-SLENDEREST, THICKEST = 1 / 100, 1.0
-"""thickness over the larger of height and length of a wall"""
+SLENDEREST, THICKEST = 1 / 100, 0.5
+"""thickness over the larger of height and length of a wall (drawn in cm and read in mm, a facade of 5 m has 0.6)"""
 
 
 @dataclass(frozen=True, slots=True)

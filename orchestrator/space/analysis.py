@@ -128,11 +128,7 @@ def analyse(
     stiffness = depth_stiffness(assemblage, DEPTH_POWER)
     gravity = _gravity(assemblage, equilibrium, stiffness)
     report("stands under its own weight")
-    try:
-        found = solve_associative(equilibrium)
-    except UnboundedError:
-        remedy = "push in another direction, or free the blocks that hold it"
-        raise CaseError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
+    found = _associative(equilibrium)
     associative = state_of("associative", assemblage, loads, found, found.velocities, settings.torsion)
     report(f"associative multiplier {found.load_multiplier:.5f}")
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
@@ -159,6 +155,15 @@ def analyse(
         seconds=perf_counter() - started,
         remarks=tuple(remarks),
     )
+
+
+def _associative(equilibrium: SpaceEquilibrium) -> ConicSolution:
+    """Return the associative optimum. Raises CaseError for a load that nothing resists."""
+    try:
+        return solve_associative(equilibrium)
+    except UnboundedError:
+        remedy = "push in another direction, or free the blocks that hold it"
+        raise CaseError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
 
 
 def _gravity(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> FloatArray:

@@ -114,17 +114,30 @@ def push(
         if flow <= (ARRIVED if leaping else FLOW) and last.error <= 100 * TIGHT_BALANCE:
             break
         h *= taken.growth
+    return _unscaled(equilibrium, last.forces, velocities, flow, used, perf_counter() - started, path)
+
+
+def _unscaled(
+    equilibrium: SpaceEquilibrium,
+    forces: FloatArray,
+    velocities: FloatArray,
+    flow: float,
+    factorisations: int,
+    seconds: float,
+    path: list[float],
+) -> Push:
+    """Return the end of a push in N, and in m/s and rad/s at unit power of the live load."""
     physical = velocities * equilibrium.row_scale / equilibrium.live_total
     power = float(equilibrium.live_load @ physical) or 1.0
     unscaled = (physical / power).reshape(-1, 6)
     return Push(
         load_multiplier=path[-1],
-        forces=equilibrium.weight_scale * last.forces,
+        forces=equilibrium.weight_scale * forces,
         velocities=unscaled,
         rates=equilibrium.rates(unscaled),
         flow=flow,
-        factorisations=used,
-        seconds=perf_counter() - started,
+        factorisations=factorisations,
+        seconds=seconds,
         converged=bool(flow <= ARRIVED),
         path=tuple(path),
     )

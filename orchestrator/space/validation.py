@@ -19,6 +19,7 @@ from orchestrator.limit_analysis.validation import beyond
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import Torsion, torsion_factors
 from orchestrator.space.loads import SpaceLoads
+from orchestrator.space.wall import SpaceWall
 
 LIMITS = {
     "equilibrium": 1e-8,
@@ -62,8 +63,7 @@ def validate(
 ) -> Validation:
     """Check forces (p, 3) in N (normal, two shears, on block j) with velocities (n, 6) of all blocks at unit live-load
     power, supports at rest."""
-    wall, joints = assemblage.wall, assemblage.joints
-    centroids = wall.centroids
+    wall, joints, centroids = assemblage.wall, assemblage.joints, assemblage.wall.centroids
     of = joints.joint
     i, j = joints.i[of], joints.j[of]
     sheared_at = joints.point
@@ -84,19 +84,22 @@ def validate(
     dead_power = float(np.sum(loads.dead[free] * velocities[free]))
     dissipated = float(-np.einsum("pi,pi->p", shear, slip).sum() - (forces[:, 0] * opening)[yields].sum())
     scale = max(abs(multiplier), 1e-6) * abs(live_power)
-    excess = max(float(-forces[:, 0].min(initial=0.0)), float((sheared - limit).max(initial=0.0)))
-    excess = max(excess, float((forces[:, 0] - capacity).max(initial=0.0)))
-    largest = max(
-        float(np.linalg.norm(velocity_of_points(velocities[k], block.shape.vertices - centroids[k]), axis=1).max())
-        for k, block in enumerate(wall.blocks)
-    )
+    beyond_yield = (-forces[:, 0], sheared - limit, forces[:, 0] - capacity)
     misdirected = np.maximum(limit * sliding + np.einsum("pi,pi->p", shear, slip), 0.0)
     return Validation(
         equilibrium=_out_of_balance(assemblage, loads, multiplier, ((pressure, joints.point), (shear, sheared_at))),
-        yield_excess=excess / float(wall.weights[free].mean()),
+        yield_excess=max(float(excess.max(initial=0.0)) for excess in beyond_yield) / float(wall.weights[free].mean()),
         flow=float(np.abs(forces[:, 0] * opening)[~yields].sum() + misdirected.sum()) / scale,
-        interpenetration=float(-opening[~yields].min(initial=0.0)) / largest,
+        interpenetration=float(-opening[~yields].min(initial=0.0)) / _largest_speed(wall, velocities),
         power=abs(multiplier * live_power + dead_power - dissipated) / scale,
+    )
+
+
+def _largest_speed(wall: SpaceWall, velocities: FloatArray) -> float:
+    """Return the largest velocity of a corner, m/s."""
+    return max(
+        float(np.linalg.norm(velocity_of_points(velocity, block.shape.vertices - centroid), axis=1).max())
+        for block, centroid, velocity in zip(wall.blocks, wall.centroids, velocities, strict=True)
     )
 
 

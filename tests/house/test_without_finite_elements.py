@@ -74,6 +74,10 @@ def test_the_report_of_a_run_that_another_machine_made(tmp_path):
     assert cli.main(["run", str(TOWER), "--output", str(tmp_path / "run"), *settings]) == 0
     written = tmp_path / "run" / "report.html"
     before = written.read_bytes()
+    figures = {path.stem for path in (tmp_path / "run" / "figures").iterdir()}
+    assert "macro_end" in figures
+    assert "macro_peak" not in figures, "the curve ends at its largest base shear: one picture, not two that are alike"
+    assert b"at its end, with the largest base shear" in before
     written.unlink()
     assert without_finite_elements(tmp_path, "report", "run") == (0, "run/report.html\n", "")
     assert np.isclose(len(written.read_bytes()), len(before), rtol=1e-3, atol=0.0)

@@ -9,6 +9,8 @@ from orchestrator.settings import case
 from tests.regression.stored_curves import compare
 from tests.support.paths import PROJECT
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 WEIGHT = 22225.0
 """N: 22.225 kN, Ferris and Tin-Loi 2001"""
 
@@ -40,7 +42,7 @@ def test_limit_analysis_gives_the_published_multipliers(summary):
     assert limit["converged"]
     low, high = limit["non_associative_range"]
     assert low == pytest.approx(0.2963, abs=1e-3)
-    assert high == pytest.approx(0.2963, abs=1e-3)
+    assert 0.2953 < high < 0.302  # the highest state that was found: others have found 0.3011 and 0.3013
     assert limit["base_shear"] == pytest.approx(limit["non_associative"] * WEIGHT)
 
 

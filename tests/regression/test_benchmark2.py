@@ -9,6 +9,8 @@ from orchestrator.settings import case
 from tests.regression.stored_curves import compare
 from tests.support.paths import PROJECT
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 TEMPLATE = PROJECT / "templates" / "benchmark2.toml"
 
 

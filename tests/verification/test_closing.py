@@ -9,7 +9,7 @@ import pytest
 
 from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis.gravity import problem_of
-from orchestrator.limit_analysis.search.elastic_contact import elastic_wall
+from orchestrator.limit_analysis.search.elastic_contact import elastic_wall, joint_stiffness
 from orchestrator.limit_analysis.search.loading_path import load_path
 from orchestrator.limit_analysis.search.nearest_state import Closing
 from tests.support.limit_analysis_cases import answers, assemblage_of, box, case
@@ -25,7 +25,7 @@ def test_state_from_forces_under_dead_load_alone(width, height):
     expected = min(0.65, width / height)
     path = load_path(problem, expected)
     standing = replace(path.state, joint_forces=path.forces[0])
-    closing = Closing(problem, elastic_wall(wall, problem.equilibrium, problem.friction).stiffness)
+    closing = Closing(problem, joint_stiffness(elastic_wall(wall, problem.equilibrium, problem.friction)))
     no_slip = np.zeros(wall.joints.count)
     found = closing.near(standing, no_slip, 0.0, 1.0)
     assert found.load_multiplier == pytest.approx(expected, rel=1e-6)
@@ -40,7 +40,7 @@ def test_state_near_the_last_rest_of_a_published_wall():
     bound = answers("ferris_tinloi_wall4").associative.load_multiplier
     path = load_path(problem, bound)
     resting = replace(path.state, joint_forces=path.forces[-1], load_multiplier=path.last_rest)
-    closing = Closing(problem, elastic_wall(wall, problem.equilibrium, problem.friction).stiffness)
+    closing = Closing(problem, joint_stiffness(elastic_wall(wall, problem.equilibrium, problem.friction)))
     found = closing.near(resting, path.state.mechanism.slip, path.last_rest, bound)
     assert found.load_multiplier == pytest.approx(0.264, abs=1e-3)
 

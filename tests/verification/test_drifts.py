@@ -14,6 +14,8 @@ import pytest
 from orchestrator.app.cli import main
 from tests.verification.test_seismic_runs import SEISMIC, run
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 
 @pytest.fixture(scope="module")
 def block(tmp_path_factory):

@@ -8,6 +8,8 @@ import pytest
 
 from tests.support.paths import PROJECT
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 EXAMPLES = PROJECT / "docs" / "examples"
 
 

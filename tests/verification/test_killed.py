@@ -6,6 +6,8 @@ longer test with kills at random times is docs/studies/killed.py.
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -39,15 +41,19 @@ def whole(tmp_path_factory, cache):
     return curve(folder, MODEL), int(last)
 
 
-@pytest.mark.parametrize("moment", MOMENTS)
-def test_resumed_curve_is_the_uninterrupted_one(moment, whole, cache, tmp_path):
-    file, stored = MOMENTS[moment]
+def test_resumed_curve_is_the_uninterrupted_one(whole, cache, tmp_path):
+    """Killed at one moment after the other, and resumed each time."""
     expected, last = whole
-    assert killed_at_file([*RUN, str(tmp_path)], cache, file) == -9
-    assert not (tmp_path / "summary.json").exists(), "a killed run has no result"
-    done = run([*RUN, str(tmp_path), "--resume"], cache)
+    command, resumed = [*RUN, str(tmp_path)], []
+    for moment, (file, stored) in MOMENTS.items():
+        assert killed_at_file(command, cache, file) == -9, moment
+        assert not (tmp_path / "summary.json").exists(), "a killed run has no result"
+        command = [*RUN, str(tmp_path), "--resume"]
+        resumed.append(last if stored is None else stored)
+    done = run(command, cache)
     assert done.returncode == 0, done.stderr
-    assert f"resumed after increment {last if stored is None else stored}\n" in (tmp_path / "run.log").read_text()
+    log = (tmp_path / "run.log").read_text()
+    assert [int(number) for number in re.findall(r"resumed after increment (\d+)\n", log)] == resumed
     assert difference(curve(tmp_path, MODEL), expected) <= 1e-10
     assert not [*tmp_path.rglob(".*")], "nothing half-written is left, and no lock"
 

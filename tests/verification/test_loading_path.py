@@ -15,7 +15,13 @@ from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
-from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, elastic_wall, tried, undeformed
+from orchestrator.limit_analysis.search.elastic_contact import (
+    STIFFNESSES,
+    elastic_wall,
+    joint_forces,
+    tried,
+    undeformed,
+)
 from orchestrator.limit_analysis.search.implicit_step import (
     INTERIOR_STEPS,
     Task,
@@ -39,6 +45,8 @@ from tests.support.limit_analysis_cases import (
     transformed,
     weight_along,
 )
+from tests.support.pushover_chain import model_of
+from tests.support.pushover_chain import run as pushed
 
 FLOOR = box(-3.0, -0.5, 6.0, 0.5)
 PUBLISHED = {
@@ -84,10 +92,12 @@ def test_elastic_displacement_of_a_wall_whose_joints_stay_closed():
         length = np.hypot(x1 - x0, y1 - y0)
         t = np.array([x1 - x0, y1 - y0]) / length
         n = np.array([t[1], -t[0]])
+        normal, along = springs.stiffness.reshape(-1, 3, 2)[k].sum(axis=0)
+        points = [(x0, y0), ((x0 + x1) / 2, (y0 + y1) / 2), (x1, y1)]
+        shares = [1 / 6, 2 / 3, 1 / 6]
         for point, direction, stiffness in (
-            ((x0, y0), n, springs.stiffness[k, 0]),
-            ((x1, y1), n, springs.stiffness[k, 1]),
-            (((x0 + x1) / 2, (y0 + y1) / 2), t, springs.stiffness[k, 2]),
+            *((point, n, share * normal) for point, share in zip(points, shares, strict=True)),
+            (points[1], t, along),
         ):
             row = np.zeros(12)
             for block, sign in ((i, -1.0), (j, 1.0)):
@@ -100,11 +110,41 @@ def test_elastic_displacement_of_a_wall_whose_joints_stay_closed():
     press = 40.0 * problem.equilibrium.row_scale * problem.equilibrium.dead_load / problem.equilibrium.mean_weight
     expected = np.linalg.solve(K, press)
     trial = tried(springs, undeformed(springs), expected)
-    closed = trial.forces[:, :2].min(axis=1) > 1e-3
-    assert closed.sum() >= 3
-    residual = problem.equilibrium.matrix @ trial.forces.ravel() * problem.equilibrium.row_scale - press
+    closed = trial.forces[:, 0] > 1e-3
+    assert closed.sum() >= 9
+    carried = joint_forces(trial.forces).ravel()
+    residual = problem.equilibrium.matrix @ carried * problem.equilibrium.row_scale - press
     opened = np.abs(springs.stiffness[~closed] * trial.rates[~closed]).max(initial=0.0)
     assert np.abs(residual).max() <= opened + 1e-3
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.1, 0.16])
+def test_a_joint_turns_like_one_that_is_pressed_all_along(eccentricity):
+    """Navier: N at a distance e from the middle presses the ends with N (1 -+ 6 e / L) / L, none open below e = L/6."""
+    wall = assemblage_of([FLOOR, box(0.0, 0.0, 1.0, 0.5)])
+    problem = problem_of(wall)
+    springs = elastic_wall(wall, problem.equilibrium, problem.friction)
+    size, stiffness = problem.equilibrium.block_length, springs.stiffness[:, 0].sum()
+    pressed = 100.0
+    sinks, turns = pressed / stiffness, 12.0 * pressed * eccentricity / stiffness
+    trial = tried(springs, undeformed(springs), np.array([0.0, -sinks, -turns * size]))
+    start, end, _ = joint_forces(trial.forces)[0]
+    assert start + end == pytest.approx(pressed, rel=1e-3)
+    assert abs(end - start) / 2 == pytest.approx(pressed * eccentricity, rel=1e-3, abs=1e-6)
+    assert (trial.forces[:, 0] > 1e-2).all()
+
+
+def test_the_first_state_on_the_path_is_met_and_no_later_one():
+    """22 stones along -x: micro-FE has its peak there; beyond a fall of the wall there are other rests, up to 0.569."""
+    wall = irregular_courses(IrregularCourses(0.8, 0.6, seed=1))
+    wall = replace(wall, blocks=tuple(replace(b, polygon=(b.polygon * [-1.0, 1.0])[::-1]) for b in wall.blocks))
+    problem = problem_of(find_joints(wall, JointSettings()))
+    bound = associative_optimum(problem).load_multiplier
+    peak = pushed(model_of(wall), 5e-3).peak
+    for stiffness in STIFFNESSES:
+        path = load_path(problem, bound, stiffness)
+        assert path.state.converged
+        assert path.state.load_multiplier == pytest.approx(peak, rel=5e-3)
 
 
 @pytest.mark.parametrize("advance", [None, 0.5])

@@ -10,6 +10,8 @@ import pytest
 
 from orchestrator.app.cli import main
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 PROGRAM = """
 import sys
 import numpy as np

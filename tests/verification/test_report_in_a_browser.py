@@ -17,6 +17,7 @@ from orchestrator import storage
 from orchestrator.app.cli import main
 from tests.support.browser import asked, awaited, headless, opened
 from tests.support.paths import PROJECT
+from tests.support.undrawn import undrawn
 
 EVIL = "</script><script>document.title = 'run'</script><img src=x onerror=\"document.title='run'\">"
 
@@ -194,13 +195,14 @@ EQUAL = {EVIL, MATERIAL, "+x mass", "area (m²)", "material", "horizontal (kN)",
 @pytest.fixture(scope="module")
 def spoken(run, tmp_path_factory):
     """The report of the run in every language, by language."""
-    pages = {language: tmp_path_factory.mktemp("spoken") / language for language in LANGUAGES}
-    for language, folder in pages.items():
+    told = {language: tmp_path_factory.mktemp("spoken") / language for language in LANGUAGES[1:]}
+    for language, folder in told.items():
         shutil.copytree(run, folder)
         case = folder / "case.toml"
         case.write_text(case.read_text(encoding="utf-8").replace('language = "en"', f'language = "{language}"'))
-        assert main(["report", str(folder)]) == 0
-    return {language: (folder / "report.html").as_uri() for language, folder in pages.items()}
+        with undrawn():
+            assert main(["report", str(folder)]) == 0
+    return {language: (folder / "report.html").as_uri() for language, folder in {"en": run, **told}.items()}
 
 
 def read_aloud(browser, address):
@@ -234,6 +236,8 @@ def test_rows_of_damage_and_settings_print_on_one_line_in_every_language(spoken,
         for language, address in spoken.items():
             opened(browser, address)
             assert browser.execute_script("return document.documentElement.lang") == language
+            heads = browser.execute_script("return document.querySelectorAll('#damage thead').length")
+            assert heads == 2, "one table a model, whose rest a screen shows when asked: a second head was in mid-page"
             heights = sorted(browser.execute_script(rows))
             assert len(heights) > 100
             assert heights[len(heights) * 9 // 10] < 1.5 * heights[len(heights) // 10], language
@@ -250,7 +254,9 @@ def bonded(tmp_path_factory):
     wall = PROJECT / "tests/data/ferris_tinloi_wall1.json"
     case = f'[wall]\nblocks = "{wall}"\n[stepping]\nfinal_displacement = "1 mm"\n[macroblocks]\ntol_n = 1e-3\n{classes}'
     (folder / "case.toml").write_text(case, encoding="utf-8")
-    assert main(["run", str(folder / "case.toml"), "--output", str(folder / "run"), "--model", "macro", "--quiet"]) == 0
+    with undrawn():
+        command = ["run", str(folder / "case.toml"), "--output", str(folder / "run"), "--model", "macro", "--quiet"]
+        assert main(command) == 0
     return folder / "run"
 
 
@@ -272,13 +278,23 @@ def test_damage_of_bonded_joints_is_shown_from_none_to_broken(bonded, run, brows
     assert browser.get_log("browser") == []
 
 
+def test_the_rest_of_a_long_table_of_damage_is_shown_when_asked_for(page):
+    visible = "return [...document.querySelectorAll('#damage tbody.more tr')].filter((r) => r.offsetHeight).length"
+    assert page.execute_script(visible) == 0
+    for label in page.find_elements("css selector", "input.more + label"):
+        label.click()
+    shown = page.execute_script(visible)
+    assert shown == len(page.find_elements("css selector", "#damage tbody.more tr")) > 0
+
+
 def test_a_result_that_is_not_valid_says_so_at_the_top(run, browser, tmp_path):
     shutil.copytree(run, tmp_path / "run")
     file = tmp_path / "run" / "summary.json"
     summary = json.loads(file.read_text(encoding="utf-8"))
     summary["pushover"][1] |= {"equilibrium_residual": 0.02, "complaint": "result not valid: micro equilibrium: 2 %"}
     file.write_text(json.dumps(summary), encoding="utf-8")
-    assert main(["report", str(tmp_path / "run")]) == 0
+    with undrawn():
+        assert main(["report", str(tmp_path / "run")]) == 0
     opened(browser, (tmp_path / "run" / "report.html").as_uri())
     said = browser.find_element("id", "verdict").text
     assert "NOT VALID" in said

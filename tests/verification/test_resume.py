@@ -12,6 +12,8 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.settings import case
 from tests.support.paths import DATA
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 
 class Killed(Exception):
     """Stands for the signal that ends a run between two increments."""
@@ -38,12 +40,13 @@ def whole(tmp_path_factory):
     return (folder / "micro" / "curve.csv").read_text().splitlines()
 
 
-@pytest.mark.parametrize("phase_end", [3, 20, 40])
-def test_resumed_curve_is_the_uninterrupted_one(whole, tmp_path, phase_end):
-    """Killed under gravity (3), in load control (20) and in displacement control (40)."""
-    with pytest.raises(Killed):
-        run(tmp_path, killed_after=phase_end)
-    assert not (tmp_path / "micro" / "curve.csv").exists(), "no result is written of an unfinished run"
+def test_resumed_curve_is_the_uninterrupted_one(whole, tmp_path):
+    """Killed under gravity (3), in load control (20) and in displacement control (40), and resumed each time."""
+    for phase_end in (3, 20, 40):
+        with pytest.raises(Killed):
+            run(tmp_path, resume=phase_end > 3, killed_after=phase_end)
+        assert len([*(tmp_path / "micro" / "states").glob("*.h5")]) == phase_end
+        assert not (tmp_path / "micro" / "curve.csv").exists(), "no result is written of an unfinished run"
     run(tmp_path, resume=True)
     found = (tmp_path / "micro" / "curve.csv").read_text().splitlines()
     assert len(found) == len(whole) > 35

@@ -10,6 +10,8 @@ import pytest
 from orchestrator.app.cli import main
 from orchestrator.present.report import rebuild
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 SEISMIC = "[seismic]\npeak_ground_acceleration = '0.15 g'\nground = 'B'\n"
 FLOOR = "[[load.dead]]\nblocks = [1]\nforce = '90 kN'\ninertia = true\n"
 

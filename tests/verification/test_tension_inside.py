@@ -11,6 +11,8 @@ from orchestrator.app import driver
 from orchestrator.settings import case as cases
 from tests.support.pushover_chain import rectangle
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 LOWER, UPPER = (1.0, 0.4), (0.3, 1.0)
 """width and height of two stones, one on the other, m"""
 

@@ -12,6 +12,8 @@ from orchestrator.app import driver
 from orchestrator.settings import case as cases
 from tests.support.pushover_chain import rectangle
 
+pytestmark = pytest.mark.usefixtures("without_pictures")
+
 WIDTH, HEIGHT, STONES, THICKNESS, UNIT_WEIGHT = 0.4, 1.2, 4, 0.3, 20e3
 WEIGHT = UNIT_WEIGHT * WIDTH * HEIGHT * THICKNESS
 STRENGTH, LEVEL = 0.2 * WEIGHT, 1.05

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,14 +10,19 @@ import pytest
 from orchestrator.app import driver
 from orchestrator.app.progress import IncrementDone
 from orchestrator.limit_analysis import analyse
+from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.ties import Tie, with_ties
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.settings import ElasticSettings
 from orchestrator.settings import case as cases
+from orchestrator.storage.files import write_json
+from orchestrator.storage.values import blocks_record
 from tests.support.limit_analysis_cases import analysed
 from tests.support.pushover_chain import assemblage_of, model_of, rectangle, run, stack
-from tests.verification.test_ranks import WALL, start
+from tests.verification.test_ranks import start
+
+pytestmark = pytest.mark.usefixtures("without_pictures")
 
 WIDTH, HEIGHT, THICKNESS, UNIT_WEIGHT = 0.4, 1.0, 0.1, 25e3
 WEIGHT = UNIT_WEIGHT * WIDTH * HEIGHT * THICKNESS
@@ -162,11 +166,10 @@ CASE = [
 
 @pytest.fixture(scope="module")
 def tied(tmp_path_factory):
-    """Wall 1 on mortar that crushes, its highest stones tied to an anchor."""
+    """A running bond of 17 stones on mortar that crushes, its highest stone tied to an anchor."""
     folder = tmp_path_factory.mktemp("tied")
-    record = json.loads(WALL.read_text())
-    (folder / "wall.json").write_text(json.dumps(record))
-    wall = cases.read_wall(cases.read(folder / "wall.json"))
+    wall = running_bond(3, 5)
+    write_json(folder / "wall.json", blocks_record(wall))
     top = max((b for b in wall.blocks if not b.fixed), key=lambda b: float(b.polygon.mean(axis=0) @ [-1e-3, 1.0]))
     x, y = top.polygon.mean(axis=0)
     tie = (

@@ -221,9 +221,6 @@ def _nonlinear(
     asked = state.peak_ground_acceleration
     start = _start_that_counts(has, acceleration, capacity)
     ground = capacity(start)
-    starts = largest_ground_acceleration(
-        lambda ground: _spectrum(settings, state, ground, settings.damping).peak_acceleration <= start
-    )
     period, needed = at_displacement(start)
     without = capacity(acceleration * has.participation) / asked
     row = about | {
@@ -238,14 +235,25 @@ def _nonlinear(
         "damping": damping,
         "clause": f"Circ. 7/2019 C8.7.1.2.1.6, .8, [C8.7.1.1{'0' if like == 'SLV' else '1'}]",
     }
-    said = _cautions(state, has, row, start / acceleration)
+    said = _remarks_of_nonlinear(settings, state, has, start, ground)
+    return row | {"remarks": [*said, *_cautions(state, has, row, start / acceleration)]}
+
+
+def _remarks_of_nonlinear(
+    settings: SeismicSettings, state: LimitStateSettings, has: Kinematics, start: float, ground: float
+) -> list[str]:
+    """Return what must be said of a mechanism that starts at an acceleration and passes a ground acceleration."""
+    starts = largest_ground_acceleration(
+        lambda ground: _spectrum(settings, state, ground, settings.damping).peak_acceleration <= start
+    )
+    said = []
+    if starts > ground:
+        allows = f"C8.7.1.2.1.8 allows ratio {starts / state.peak_ground_acceleration:.3g}"
+        said.append(f"it starts to move at a_g = {starts:.3g} m/s2 only: {allows}")
     if has.friction_share > SLIDING:
         share = f"friction takes {has.friction_share:.0%} of the live load's power"
-        said.insert(0, f"{share}, and is taken to do so to the end: d0* is an upper bound")
-    if starts > ground:
-        allows = f"C8.7.1.2.1.8 allows ratio {starts / asked:.3g}"
-        said.insert(0, f"it starts to move at a_g = {starts:.3g} m/s2 only: {allows}")
-    return row | {"remarks": said}
+        said.append(f"{share}, and is taken to do so to the end: d0* is an upper bound")
+    return said
 
 
 def _cautions(state: LimitStateSettings, has: Kinematics, row: dict[str, Any], share: float) -> list[str]:

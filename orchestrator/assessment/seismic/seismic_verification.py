@@ -77,27 +77,7 @@ def verify(
         return None
     mechanism = (safest_state(analysis) or analysis.associative).mechanism
     point = control_point(settings, assemblage, load, mechanism)
-    observed: dict[str, Observed] = {}
-    systems: list[dict[str, Any]] = []
-    checks: list[dict[str, Any]] = []
-    drifts: list[dict[str, Any] | None] = []
-    for pushover in pushovers:
-        approach = f"N2, {LABELS[pushover.name]}"
-        try:
-            if pushover.refused:
-                raise ResultError("verification", pushover.refused)
-            seen = observe(pushover, assemblage.wall, load, point, drifting_piers(assemblage, point.blocks))
-            line = idealise(pushover.curve.base_shear_N, seen.displacement)
-        except ResultError as error:
-            refused = {"limit_state": "all", "refused": error.detail}
-            checks.append({"approach": approach} | refused)
-            if any(is_limited(state.name, settings) for state in states):
-                drifts.append({"approach": f"drift, {LABELS[pushover.name]}"} | refused)
-            continue
-        observed[pushover.name] = seen
-        systems.append(_system(pushover.name, point, seen, line))
-        checks += [n2_check(approach, settings, state, pushover.curve.base_shear_N, seen, line) for state in states]
-        drifts += [_drift(LABELS[pushover.name], settings, state, seen, line) for state in states]
+    observed, systems, checks, drifts = _of_curves(settings, states, load, assemblage, point, pushovers)
     kinematic, more = kinematic_checks(
         settings, states, loads_in_mechanism(assemblage, load, limit_analysis, analysis), analysis.loads.direction
     )
@@ -110,6 +90,47 @@ def verify(
         "checks": [*checks, *more, *(row for row in drifts if row)],
     }
     return record, observed
+
+
+def _of_curves(
+    settings: SeismicSettings,
+    states: Sequence[LimitStateSettings],
+    load: LoadSettings,
+    assemblage: Assemblage,
+    point: ControlPoint,
+    pushovers: Sequence[StoredPushover],
+) -> tuple[dict[str, Observed], list[dict[str, Any]], list[dict[str, Any]], list[dict[str, Any] | None]]:
+    """Return what is observed of every curve that may be verified, its system, and the rows of N2 and of drifts."""
+    observed: dict[str, Observed] = {}
+    systems: list[dict[str, Any]] = []
+    checks: list[dict[str, Any]] = []
+    drifts: list[dict[str, Any] | None] = []
+    for pushover in pushovers:
+        label = LABELS[pushover.name]
+        try:
+            seen, line = _idealised(pushover, assemblage, load, point)
+        except ResultError as error:
+            refused = {"limit_state": "all", "refused": error.detail}
+            checks.append({"approach": f"N2, {label}"} | refused)
+            if any(is_limited(state.name, settings) for state in states):
+                drifts.append({"approach": f"drift, {label}"} | refused)
+            continue
+        observed[pushover.name] = seen
+        systems.append(_system(pushover.name, point, seen, line))
+        shear = pushover.curve.base_shear_N
+        checks += [n2_check(f"N2, {label}", settings, state, shear, seen, line) for state in states]
+        drifts += [_drift(label, settings, state, seen, line) for state in states]
+    return observed, systems, checks, drifts
+
+
+def _idealised(
+    pushover: StoredPushover, assemblage: Assemblage, load: LoadSettings, point: ControlPoint
+) -> tuple[Observed, Bilinear]:
+    """Return what is observed of a curve, and its bilinear. Raises ResultError where it may not be verified."""
+    if pushover.refused:
+        raise ResultError("verification", pushover.refused)
+    seen = observe(pushover, assemblage.wall, load, point, drifting_piers(assemblage, point.blocks))
+    return seen, idealise(pushover.curve.base_shear_N, seen.displacement)
 
 
 def _spectrum(settings: SeismicSettings, state: LimitStateSettings) -> dict[str, Any]:
@@ -179,18 +200,32 @@ def n2_check(
         "largest_force_ratio": None if largest == np.inf else largest,
         "clause": CLAUSES[state.name],
     }
-    target = TARGET_REACH * found.displacement * system.gamma
+    remarks = _remarks_of_n2(settings, state, seen, line, row, of_curve)
+    return row | {"remarks": [*remarks, *_cautions(seen, line, row)]}
+
+
+def _remarks_of_n2(
+    settings: SeismicSettings,
+    state: LimitStateSettings,
+    seen: Observed,
+    line: Bilinear,
+    row: dict[str, Any],
+    of_curve: float,
+) -> list[str]:
+    """Return what must be said beside a row of N2; of_curve: displacement capacity of the curve, d* in m."""
+    largest, ratio = largest_force_ratio(settings, state.name), row["force_ratio"]
+    target = TARGET_REACH * row["demand"] * seen.system.gamma
     remarks = {
-        f"q* ≤ {largest:g} governs the capacity: the curve goes further": capacity(asked) < of_curve,
-        f"q* = {found.force_ratio:.3g} is above {largest:g}": found.force_ratio > largest,
+        f"q* ≤ {largest:g} governs the capacity: the curve goes further": row["capacity"] < of_curve,
+        f"q* = {ratio:.3g} is above {largest:g}": ratio > largest,
         "the base shear has not dropped by 20 %: the end of the curve stands for it, a lower bound": (
             not line.dropped and state.name not in ("SLD", "DL")
         ),
         f"the curve ends at {1e3 * seen.displacement[-1]:.3g} mm, short of {TARGET_REACH:.0%} of the target "
-        f"displacement, {1e3 * target:.3g} mm (EN 1998-1 4.3.3.4.2.3)": seen.displacement[-1] < target,
+        f"displacement, {1e3 * target:.3g} mm (EN 1998-1 4.3.3.4.2.3)": bool(seen.displacement[-1] < target),
         "the spectrum is that on the ground, not at mechanism_height": settings.mechanism_height > 0.0,
     }
-    return row | {"remarks": [*(said for said, holds in remarks.items() if holds), *_cautions(seen, line, row)]}
+    return [said for said, holds in remarks.items() if holds]
 
 
 def _drift(

@@ -13,7 +13,7 @@ import numpy as np
 from orchestrator.basis.arrays import read_only
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.problem import Problem
-from orchestrator.limit_analysis.search.elastic_contact import ElasticWall, Position, elastic_wall
+from orchestrator.limit_analysis.search.elastic_contact import ElasticWall, Position, elastic_wall, joint_forces
 from orchestrator.limit_analysis.search.loading_path import LoadPath
 from orchestrator.limit_analysis.search.overdamped import REST_BUDGET, Overdamped
 
@@ -25,14 +25,14 @@ BUDGET, WORTH = 350_000, 80
 (997 blocks, 3.5 s); and fewest factorisations that lead anywhere, gravity and one load."""
 
 
-def agrees(wall: ElasticWall, low: float, high: float, parts: Sequence[float] = PARTS) -> bool:
-    """Whether a wall rests at a multiplier, loaded up to it in `parts` of it, and no longer at a higher one.
+def agrees(wall: ElasticWall, low: float, high: float) -> bool:
+    """Whether a wall rests at a multiplier, loaded up to it in PARTS of it, and no longer at a higher one.
 
     On doubt the answer is no.
     """
     loading = Overdamped(wall)
-    rests = _rests(loading, low, parts) if low > 0 else []
-    if len(rests) <= len(parts):
+    rests = _rests(loading, low, PARTS) if low > 0 else []
+    if len(rests) <= len(PARTS):
         return False
     scale = loading.wall.problem.per_multiplier
     return not loading.rest(rests[-1], scale * high, DRAG, PATIENCE).rests
@@ -56,7 +56,7 @@ def as_far_as(problem: Problem, multiplier: float, state: LimitState) -> LoadPat
     return LoadPath(
         multipliers=read_only(reached),
         displacements=read_only([1.0, *moved]),
-        forces=tuple(read_only(problem.equilibrium.mean_weight * position.forces) for position in rests),
+        forces=tuple(read_only(problem.equilibrium.mean_weight * joint_forces(position.forces)) for position in rests),
         state=state,
         factorisations=loading.spent,
         seconds=0.0,

@@ -1,27 +1,35 @@
 """Rigid blocks on elastic joints without tension and with Coulomb friction: forces of a position, and their slopes.
 
-    normal   n = max(0, T/2 - k_n gap) - T/2     at both ends of a joint, gap = opening since the joints were drawn
-    shear    s = s_0 - k_t (slip - slip_0), cut to |s| <= mu N + c     from the last position (slip_0, s_0); no dilation
+A joint touches in three points, at its ends and in its middle, which stand for 1/6, 2/3 and 1/6 of its area: that is as
+stiff in rotation as a joint that is pressed all along, and opens when the force leaves the middle third. (With all of
+it at the ends a joint is three times too stiff, and a column at the edge of a wall leans on its neighbours although in
+finite elements it has come away from them.) At each point
+
+    normal   n = max(0, T - k_n gap) - T         gap = opening since the joints were drawn
+    shear    s = s_0 - k_t (slip - slip_0), cut to |s| <= mu n + c     from the last position (slip_0, s_0); no dilation
 
 Gaps are remembered, slips are forgotten once they are made: that is what tells this law from one that is plastic in
 both. max(0, t) is smoothed to (t + sqrt(t^2 + 4 m^2))/2, m = JOINT_SMOOTHING block weights: Newton's method needs
-slopes, and where an end has opened its force m^2/(k gap) is soon nothing. k_n = E t L/(2 d) at each end, d the distance
-between the centroids across the joint (a support is rigid and counts for nothing). Only ratios of stiffnesses matter to
-the multiplier, E is therefore such that the mean of k_n is 1. A state that is a property of the wall is the same with
-both STIFFNESSES. Sources: Lourenço and Rots 1997 (stiffness of a joint that stands for the stones beside it); Chen and
-Harker 1993 (smoothing).
+slopes, and where a point has opened its force m^2/(k gap) is soon nothing. The k_n of a joint are E t L/d in all, d the
+distance between the centroids across the joint (a support is rigid and counts for nothing). Only ratios of stiffnesses
+matter to the multiplier, E is therefore such that their mean is 2. A state that is a property of the wall is the same
+with both STIFFNESSES. Sources: Lourenço and Rots 1997 (stiffness of a joint that stands for the stones beside it); Chen
+and Harker 1993 (smoothing); Simpson's rule (the areas).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.search.scaled_problem import ScaledProblem, scaled_problem
+from orchestrator.limit_analysis.search.wall_stiffness import POINT_ENTRIES, WallStiffness
 from orchestrator.masonry.block_properties import block_centroids, block_weights
 from orchestrator.masonry.joints import Assemblage
 
@@ -34,14 +42,21 @@ STIFFNESSES: tuple[Stiffness, Stiffness] = ((True, 0.4), (False, 1.0))
 LEAST_DISTANCE = 0.1
 """Least d, in block lengths: a joint may pass through the centroid of an odd stone."""
 LEAST_STIFFNESS = 1e-8
-"""Part of its stiffness that an open joint has in the matrix: a block that hangs free for a moment is held."""
+"""Part of its stiffness that an open point has in the matrix: a block that hangs free for a moment is held."""
+LEAST_STRENGTH = 1e-6
+"""Shear, mean block weights, that a point without normal force can bear where the strength is given."""
+PLACES, AREAS = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6.0
+"""Points of a joint: where between its start and its end, and the part of the area that each stands for."""
+JOINT_OF_POINTS = np.zeros((3, 2 * len(PLACES)))
+"""What forces (n, s at each point) are at the ends and along the joint; its transpose takes rates the other way."""
+JOINT_OF_POINTS[0, ::2], JOINT_OF_POINTS[1, ::2], JOINT_OF_POINTS[2, 1::2] = 1.0 - PLACES, PLACES, 1.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ElasticWall:
-    """A wall in the units of `ScaledProblem` and the stiffness (k, 3) of its joints: both ends, and along the joint.
+    """A wall in the units of `ScaledProblem`, of the c points of its k joints, joint by joint.
 
-    tension (k, 1): tensile strength of each end, mean block weights.
+    stiffness (c, 2): normal, and along the joint. tension (c,): tensile strength, mean block weights.
     """
 
     problem: ScaledProblem
@@ -49,26 +64,48 @@ class ElasticWall:
     tension: FloatArray
 
     def rates(self, displacements: FloatArray) -> FloatArray:
-        """Openings at both ends and slip (k, 3) of blocks that have moved by displacements (3m,)."""
-        return -(self.problem.B_T @ displacements).reshape(-1, 3)
+        """Opening and slip (c, 2) of blocks that have moved by displacements (3m,)."""
+        return -(self.problem.B_T @ displacements).reshape(-1, 2)
 
     def strength(self, normal: FloatArray) -> FloatArray:
-        """Largest shear (k,) of joints that carry normal forces (k, 2)."""
-        return self.problem.friction * normal.sum(axis=1) + self.problem.cohesion
+        """Largest shear (c,) of points that carry normal forces (c,)."""
+        return self.problem.friction * normal + self.problem.cohesion
+
+    def with_strength(self, normal: FloatArray) -> ElasticWall:
+        """Return the wall in which the largest shear is what normal forces (c,) allow, whatever they become."""
+        strength = np.maximum(self.strength(normal), LEAST_STRENGTH)
+        problem = replace(self.problem, friction=np.zeros_like(strength), cohesion=strength)
+        return replace(self, problem=problem)
 
     def flow_error(self, forces: FloatArray, rates: FloatArray, live_power: float) -> float:
-        """What joints do that open while loaded or slide before they must, over lambda times the live load's power.
+        """What points do that open while loaded or slide before they must, over lambda times the live load's power.
 
-        forces and rates (k, 3): 0 for a limit state, and then the relative error that its multiplier may have.
+        forces and rates (c, 2): 0 for a limit state, and then the relative error that its multiplier may have.
         """
-        spare = np.maximum(self.strength(forces[:, :2]) - np.abs(forces[:, 2]), 0.0)
-        done = np.sum((forces[:, :2] + self.tension) * np.abs(rates[:, :2])) + np.sum(spare * np.abs(rates[:, 2]))
+        spare = np.maximum(self.strength(forces[:, 0]) - np.abs(forces[:, 1]), 0.0)
+        done = (forces[:, 0] + self.tension) @ np.abs(rates[:, 0]) + spare @ np.abs(rates[:, 1])
         return float(done / max(abs(live_power), 1e-300))
+
+
+def joint_forces(forces: FloatArray) -> FloatArray:
+    """Return the forces (k, 3) of joints, normal ones at both ends and the shear, from those of points (c, 2)."""
+    return forces.reshape(-1, JOINT_OF_POINTS.shape[1]) @ JOINT_OF_POINTS.T
+
+
+def joint_stiffness(wall: ElasticWall) -> FloatArray:
+    """Return the stiffness (k, 3) of joints as if all of it sat at their ends."""
+    return joint_forces(wall.stiffness)
+
+
+def open_ends(wall: ElasticWall, rates: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which ends (k, 2) of joints stand open, from the rates (c, 2) since they were drawn."""
+    opened = (wall.stiffness[:, 0] * rates[:, 0] > JOINT_SMOOTHING).reshape(-1, len(PLACES))
+    return opened[:, [0, -1]]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Position:
-    """Where the blocks are and what they carry: displacements (3m,), joint forces and rates since drawing (k, 3)."""
+    """Where the blocks are and what they carry: displacements (3m,), points' forces and rates since drawing (c, 2)."""
 
     displacements: FloatArray
     forces: FloatArray
@@ -77,7 +114,7 @@ class Position:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Trial:
-    """Forces (k, 3) of a position that is tried, its rates (k, 3) and the joints' tangent stiffness (k, 5)."""
+    """Forces (c, 2) of a position that is tried, its rates (c, 2) and the points' tangent stiffness (c, 3)."""
 
     displacements: FloatArray
     forces: FloatArray
@@ -117,11 +154,24 @@ def elastic_wall(
     normal = joints.area[between]
     if by_distance:
         normal = normal / np.maximum(distance, LEAST_DISTANCE * equilibrium.block_length)
-    normal = normal / normal.mean()
+    normal = np.kron(2.0 * normal / normal.mean(), AREAS)
     return ElasticWall(
-        problem=scaled_problem(equilibrium, coulomb),
-        stiffness=np.column_stack([normal, normal, tangential * normal]),
-        tension=0.5 * coulomb.tension[:, None] / equilibrium.mean_weight,
+        problem=of_points(scaled_problem(equilibrium, coulomb)),
+        stiffness=np.column_stack([normal, tangential * normal]),
+        tension=np.kron(coulomb.tension, AREAS) / equilibrium.mean_weight,
+    )
+
+
+def of_points(problem: ScaledProblem) -> ScaledProblem:
+    """Return a problem of joints as that of their points."""
+    B = (problem.B @ sp.kron(sp.identity(len(problem.friction)), JOINT_OF_POINTS)).tocsr()
+    return replace(
+        problem,
+        B=B,
+        B_T=B.T.tocsr(),
+        friction=np.repeat(problem.friction, len(PLACES)),
+        cohesion=np.kron(problem.cohesion, AREAS),
+        stiffness=WallStiffness(B, POINT_ENTRIES),
     )
 
 
@@ -134,16 +184,16 @@ def undeformed(wall: ElasticWall) -> Position:
 def tried(wall: ElasticWall, before: Position, displacements: FloatArray) -> Trial:
     """Return forces and tangent after displacements (3m,) that were reached from the position `before`."""
     rates = wall.rates(displacements)
-    k = wall.stiffness
-    normal, d_normal = positive(wall.tension - k[:, :2] * rates[:, :2])
+    (k_n, k_t), (opening, slip) = wall.stiffness.T, rates.T
+    normal, d_normal = positive(wall.tension - k_n * opening)
     normal = normal - wall.tension
     limit = wall.strength(normal)
-    trial = before.forces[:, 2] - k[:, 2] * (rates[:, 2] - before.rates[:, 2])
+    trial = before.forces[:, 1] - k_t * (slip - before.rates[:, 1])
     above, d_above = positive(trial + limit)
     below, d_below = positive(trial - limit)
-    start, end, stick = np.maximum(np.column_stack([d_normal, d_above - d_below]), LEAST_STIFFNESS).T
+    pressed, stick = k_n * np.maximum(d_normal, LEAST_STIFFNESS), k_t * np.maximum(d_above - d_below, LEAST_STIFFNESS)
     slide = wall.problem.friction * (d_above + d_below - 1.0)
-    tangent = k[:, [0, 1, 0, 1, 2]] * np.column_stack([start, end, slide * start, slide * end, stick])
+    tangent = np.column_stack([pressed, slide * pressed, stick])
     return Trial(displacements, np.column_stack([normal, above - below - limit]), rates, tangent)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.limit_analysis.search.elastic_contact import ElasticWall, Position, positive, tried
-from orchestrator.limit_analysis.search.wall_stiffness import Factors, joint_products
+from orchestrator.limit_analysis.search.wall_stiffness import Factors, point_products
 
 FORCE_LEFT = 1e-10
 """Force out of balance that ends a step, mean block weights."""
@@ -34,11 +34,15 @@ SHORTEST = 1e-4
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Task:
-    """What to solve: load multiplier (scaled; where to begin in displacement control), drag, displacement h or None."""
+    """What to solve: load multiplier (scaled; where to begin in displacement control), drag, displacement h or None.
+
+    lagged: friction is what the normal forces of the position before allow.
+    """
 
     multiplier: float
     drag: float = 0.0
     advance: float | None = None
+    lagged: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -57,6 +61,8 @@ class Step:
 
 def implicit_step(wall: ElasticWall, before: Position, task: Task, expected: FloatArray) -> Step:
     """Solve one step from the position `before`; expected (3m,): the change of displacements to begin with."""
+    if task.lagged:
+        wall = wall.with_strength(before.forces[:, 0])
     first = newton_step(wall, before, task, expected)
     if first.found:
         return first
@@ -116,8 +122,8 @@ def newton_step(wall: ElasticWall, before: Position, task: Task, expected: Float
 class _Inside:
     """An iterate of the interior-point method.
 
-    moved (3m,), multiplier, forces (k, 3); strength (k, 4) > 0: n + T/2 at both ends, mu N + c + s, mu N + c - s; apart
-    (k, 4) > 0: what each is complementary to (gap, slip forth, slip back), times stiffness: a force.
+    moved (3m,), multiplier, forces (c, 2); strength (c, 3) > 0: n + T, mu n + c + s, mu n + c - s; apart (c, 3) > 0:
+    what each is complementary to (gap, slip forth, slip back), times stiffness: a force.
     """
 
     moved: FloatArray
@@ -137,16 +143,15 @@ class _Inside:
 
 
 def _first_inside(wall: ElasticWall, before: Position, task: Task, expected: float) -> _Inside:
-    k = wall.stiffness[:, :2]
-    pressed = before.forces[:, :2] + wall.tension
-    gap = np.maximum(k * before.rates[:, :2] + before.forces[:, :2], 0.0)
+    pressed = before.forces[:, 0] + wall.tension
+    gap = np.maximum(wall.stiffness[:, 0] * before.rates[:, 0] + before.forces[:, 0], 0.0)
     normal, apart = (positive(sign * (pressed - gap), CENTRE)[0] for sign in (1.0, -1.0))
     product = max(CENTRE**2, INTERIOR_GAP * expected) if task.advance is not None else CENTRE**2
     apart = np.maximum(apart, product / normal)
     limit = np.maximum(wall.strength(normal - wall.tension), CENTRE**2 * 1e-6)
-    shear = 0.98 * np.clip(before.forces[:, 2], -limit, limit)
+    shear = 0.98 * np.clip(before.forces[:, 1], -limit, limit)
     strength = np.column_stack([normal, limit + shear, limit - shear])
-    apart = np.column_stack([apart, product / strength[:, 2:]])
+    apart = np.column_stack([apart, product / strength[:, 1:]])
     forces = np.column_stack([normal - wall.tension, shear])
     return _Inside(np.zeros_like(before.displacements), task.multiplier, forces, strength, apart)
 
@@ -158,15 +163,9 @@ def interior_step(wall: ElasticWall, before: Position, task: Task, expected: flo
     for spent in range(INTERIOR_STEPS + 1):
         rates = before.rates + wall.rates(at.moved)
         unbalanced = problem.B @ at.forces.ravel() - at.multiplier * problem.live - problem.dead + task.drag * at.moved
-        apart = at.apart / k[:, [0, 1, 2, 2]]
-        elastic = at.forces / k
-        incompatible = np.column_stack(
-            [
-                rates[:, :2] + elastic[:, :2] - apart[:, :2],
-                rates[:, 2] - before.rates[:, 2] + elastic[:, 2] - before.forces[:, 2] / k[:, 2]
-                - apart[:, 2] + apart[:, 3],
-            ]
-        )  # fmt: skip
+        gap, forth, back = (at.apart / k[:, [0, 1, 1]]).T
+        slip = rates[:, 1] - before.rates[:, 1] + (at.forces[:, 1] - before.forces[:, 1]) / k[:, 1]
+        incompatible = np.column_stack([rates[:, 0] + at.forces[:, 0] / k[:, 0] - gap, slip - forth + back])
         products = at.strength * at.apart
         wrong = np.abs(k * incompatible).max() / max(1.0, np.abs(k * rates).max())
         if products.max() < PRODUCT and np.abs(unbalanced).max() < FORCE_LEFT and wrong < FORCE_LEFT:
@@ -197,13 +196,13 @@ def interior_step(wall: ElasticWall, before: Position, task: Task, expected: flo
 
 
 def _flexible(wall: ElasticWall, at: _Inside) -> FloatArray:
-    """Inverse (k, 5) of the rates that forces cause in each joint: its own and those that keep the products."""
+    """Inverse (c, 3) of the rates that forces cause at each point: its own and those that keep the products."""
     k = wall.stiffness
-    one, two, forth, back = (at.apart / at.strength / k[:, [0, 1, 2, 2]]).T
-    start, end = 1.0 / (1.0 / k[:, 0] + one), 1.0 / (1.0 / k[:, 1] + two)
-    slip = 1.0 / (1.0 / k[:, 2] + forth + back)
+    gap, forth, back = (at.apart / at.strength / k[:, [0, 1, 1]]).T
+    pressed = 1.0 / (1.0 / k[:, 0] + gap)
+    slip = 1.0 / (1.0 / k[:, 1] + forth + back)
     slide = wall.problem.friction * (forth - back) * slip
-    return np.column_stack([start, end, -slide * start, -slide * end, slip])
+    return np.column_stack([pressed, -slide * pressed, slip])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -219,14 +218,13 @@ class _System:
     factors: Factors
 
     def direction(self, products: FloatArray) -> _Inside:
-        """Return the change that removes all errors and adds `products` (k, 4), to first order."""
+        """Return the change that removes all errors and adds `products` (c, 3), to first order."""
         wall, at, problem = self.wall, self.at, self.wall.problem
-        free = products / at.strength / wall.stiffness[:, [0, 1, 2, 2]]
-        rates = np.column_stack([free[:, :2], free[:, 2] - free[:, 3]]) - self.incompatible
-        free_forces = joint_products(self.flexible, rates)
+        gap, forth, back = (products / at.strength / wall.stiffness[:, [0, 1, 1]]).T
+        free_forces = point_products(self.flexible, np.column_stack([gap, forth - back]) - self.incompatible)
         unbalanced = self.unbalanced + problem.B @ free_forces.ravel()
         moved, more = _change(wall, self.factors, self.task, unbalanced, at.moved)
-        forces = free_forces + joint_products(self.flexible, (problem.B_T @ moved).reshape(-1, 3))
-        limit = problem.friction * forces[:, :2].sum(axis=1)
-        strength = np.column_stack([forces[:, :2], limit + forces[:, 2], limit - forces[:, 2]])
+        forces = free_forces + point_products(self.flexible, (problem.B_T @ moved).reshape(-1, 2))
+        limit = problem.friction * forces[:, 0]
+        strength = np.column_stack([forces[:, 0], limit + forces[:, 1], limit - forces[:, 1]])
         return _Inside(moved, more, forces, strength, (products - at.apart * strength) / at.strength)

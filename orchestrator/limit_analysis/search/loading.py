@@ -4,12 +4,12 @@ A mechanism that moves less than a share of the weight is a local failure. Its s
 and their live load, for they lie on the ground; so are stones that then fall. What stands is loaded again from gravity.
 (Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
 
-Joints have two stiffnesses in turn. A state that is a property of the wall is the same with both; where the multipliers
-differ by more than SAME_ANSWER their interval is the answer, and the lower limit state is the headline. The second need
-not walk up the whole path to show that: it is asked for rest SAME_ANSWER below what the first met and for none
-SAME_ANSWER above (`agrees`), and walks only if it answers otherwise. Where the first closed no state the bracket of its
-rests is the answer, and the second is not asked. They take turns: in two threads at a time last digits differ from run
-to run (where arrays come to lie in memory), and a run must repeat itself.
+Joints have two stiffnesses in turn, and the wall is loaded with both. A state that is a property of the wall is the
+same with both; where the multipliers differ by more than SAME_ANSWER their interval is the answer, and the lower limit
+state is the headline. Where one came to a lower rest that no state closed, its wall is asked in a few large steps
+whether it rests just below what the other came to, and no longer just above (`agrees`): then it was held up on its way,
+and its rest says nothing. They take turns: in two threads at a time last digits differ from run to run (where arrays
+come to lie in memory), and a run must repeat itself.
 """
 
 from __future__ import annotations
@@ -66,6 +66,16 @@ class Loaded:
     optimum: LimitSolution
     spread: tuple[float, float] | None = None
 
+    @property
+    def multiplier(self) -> float:
+        """That of the state, 0 where none was found."""
+        return 0.0 if self.state is None else self.state.load_multiplier
+
+    @property
+    def closed(self) -> bool:
+        """Whether there is a limit state, and not a last rest alone."""
+        return self.state is not None and self.state.converged
+
     def slip(self, state: LimitState, whole: Assemblage) -> FloatArray:
         """Return the slips of a state of the whole wall in the joints that are left."""
         return state.mechanism.slip[joints_left(whole, self.left)]
@@ -86,16 +96,23 @@ def loaded(
         large = peeled(problem, loads, optimum, local_share, large_path)
         if large is not None:
             return large
-    first = peeled(problem, loads, optimum, local_share, road(STIFFNESSES[0]))
-    state = None if first is None else first.state
-    if first is not None and state is not None:
-        low, high = (1.0 - SAME_ANSWER) * state.load_multiplier, (1.0 + SAME_ANSWER) * state.load_multiplier
-        part = first.part
-        other = elastic_wall(part.assemblage, part.equilibrium, part.friction, STIFFNESSES[1])
-        if not state.converged or agrees(other, low, high):
-            return first
-    found = [first, peeled(problem, loads, optimum, local_share, road(STIFFNESSES[1]))]
-    return lower_of([one for one in found if one is not None and one.state is not None]) or found[0] or found[1]
+    found = [peeled(problem, loads, optimum, local_share, road(stiffness)) for stiffness in STIFFNESSES]
+    known = [one for one in found if one is not None and one.state is not None]
+    if len(known) < len(STIFFNESSES):
+        return known[0] if known else found[0] or found[1]
+    lower, higher = sorted((0, 1), key=lambda number: known[number].multiplier)
+    if _held_up(known[lower], known[higher], STIFFNESSES[lower]):
+        return known[higher]
+    return lower_of(known)
+
+
+def _held_up(lower: Loaded, higher: Loaded, stiffness: Stiffness) -> bool:
+    """Whether a path ended, in no state, below what the other came to, although its wall rests up to there, too."""
+    if lower.closed or lower.multiplier >= (1.0 - SAME_ANSWER) * higher.multiplier:
+        return False
+    part = higher.part
+    wall = elastic_wall(part.assemblage, part.equilibrium, part.friction, stiffness)
+    return agrees(wall, (1.0 - SAME_ANSWER) * higher.multiplier, (1.0 + SAME_ANSWER) * higher.multiplier)
 
 
 def lower_of(found: Sequence[Loaded]) -> Loaded | None:

@@ -1,11 +1,12 @@
 """The path of a wall under a growing live load: rigid blocks on elastic joints, from gravity to what it cannot bear.
 
 The load grows in steps. Where the wall does not balance it moves against a drag, slowly (backward Euler), until it
-rests again, however far that is: joints open, close and slide on the way, and a wall that was only rearranging itself
-stands. Where that takes long displacements are prescribed instead of the load: either the wall comes to bear more, or
-it moves ever more like a mechanism: forces stand still, openings have no force, slips no dilation. That is a limit
-state, checked as it stands (validation.py), the one that loading leads to; or one near it is (nearest_state.py). A
-load step in which neither is found was too large, and is halved.
+rests again: joints open, close and slide on the way. Where it does not rest, displacements are prescribed instead of
+the load, from the last rest on: each step is an equilibrium. Either the wall comes to bear the load that was asked for,
+and goes on from there, or it moves ever more like a mechanism: forces stand still, openings have no force, slips no
+dilation. That is a limit state, checked as it stands (validation.py), the first that loading leads to. Where neither
+comes about (the wall snaps back, or creeps) the load step is halved; rest and no rest are FINE apart in the end, and
+the state nearest to where the path has led is looked for (nearest_state.py).
 
 Two multipliers come of it: the last at which the wall rests, and that of the state. They are one to FINE unless the
 mechanism loses strength when it comes loose (a wedged stone): then the state lies below the last rest.
@@ -27,36 +28,30 @@ from orchestrator.limit_analysis.paper.limit_state import LimitState, LinearProg
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import (
-    JOINT_SMOOTHING,
     STIFFNESSES,
     Position,
     Stiffness,
     elastic_wall,
+    joint_forces,
+    joint_stiffness,
+    open_ends,
 )
 from orchestrator.limit_analysis.search.implicit_step import Task
 from orchestrator.limit_analysis.search.nearest_state import Closing
-from orchestrator.limit_analysis.search.overdamped import (
-    FAR,
-    FIRST_DRAG,
-    MOTION,
-    NEARLY,
-    REST_BUDGET,
-    Moved,
-    Overdamped,
-)
+from orchestrator.limit_analysis.search.overdamped import FIRST_DRAG, MOTION, REST_BUDGET, Moved, Overdamped
 
-STEPS = 10
+STEPS = 20
 """Load steps up to the associative multiplier."""
-FINE, COARSE = 1e-3, 1e-2
-"""Bracket, part of the associative multiplier, between the last rest and the state met; and that of a wall that creeps
-without coming near a mechanism, or below a state that is closed and met twice: what it rests at is no sharper."""
-CLOSE, END_BUDGET = 1e-5, 150
-"""Flow error of an end that is worth checking, and factorisations of an end."""
-GROWTH, LEAST_ADVANCE = ((9, 3.0), (np.inf, 1.7)), 0.3
-"""Growth of the displacement prescribed after a step of so many factorisations, 10 instead of 3 once forces nearly
-stand still (CLOSE); factor after one that was not found."""
+FINE = 1e-3
+"""Bracket, part of the associative multiplier, between the last rest and the lowest load without rest."""
+SHARP, CLOSE, NEAR, DRIVEN_BUDGET = 1e-8, 1e-5, 1e-4, 600
+"""Flow errors of a limit state that is sharp enough, of a motion that is worth checking, and of one that is soon;
+factorisations under prescribed displacements."""
+GROWTH, FASTER_GROWTH, LEAST_ADVANCE = 2.0, 10.0, 0.3
+"""Growth of the displacement prescribed after each step, and once forces nearly stand still (NEAR); factor after one
+that was not found."""
 FAILURES = 8
-"""Steps in a row that are not found before an end is given up."""
+"""Steps in a row that are not found before prescribed displacements are given up."""
 LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
 SOFT, FARTHEST = 10.0, 1e5
@@ -97,66 +92,103 @@ class LoadPath:
         return float(self.multipliers[soft[0]]) if len(soft) else None
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Walked:
+    """How far a wall was loaded: its rests, the first under the dead load; the motion after the last of them (None: it
+    was not lost), with the limit state it is; and the lowest multiplier at which no rest was found, inf if none."""
+
+    rests: tuple[Moved, ...]
+    lost: Moved | None
+    high: float
+
+
 class Loading(Overdamped):
-    """The motions of one wall, each followed to a limit state where it comes to one."""
+    """The motions of one wall under loads and prescribed displacements."""
+
+    def checked(self, position: Position, change: FloatArray, multiplier: float) -> LimitState | None:
+        """Return the limit state that forces and their motion are; none is known here."""
+        return None
+
+    def driven(self, rest: Moved, load: float) -> tuple[Moved, Moved]:
+        """Go on from a rest by prescribed displacements until the wall bears a load (scaled), or is in a limit state.
+
+        rest: its `change` says which way, and how far at first. Returns where that ended, with the `state` that passes
+        the check if one was met, and the equilibrium with the largest multiplier on the way.
+        """
+        live, here = self.wall.problem.live, rest
+        advance, failures, end = float(live @ rest.change), 0, min(self.spent + DRIVEN_BUDGET, self.most)
+        highest, met = rest, None
+        while self.spent < end and failures < FAILURES and here.multiplier < load:
+            expected = here.change * (advance / float(live @ here.change))
+            found = self.step(here.position, Task(here.multiplier, 0.0, advance), expected)
+            if not found.found and met is not None:
+                break
+            if not found.found:
+                advance, failures = LEAST_ADVANCE * advance, failures + 1
+                continue
+            flow, failures = self.flow(found.position, here.position, found.multiplier * advance), 0
+            change = found.position.displacements - here.position.displacements
+            here = Moved(found.position, change, found.multiplier, flow, True)
+            highest = here if here.multiplier > highest.multiplier else highest
+            if flow < CLOSE and (state := self.checked(here.position, change, here.multiplier)) is not None:
+                met = replace(here, state=state)
+            if met is not None and flow < SHARP:
+                break
+            if flow < MOTION and self.is_further(FARTHEST, here.position, here.multiplier):
+                break
+            advance *= FASTER_GROWTH if flow < NEAR else GROWTH
+        return met or here, highest
+
+    def way_on(self, rest: Moved, found: Moved) -> Moved | None:
+        """Return a rest with the way on from it that a motion took, as long as an elastic one at first; None: back."""
+        way = found.position.displacements - rest.position.displacements
+        along = float(self.wall.problem.live @ way)
+        elastic = self.elastic * (found.multiplier - rest.multiplier)
+        return replace(rest, change=way * min(1.0, elastic / along)) if along > 0 else None
+
+    def loaded_from(self, stands: Moved, associative: float) -> Walked:
+        """Load the wall from its rest under the dead load until it does not rest any more."""
+        scale, fine = self.wall.problem.per_multiplier, FINE * associative
+        rests, lost, high = [stands], None, np.inf
+        driven_from: Moved | None = None
+        target = step = associative / STEPS
+        while high - rests[-1].multiplier / scale > fine and not self.is_spent:
+            rest = rests[-1]
+            found = self.rest(rest.position, scale * target, FIRST_DRAG, REST_BUDGET)
+            if found.rests:
+                rests.append(found)
+                step = min(2.0 * step, associative / STEPS)
+            elif driven_from is not rest and (way := self.way_on(rest, found)) is not None:
+                lost, highest = self.driven(way, scale * target)
+                rests += [highest] if highest.multiplier > rest.multiplier else []
+                if lost.multiplier < scale * target or lost.state is not None:
+                    driven_from, high = rests[-1], target
+                    if lost.flow < MOTION:
+                        break  # a mechanism: there is no other rest on this way
+                elif lost.multiplier >= scale * high:
+                    high = np.inf
+            else:
+                lost, high = lost or found, target
+            if len(rests) > 1 and np.isinf(self.elastic):
+                self.elastic = self.moved(rests[1].position) / rests[1].multiplier
+            target = next_load(rests[-1].multiplier / scale, high, step)
+            step = target - rests[-1].multiplier / scale
+        return Walked(tuple(rests), lost, high)
+
+
+class StateSearch(Loading):
+    """Loading of a wall whose motions are followed to limit states."""
 
     def __init__(self, problem: Problem, stiffness: Stiffness) -> None:
         """Nothing has moved yet."""
         super().__init__(elastic_wall(problem.assemblage, problem.equilibrium, problem.friction, stiffness))
         self.problem = problem
-        self.closing = Closing(problem, self.wall.stiffness)
+        self.closing = Closing(problem, joint_stiffness(self.wall))
 
-    def bears_more(self, ended: Moved, moved: Moved) -> bool:
-        """Whether a wall that did not rest carries more than its load before it has become soft."""
-        return ended.multiplier > moved.multiplier and not self.is_further(SOFT, ended.position, ended.multiplier)
-
-    def end(self, moved: Moved, while_weaker: bool = False) -> Moved:
-        """Drive a motion that is NEARLY a mechanism on by displacements until forces stand still.
-
-        The `state` of what is returned passes the check, or is None; its flow is inf where nothing was driven.
-
-        while_weaker: only until the wall bears more than the load under which it did not rest.
-        """
-        live, position, change = self.wall.problem.live, moved.position, moved.change
-        advance, failures, end = float(live @ change), 0, min(self.spent + END_BUDGET, self.most)
-        best = replace(moved, flow=np.inf)
-        multiplier = moved.multiplier
-        while advance > 0 and self.spent < end and failures < FAILURES:
-            expected = change * (advance / float(live @ change))
-            found = self.step(position, Task(multiplier, 0.0, advance), expected)
-            if not found.found:
-                if best.flow < MOTION and self.is_further(FAR, position, multiplier):
-                    break
-                advance, failures = LEAST_ADVANCE * advance, failures + 1
-                continue
-            change = found.position.displacements - position.displacements
-            flow = self.flow(found.position, position, found.multiplier * advance)
-            position, multiplier, failures = found.position, found.multiplier, 0
-            if flow <= 2.0 * best.flow:
-                best = Moved(position, change, multiplier, flow, False)
-            if while_weaker and self.bears_more(Moved(position, change, multiplier, flow, False), moved):
-                return Moved(position, change, multiplier, flow, False)
-            if flow < CLOSE and (state := self.checked(position, change, multiplier)) is not None:
-                return replace(best, state=state)
-            if flow < MOTION and self.is_further(FARTHEST, position, multiplier):
-                break
-            growth = next(factor for most, factor in GROWTH if found.effort <= most)
-            advance *= 10.0 if growth == 3.0 and flow < CLOSE else growth
-        return best
-
-    def closed(self, lost: Moved, ended: Moved, low: float, high: float, fine: float) -> Moved | None:
-        """Return the state that a motion came to, or one near it (nearest_state.py), between its multipliers or by
-        `fine` beyond; else the motion if it is NEARLY one."""
-        if ended.state is not None:
-            return ended
-        scale = self.wall.problem.per_multiplier
-        driven = ended if np.isfinite(ended.flow) else lost
-        there = driven.multiplier / scale
-        state = self.states(driven.position, driven.change, driven.multiplier)[0]
-        found = self.closing.near(state, state.mechanism.slip, min(low, there) - fine, max(high, there) + fine)
-        if found is not None:
-            return replace(driven, multiplier=scale * found.load_multiplier, state=found)
-        return ended if ended.flow <= NEARLY else None
+    def nearest(self, lost: Moved, low: float, high: float) -> LimitState | None:
+        """Return the limit state nearest to where a motion has led, between two multipliers (nearest_state.py)."""
+        state = self.states(lost.position, lost.change, lost.multiplier)[0]
+        return self.closing.near(state, state.mechanism.slip, low, high)
 
     def checked(self, position: Position, change: FloatArray, multiplier: float) -> LimitState | None:
         """Return forces with the mechanism that fits them best, or else with their motion, if that passes the check."""
@@ -170,9 +202,9 @@ class Loading(Overdamped):
         with the live load."""
         equilibrium = self.problem.equilibrium
         along = float(self.wall.problem.live @ change)
-        open_ends = self.wall.stiffness[:, :2] * position.rates[:, :2] > JOINT_SMOOTHING
+        opened = open_ends(self.wall, position.rates)
         velocities = equilibrium.row_scale * change / (equilibrium.live_total * (along if along > 0 else 1.0))
-        forces = equilibrium.mean_weight * position.forces
+        forces = equilibrium.mean_weight * joint_forces(position.forces)
         own = LimitSolution(
             multiplier / self.wall.problem.per_multiplier, forces, velocities,
             equilibrium.joint_rates(velocities), self.spent, 0.0, "path",
@@ -186,7 +218,7 @@ class Loading(Overdamped):
         records = (LinearProgramRecord(own.load_multiplier, 0.0, self.spent, 0.0, "path"),)
         states = [self.problem.state("path", self.problem.no_dilatancy, own, with_, records) for with_ in found]
         return [
-            replace(one, open_ends=read_only(open_ends, np.bool_)) if with_ is own else one
+            replace(one, open_ends=read_only(opened, np.bool_)) if with_ is own else one
             for one, with_ in zip(states, found, strict=True)
         ]
 
@@ -198,83 +230,42 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     under its dead load.
     """
     started = perf_counter()
-    loading = Loading(problem, stiffness)
-    scale, live = loading.wall.problem.per_multiplier, loading.wall.problem.live
-    stands = loading.gravity()
+    search = StateSearch(problem, stiffness)
+    stands = search.gravity()
     if not stands.rests:
         return None
-    if scale * associative < LEAST:
-        return LoadPath(read_only([0.0]), read_only([1.0]), (), None, loading.spent, perf_counter() - started)
-    position = stands.position
-    rests = [(0.0, 0.0, position.forces)]
-    met: Moved | None = None
-    lost: Moved | None = None
-    low, high, fine = 0.0, np.inf, FINE * associative
-    enough = fine
-    target = step = associative / STEPS
-    while high - low > enough and not loading.is_spent:
-        found, ended = _led_to(loading, position, scale * target)
-        if found.rests:
-            position, low = found.position, target
-            rests.append((target, loading.moved(position), position.forces))
-            if len(rests) == 2:
-                loading.elastic = loading.moved(position) / (scale * target)
-            if met is not None and met.multiplier / scale - low <= enough:
-                break
-            step = min(2.0 * step, associative / STEPS)
-            target = next_load(low, high, associative, step)
-            continue
-        closed = loading.closed(found, ended, low, target, fine)
-        if closed is None and np.isinf(ended.flow) and target - low > 2.0 * fine:
-            step = 0.5 * (target - low)  # neither a rest nor a motion was found in so large a step
-            target = low + step
-            continue
-        lost, high, before = found, target, met
-        if closed is not None and (met is None or met.state is None or closed.state is not None):
-            met = closed
-        if met is not None and met.multiplier > scale * (high + COARSE * associative):
-            met = None
-        again = met is not None and before is not None and abs(met.multiplier - before.multiplier) <= scale * fine
-        if met is None or (again and met.state is not None):
-            enough = COARSE * associative
-        if met is not None and 0.0 <= met.multiplier / scale - low <= enough:
-            break
-        ends = met if met is not None and not again else ended
-        target = load_below(ends.multiplier / scale if np.isfinite(ends.flow) else np.inf, low, high, fine)
-    state = None if met is None else met.state
-    if state is None or not state.converged:
-        last = loading.states(position, np.zeros_like(live) if lost is None else lost.change, scale * low)
-        state = replace(last[0], flow_rule="last_rest", converged=False) if last and low > 0 else None
+    if search.wall.problem.per_multiplier * associative < LEAST:
+        return LoadPath(read_only([0.0]), read_only([1.0]), (), None, search.spent, perf_counter() - started)
+    walked = search.loaded_from(stands, associative)
+    return _path_of(search, walked, FINE * associative, perf_counter() - started)
+
+
+def next_load(low: float, high: float, step: float) -> float:
+    """Return the next multiplier after a rest at `low`: a step on, or half way to where there is no rest."""
+    return min(low + step, 0.5 * (low + high))
+
+
+def _path_of(search: StateSearch, walked: Walked, fine: float, seconds: float) -> LoadPath:
+    """Return the path with its state: the one met, one near its end, or the last rest with the mechanism it has."""
+    scale, rests, lost, high = search.wall.problem.per_multiplier, walked.rests, walked.lost, walked.high
+    last = rests[-1]
+    low = last.multiplier / scale
+    state = None if lost is None else lost.state
+    if state is None and lost is not None:
+        state = search.nearest(lost, low - fine, high + fine)
+    if state is None and low > 0:
+        change = np.zeros_like(last.change) if lost is None else lost.change
+        at_rest = search.states(last.position, change, last.multiplier)
+        state = replace(at_rest[0], flow_rule="last_rest", converged=False) if at_rest else None
+    moved = [search.moved(one.position) / (one.multiplier * search.elastic) for one in rests[1:]]
+    weight = search.problem.equilibrium.mean_weight
     return LoadPath(
-        multipliers=read_only([multiplier for multiplier, _, _ in rests]),
-        displacements=read_only([1.0, *(moved / (scale * at * loading.elastic) for at, moved, _ in rests[1:])]),
-        forces=tuple(read_only(problem.equilibrium.mean_weight * each) for _, _, each in rests),
+        multipliers=read_only([one.multiplier / scale for one in rests]),
+        displacements=read_only([1.0, *moved]),
+        forces=tuple(read_only(weight * joint_forces(one.position.forces)) for one in rests),
         state=state,
-        factorisations=loading.spent,
-        seconds=perf_counter() - started,
+        factorisations=search.spent,
+        seconds=seconds,
         not_at_rest=high,
-        given_up=loading.is_spent and high - low > enough,
+        given_up=search.is_spent and high - low > fine,
     )
-
-
-def _led_to(loading: Loading, position: Position, load: float) -> tuple[Moved, Moved]:
-    """Return where a load (scaled) leads from a rest, and where a motion that does not rest ends."""
-    found = ended = loading.rest(position, load, FIRST_DRAG, REST_BUDGET)
-    if not found.rests:
-        ended = loading.end(found, while_weaker=True)
-        if np.isfinite(ended.flow) and loading.bears_more(ended, found):
-            found = loading.rest(ended.position, load, FIRST_DRAG, REST_BUDGET)
-            ended = ended if found.rests else loading.end(found)
-    return found, ended
-
-
-def next_load(low: float, high: float, associative: float, step: float) -> float:
-    """Return the next multiplier after a rest at `low`: half a step where a whole one would end at the associative
-    one, where hardly any wall rests."""
-    return min(low + (step if low + 1.5 * step < associative else 0.5 * step), 0.5 * (low + high))
-
-
-def load_below(multiplier: float, low: float, high: float, fine: float) -> float:
-    """Return the load just below what a motion led to, if between a rest and what did not rest; else their middle."""
-    below = multiplier - 0.5 * fine
-    return below if low < below < high - 0.25 * fine else 0.5 * (low + high)

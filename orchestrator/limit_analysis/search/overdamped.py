@@ -22,9 +22,12 @@ GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-4, 1e4
 it is given up."""
 SLOWER, FASTER = 4.0, ((11, 0.1), (13, 0.3))
 """Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
+LAGGED_STEPS, LAGGED_DRAG, STIFFER, STEADY = 4, 0.5, 64.0, 1e-4
+"""Steps at the friction of the step before after one that is not found, the factor on the drag after each; the factor
+where they did not help; and the change of a normal force (mean block weights) at which they end."""
 MOTION, NEARLY = 1e-3, 1e-2
-"""Flow errors: of a motion that is worth driving on under displacement control; of an end that counts as met."""
-REST_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET, MOST_IN_ALL = 150, 800, 1_000_000, 1500, 6_000
+"""Flow errors: of a motion that is that of a mechanism; and of one that has gone FAR."""
+REST_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET, MOST_IN_ALL = 400, 800, 1_000_000, 1500, 6_000
 """Factorisations: of a rest, of gravity; in all, times blocks, and in all at least and at most."""
 FAR = 100.0
 """Displacement over the elastic one from which on a motion whose forces nearly stand still is not followed further."""
@@ -76,17 +79,32 @@ class Overdamped:
         return found
 
     def rest(self, position: Position, multiplier: float, drag: float, budget: int) -> Moved:
-        """Move from a position under a load until the wall rests, or moves as a mechanism, or the budget is spent."""
+        """Move from a position under a load until the wall rests, or moves as a mechanism, or the budget is spent.
+
+        A step of Coulomb's friction need not have a solution that is found. With the friction that the normal forces of
+        the step before allow it is a convex program, and has one: a few such steps lead to where the other is found
+        again. Only steps of Coulomb's friction end in a rest.
+        """
         live, end = self.wall.problem.live, min(self.spent + budget, self.most)
         change, velocity, flow = np.zeros_like(position.displacements), np.zeros_like(position.displacements), np.inf
+        lagged = failures = 0
         while self.spent < end and drag < MOST_DRAG:
-            found = self.step(position, Task(multiplier, drag), velocity / drag)
+            found = self.step(position, Task(multiplier, drag, lagged=lagged > 0), velocity / drag)
+            if not found.found and lagged:
+                drag, lagged = SLOWER * drag, lagged - 1
+                continue
             if not found.found:
-                drag *= SLOWER
+                lagged, failures = LAGGED_STEPS, failures + 1
+                drag *= 1.0 if failures == 1 else STIFFER
                 continue
             change = found.position.displacements - position.displacements
             flow = self.flow(found.position, position, multiplier * float(live @ change))
+            steady = np.abs(found.position.forces[:, 0] - position.forces[:, 0]).max() < STEADY
             position, velocity = found.position, drag * change
+            if lagged:
+                drag, lagged = LAGGED_DRAG * drag, 0 if steady else lagged - 1
+                continue
+            failures = 0
             if np.abs(velocity).max() < REST:
                 return Moved(position, change, multiplier, flow, True)
             if live @ change > 1.0 and flow < (NEARLY if self.is_further(FAR, position, multiplier) else MOTION):

@@ -23,6 +23,8 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 
 ENTRIES = ((0, 0), (1, 1), (2, 0), (2, 1), (2, 2))
 """Row and column of a, b, c, d, e in the matrix of a joint."""
+POINT_ENTRIES = ((0, 0), (1, 0), (1, 1))
+"""Row and column of what can differ from 0 in the matrix of a point of a joint (opening, slip)."""
 MOST = 6
 """Rows that a joint unknown has entries in: two blocks, three degrees of freedom each."""
 PIVOT = {"diag_pivot_thresh": 0.01, "options": {"SymmetricMode": True}}
@@ -65,6 +67,13 @@ def joint_products(joints: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.column_stack([a * start, b * end, c * start + d * end + e * slip])
 
 
+def point_products(points: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Return J times vectors (k, 2), point by point; points (k, 3) as POINT_ENTRIES."""
+    a, c, e = points.T
+    opening, slip = vectors.T
+    return np.column_stack([a * opening, c * opening + e * slip])
+
+
 class Factors:
     """Factors of a wall's matrix."""
 
@@ -82,12 +91,12 @@ class Factors:
 class WallStiffness:
     """What the matrices B J B^T of one wall have in common."""
 
-    def __init__(self, B: sp.spmatrix) -> None:
-        """Find the order to eliminate in, and in it the pattern of B J B^T, for B (3m, 3k)."""
-        size = B.shape[0]
-        self._order = _order(B)
+    def __init__(self, B: sp.spmatrix, entries: tuple[tuple[int, int], ...] = ENTRIES) -> None:
+        """Find the order to eliminate in, and in it the pattern of B J B^T, for B (3m, 3k), or (3m, 2k) for points."""
+        size, each = B.shape[0], entries[-1][0] + 1
+        self._order = _order(B, each)
         rows, values = _columns(B.tocsr()[self._order].tocsc())
-        pairs = [(slice(i, None, 3), slice(j, None, 3)) for i, j in ENTRIES]
+        pairs = [(slice(i, None, each), slice(j, None, each)) for i, j in entries]
         products = np.stack([values[i, :, None] * values[j, None, :] for i, j in pairs], axis=1).ravel()
         places = np.stack([size * rows[j, None, :] + rows[i, :, None] for i, j in pairs], axis=1).ravel()
         there = np.flatnonzero(products)
@@ -102,7 +111,7 @@ class WallStiffness:
         self._matrix.sum_duplicates()  # there are none; from now on nobody asks again
 
     def factorised(self, joints: FloatArray, drag: float = 0.0) -> Factors:
-        """Return the factors of B J B^T + drag I for joints (k, 5) as ENTRIES.
+        """Return the factors of B J B^T + drag I for joints (k, 5) as ENTRIES, or points (k, 3) as POINT_ENTRIES.
 
         Raises RuntimeError when the matrix is singular to rounding.
         """
@@ -112,16 +121,16 @@ class WallStiffness:
         return Factors(self._order, splu(self._matrix, permc_spec="NATURAL", **PIVOT, **SUPERLU_PANELS))
 
 
-def _order(B: sp.spmatrix) -> IntArray:
-    """Return the rows of B (3m, 3k) in an order in which B J B^T has little fill-in."""
-    beside = abs(B) @ sp.kron(sp.identity(B.shape[1] // 3), np.ones((3, 1)))
+def _order(B: sp.spmatrix, each: int) -> IntArray:
+    """Return the rows of B (3m, k each) in an order in which B J B^T has little fill-in."""
+    beside = abs(B) @ sp.kron(sp.identity(B.shape[1] // each), np.ones((each, 1)))
     pattern = beside @ beside.T + sp.identity(B.shape[0])
     order: IntArray = np.argsort(splu(pattern.tocsc(), permc_spec="MMD_AT_PLUS_A", **PIVOT).perm_c)
     return order
 
 
 def _columns(B: sp.csc_matrix) -> tuple[IntArray, FloatArray]:
-    """Return the rows and values (3k, MOST) of every column's entries, filled up with zeros."""
+    """Return the rows and values (columns, MOST) of every column's entries, filled up with zeros."""
     rows, values = np.zeros((B.shape[1], MOST), dtype=np.int64), np.zeros((B.shape[1], MOST))
     column = np.repeat(np.arange(B.shape[1]), np.diff(B.indptr))
     place = np.arange(B.nnz) - B.indptr[column]

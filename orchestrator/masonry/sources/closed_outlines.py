@@ -16,7 +16,8 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.graphs import connected_groups
 from orchestrator.basis.printed import millimetres
 from orchestrator.masonry.block_properties import rounded_up
-from orchestrator.masonry.sources.drawing import IMPLAUSIBLE_SLENDERNESS, LARGEST_TOLERANCE, Drawing, slenderness
+from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, slenderness
+from orchestrator.masonry.sources.drawing import LARGEST_TOLERANCE, Drawing
 
 CHORD = 0.1
 """part of the tolerance by which chords lie off an arc: what they add to the errors of a drawing must not count"""

@@ -19,6 +19,7 @@ from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import Gap, closed_gaps, heal, open_gaps
 from orchestrator.geometry.planar_map import OverlapError, PlanarMap
 from orchestrator.masonry.sources.copies import without_copies
+from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, doubtful_stones, slenderness
 from orchestrator.masonry.wall import Block, MortarGap, Wall, check_blocks, check_wall, refuse_overlaps
 
 LARGEST_COUNT = 100_000
@@ -31,9 +32,6 @@ WIDER = (2.0, 4.0, 8.0)
 """times the tolerance that are tried on a drawing that is no wall with it"""
 FAR_FROM_ORIGIN = 1e4
 """m from the origin beyond which a drawing is moved to it: rounding grows with the coordinates"""
-IMPLAUSIBLE_SLENDERNESS = 150.0
-"""length over width above which a stone is probably an error of the drawing; an invalid pushover is likely (measured:
-100 ran, 200, 400 and 2000 fell out or made their neighbours jump)"""
 COURSE = 0.05
 """of a stone's size: lower edges that differ by less are one course where blocks are numbered"""
 CORNERS_APART = 1.5
@@ -133,6 +131,7 @@ def closed(
         wider = _tolerance_that_closes(drawn, within, bool(settings.mortar), known_error, curved)
         located = _located(error, drawn)
         remedy = f'--tolerance "{1e3 * wider:g} mm" closes the wall' if wider else located.remedy
+        remedy = _doubted_size(drawn) or remedy
         raise RefusedWallError(located.key, located.problem, remedy, drawn) from None
 
 
@@ -286,22 +285,22 @@ def _near_origin(outlines: list[FloatArray]) -> tuple[list[FloatArray], list[str
 
 
 def implausible(wall: Wall) -> list[str]:
-    """Return warnings for a wall whose size speaks for another unit than the file's, and for slivers between stones."""
-    size = size_of(wall)
+    """Return warnings for a wall whose size speaks for another unit than the file's, for slivers between stones, and
+    for stones that may be two."""
     warnings = [
         f"WARNING: block {block.id} is {ratio:.0f} times as long as wide: it may fall out of the wall, which ends "
         "the curve; if it is an error of the drawing, unite it with its neighbour"
         for block in wall.blocks
         if not block.fixed and (ratio := slenderness(shapely.Polygon(block.polygon))) > IMPLAUSIBLE_SLENDERNESS
     ]
-    if not PLAUSIBLE[0] <= size <= PLAUSIBLE[1]:
-        warnings.append(f"WARNING: the wall measures {size:.4g} m: is the unit right?")
-    return warnings
+    doubt = _doubted_size(wall)
+    return [*warnings, *doubtful_stones(wall), *([f"WARNING: {doubt}"] if doubt else [])]
 
 
-def slenderness(outline: shapely.Polygon) -> float:
-    """Return length over width of the rectangle that has the outline's area and perimeter, plus 2."""
-    return float((0.5 * outline.length) ** 2 / outline.area)
+def _doubted_size(wall: Wall) -> str:
+    """Return what is said of a wall whose size speaks for another unit; nothing of others."""
+    size = size_of(wall)
+    return "" if PLAUSIBLE[0] <= size <= PLAUSIBLE[1] else f"the wall measures {size:.4g} m: is the unit right?"
 
 
 def refuse_implausible_size(wall: Wall) -> None:

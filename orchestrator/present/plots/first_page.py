@@ -6,17 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.printed import printed
 from orchestrator.loads.block_loads import LoadSettings
-from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads, upper_edges
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import Tie
-from orchestrator.masonry.wall import Wall
-from orchestrator.present.plots.canvas import BLUE, GREEN, INK, ORANGE, PURPLE, VERMILLION, draw_segments, label_of
+from orchestrator.present.plots.canvas import BLUE, GREEN, INK, ORANGE, PURPLE, draw_segments, label_of
+from orchestrator.present.plots.dead_load_arrows import LENGTH, draw_dead_load, size_of
 from orchestrator.present.plots.wall_pictures import (
     draw_blocks,
     draw_load,
@@ -34,10 +31,6 @@ DASHES = ("-", (0, (4, 1.5)), (0, (1.5, 1.5)), (0, (6, 1.5, 1.5, 1.5)))
 """classes beyond the number of colours differ by their dashes"""
 LONGEST = 100
 """letters of the name of a class of joints: two materials and all their values"""
-DRAWN_LOAD = 0.035
-"""length of the arrows of an extra dead load, part of the wall's larger side"""
-ARROWS_APART = 0.02
-"""distance of the arrows of a line load, part of the wall's larger side"""
 
 
 def given(
@@ -47,9 +40,8 @@ def given(
     several; none: all joints alike."""
     wall = assemblage.wall
     free = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
-    size = float(np.ptp(free, axis=0).max())
     arrow = load_arrow(free, load.vector)
-    above = free.max(axis=0) + [0.0, 2 * DRAWN_LOAD * size * bool(load.dead)]
+    above = free.max(axis=0) + [0.0, 2 * LENGTH * size_of(wall) * bool(load.dead)]
     ends = [point for tie in ties for point in (tie.start, tie.end)]
     sums = load_sums(wall, load)
     name = load_words(load.distribution, sums)
@@ -59,9 +51,8 @@ def given(
     draw_blocks(axes, wall)
     _draw_classes(axes, assemblage, class_of_joint)
     for one, extra in zip(load.dead, sums.extra, strict=True):
-        _draw_dead(axes, wall, one, size)
         total = f"dead load, {extra.name}: {printed('weight', extra.resultant)} kN"
-        axes.collections[-1].set_label(total + ", with its mass" * extra.inertia)
+        draw_dead_load(axes, wall, [one]).set_label(total + ", with its mass" * extra.inertia)
     top = free[:, 1].max()
     line = np.array([[[free[:, 0].min(), top], [free[:, 0].max(), top]]])
     draw_segments(axes, line, "black", 2.5, "height of the control displacement").set_linestyle([(0, (0.1, 2.0))])
@@ -84,29 +75,3 @@ def _draw_classes(axes: Axes, assemblage: Assemblage, class_of_joint: Sequence[s
         of_class = [k for k, name in enumerate(class_of_joint) if name == one]
         drawn = draw_segments(axes, segments[of_class], CLASSES[number % len(CLASSES)], 1.6, label_of(one, LONGEST))
         drawn.set_linestyle([DASHES[number // len(CLASSES) % len(DASHES)]])
-
-
-def _draw_dead(axes: Axes, wall: Wall, load: DeadLoad, size: float) -> None:
-    """Draw one extra dead load: arrows onto the tops it lies on, or one onto the centroid of each block."""
-    placed = extra_dead_loads(wall, (load,))
-    points = np.vstack(
-        [
-            _along(upper_edges(wall.blocks[k].polygon, tuple(between)), ARROWS_APART * size) if kind == "top" else [at]
-            for k, at, kind, between in zip(placed.block, placed.point, placed.spread, placed.stretch, strict=True)
-        ]
-    )
-    arrows = np.stack([points + [0.0, DRAWN_LOAD * size], points], axis=1)
-    head = 0.25 * DRAWN_LOAD * size
-    barbs = [np.stack([points + [side * head, 1.6 * head], points], axis=1) for side in (-0.6, 0.6)]
-    drawn = LineCollection(list(np.concatenate([arrows, *barbs])), colors=VERMILLION, linewidths=0.9, zorder=4)
-    axes.add_collection(drawn, autolim=False)
-
-
-def _along(edges: FloatArray, apart: float) -> FloatArray:
-    """Return points (p, 2) on edges (e, 2, 2), about `apart` (m) apart."""
-    found = []
-    for start, end in edges:
-        many = max(1, round(float(abs(end[0] - start[0])) / apart))
-        share = (np.arange(many) + 0.5) / many
-        found.append(start + share[:, None] * (end - start))
-    return np.vstack(found)

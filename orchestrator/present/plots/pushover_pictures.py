@@ -18,7 +18,9 @@ from orchestrator.assessment.capacity import Bilinear, Capacity
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.printed import marked, printed
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
+from orchestrator.loads.dead_loads import DeadLoad
 from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.masonry.wall import Wall
 from orchestrator.present.joint_pieces import (
     DAMAGED,
     HAIRLINE,
@@ -40,6 +42,7 @@ from orchestrator.present.plots.canvas import (
     stamp_not_valid,
     wall_figure,
 )
+from orchestrator.present.plots.dead_load_arrows import draw_dead_load
 from orchestrator.present.plots.words import legend_below, write_title
 from orchestrator.present.tie_states import ShownTies, State
 from orchestrator.present.weights import multiplied, weight_words
@@ -74,6 +77,7 @@ def deformed(
     moment: str = "",
     loads: str = "",
     ties: ShownTies | None = None,
+    dead: tuple[Wall, Sequence[DeadLoad]] | None = None,
 ) -> Figure:
     """Draw the outline of every body at z = 0, displaced times `amplification`, and its contacts coloured by status.
 
@@ -81,17 +85,15 @@ def deformed(
 
     Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
     ten, never below 1). under_gravity: control displacement (m) that the one in the title is counted from. moment:
-    what the title begins with; loads: weights in words. ties: drawn with their forces.
+    what the title begins with; loads: weights in words. ties: drawn with their forces. dead: extra loads of a wall,
+    whose arrows move with the nearest nodes of their bodies.
     """
     plane = increment.displacement[: len(meshes.nodes), :2]
     supports = [body.exterior for body in bodies.bodies[bodies.moving :]]
     height = float(np.ptp(meshes.nodes[:, 1]))
     factor = amplification or readable_factor(DRAWN_DISPLACEMENT * height, float(np.abs(plane).max()))
     moved = meshes.nodes[:, :2] + factor * plane
-    multiplier, shear = printed("multiplier", increment.load_multiplier), printed("force", increment.base_shear)
-    control = printed("displacement", increment.control_displacement - under_gravity)
-    state = f"Load multiplier {multiplier}, base shear {shear} kN"
-    drawn = f"control displacement {control} mm, displacements drawn × {factor:g}"
+    state, drawn = _title_lines(increment, under_gravity, factor)
     title = "\n".join(filter(None, [moment, state, loads, drawn]))
     bars = np.empty((0, 2, 2)) if ties is None else ties.ends + factor * ties.moved(increment)
     figure, axes = wall_figure(np.vstack([moved, *supports, bars.reshape(-1, 2)]), title, name)
@@ -101,6 +103,8 @@ def deformed(
     _draw_contacts(axes, interface_pieces(bodies, meshes, contacts), increment, moved[contacts.slave_node])
     if ties is not None:
         _draw_ties(axes, bars, increment.tie_force, ties.states(increment))
+    if dead is not None and dead[1]:
+        draw_dead_load(axes, *dead, _carried_by(bodies, meshes, factor * plane)).set_label("extra dead loads")
     legend_below(axes, 3)
     return figure
 
@@ -165,6 +169,26 @@ def readable_factor(drawn: float, largest: float) -> float:
         return 1.0
     power = 10.0 ** floor(log10(drawn / largest))
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= drawn / largest)
+
+
+def _title_lines(increment: Increment, under_gravity: float, factor: float) -> tuple[str, str]:
+    """Return what state is drawn, and how."""
+    multiplier, shear = printed("multiplier", increment.load_multiplier), printed("force", increment.base_shear)
+    control = printed("displacement", increment.control_displacement - under_gravity)
+    drawn = f"control displacement {control} mm, displacements drawn × {factor:g}"
+    return f"Load multiplier {multiplier}, base shear {shear} kN", drawn
+
+
+def _carried_by(bodies: Bodies, meshes: BodyMeshes, moved: FloatArray) -> Callable[[int, FloatArray], FloatArray]:
+    """Return where points (p, 2) of a block go that move as the nearest nodes of its body, by `moved` (m, 2)."""
+    body_of = {block: number for number, body in enumerate(bodies.bodies) for block in body.blocks}
+
+    def carried(block: int, points: FloatArray) -> FloatArray:
+        nodes = np.flatnonzero(meshes.body_of_node == body_of[block])
+        apart = np.linalg.norm(points[:, None] - meshes.nodes[None, nodes, :2], axis=2)
+        return points + moved[nodes[apart.argmin(axis=1)]]
+
+    return carried
 
 
 def outline(meshes: BodyMeshes, body: int, positions: FloatArray) -> Path:

@@ -13,6 +13,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.printed import marked
 from orchestrator.geometry.rigid import polygon_centroid, velocity_of_points
 from orchestrator.limit_analysis.paper.limit_state import LimitState, Mechanism
+from orchestrator.loads.dead_loads import DeadLoad
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
@@ -35,6 +36,7 @@ from orchestrator.present.plots.canvas import (
     write_number,
     write_numbers,
 )
+from orchestrator.present.plots.dead_load_arrows import LENGTH, draw_dead_load, size_of
 from orchestrator.present.plots.thrust import carrying, moved, thrust
 from orchestrator.present.plots.words import legend_below
 
@@ -112,13 +114,15 @@ def mechanism(
     answer: str = "",
     loose: Collection[int] = (),
     ties: Sequence[Tie] = (),
+    dead: Sequence[DeadLoad] = (),
 ) -> Figure:
     """Draw the collapse mechanism: blocks displaced by their velocities times one factor, hinges and sliding joints.
 
     The live load is an arrow along its direction (2,), with its name. `loads` (weights in words) and `answer`
-    (none: the load multiplier) go into the title. Stones `loose` (ids) have come loose before. Ends of ties move with
-    their blocks. A hinge is a joint that opens at one end only (marked at the other end), a sliding joint one that
-    slips while it carries load; a joint that has come apart is left to be seen as a gap. Thrust: see thrust.py.
+    (none: the load multiplier) go into the title. Stones `loose` (ids) have come loose before. Ends of ties, and the
+    arrows of extra loads `dead`, move with their blocks. A hinge is a joint that opens at one end only (marked at the
+    other end), a sliding joint one that slips while it carries load; a joint that has come apart is left to be seen as
+    a gap. Thrust: see thrust.py.
     Displacements are linear in the velocities, as in the analysis: large rotations enlarge the blocks.
     """
     wall = assemblage.wall
@@ -128,21 +132,34 @@ def mechanism(
     displaced = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
     before = [block.polygon for block in wall.blocks]
     arrow = _arrow_of(wall, state, direction)
-    answer = answer or f"load multiplier {marked('multiplier', state.load_multiplier, state.converged)}"
-    drawn = f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
-    found = f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}"
-    title = "\n".join(filter(None, [found, loads, f"largest displacement drawn as {drawn}"]))
+    title = _title_of_mechanism(state, answer, loads, height)
     bars = [_displaced_tie(wall, tie, velocities) for tie in ties]
-    shown = np.vstack([*before, *displaced, arrow, *bars])
+    above = [np.array([0.0, LENGTH * size_of(wall)]) + np.vstack(displaced).max(axis=0)] * bool(dead)
+    shown = np.vstack([*before, *displaced, arrow, *bars, *above])
     figure, axes = wall_figure(np.vstack([shown, load_label(shown, arrow, load_name)]), title, wall.name)
     _draw_displaced(axes, wall, displaced, loose)
     _draw_thrust(axes, assemblage, state, velocities)
     _mark_joints(axes, assemblage, state, velocities)
     if bars:
         draw_segments(axes, bars, INK, 2.0, "tie")
+    if dead:
+        _draw_floors(axes, wall, dead, velocities)
     draw_load(axes, arrow, load_name)
     legend_below(axes, 3)
     return figure
+
+
+def _draw_floors(axes: Axes, wall: Wall, dead: Sequence[DeadLoad], velocities: FloatArray) -> None:
+    """Draw the arrows of extra dead loads where their blocks have moved to."""
+    drawn = draw_dead_load(axes, wall, dead, lambda k, at: at + rigid_displacement(wall.blocks[k], velocities[k], at))
+    drawn.set_label("extra dead loads")
+
+
+def _title_of_mechanism(state: LimitState, answer: str, loads: str, height: float) -> str:
+    answer = answer or f"load multiplier {marked('multiplier', state.load_multiplier, state.converged)}"
+    drawn = f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
+    found = f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}"
+    return "\n".join(filter(None, [found, loads, f"largest displacement drawn as {drawn}"]))
 
 
 def _arrow_of(wall: Wall, state: LimitState, direction: FloatArray) -> FloatArray:

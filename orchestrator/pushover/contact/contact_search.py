@@ -62,34 +62,39 @@ class Contacts:
         slave = np.where(self.slave_node >= 0, row[self.slave_node], self.slave_node)
         return replace(self, slave_node=slave, master_nodes=row[self.master_nodes])
 
-    def rows(self, direction: FloatArray, nodes: int) -> sparse.csr_matrix:
-        """Return (c, 3 nodes): the slave's displacement relative to the master along `direction` (c, 2) or (c, 1).
+    def rows(self, axes: tuple[int, ...], nodes: int) -> sparse.csr_matrix:
+        """Return (r c, 3 nodes), r rows a contact: the slave's displacement relative to the master along `axes`.
 
-        Two components are x and y, one is z. Zeros are stored where contacts move, so that the pattern
-        stays; entries of a support never.
+        Axes: 0 normal, 1 tangent, 2 across the wall. Zeros are stored where contacts move, so that the pattern stays;
+        entries of a support never.
         """
-        count, components = len(self), direction.shape[1]
-        node = np.column_stack([np.maximum(self.slave_node, 0), self.master_nodes])
+        real = np.column_stack([self.slave_node >= 0, *[self.weights.any(axis=1)] * 3])
+        node = np.column_stack([self.slave_node, self.master_nodes])
+        order = np.argsort(np.where(real, node, np.iinfo(np.int64).max), axis=1)
         weight = np.column_stack([self.slave_node >= 0, -self.weights])
-        value = weight[:, :, None] * direction[:, None, :]
-        column = 3 * node[:, :, None] + (np.arange(2) if components == 2 else np.array([2]))
-        row = np.broadcast_to(np.arange(count)[:, None, None], value.shape)
-        keep = value != 0.0
-        if self.moving:
-            real = np.column_stack([self.slave_node >= 0, *[self.weights.any(axis=1)] * 3])
-            keep = np.broadcast_to(real[:, :, None], value.shape)
-        return sparse.csr_matrix((value[keep], (row[keep], column[keep])), shape=(count, 3 * nodes))
+        real, node, weight = (np.take_along_axis(each, order, axis=1) for each in (real, node, weight))
+        value = weight[:, None, :, None] * self.axes[:, axes, None, :]
+        in_axes = np.array([[True, True, False], [True, True, False], [False, False, True]])[axes, None, :]
+        keep = real[:, None, :, None] & in_axes if self.moving else value != 0.0
+        column = np.broadcast_to(3 * node[:, None, :, None] + np.arange(3), value.shape)
+        length = np.count_nonzero(keep, axis=(2, 3)).ravel()
+        indptr = np.concatenate([[0], np.cumsum(length)])
+        return sparse.csr_matrix((value[keep], column[keep], indptr), shape=(len(length), 3 * nodes))
+
+    @property
+    def axes(self) -> FloatArray:
+        """(c, 3, 3): normal, tangent, and across the wall."""
+        found = np.zeros((len(self), 3, 3))
+        found[:, 0, :2], found[:, 1, :2], found[:, 2, 2] = self.normal, self.tangent, 1.0
+        return found
 
     def normal_rows(self, nodes: int) -> sparse.csr_matrix:
         """Return B_n (c, 3 nodes): gap = B_n u."""
-        return self.rows(self.normal, nodes)
+        return self.rows((0,), nodes)
 
     def tangential_rows(self, nodes: int) -> sparse.csr_matrix:
         """Return B_t (2 c, 3 nodes), rows interleaved: in-plane and out-of-plane slip of each contact."""
-        in_plane = self.rows(self.tangent, nodes)
-        out_of_plane = self.rows(np.ones((len(self), 1)), nodes)
-        order = np.arange(2 * len(self)).reshape(2, -1).T.ravel()
-        return sparse.vstack([in_plane, out_of_plane], format="csr")[order]
+        return self.rows((1, 2), nodes)
 
 
 def find_contacts(bodies: Bodies, meshes: BodyMeshes) -> Contacts:

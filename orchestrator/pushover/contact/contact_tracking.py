@@ -314,20 +314,22 @@ def _project(tracking: Tracking, home: FloatArray, rows: IntArray, beyond: Float
     slides a little: no farther than contacts at one place lie apart. (Three contacts of two straight edges depend on
     each other, and have no unique forces.)
     """
-    count = tracking.triangles[rows]
-    tangent = tracking.faces.tangent[tracking.master_face[rows]]
     nodes = np.zeros((len(rows), 3), np.int64)
     weights = np.zeros((len(rows), 3))
-    best = np.full(len(rows), -np.inf)
-    for k in range(int(count.max(initial=0))):
-        open_ = np.flatnonzero((count > k) & (best < -beyond))
-        number = tracking.first_triangle[rows[open_]] + k
-        triangle, corners = tracking.triangle[number], tracking.corners[number]
-        flat = np.stack([np.einsum("cai,ci->ca", corners[..., :2], tangent[open_]), corners[..., 2]], axis=-1)
-        target = np.stack([np.einsum("ci,ci->c", home[open_, :2], tangent[open_]), home[open_, 2]], axis=-1)
-        found = barycentric(flat, target)
-        inside = found.min(axis=1) * np.ptp(flat[..., 0], axis=1)
-        better = inside > best[open_]
-        chosen = open_[better]
-        nodes[chosen], weights[chosen], best[chosen] = triangle[better], found[better], inside[better]
+    connected = np.flatnonzero(tracking.triangles[rows])
+    if not len(connected):
+        return nodes, weights
+    count = tracking.triangles[rows[connected]]
+    first = np.cumsum(count) - count
+    point = np.repeat(connected, count)  # each with every triangle of its master's face
+    number = np.arange(len(point)) + np.repeat(tracking.first_triangle[rows[connected]] - first, count)
+    tangent, corners = tracking.faces.tangent[tracking.master_face[rows[point]]], tracking.corners[number]
+    flat = np.stack([np.einsum("cai,ci->ca", corners[..., :2], tangent), corners[..., 2]], axis=-1)
+    target = np.stack([np.einsum("ci,ci->c", home[point, :2], tangent), home[point, 2]], axis=-1)
+    found = barycentric(flat, target)
+    inside = found.min(axis=1) * np.ptp(flat[..., 0], axis=1)
+    holds = inside >= -beyond[point]
+    rank = np.lexsort((np.where(holds, 0.0, -inside), ~holds, point))  # stable: the first that holds, else the nearest
+    chosen = rank[first]
+    nodes[connected], weights[connected] = tracking.triangle[number[chosen]], found[chosen]
     return nodes, weights

@@ -88,22 +88,40 @@ def coefficients(
     )
 
 
-def product(model: ContactModel, contact: Coefficients, time_step: float, x: FloatArray) -> FloatArray:
+@dataclass(frozen=True, eq=False, slots=True)
+class Matrices:
+    """What product() multiplies with, in one precision: stiffness, mass (n, n), contact_rows B (3 c, n) and B^T."""
+
+    stiffness: sparse.bsr_matrix
+    mass: sparse.csr_matrix
+    contact_rows: sparse.csr_matrix
+    contact_columns: sparse.csc_matrix
+
+    @classmethod
+    def of(cls, model: ContactModel, precision: npt.DTypeLike = float) -> Matrices:
+        """Return those of a model."""
+        stiffness, mass, rows = (
+            matrix.astype(precision, copy=False) for matrix in (model.stiffness, model.mass, model.contact_rows)
+        )
+        return cls(stiffness, mass, rows, rows.T)
+
+
+def product(
+    model: ContactModel, matrices: Matrices, contact: Coefficients, time_step: float, x: FloatArray
+) -> FloatArray:
     """Return the Newton matrix (the exact one) times x (unknowns,)."""
     n, kappa = len(model.gravity), model.contact_stiffness
     change, multiplier, alpha = x[:n], x[n:-1], x[-1]
-    slip = (model.tangential_rows @ change).reshape(-1, 2)
-    traction = np.einsum("cij,cj->ci", contact.slip_stiffness, slip)
-    traction = traction + kappa * contact.pressure_slope * multiplier[:, None]
-    forces = (
-        model.stiffness @ change
-        + model.mass @ (change / np.square(time_step))
-        + model.tangential_columns @ traction.ravel()
-        - model.normal_columns @ (kappa * multiplier)
-    )
+    opening = (matrices.contact_rows @ change).reshape(-1, 3)
+    pull = np.empty_like(opening)  # on the slaves, with the sign of the residual
+    pull[:, 0] = -kappa * multiplier
+    pull[:, 1:] = np.einsum("cij,cj->ci", contact.slip_stiffness, opening[:, 1:])
+    pull[:, 1:] += kappa * contact.pressure_slope * multiplier[:, None]
+    forces = matrices.stiffness @ change + matrices.contact_columns @ pull.ravel()
+    forces += matrices.mass @ (change / np.square(time_step))
     if model.ties is not None and contact.tie_stiffness is not None:
         forces = forces + model.ties.rows.T @ (contact.tie_stiffness * (model.ties.rows @ change))
-    gap = contact.gap_slope * (model.normal_rows @ change) + contact.softness * multiplier
+    gap = contact.gap_slope * opening[:, 0] + contact.softness * multiplier
     if contact.displacement_control:
         lateral = model.lateral / model.height
         return np.concatenate([forces - alpha * lateral, kappa * gap, [kappa * float(model.mean_row @ change)]])
@@ -113,10 +131,10 @@ def product(model: ContactModel, contact: Coefficients, time_step: float, x: Flo
 def condensed_right(model: ContactModel, contact: Coefficients, right: FloatArray) -> FloatArray:
     """Return the right-hand side (n + 1,) of the factorised matrix for that of all unknowns."""
     n = len(model.gravity)
-    multiplier = right[n:-1] / contact.compliance
-    pressed = (contact.pressure_slope * multiplier[:, None]).ravel()
-    forces = right[:n] + model.normal_columns @ multiplier - model.tangential_columns @ pressed
-    return np.append(forces, right[-1])
+    pull = np.ones((len(contact.active), 3))
+    pull[:, 1:] = -contact.pressure_slope
+    pull *= (right[n:-1] / contact.compliance)[:, None]
+    return np.append(right[:n] + model.contact_columns @ pull.ravel(), right[-1])
 
 
 def expanded(model: ContactModel, contact: Coefficients, right: FloatArray, solution: FloatArray) -> FloatArray:
@@ -130,12 +148,12 @@ def expanded(model: ContactModel, contact: Coefficients, right: FloatArray, solu
 class Pattern:
     """CSR rows of the factorised matrix that belong to the nodes `first` to `last` (the last node's rank has alpha's).
 
-    indptr, indices: int32, columns of the whole matrix. place (9 b,): where the entries of the b node blocks (3 x 3)
+    indptr, indices: int32, columns of the whole matrix. place (b, 9): where the entries of the b node blocks (3 x 3)
     stand among the values. border (k,), border_values (k,): places and values of the entries that are there under
     displacement control, corner: the one that is there else (empty on other ranks). elastic: numbers of the blocks
     of K that belong here; block_of_elastic: their place among the blocks. mass (b, 3) in kg, along each axis. pairs
-    (p,): numbers contact x 16 + i x 4 + j of the pairs of nodes of contacts; weights (b, c): products of weights, in
-    CSR form. tied (b, m): likewise of ties.
+    (p,): numbers contact x 16 + i x 4 + j of the pairs of nodes of contacts; touched (t,): the blocks they add to;
+    weights (t, c): products of weights, in CSR form. tied (b, m): likewise of ties, for all blocks.
     """
 
     first: int
@@ -150,6 +168,7 @@ class Pattern:
     block_of_elastic: IntArray
     mass: FloatArray
     pairs: IntArray
+    touched: IntArray
     weights: sparse.csr_matrix
     tied: sparse.csr_matrix | None = None
 
@@ -191,6 +210,7 @@ def make_pattern(model: ContactModel, first: int, last: int) -> Pattern:
     mass = np.column_stack([_masses(model, first, last, axis, slots) for axis in range(3)])
     order = np.lexsort((pairs // 16, pair_slot))
     pairs, pair_slot = pairs[order], pair_slot[order]
+    touched, begin = np.unique(pair_slot, return_index=True)
     return Pattern(
         first=first,
         last=last,
@@ -199,13 +219,14 @@ def make_pattern(model: ContactModel, first: int, last: int) -> Pattern:
         block_of_elastic=elastic_slot,
         mass=mass,
         pairs=pairs,
+        touched=touched,
         weights=sparse.csr_matrix(
             (
                 _pair_weights(model.contacts, pairs),
                 (pairs // 16).astype(np.int32),
-                np.searchsorted(pair_slot, np.arange(len(slots) + 1)).astype(np.int32),
+                np.append(begin, len(pairs)).astype(np.int32),
             ),
-            shape=(len(slots), len(model.contacts)),
+            shape=(len(touched), len(model.contacts)),
         ),
         tied=sparse.csr_matrix((product, (tie_slot, tie)), (len(slots), len(model.ties))) if model.ties else None,
     )
@@ -266,7 +287,7 @@ def _layout(model: ContactModel, first: int, last: int, slots: IntArray) -> dict
     return {
         "indptr": indptr.astype(np.int32),
         "indices": indices,
-        "place": place,
+        "place": place.reshape(-1, 9),
         "border": np.concatenate([column_place, row_place]),
         "border_values": np.concatenate([lateral, mean]),
         "corner": corner,
@@ -287,18 +308,18 @@ def connect_alike(first: ContactModel, second: ContactModel) -> bool:
     return np.array_equal(first.rows, second.rows) and same_nodes and same_load
 
 
-def values(pattern: Pattern, model: ContactModel, contact: Coefficients, time_step: float) -> FloatArray:
-    """Return the values of the pattern's entries."""
-    blocks = (pattern.weights @ _contact_matrices(model, contact).reshape(-1, 9)).reshape(-1, 3, 3)
-    blocks[pattern.block_of_elastic] += model.stiffness.data[pattern.elastic]
+def values(
+    pattern: Pattern, model: ContactModel, contact: Coefficients, time_step: float, bodies: FloatArray | None = None
+) -> FloatArray:
+    """Return the values of the pattern's entries; bodies: those of `values_of_bodies`, where they are known."""
+    found = values_of_bodies(pattern, model, time_step) if bodies is None else bodies.copy()
+    blocks = pattern.weights @ _contact_matrices(model, contact).reshape(-1, 9)
+    found[pattern.place[pattern.touched]] += blocks
     if pattern.tied is not None and model.ties is not None and contact.tie_stiffness is not None:
         along = model.ties.along
         stretched = contact.tie_stiffness[:, None, None] * along[:, :, None] * along[:, None, :]
-        blocks[:, :2, :2] += (pattern.tied @ stretched.reshape(-1, 4)).reshape(-1, 2, 2)
-    diagonal = np.arange(3)
-    blocks[:, diagonal, diagonal] += pattern.mass / np.square(time_step)
-    found = np.zeros(len(pattern.indices))
-    found[pattern.place] = blocks.ravel()
+        in_plane = pattern.place.reshape(-1, 3, 3)[:, :2, :2].reshape(-1, 4)
+        found[in_plane] += pattern.tied @ stretched.reshape(-1, 4)
     if contact.displacement_control:
         found[pattern.border] = pattern.border_values
     else:
@@ -306,12 +327,21 @@ def values(pattern: Pattern, model: ContactModel, contact: Coefficients, time_st
     return found
 
 
+def values_of_bodies(pattern: Pattern, model: ContactModel, time_step: float) -> FloatArray:
+    """Return what the bodies' stiffness and mass make of the values of the pattern's entries."""
+    blocks = np.zeros((len(pattern.place), 3, 3))
+    blocks[pattern.block_of_elastic] = model.stiffness.data[pattern.elastic]
+    diagonal = np.arange(3)
+    blocks[:, diagonal, diagonal] += pattern.mass / np.square(time_step)
+    found = np.zeros(len(pattern.indices))
+    found[pattern.place.ravel()] = blocks.ravel()
+    return found
+
+
 def _contact_matrices(model: ContactModel, contact: Coefficients) -> FloatArray:
     """Return the 3 x 3 matrix of each contact in the wall's axes, (c, 3, 3) in N/m."""
-    count = len(model.contacts)
-    axes = np.zeros((count, 3, 3))
-    axes[:, 0, :2], axes[:, 1, :2], axes[:, 2, 2] = model.contacts.normal, model.contacts.tangent, 1.0
-    own = np.zeros((count, 3, 3))
+    axes = model.contacts.axes
+    own = np.zeros_like(axes)
     own[:, 0, 0] = model.contact_stiffness * contact.gap_slope / contact.compliance
     own[:, 1:, 0] = -own[:, 0, 0, None] * contact.pressure_slope
     own[:, 1:, 1:] = contact.slip_stiffness

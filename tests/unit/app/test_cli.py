@@ -9,6 +9,7 @@ from orchestrator.app import cli, driver
 from orchestrator.basis.errors import ConvergenceError, ResultError
 from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
 from tests.support.paths import DATA
+from tests.support.undrawn import undrawn
 
 TOWER = str(DATA / "tower_5_blocks.json")
 
@@ -70,7 +71,8 @@ def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
         "contacts.xdmf",
     }  # fmt: skip
     assert {path.name for path in (folder / "macro").iterdir()} == inside
-    assert cli.main(["run", str(folder / "case.toml"), "--output", str(tmp_path / "again"), "-q"]) == 0
+    with undrawn():
+        assert cli.main(["run", str(folder / "case.toml"), "--output", str(tmp_path / "again"), "-q"]) == 0
     first, second = ((run / "macro" / "curve.csv").read_text() for run in (folder, tmp_path / "again"))
     assert first == second, "case.toml of a run folder repeats the run"
 

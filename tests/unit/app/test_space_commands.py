@@ -109,6 +109,10 @@ def test_the_shipped_example(tmp_path, capsys):
     assert "0.34229" in printed
     assert "0.31950" in printed
     assert "56 blocks (84 % of the weight) in 1 body" in printed
+    page = (tmp_path / "collapse.html").read_text(encoding="utf-8")
+    assert " 0.8179 " in printed, "kN, as on the page"
+    assert "<td>0.8179 kN</td>" in page
+    assert "@bottom-right { content: counter(page)" in page, "prints as the report does"
     assert cli.main(["check", template, "--set", "wall.fasade=3", "--output", str(tmp_path)]) == 2
     assert "wall.fasade: is not a key of the generator 'u'" in capsys.readouterr().err
 

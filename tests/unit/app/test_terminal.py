@@ -72,9 +72,17 @@ def test_the_bound_alone_counts_as_no_more_than_that(slender):
 def test_a_last_rest_is_called_no_collapse_state(slender):
     rest = replace(slender.path, flow_rule="last_rest", converged=False)
     said = answer_of_limit(replace(slender, path=rest))
-    assert said.startswith("No limit state was found; the wall was at rest up to λ = (0.50000): ")
+    assert said.startswith("Loading met no limit state; the wall was at rest up to λ = (0.50000): ")
     assert "counts" not in said
     assert "a collapse state with" not in said
+
+
+def test_beside_a_last_rest_states_found_otherwise_are_told_apart(slender):
+    """Nothing may be called a state of rest that is none, nor may it be said that there is no limit state."""
+    rest = replace(slender.path, flow_rule="last_rest", converged=False)
+    found = replace(slender, path=rest, lowest=replace(slender.path, load_multiplier=0.52), highest=0.55)
+    assert "limit states found without loading have 0.52000 to 0.55000; the associative" in answer_of_limit(found)
+    assert "such states" not in answer_of_limit(found)
 
 
 def test_nothing_printed_denies_the_state_that_counts(monkeypatch, capsys, tmp_path):

@@ -56,7 +56,7 @@ def test_a_last_rest_is_no_collapse_multiplier():
     rest = replace(found, path=replace(found.headline, flow_rule="last_rest", converged=False))
     assert rest.headline.flow_rule == "last_rest"
     said = answer_of_limit(rest)
-    assert said.startswith("No limit state was found; the wall was at rest up to λ = (0.5")
+    assert said.startswith("Loading met no limit state; the wall was at rest up to λ = (0.5")
     assert "counts" not in said
     limit = storage.limit_summary(rest)
     assert limit.only_at_rest

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from orchestrator.geometry.rigid import polygon_centroid
+from orchestrator.loads.dead_loads import DeadLoad
 from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import Tie
@@ -34,6 +35,20 @@ def test_ends_of_a_tie_move_with_their_blocks_and_an_anchor_stays(assemblage, st
     (bar,) = next(one for one in axes.collections if one.get_label() == "tie").get_segments()
     np.testing.assert_allclose(bar, [[0.5 + 0.5 * factor, 1.0 + factor], [3.0, 1.1]], atol=1e-12)
     assert axes.get_xlim()[1] > 3.0
+
+
+def test_arrows_of_a_floor_move_with_their_block(assemblage, state):
+    """The upper block turns about its lower right corner, (1.5, 0.5): its top rises by the distance from there."""
+    factor = 0.08 * 1.2 / np.hypot(1.0, 0.5)
+    floor = DeadLoad(level=1.0, line_load=1e3)
+    axes = plots.mechanism(assemblage, state, FORWARD, dead=(floor,)).axes[0]
+    arrows = next(one for one in axes.collections if one.get_label() == "extra dead loads").get_segments()
+    tips = np.array([tip for _, tip in arrows])
+    before = tips[:, 0] - 0.5 * factor
+    assert before.min() > 0.5
+    assert before.max() < 1.5
+    np.testing.assert_allclose(tips[:, 1], 1.0 + factor * (1.5 - before), atol=1e-12)
+    assert axes.get_ylim()[1] > max(start[1] for start, _ in arrows)
 
 
 def test_mechanism_moves_blocks_by_their_velocities_scaled_to_8_percent_of_the_height(assemblage, state):

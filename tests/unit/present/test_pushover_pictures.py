@@ -15,8 +15,10 @@ from matplotlib.patches import PathPatch
 from orchestrator.assessment.capacity import Capacity
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
 from orchestrator.loads import Loads
+from orchestrator.loads.dead_loads import DeadLoad
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.masonry.interfaces import straight_interfaces
+from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present import plots
 from orchestrator.present.joint_pieces import closed_loops, shares_of_interface
 from orchestrator.present.plots.canvas import BLUE, INK, STONE, VERMILLION
@@ -96,6 +98,17 @@ def test_deformed_draws_each_body_displaced_with_its_holes(model, increment):
         "control displacement 12.30 mm, displacements drawn × 10",
     ]
     assert figure.axes[0].get_xlim()[1] > 2.5
+
+
+def test_arrows_of_a_floor_move_with_their_body(model, increment):
+    """10 x (10 mm, 5 mm), on the top of body 1."""
+    blocks = tuple(Block(n, body.exterior, n == 2, 25e3) for n, body in enumerate(model[0].bodies))
+    dead = Wall("frame", blocks, 0.1, 0.65), (DeadLoad(blocks=(1,), line_load=1e3),)
+    axes = plots.deformed(*model, increment, CONTACTS, name="frame", amplification=10.0, dead=dead).axes[0]
+    drawn = next(one for one in axes.collections if one.get_label() == "extra dead loads")
+    tips = np.array([tip for _, tip in drawn.get_segments()])
+    np.testing.assert_allclose(tips[:, 1], 2.05, atol=1e-12)
+    assert 0.1 < tips[:, 0].min() < 0.2 < 1.0 < tips[:, 0].max() < 1.1
 
 
 def test_deformed_colours_joints_by_status_on_the_displaced_slave(model, increment):

@@ -76,6 +76,17 @@ def test_a_figure_of_a_run_has_one_form_in_table_sentence_and_report():
     assert filters["printed"](PUSHED.displacement_at_peak, "displacement") == "5.876"
 
 
+def test_a_chimney_that_falls_first_leaves_no_state_above_its_bound():
+    """The wall without it carries 0.45, more than the 0.375 at which it falls: 0.5 bounds what is left."""
+    limit = LimitSummary(0.375, 0.45, (0.45, 0.45), 4, True, 1e-12, 8e3, 1.0, associative_left=0.5)
+    console = Console(width=100)
+    with console.capture() as capture:
+        console.print(run_table(Summary("a", WallSummary(4, 8, 40e3, 40e3, 40e3), limit, None, ())))
+    rows = [line.split() for line in capture.get().splitlines()]
+    assert ["without", "loose", "stones", "4", "0.5000", "20.00"] in rows
+    assert ["micro-LA", "non-assoc.", "4", "0.4500", "18.00"] in rows
+
+
 @pytest.mark.parametrize(
     ("figure", "value", "text"),
     [

@@ -19,6 +19,7 @@ from orchestrator.settings import case as cases
 from orchestrator.storage.stored_run import read_run
 from tests.support.figures import segments
 from tests.support.pushover_chain import rectangle
+from tests.support.undrawn import undrawn
 
 STRENGTH, PRETENSION = 400.0, 100.0
 TIES_GIVEN = f"""reinforcement.ties=[
@@ -40,7 +41,8 @@ def run(tmp_path_factory):
         "stepping.final_displacement=2mm",
         "run.models=['micro']",
     ]
-    driver.run(cases.read(folder / "wall.json", given), folder / "run", False, None, lambda _: None)
+    with undrawn():
+        driver.run(cases.read(folder / "wall.json", given), folder / "run", False, None, lambda _: None)
     return read_run(folder / "run")
 
 

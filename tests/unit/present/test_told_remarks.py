@@ -69,8 +69,17 @@ ON_PAGES = [
     "the curve does not rise from the state under gravity",
     "the curve ends before the areas can be made equal",
     "the control displacement is zero in the first lateral increments",
+    # walls in space
+    "WARNING: 7 common areas too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2), 2 | 5 (1 mm2)",
+    "WARNING: the push on elastic joints found no state (not at rest after 12 s: λ 0.1234, flow error 3e-01); that "
+    "with equal springs did",
+    "WARNING: the push on elastic joints found no state (flow 2.1e-05 > 1e-06); the headline is the state that its "
+    "end was closed to",
+    "WARNING: no state without dilation found: the push on elastic joints found no state (not at rest after 1 s: "
+    "λ 0.0303, flow error 1e+01); nearest to one: λ 0.0303, 1e+01 of its power out of balance; the associative "
+    "multiplier is a bound",
 ]
-LEFT = re.compile(r"\b(the|of|is|are|at|by|and|not|wall|that|which|after|with)\b")
+LEFT = re.compile(r"\b(WARNING|the|of|is|are|at|by|and|not|wall|that|which|after|with)\b")
 
 
 @pytest.mark.parametrize("remark", ON_PAGES)

@@ -14,6 +14,7 @@ from orchestrator.present.phrases import phrases
 from orchestrator.present.verdict import COLUMNS, sentence
 from orchestrator.settings import case as cases
 from tests.support.leaning_stone import CASE, stone
+from tests.support.undrawn import undrawn
 from tests.support.verdicts import check, of, summary
 
 
@@ -83,7 +84,8 @@ def test_a_run_of_load_cases_prints_and_writes_its_verdict(tmp_path, capsys):
     (tmp_path / "stone.json").write_text(json.dumps(stone(mirror=False)))
     text = CASE.format(blocks="stone", common="") + "[seismic]\npeak_ground_acceleration = '0.1 g'\n"
     (tmp_path / "case.toml").write_text(text)
-    main(["run", str(tmp_path / "case.toml"), "--output", str(tmp_path / "out")])
+    with undrawn():
+        main(["run", str(tmp_path / "case.toml"), "--output", str(tmp_path / "out")])
     printed = " ".join(capsys.readouterr().out.split())
     with (tmp_path / "out" / "verdict.csv").open() as file:
         rows = list(csv.DictReader(file))

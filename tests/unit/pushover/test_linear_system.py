@@ -7,12 +7,22 @@ import pytest
 import scipy.sparse as sparse
 from mpi4py import MPI
 
+from orchestrator.basis.errors import ConvergenceError
 from orchestrator.masonry.joints import JointClass
 from orchestrator.masonry.patterns import running_bond
+from orchestrator.pushover.solve.factors import Mumps, Unpivoted
 from orchestrator.pushover.solve.iterate import Target, evaluate
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.solve.newton import newton_coefficients
-from orchestrator.pushover.solve.newton_matrix import condensed_right, expanded, make_pattern, product, values
+from orchestrator.pushover.solve.newton_matrix import (
+    Coefficients,
+    Matrices,
+    condensed_right,
+    expanded,
+    make_pattern,
+    product,
+    values,
+)
 from tests.support.pushover_chain import model_of, stack
 from tests.support.ranks import on_ranks
 
@@ -68,7 +78,7 @@ def test_matrix_is_the_derivative_of_the_residual(mean_displacement, joints):
     direction[-1] = 0.01 if mean_displacement is not None else 0.0
     step = 1e-5
     ahead, behind = residual(model, problem, x + step * direction)[0], residual(model, problem, x - step * direction)[0]
-    found = product(model, contact, problem.time_step, direction)
+    found = product(model, Matrices.of(model), contact, problem.time_step, direction)
     assert found == pytest.approx((ahead - behind) / (2 * step), rel=1e-4, abs=1e-3)
     assert np.abs(found).max() > kappa * 1e-6, "the direction must matter"
 
@@ -80,7 +90,7 @@ def test_solution_times_matrix_is_the_right_hand_side(mean_displacement, joints)
     right = np.random.default_rng(6).normal(size=model.unknowns)
     with LinearSystem(model, MPI.COMM_SELF) as system:
         solution = system.solve(contact, problem.time_step, right)
-    found = product(model, contact, problem.time_step, solution)
+    found = product(model, Matrices.of(model), contact, problem.time_step, solution)
     assert np.linalg.norm(found - right) < 1e-10 * np.linalg.norm(right)
 
 
@@ -99,7 +109,7 @@ def test_condensed_matrix_is_the_newton_matrix_with_a_penalty(mean_displacement,
     x = np.random.default_rng(7).normal(size=model.unknowns)
     penalty = np.zeros_like(x)
     penalty[n:-1] = model.contact_stiffness * (contact.compliance - contact.softness)
-    right = product(model, contact, problem.time_step, x) + penalty * x
+    right = product(model, Matrices.of(model), contact, problem.time_step, x) + penalty * x
     reduced = condensed_right(model, contact, right)
     cancels = 1e-12 * abs(condensed).max()
     assert condensed @ np.append(x[:n], x[-1]) == pytest.approx(reduced, rel=1e-6, abs=cancels)
@@ -116,7 +126,7 @@ def test_a_large_wall_has_every_mass_in_its_place(halves):
     mass = np.zeros((len(pattern.mass), 9))
     mass[:, [0, 4, 8]] = pattern.mass
     data = np.zeros(len(pattern.indices))
-    data[pattern.place] = mass.ravel()
+    data[pattern.place] = mass
     found = sparse.csr_matrix((data, pattern.indices, pattern.indptr), shape=(n + 1, n + 1))
     acceleration = np.random.default_rng(3).normal(size=n + 1)
     inertia = np.append(model.mass @ acceleration[:n], 0.0)
@@ -152,3 +162,64 @@ def test_two_bodies_on_three_ranks_have_the_solution_of_one():
     assert float(difference) < 1e-8
     assert int(different) == 1, "every rank must have the same bits"
     assert float(shares) == pytest.approx(1.0), "of the operations of the factorisation"
+
+
+def test_a_block_that_slides_freely_is_held_by_the_prescribed_displacement():
+    """Without its load multiplier the matrix is singular, and that is eliminated last."""
+    model = model_of(stack((0.4, 0.3), friction=0.0), mesh_size=0.1)
+    count = len(model.contacts)
+    contact = Coefficients(
+        slip_stiffness=np.zeros((count, 2, 2)),
+        pressure_slope=np.zeros((count, 2)),
+        gap_slope=np.ones(count),
+        softness=np.zeros(count),
+        active=np.ones(count, bool),
+        displacement_control=True,
+    )
+    no_mass = 1e12
+    right = np.zeros(model.unknowns)
+    right[-1] = model.contact_stiffness * 1e-3
+    with LinearSystem(model, MPI.COMM_SELF) as system:
+        solution = system.solve(contact, no_mass, right)
+    moved = solution[: len(model.gravity)].reshape(-1, 3)
+    assert moved == pytest.approx(np.tile([1e-3, 0.0, 0.0], (len(moved), 1)), abs=1e-9)
+    assert np.abs(solution[len(model.gravity) :]).max() < 1e-9, "no force is needed"
+
+
+@pytest.mark.parametrize("mean_displacement", [None, 1e-4])
+def test_elimination_without_pivoting_has_the_solution_of_mumps(mean_displacement):
+    model, problem, _, _, contact = state(mean_displacement)
+    pattern, unknowns = make_pattern(model, 0, len(model.body)), len(model.gravity) + 1
+    right = np.random.default_rng(8).normal(size=unknowns)
+    found = []
+    for factor in (Mumps(pattern, unknowns, MPI.COMM_SELF), Unpivoted(pattern)):
+        factor.take(values(pattern, model, contact, problem.time_step))
+        found.append(factor.solve(right))
+        factor.close()
+    assert found[1] == pytest.approx(found[0], rel=1e-3, abs=1e-3 * np.abs(found[0]).max())
+
+
+class WithoutPivot:
+    """An elimination that meets a pivot of zero."""
+
+    def take(self, values):
+        """Take anything."""
+
+    def solve(self, right):
+        raise ConvergenceError("linear solver", "factorisation failed")
+
+    def close(self):
+        """Hold nothing."""
+
+
+def test_where_it_fails_pivots_are_looked_for(caplog):
+    model, problem, _, _, contact = state(1e-4)
+    right = np.random.default_rng(6).normal(size=model.unknowns)
+    with LinearSystem(model, MPI.COMM_SELF) as system:
+        expected = system.solve(contact, problem.time_step, right)
+        system._factor.close()
+        system._factor = WithoutPivot()
+        with caplog.at_level("INFO"):
+            found = system.solve(contact, problem.time_step, right)
+    assert found == pytest.approx(expected, rel=1e-8, abs=1e-10 * np.abs(expected).max())
+    assert "with pivoting" in caplog.text

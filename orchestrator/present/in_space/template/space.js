@@ -70,10 +70,10 @@
   const mixed = (...terms) => [0, 1, 2].map((k) => terms.reduce((sum, [factor, vector]) => sum + factor * vector[k], 0));
   const up = data.up, ahead = data.ahead, beside = cross(up, ahead);
   const views = { aslant: [0.65, 0.42], front: [0, 0.03], side: [Math.PI / 2, 0.03], plan: [0, Math.PI / 2 - 1e-3] };
-  let [around, above] = views.aslant, near = 1;
+  let [around, above] = views.aslant, near = 1, printed = false;
 
   function draw() {
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = Math.max(window.devicePixelRatio || 1, printed ? 3 : 1);
     canvas.width = Math.round(canvas.clientWidth * ratio); canvas.height = Math.round(canvas.clientHeight * ratio);
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(1, 1, 1, 1); gl.enable(gl.DEPTH_TEST); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -119,6 +119,8 @@
   }
   byId("joints").addEventListener("change", draw);
   window.addEventListener("resize", draw);
+  window.addEventListener("beforeprint", () => { printed = true; draw(); });
+  window.addEventListener("afterprint", () => { printed = false; draw(); });
   if (slider) {
     slider.addEventListener("input", draw);
     let timer = null;

@@ -189,6 +189,5 @@
       if (slider.value === slider.max) stop();
     }, 90);
   });
-  addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((d) => { d.open = true; }));
   choose(0);
 })();

@@ -1,0 +1,149 @@
+"""Factors of the condensed matrix: MUMPS on any number of ranks, or without pivoting on one rank, for small systems.
+
+MUMPS looks for pivots and sorts the matrix into its fronts anew each time, which for some thousand unknowns takes
+longer than to eliminate them. PETSc's own elimination goes through the unknowns in one order (minimum degree, found
+with the pattern): with 1,600 to 3,200 unknowns it takes half the time, and its solutions a sixth; both take as long
+from 4,400 to 6,500 unknowns on, and with 15,000 MUMPS needs a third.
+Whether a solution is good without pivoting is seen from the exact system (linear_system.py).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sparse
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.errors import ConvergenceError
+from orchestrator.pushover.solve.newton_matrix import Pattern
+
+PREFIX = "contact_"
+PETSc.Options()[f"{PREFIX}mat_mumps_icntl_7"] = 6
+"""MUMPS eliminates in the order of QAMD (minimum degree that knows dense rows, as load and control are): 10 % fewer
+operations than with its own choice at 1,012 stones, in half the time. It takes this from PETSc's options only."""
+
+
+class _OfPetsc:
+    """PETSc's matrix, vectors and solver."""
+
+    _matrix: PETSc.Mat
+    _right: PETSc.Vec
+    _solution: PETSc.Vec
+    _solver: PETSc.KSP
+
+    def _solve(self, right: FloatArray) -> FloatArray:
+        """Return this rank's part of the solution for its part of the right-hand side. Raises ConvergenceError."""
+        self._right.setArray(right)
+        try:
+            self._solver.solve(self._right, self._solution)
+        except PETSc.Error as error:
+            raise ConvergenceError("linear solver", f"factorisation failed ({error})") from error
+        reason, solution = self._solver.getConvergedReason(), self._solution.getArray()
+        if reason < 0:
+            raise ConvergenceError("linear solver", f"factorisation failed (PETSc reason {reason})")
+        return solution
+
+    def close(self) -> None:
+        """Free what PETSc holds."""
+        for item in (self._solver, self._matrix, self._right, self._solution):
+            item.destroy()
+
+
+class Mumps(_OfPetsc):
+    """LU with threshold pivoting of the rows of a pattern on each rank."""
+
+    def __init__(self, pattern: Pattern, unknowns: int, comm: MPI.Comm) -> None:
+        self._comm, self._pattern = comm, pattern
+        local = (len(pattern.indptr) - 1, unknowns)
+        self._values = np.ones(len(pattern.indices))
+        csr = (pattern.indptr, pattern.indices, self._values)
+        create = PETSc.Mat().createAIJWithArrays if comm.size == 1 else PETSc.Mat().createAIJ
+        self._matrix = create((local, local), csr=csr, comm=comm)
+        self._right, self._solution = self._matrix.createVecs()
+        self._solver = _direct(self._matrix, "mumps", comm)
+        self._solver.getPC().setFactorSetUpSolverType()
+        factor = self._solver.getPC().getFactorMatrix()
+        factor.setOptionsPrefix(PREFIX)
+        factor.setMumpsIcntl(8, 0)  # kappa has scaled the system already; computing more takes a seventh of the time
+
+    def take(self, values: FloatArray) -> None:
+        """Take the values of the pattern's entries; they are factorised at the next solution."""
+        self._values[:] = values
+        if self._comm.size > 1:
+            self._matrix.setValuesCSR(self._pattern.indptr, self._pattern.indices, self._values)
+        self._matrix.assemble()
+        self._matrix.stateIncrease()
+
+    def solve(self, right: FloatArray) -> FloatArray:
+        """Return the solution for `right`, both (unknowns,) on every rank. Raises ConvergenceError."""
+        own = self._solve(right[slice(*self._right.getOwnershipRange())])
+        solution = np.empty(len(right))
+        self._comm.Allgatherv(own, (solution, np.diff(self._matrix.getOwnershipRanges())))
+        return _finite(solution)
+
+    @property
+    def share(self) -> float:
+        """Part of the last factorisation's operations that this rank did (RINFO(3) over RINFOG(3) of MUMPS)."""
+        factor = self._solver.getPC().getFactorMatrix()
+        return float(factor.getMumpsRinfo(3) / factor.getMumpsRinfog(3))
+
+
+class Unpivoted(_OfPetsc):
+    """LU of all rows of a pattern without pivoting, on one rank."""
+
+    share = 1.0
+
+    def __init__(self, pattern: Pattern) -> None:
+        order = minimum_degree(pattern)
+        entries = sparse.csr_matrix((np.arange(len(pattern.indices)), pattern.indices, pattern.indptr))
+        in_order = entries[order][:, order]
+        in_order.sort_indices()
+        self._order, self._entries = order, in_order.data
+        self._values = np.ones(len(pattern.indices))
+        csr = (in_order.indptr, in_order.indices, self._values)
+        self._matrix = PETSc.Mat().createAIJWithArrays(in_order.shape, csr=csr, comm=MPI.COMM_SELF)
+        self._right, self._solution = self._matrix.createVecs()
+        self._solver = _direct(self._matrix, "petsc", MPI.COMM_SELF)
+        self._solver.getPC().setFactorOrdering("natural")
+
+    def take(self, values: FloatArray) -> None:
+        """Take the values of the pattern's entries; they are factorised at the next solution."""
+        np.take(values, self._entries, out=self._values)
+        self._matrix.assemble()
+        self._matrix.stateIncrease()
+
+    def solve(self, right: FloatArray) -> FloatArray:
+        """Return the solution (unknowns,) for `right` (unknowns,). Raises ConvergenceError for a pivot of zero."""
+        solution = np.empty(len(right))
+        solution[self._order] = self._solve(right[self._order])
+        return _finite(solution)
+
+
+def minimum_degree(pattern: Pattern) -> IntArray:
+    """Return the order (unknowns,) in which few entries of a pattern's factor fill up: node by node, the load
+    multiplier last."""
+    count = (len(pattern.indptr) - 1) // 3
+    rows = sparse.csr_matrix((np.ones(len(pattern.indices)), pattern.indices, pattern.indptr))
+    nodes = rows[: 3 * count : 3, : 3 * count : 3]
+    matrix = PETSc.Mat().createAIJ(nodes.shape, csr=(nodes.indptr, nodes.indices, nodes.data), comm=MPI.COMM_SELF)
+    order, columns = matrix.getOrdering("qmd")
+    found = 3 * order.getIndices().astype(np.int64)[:, None] + np.arange(3)
+    for item in (order, columns, matrix):
+        item.destroy()
+    return np.append(found.ravel(), 3 * count)
+
+
+def _direct(matrix: PETSc.Mat, package: str, comm: MPI.Comm) -> PETSc.KSP:
+    solver = PETSc.KSP().create(comm)
+    solver.setOperators(matrix)
+    solver.setType("preonly")
+    solver.getPC().setType("lu")
+    solver.getPC().setFactorSolverType(package)
+    return solver
+
+
+def _finite(solution: FloatArray) -> FloatArray:
+    if not np.isfinite(solution).all():
+        raise ConvergenceError("linear solver", "the factors overflow")
+    return solution
