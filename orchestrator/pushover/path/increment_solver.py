@@ -29,10 +29,10 @@ from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.solve.newton import solve_increment
 
 TURN = 2e-3
-"""an increment whose bodies turn by more than this (rad) from the predicted geometry is solved again on its own: contacts
-of a body that turns unexpectedly by theta close to theta^2 / 2 of its size (2e-6) and their forces are inclined by theta,
-in this increment only. (With 5e-4, loose stones at the limit of friction that turn one way on the geometry of the other
-made walls creep: 4,950 and more than 14,442 iterations in place of 2,429 and 6,341.)"""
+"""an increment whose bodies turn by more than this (rad) from the predicted geometry is solved again on its own:
+contacts of a body that turns by theta more than expected close to theta^2 / 2 of its size (2e-6), and their forces are
+inclined by theta, in this increment only. (With 5e-4, loose stones at the limit of friction that turn one way on the
+geometry of the other made walls creep: 4,950 and more than 14,442 iterations in place of 2,429 and 6,341.)"""
 TURN_SHARE = 0.05
 """so is one that moves, where they turn by more than this share of what they turn in it"""
 NEARER = 0.5
