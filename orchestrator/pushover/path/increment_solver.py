@@ -28,15 +28,16 @@ from orchestrator.pushover.solve.iterate import Target, as_before, evaluate
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.solve.newton import solve_increment
 
-TURN = 5e-4
-"""an increment whose bodies turn by more than this (rad) from the predicted geometry is solved again on its own"""
+TURN = 2e-3
+"""an increment whose bodies turn by more than this (rad) from the predicted geometry is solved again on its own:
+contacts of a body that turns by theta more than expected close to theta^2 / 2 of its size (2e-6), and their forces are
+inclined by theta, in this increment only. (With 5e-4, loose stones at the limit of friction that turn one way on the
+geometry of the other made walls creep: 4,950 and more than 14,442 iterations in place of 2,429 and 6,341.)"""
 TURN_SHARE = 0.05
 """so is one that moves, where they turn by more than this share of what they turn in it"""
 NEARER = 0.5
 """each solution on its own geometry must turn by less than this share of what the one before it turned: passes that do
 not come nearer swing between two states (none of those seen in three pushovers of rubble settled within six)"""
-JUMP = 10.0
-"""a solution that lies farther from the expected one than this many times the expected motion is another branch's"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,10 +103,7 @@ class IncrementSolver:
         here, share = state.displacement.ravel(), self.share(state, aim)
         predicted = carried_on(self.model, here, state.change.ravel(), share) if share else here
         fastest = share * float(body_motion(self.model, state.change.ravel()).max())
-        solved = self.solved(state, aim, predicted, 0.0, self.time_step(aim, fastest))
-        if aim.phase == "displacement" and aim.size:
-            refuse_jump(state, solved, predicted, aim.size)
-        return solved
+        return self.solved(state, aim, predicted, 0.0, self.time_step(aim, fastest))
 
     def solved(
         self, state: Increment, aim: Aim, predicted: FloatArray, viscosity: float, time_step: float
@@ -164,17 +162,3 @@ class IncrementSolver:
             before = scattered(before, model.rows, states_of(iterate))
         bound = self.stepping.out_of_balance * (abs(multiplier) if phase == "load" else 1.0)
         return increment_of(model, state, here, replace(iterate, number=spent), phase, time, bound)
-
-
-def refuse_jump(state: Increment, solved: Increment, predicted: FloatArray, size: float) -> None:
-    """Raise ConvergenceError for a solution far off the expected one: equilibrium, but not the next state of the wall.
-
-    Coulomb's friction has many states of equilibrium; without this test a wall of 66 stones that was to move on by
-    0.07 mm was found 6 mm away, in a state that carries 7 % less.
-    """
-    start, end = state.displacement.ravel(), solved.displacement.ravel()
-    expected = max(np.abs(predicted - start).max(), 5 * size)
-    off = float(np.abs(end - predicted).max())
-    if off > JUMP * expected:
-        problem = f"the solution is {1e3 * off:.2g} mm away from where it was expected"
-        raise ConvergenceError("Newton", problem, solved.iterations)

@@ -164,8 +164,7 @@ class Pushover:
         """Return a smaller increment to try, or what the wall does that is left to move; spent: iterations so far."""
         state, smaller = trial.state, SHRINK * trial.size
         onset = ONSET * self._largest(state.phase)
-        in_turn = _rested(state) and trial.size <= 2.0 * state.step[1]
-        if trial.cuts < CUTS[state.phase] and not in_turn and trial.size > onset:
+        if trial.cuts < CUTS[state.phase] and trial.size > onset:
             trial = trial.then(why, f"retried with {smaller:g}", spent)
             return replace(trial, size=smaller, cuts=trial.cuts + 1)
         rows = motion(self.solver, state, aim)
@@ -176,7 +175,7 @@ class Pushover:
             return trial.then("a local part moves", UNDRIVEN, total, alone)
         if not last.moving:
             attempts = trial.then(why, RESTED, total - last.iterations).attempts
-            return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim, state))]
+            return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim))]
         driving = self._driving_what_moves(state, last.change.ravel())
         if driving is not None:
             return replace(trial.then(why, "what moves is driven", total, driving), size=driving.step[0])
@@ -188,7 +187,7 @@ class Pushover:
     def _without_what_fell(self, state: Increment) -> Increment:
         """Return the state without the bodies that have lost their hold. Raises CollapseError for a large part."""
         if not state.moving:
-            return replace(state, step=self._anew(self._held(state), state))
+            return replace(state, step=self._anew(self._held(state)))
         if state.phase == "gravity":
             self._refuse_what_falls(state)
             return state
@@ -266,15 +265,13 @@ class Pushover:
             return self.stepping.load_increment * self.expected_multiplier
         return self.solver.largest_displacement
 
-    def _anew(self, aim: Aim, before: Increment) -> tuple[float, float]:
+    def _anew(self, aim: Aim) -> tuple[float, float]:
         """Return the next increment after a slip or a motion, and the last one, in the unit of the phase.
 
         Where a displacement is prescribed it is not known yet how the wall moves on: it begins with the elastic slip.
-        Where one slip follows another it grows, so that no wall creeps.
         """
         if aim.phase == "displacement":
-            size = 2.0 * aim.size if _rested(before) else self.model.slip_tolerance
-            return min(size, self._largest(aim.phase)), aim.size
+            return min(self.model.slip_tolerance, self._largest(aim.phase)), aim.size
         size = aim.size or SHRINK**2 * self._largest(aim.phase)
         return size, size
 
@@ -336,8 +333,3 @@ class Pushover:
         inertia = self.model.mass @ state.change.ravel() / np.square(self.solver.time_step(Aim("gravity", 1.0, 0.0)))
         quiet = np.linalg.norm(inertia) < self.newton.residual * np.linalg.norm(self.model.gravity)
         return state.time >= 1.0 and not state.moving and bool(quiet)
-
-
-def _rested(state: Increment) -> bool:
-    """Return whether a state was found after a slip; where joints stick and slip in turn, one slip follows another."""
-    return bool(state.attempts) and state.attempts[-1].action == RESTED

@@ -37,8 +37,6 @@ WORK_LEFT = 0.3
 """share of the work at the start of a step that may be left where the line search ends"""
 TRIALS = 8
 """of a line search at most"""
-ASTRAY = 100.0
-"""an iterate with so many times the error of the best one: Newton has gone astray (1 of 357 tries came back)"""
 REPETITION = 0.95
 """an iterate that returns to earlier contact states with more than this share of their error: Newton goes in circles"""
 
@@ -201,9 +199,8 @@ def solve_increment(
         if iterate.number and error < least:
             best, least = iterate, error
         before, state = state, _states(iterate)
-        astray = error > ASTRAY * least
         circles = state != before and error > REPETITION * seen.get(state, np.inf)
-        if least < 1.0 or iterate.number >= settings.iterations or circles or astray or not np.isfinite(error):
+        if least < 1.0 or iterate.number >= settings.iterations or circles or not np.isfinite(error):
             break
         seen[state] = error
     if least < settings.acceptable:
