@@ -39,7 +39,7 @@ class JointClass:
     compressive_strength: Annotated[float, Gt(0), Unit("Pa")] | None = None
     """of a rectangular stress block; none: no crushing"""
     normal_stiffness: Annotated[float, Gt(0), Unit("N/m3")] | None = None
-    """pressure over what the joint closes, in the FE pushover alone; none: rigid"""
+    """pressure over what the joint closes, in the FE pushover and on the path of loading; none: rigid"""
     shear_stiffness: Annotated[float, Gt(0), Unit("N/m3")] | None = None
     """shear stress over slip while the joint sticks, in the FE pushover alone; none: contact.slip_tolerance"""
     mortar_modulus: Annotated[float, Gt(0), Unit("Pa")] | None = None
