@@ -52,8 +52,8 @@ ROUNDS = 8
 """refinements at most"""
 USELESS = 1e-6
 """where refinements do not end, a residual larger than this share of the right-hand side is a failure"""
-SMALL = 5_000
-"""unknowns up to which one rank eliminates without pivoting"""
+SMALL = 7_000
+"""unknowns up to which one rank eliminates without pivoting (factors.py says what that takes)"""
 
 
 class LinearSystem:
