@@ -9,6 +9,7 @@ read them. Its time series writer copies everything, and writes its .h5 into the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -174,17 +175,37 @@ def _series(
     for number, material in enumerate(sorted(set(materials))):
         ElementTree.SubElement(domain, "Information", Name=f"material {number}", Value=material)
     series = ElementTree.SubElement(domain, "Grid", Name="wall", GridType="Collection", CollectionType="Temporal")
-    for name in sorted(steps, key=int):
+    increments = sorted(steps, key=int)
+    alike = _attributes(mesh, steps[increments[0]], names, derived.get(f"{increments[0]}/{kind}", {}), kind)
+    for name in increments:
         grid = ElementTree.SubElement(series, "Grid", Name=f"increment {int(name)}", GridType="Uniform")
         ElementTree.SubElement(grid, "Time", Value=str(int(name)))
         grid.extend(_mesh(mesh, cell_type))
         grid.extend(constant)
-        points = mesh["points"].shape[0]
-        grid.extend(_item(steps[name][stored], "Node", shown, points) for shown, stored in names)
-        centre = "Cell" if kind == "elements" else "Node"
-        grid.extend(_item(values, centre, shown) for shown, values in derived.get(f"{name}/{kind}", {}).items())
+        grid.extend(_of_increment(attribute, increments[0], name) for attribute in alike)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+
+
+def _attributes(
+    mesh: h5py.Group,
+    states: h5py.Group,
+    names: Sequence[tuple[str, str]],
+    derived: Mapping[str, h5py.Dataset],
+    kind: str,
+) -> list[ElementTree.Element]:
+    """Return the attributes of an increment; those of all others differ in its name only."""
+    points, centre = mesh["points"].shape[0], "Cell" if kind == "elements" else "Node"
+    found = [_item(states[stored], "Node", shown, points) for shown, stored in names]
+    return found + [_item(values, centre, shown) for shown, values in derived.items()]
+
+
+def _of_increment(attribute: ElementTree.Element, first: str, name: str) -> ElementTree.Element:
+    """Return an attribute of the increment `first` as that of the increment `name`."""
+    copied = deepcopy(attribute)
+    for item in copied.iter("DataItem"):
+        item.text = (item.text or "").replace(f":/{first}/", f":/{name}/")
+    return copied
 
 
 def _mesh(mesh: h5py.Group, cell_type: str) -> list[ElementTree.Element]:
