@@ -24,6 +24,7 @@ from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.pushover.stress import (
+    barycentric_slopes,
     contact_forces,
     element_stress,
     in_fixed_axes,
@@ -68,10 +69,11 @@ def stress_and_pressure(model: ContactModel, bodies: Bodies) -> Callable[[Increm
     Pressure is NaN where a corner touches: that is no area. The tensor is in the wall's axes, row by row.
     """
     area = slave_areas(model, bodies)
+    slopes = barycentric_slopes(model.meshes.nodes[model.meshes.tetrahedra])
 
     def derive(increment: Increment) -> Derived:
         large = model.tracking is not None
-        stress = element_stress(model.meshes, model.elastic, increment.displacement, large)
+        stress = element_stress(model.meshes, model.elastic, increment.displacement, large, slopes)
         names = ("sigma_1_Pa", "sigma_2_Pa", "sigma_3_Pa")  # as usual, sigma_1 is the largest
         elements = {"von_mises_Pa": von_mises(stress), **dict(zip(names, principal(stress).T[::-1], strict=True))}
         fixed = in_fixed_axes(model.meshes, stress, increment.displacement) if large else stress

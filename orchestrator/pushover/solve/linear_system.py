@@ -10,6 +10,13 @@ in double precision the penalty's rounding is larger than what stiff stones (E x
 exact to 1e-12 of its largest entry. Smaller entries, forces among them, differ by more from one number of ranks to
 another; Newton's iterations part where contacts close and slide in turn more than about ten times.
 
+Tried, and not used: the forces of closed contacts as unknowns, with the flexibility of each body (constant in its own
+frame) and its rigid motion in the place of displacements. Factors of benchmark 1 when it is loaded and past its peak
+took, in ms of one machine (those of the condensed matrix in brackets), 2.3 and 0.4 (0.7) for macroblocks, 4.8 and 2.7
+(1.6) for every stone, 19 and 2 (30), 28 and 9 (38) with a quarter of the element size, 40 and 20 (25) for 512 stones.
+Each solution takes two of the bodies' own besides: 5 ms with a quarter of the element size, for 3 to 5 as it is. All
+nodes of contacts as unknowns take as long as all nodes, even there.
+
 N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 12.
 """
 
