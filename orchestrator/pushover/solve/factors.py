@@ -4,7 +4,7 @@ MUMPS looks for pivots and sorts the matrix into its fronts anew each time, whic
 longer than to eliminate them. PETSc's own elimination goes through the nodes in one order (minimum degree, found with
 the pattern), three unknowns at a time: with 1,600 to 4,400 unknowns it takes 0.4 to 0.75 of the time, and its solutions
 a tenth; both take as long at 6,500 unknowns, and with 12,000 MUMPS needs 0.6. (One unknown at a time takes 1.5 times as
-long as three. With three, rounding reaches a hundred times farther, and a solution takes 2.7 refinements for 2.3.)
+long as three. With three, rounding reaches a hundred times farther: the penalty is no larger than that allows.)
 Whether a solution is good without pivoting is seen from the exact system (linear_system.py).
 """
 
@@ -102,8 +102,8 @@ class Unpivoted(_OfPetsc):
         in_order = sparse.block_diag([number[order][:, order], sparse.diags([-1, -1], dtype=int)]).tobsr((3, 3))
         in_order.sort_indices()
         self._order, self._rows = order, (in_order.indptr, in_order.indices)
-        self._entries, self._places = in_order.data[in_order.data > 0] - 1, np.flatnonzero(in_order.data > 0)
-        self._blocks = np.where(in_order.data < 0, 1.0, 0.0)  # the multiplier's block has two unknowns of no use
+        self._entries = in_order.data - 1  # -1: nothing, -2: 1; the last block has two unknowns of no use
+        self._blocks = np.ones(in_order.data.shape)
         self._matrix = PETSc.Mat().createBAIJ(in_order.shape, 3, csr=(*self._rows, self._blocks), comm=MPI.COMM_SELF)
         self._right, self._solution = self._matrix.createVecs()
         self._padded = np.zeros(unknowns + 2)
@@ -112,7 +112,7 @@ class Unpivoted(_OfPetsc):
 
     def take(self, values: FloatArray) -> None:
         """Take the values of the pattern's entries; they are factorised at the next solution."""
-        self._blocks.ravel()[self._places] = values[self._entries]
+        np.take(np.append(values, [1.0, 0.0]), self._entries, out=self._blocks, mode="wrap")
         self._matrix.setValuesBlockedCSR(*self._rows, self._blocks)
         self._matrix.assemble()
 
