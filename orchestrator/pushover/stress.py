@@ -32,16 +32,21 @@ if TYPE_CHECKING:
 
 
 def element_stress(
-    meshes: BodyMeshes, elastic: ElasticConstants, displacement: FloatArray, large_displacement: bool
+    meshes: BodyMeshes,
+    elastic: ElasticConstants,
+    displacement: FloatArray,
+    large_displacement: bool,
+    slopes: FloatArray | None = None,
 ) -> FloatArray:
     """Return stress tensors (t, 3, 3) in Pa over the wall's thickness, tension positive.
 
     displacement (n, 3) in m: nodes, then curved edges. In large displacements the axes are those of each body, which
-    turn with it.
+    turn with it. slopes (t, 4, 3): the `barycentric_slopes` of the elements, where they are known.
     """
     local = _without_rigid_motion(meshes, displacement) if large_displacement else displacement
     cells = meshes.tetrahedra
-    slopes = barycentric_slopes(meshes.nodes[cells])
+    if slopes is None:
+        slopes = barycentric_slopes(meshes.nodes[cells])
     gradient = np.einsum("tia,tib->tab", local[cells], slopes)
     if len(displacement) > len(meshes.nodes):
         pairs = slopes[:, TETRAHEDRON_EDGES].sum(axis=2)

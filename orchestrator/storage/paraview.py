@@ -9,6 +9,7 @@ read them. Its time series writer copies everything, and writes its .h5 into the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -23,6 +24,7 @@ from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.pushover.stress import (
+    barycentric_slopes,
     contact_forces,
     element_stress,
     in_fixed_axes,
@@ -67,10 +69,11 @@ def stress_and_pressure(model: ContactModel, bodies: Bodies) -> Callable[[Increm
     Pressure is NaN where a corner touches: that is no area. The tensor is in the wall's axes, row by row.
     """
     area = slave_areas(model, bodies)
+    slopes = barycentric_slopes(model.meshes.nodes[model.meshes.tetrahedra])
 
     def derive(increment: Increment) -> Derived:
         large = model.tracking is not None
-        stress = element_stress(model.meshes, model.elastic, increment.displacement, large)
+        stress = element_stress(model.meshes, model.elastic, increment.displacement, large, slopes)
         names = ("sigma_1_Pa", "sigma_2_Pa", "sigma_3_Pa")  # as usual, sigma_1 is the largest
         elements = {"von_mises_Pa": von_mises(stress), **dict(zip(names, principal(stress).T[::-1], strict=True))}
         fixed = in_fixed_axes(model.meshes, stress, increment.displacement) if large else stress
@@ -174,17 +177,37 @@ def _series(
     for number, material in enumerate(sorted(set(materials))):
         ElementTree.SubElement(domain, "Information", Name=f"material {number}", Value=material)
     series = ElementTree.SubElement(domain, "Grid", Name="wall", GridType="Collection", CollectionType="Temporal")
-    for name in sorted(steps, key=int):
+    increments = sorted(steps, key=int)
+    alike = _attributes(mesh, steps[increments[0]], names, derived.get(f"{increments[0]}/{kind}", {}), kind)
+    for name in increments:
         grid = ElementTree.SubElement(series, "Grid", Name=f"increment {int(name)}", GridType="Uniform")
         ElementTree.SubElement(grid, "Time", Value=str(int(name)))
         grid.extend(_mesh(mesh, cell_type))
         grid.extend(constant)
-        points = mesh["points"].shape[0]
-        grid.extend(_item(steps[name][stored], "Node", shown, points) for shown, stored in names)
-        centre = "Cell" if kind == "elements" else "Node"
-        grid.extend(_item(values, centre, shown) for shown, values in derived.get(f"{name}/{kind}", {}).items())
+        grid.extend(_of_increment(attribute, increments[0], name) for attribute in alike)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+
+
+def _attributes(
+    mesh: h5py.Group,
+    states: h5py.Group,
+    names: Sequence[tuple[str, str]],
+    derived: Mapping[str, h5py.Dataset],
+    kind: str,
+) -> list[ElementTree.Element]:
+    """Return the attributes of an increment; those of all others differ in its name only."""
+    points, centre = mesh["points"].shape[0], "Cell" if kind == "elements" else "Node"
+    found = [_item(states[stored], "Node", shown, points) for shown, stored in names]
+    return found + [_item(values, centre, shown) for shown, values in derived.items()]
+
+
+def _of_increment(attribute: ElementTree.Element, first: str, name: str) -> ElementTree.Element:
+    """Return an attribute of the increment `first` as that of the increment `name`."""
+    copied = deepcopy(attribute)
+    for item in copied.iter("DataItem"):
+        item.text = (item.text or "").replace(f":/{first}/", f":/{name}/")
+    return copied
 
 
 def _mesh(mesh: h5py.Group, cell_type: str) -> list[ElementTree.Element]:

@@ -227,16 +227,17 @@ def _write(group: h5py.Group, increment: Increment, fingerprint: str) -> None:
 def _read(group: h5py.Group, fingerprint: str) -> Increment:
     if group.attrs["fingerprint"] != fingerprint:
         raise _OtherModelError
-    increment = Increment(**{one.name: _value(group, one.name) for one in fields(Increment)})
+    stored = set(group)
+    increment = Increment(**{one.name: _value(group, one.name, one.name in stored) for one in fields(Increment)})
     if group.attrs["sha256"] != _digest(increment):
         raise ValueError(f"content of {group.name} does not match its sha256")
     return increment
 
 
-def _value(group: h5py.Group, name: str) -> Any:
+def _value(group: h5py.Group, name: str, is_array: bool) -> Any:
     if name == "attempts":
         return tuple(Attempt(**record) for record in json.loads(group[name][()]))
-    if name in group:
+    if is_array:
         array = group[name][()]
         array.flags.writeable = False
         return array

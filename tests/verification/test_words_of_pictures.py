@@ -21,7 +21,7 @@ from orchestrator.app import driver
 from orchestrator.app.cli import main
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.present import plots
-from orchestrator.present.plots.canvas import DOTS_PER_INCH, lay_out
+from orchestrator.present.plots.canvas import DOTS_PER_INCH, QUICK, lay_out
 from orchestrator.settings import case as cases
 from tests.support.paths import DATA
 
@@ -173,7 +173,8 @@ def test_english_pictures_are_as_they_are_drawn(tmp_path):
     figure = picture()
     lay_out(figure)
     figure.set_layout_engine("none")
-    figure.savefig(tmp_path / "drawn.png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+    packed = {"compress_level": QUICK}
+    figure.savefig(tmp_path / "drawn.png", dpi=DOTS_PER_INCH, metadata={"Software": None}, pil_kwargs=packed)
     told = {language: plots.save(picture(), tmp_path, language, language)[0] for language in ("en", "it", "pt")}
     assert told["en"].read_bytes() == (tmp_path / "drawn.png").read_bytes()
     assert len({path.read_bytes() for path in told.values()}) == 3

@@ -33,6 +33,8 @@ STONE, SUPPORT, FAINT, INK = "#f2ece1", "#d5d5d5", "#b5b5b5", "#333333"
 VERMILLION, BLUE, GREEN, ORANGE, PURPLE = "#d55e00", "#0072b2", "#009e73", "#e69f00", "#cc79a7"
 DOTS_PER_INCH = 150
 """of PNG pictures"""
+QUICK = 3
+"""of compressing a PNG, 0 to 9: two thirds of the time of 6, for a tenth more bytes"""
 LARGEST_DRAWING = (7.0, 7.5)
 """largest drawing of a wall, inches"""
 SMALLEST_NUMBER = 3.0
@@ -173,6 +175,8 @@ def lay_out(figure: Figure) -> None:
     """
     engine = figure.get_layout_engine()
     if isinstance(engine, ConstrainedLayoutEngine):
+        for spine in [spine for axes in figure.axes for spine in axes.spines.values()]:
+            spine.set_in_layout(False)  # half a line's width; measuring it takes a quarter of the time
         places = np.array([])
         for _ in range(3):
             engine.execute(figure)
@@ -189,7 +193,8 @@ def save(figure: Figure, folder: Path, name: str, language: Language = "en") -> 
     figure.set_layout_engine("none")  # once is enough, for both files
     figure.set_dpi(DOTS_PER_INCH)
     pixels, lines = BytesIO(), BytesIO()
-    FigureCanvasAgg(figure).print_png(pixels, metadata={"Software": None})  # `savefig` draws everything twice
+    packed = {"compress_level": QUICK}
+    FigureCanvasAgg(figure).print_png(pixels, metadata={"Software": None}, pil_kwargs=packed)  # `savefig` draws twice
     with matplotlib.rc_context({"svg.hashsalt": name}):
         FigureCanvasSVG(figure).print_svg(lines, metadata={"Date": None})
     paths = [folder / f"{name}.png", folder / f"{name}.svg"]

@@ -35,7 +35,8 @@ def write_title(axes: Axes, title: str, name: str) -> None:
     letters = int(figure.get_figwidth() * 11)
     wrapped = [part for line in title.splitlines() for part in textwrap.wrap(line, letters)]
     head = [textwrap.shorten(name, letters, placeholder="…")] if name else []
-    axes.set_title("\n".join([*head, *wrapped]), fontsize=10, parse_math=False)
+    text = "\n".join([*head, *wrapped])
+    axes.set_title(text, y=1.0, fontsize=10, parse_math=False)  # left to itself it looks for ticks at the top each time
     axes.title.set_label("\n".join([" ".join(name.split()), *title.splitlines()]))
 
 
