@@ -21,9 +21,10 @@ ARRAYS = {
     "dead": "dead",
     "live": "live",
     "direction": "direction",
+    "rigid_curve": "rigid_curve",
 }
 SUMS = ("weight", "vertical_load", "horizontal_load")
-STORED_AS = {name: f"{name}_N" for name in SUMS} | ARRAYS
+STORED_AS = {name: f"{name}_N" for name in SUMS} | {"elastic_modulus": "elastic_modulus_Pa"} | ARRAYS
 """keys of limit_analysis.json by the fields whose names they are not"""
 
 
@@ -32,7 +33,7 @@ def read_limit_analysis(folder: Path) -> LimitAnalysis:
     from pydantic import ConfigDict, TypeAdapter, ValidationError
 
     def with_arrays(record: dict[str, Any]) -> dict[str, Any]:
-        return record | {key: read_only(record[key]) for key in ARRAYS.values() if key in record}
+        return record | {key: read_only(record[key]) for key in ARRAYS.values() if record.get(key) is not None}
 
     rules = ConfigDict(alias_generator=lambda name: STORED_AS.get(name, name), arbitrary_types_allowed=True)
     record = json.loads((folder / "limit_analysis.json").read_text(encoding="utf-8"), object_hook=with_arrays)

@@ -168,6 +168,8 @@ class LimitSummary:
     last_rest: float | None = None
     soft_from: float | None = None
     interval: tuple[float, float] | None = None
+    large_displacements: float | None = None
+    """peak of rigid blocks in large displacements, where they were pushed"""
     papers_value: float | None = None
     lowest: float | None = None
     highest: float | None = None
@@ -288,6 +290,7 @@ def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
         last_rest=analysis.last_rest,
         soft_from=analysis.soft_from,
         interval=analysis.interval,
+        large_displacements=None if analysis.rigid_curve is None else float(analysis.rigid_curve[:, 1].max()),
         papers_value=_multiplier(analysis.sequence),
         lowest=_multiplier(analysis.lowest),
         highest=analysis.highest,

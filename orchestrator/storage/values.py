@@ -108,7 +108,7 @@ def blocks_record(wall: Wall) -> dict[str, Any]:
 
 def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]:
     """Return all limit states; velocities and loads (N, N m) are in the order of `blocks`, joint values
-    in that of joints.csv."""
+    in that of joints.csv. rigid_curve: pairs of displacement in m and multiplier."""
     names = ("associative", "associative_left", "sequence", "path", "lowest")
     states = {name: getattr(analysis, name) for name in names}
     return {
@@ -123,6 +123,8 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
         "last_rest": analysis.last_rest,
         "soft_from": analysis.soft_from,
         "interval": analysis.interval,
+        "elastic_modulus_Pa": analysis.elastic_modulus,
+        "rigid_curve": analysis.rigid_curve,
         "local_failures": [
             {
                 "stones": failure.stones,

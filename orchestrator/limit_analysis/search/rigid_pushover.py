@@ -8,10 +8,9 @@ fallen by DROP or blocks have moved FAR since the peak, or no further equilibriu
 load of the peak is held, and a little more: where the wall then comes to rest it is pushed on from there, against a
 drag, slowly (backward Euler); where it does not, the curve has its peak.
 
-Of displacements only those of joints count that were drawn, three points each, with springs as stiff as the stones
-beside them; the springs are up to twice as soft as finite elements of the stones (Ferris & Tin-Loi's wall 6 in the
-elastic range, and so is its fall with displacements). Sources: path following by a displacement, and overdamped motion
-as a substitute for dynamics after a snap, are common; own combination.
+Only joints that were drawn touch, in three points each, with springs as stiff as the stones beside them (SPREAD).
+Sources: path following by a displacement, and overdamped motion as a substitute for dynamics after a snap, are common;
+own combination.
 """
 
 from __future__ import annotations
@@ -33,9 +32,9 @@ FIRST_LOADS = (1.0, 0.1, 0.01)
 """Parts of a load step under which a first rest is looked for."""
 HELD = 1e-3
 """Part of the associative multiplier that is added to the load of the peak when it is held."""
-DROP, FAR = 0.2, 0.5
-"""Part of its peak by which a curve has fallen, and motion of the fastest block since the peak, block lengths (turns
-times one), where prescribed displacements end."""
+PAST, DROP, FAR = 0.02, 0.2, 0.5
+"""Parts of its peak by which a curve has fallen where the peak is passed, and where prescribed displacements end; and
+motion of the fastest block since the peak, block lengths (turns times one), where they end, too."""
 TRUE, PRESSED, TURNS = 1e-2, 1e-3, 4
 """Force that gaps and slips may be wrong by, mean block weights, in joints that carry PRESSED; and how often a step is
 solved at most until they are true."""
@@ -52,7 +51,7 @@ class RigidPushover:
     """displacement (s,) along the live load in m and multiplier (s,) of the equilibria, from gravity on.
 
     state: the peak, with the forces there and the motion after it, as a last rest that no limit state closed; None
-    where the wall bears nothing. is_past: whether the load has fallen by DROP since the peak, or blocks have moved FAR,
+    where the wall bears nothing. is_past: whether the load has fallen by PAST since the peak, or blocks have moved FAR,
     and do not come to rest under a load just above it; else no more is known than that the wall bears it. counts: the
     ways out that were needed, steps `turned` and `shorter`, loads `held`, friction `lagged`.
     """
@@ -165,8 +164,8 @@ class Pushed(StateSearch):
                 path.append(here)
                 peak = here if here.multiplier > peak.multiplier else peak
                 gone = self.motion(here.position.displacements - peak.position.displacements)
-                is_past = here.multiplier < (1.0 - DROP) * peak.multiplier or gone > FAR
-                if is_past:
+                is_past = here.multiplier < (1.0 - PAST) * peak.multiplier or gone > FAR
+                if here.multiplier < (1.0 - DROP) * peak.multiplier or gone > FAR:
                     break
             self.counts["held"] += 1
             load = peak.multiplier + HELD * scale * associative

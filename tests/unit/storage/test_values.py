@@ -52,6 +52,22 @@ def test_joints_file_names_blocks_by_id(tmp_path, assemblage):
     assert list(rows[3])[3:8] == ["start_x_m", "start_y_m", "end_x_m", "end_y_m", "length_m"]
 
 
+def test_the_curve_of_rigid_blocks_is_read_back_as_it_was(tmp_path, assemblage, analysis):
+    curve = np.array([[0.0, 0.0], [1e-3, 0.25], [2e-3, 0.2]])
+    for given in (None, curve):
+        pushed = replace(analysis, rigid_curve=given, elastic_modulus=2e9)
+        storage.write_limit_analysis(tmp_path, assemblage.wall, pushed)
+        found = storage.read_limit_analysis(tmp_path)
+        assert found.elastic_modulus == 2e9
+        assert (found.rigid_curve is None) if given is None else np.array_equal(found.rigid_curve, given)
+        assert (storage.write_rigid_curve(tmp_path, pushed) is None) == (given is None)
+    with (tmp_path / "rigid_pushover.csv").open() as file:
+        peak = list(csv.DictReader(file))[1]
+    assert float(peak["base_shear_N"]) == 0.25 * analysis.horizontal_load
+    storage.write_rigid_curve(tmp_path, replace(analysis, rigid_curve=None))
+    assert not (tmp_path / "rigid_pushover.csv").exists()
+
+
 def test_limit_analysis_file_holds_every_state(tmp_path, assemblage, analysis):
     storage.write_limit_analysis(tmp_path, assemblage.wall, replace(analysis, path=None))
     record = json.loads((tmp_path / "limit_analysis.json").read_text())
