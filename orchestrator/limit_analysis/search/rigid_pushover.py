@@ -52,8 +52,8 @@ class RigidPushover:
 
     state: the peak, with the forces there and the motion after it, as a last rest that no limit state closed; None
     where the wall bears nothing. is_past: whether the load has fallen by PAST since the peak, or blocks have moved FAR,
-    and do not come to rest under a load just above it; else no more is known than that the wall bears it. counts: the
-    ways out that were needed, steps `turned` and `shorter`, loads `held`, friction `lagged`.
+    and do not come to rest under a load just above it, before the budget is spent; else no more is known than that the
+    wall bears it. counts: the ways out that were needed, steps `turned` and `shorter`, loads `held`, friction `lagged`.
     """
 
     displacement: FloatArray
@@ -170,7 +170,7 @@ class Pushed(StateSearch):
             self.counts["held"] += 1
             load = peak.multiplier + HELD * scale * associative
             rest = self.rest(peak.position, load, FIRST_DRAG, REST_BUDGET)
-        return path, rest, is_past and not rest.rests
+        return path, rest, is_past and not rest.rests and not self.is_spent
 
 
 def rigid_pushover(problem: Problem, associative: float, stiffness: Stiffness = STIFFNESSES[0]) -> RigidPushover | None:
