@@ -25,6 +25,7 @@ from orchestrator.limit_analysis.search.rigid_pushover import rigid_pushover
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
+from orchestrator.present.answer import answer_of_limit
 from tests.support.limit_analysis_cases import FLOOR, assemblage_of, box, case, mirrored, tower, transformed
 
 STIFF = 3.5e13
@@ -152,6 +153,9 @@ def test_where_deformation_takes_from_the_peak_geometry_decides_and_finite_eleme
     assert soft.interval == (soft.headline.load_multiplier, pytest.approx(stiff.headline.load_multiplier, rel=1e-6))
     assert soft.headline.load_multiplier == soft.rigid_curve[:, 1].max() < 0.98 * stiff.headline.load_multiplier
     assert any(remark.startswith("geometry decides") for remark in soft.remarks)
+    assert soft.geometry_decides
+    assert not stiff.geometry_decides
+    assert answer_of_limit(soft).startswith("Geometry decides: in large displacements the wall bears at most")
     done = push(
         wall, soft, one_body_per_block(wall), elastic=ElasticSettings(elastic_modulus=modulus),
         stepping=SteppingSettings(final_displacement=0.02),

@@ -150,6 +150,13 @@ class LimitAnalysis:
         return float(np.arctan(state.load_multiplier)) if self.tilting_table else None
 
     @property
+    def geometry_decides(self) -> bool:
+        """Whether the headline is the peak in large displacements, below the limit state of the wall as drawn."""
+        if self.path is None or self.path.converged or self.rigid_curve is None:
+            return False
+        return bool(self.path.load_multiplier == self.rigid_curve[:, 1].max())
+
+    @property
     def headline(self) -> LimitState:
         """The state that is reported and that the macroblocks come from: the one that loading meets.
 

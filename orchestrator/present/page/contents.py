@@ -164,6 +164,8 @@ def _as_set(value: Any) -> str:
     return quantity(float(found[1]), found[2]) if found and found[2] in FACTORS else str(value)
 
 
+REST = "last rest: no limit state was closed"
+"""name of a headline that is no limit state"""
 HEADLINES = {
     "smoothed": "non-associative, of smoothed conditions",
     "descent": "non-associative, beside the last rest",
@@ -182,8 +184,9 @@ def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
     }
     for key, name in names.items():
         if (state := getattr(run.analysis, key)) is not None:
+            rest = "peak in large displacements" if run.analysis.geometry_decides else REST
             yield {
-                "name": name if state.converged else "last rest: no limit state was closed",
+                "name": name if state.converged else rest,
                 "multiplier": state.load_multiplier,
                 "base_shear": state.load_multiplier * run.analysis.horizontal_load,
                 "programs": len(state.records),
