@@ -52,8 +52,8 @@ class RigidPushover:
 
     state: the peak, with the forces there and the motion after it, as a last rest that no limit state closed; None
     where the wall bears nothing. is_past: whether the load has fallen by PAST since the peak, or blocks have moved FAR,
-    and do not come to rest under a load just above it, before the budget is spent; else no more is known than that the
-    wall bears it. counts: the ways out that were needed, steps `turned` and `shorter`, loads `held`, friction `lagged`.
+    and do not come to rest under a load just above it; else no more is known than that the wall bears it. counts: the
+    ways out that were needed, steps `turned` and `shorter`, loads `held`, friction `lagged`.
     """
 
     displacement: FloatArray
@@ -77,6 +77,11 @@ class Pushed(StateSearch):
         super().__init__(problem, stiffness)
         self.wall = with_joints_that_move(self.wall, problem.assemblage, problem.equilibrium)
         self.linearise(np.zeros_like(self.wall.problem.dead))
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no factorisations are left but those for the load that is held above the peak."""
+        return self.spent >= self.most - REST_BUDGET
 
     def motion(self, change: FloatArray) -> float:
         """Return how far the fastest block moves by a change of displacements (3m,), in block lengths."""
@@ -124,7 +129,7 @@ class Pushed(StateSearch):
         """
         live, here, failures = self.wall.problem.live, rest, 0
         advance = float(live @ rest.change)
-        while not self.is_spent and failures < FAILURES:
+        while not self.is_over and failures < FAILURES:
             expected = here.change * (advance / float(live @ here.change))
             shorter = self.times_too_long(expected)
             advance, expected = advance / shorter, expected / shorter
@@ -156,7 +161,7 @@ class Pushed(StateSearch):
         load_step = scale * associative / STEPS
         first, is_past = self.first_rest(stands, load_step), False
         rest = first
-        while rest.rests and not self.is_spent:
+        while rest.rests and not self.is_over:
             path.append(rest)
             self.elastic = min(self.elastic, self.moved(rest.position) / rest.multiplier)
             peak, is_past = rest, False
@@ -170,7 +175,7 @@ class Pushed(StateSearch):
             self.counts["held"] += 1
             load = peak.multiplier + HELD * scale * associative
             rest = self.rest(peak.position, load, FIRST_DRAG, REST_BUDGET)
-        return path, rest, is_past and not rest.rests and not self.is_spent
+        return path, rest, is_past and not rest.rests
 
 
 def rigid_pushover(problem: Problem, associative: float, stiffness: Stiffness = STIFFNESSES[0]) -> RigidPushover | None:
