@@ -88,6 +88,7 @@ def analyse(
     sequence, remarks = papers_value(problem, optimum, path, settings)
     other = others(problem, optimum, met, sequence, settings)
     met = None if met is None else closed_by_others(met, other)
+    drawn = None if met is None else met.state
     if met is not None and is_pushed(met, settings):
         logger.info("pushing rigid blocks in large displacements")
         met = in_large_displacements(met, problem.assemblage)
@@ -111,6 +112,7 @@ def analyse(
         associative_left=bound_left(problem, met),
         elastic_modulus=elastic_modulus,
         rigid_curve=curve_of(met),
+        drawn=drawn if met and geometry_decides(met) else None,
     )
     return view.carried_back(answer, assemble_equilibrium(assemblage, loads))
 

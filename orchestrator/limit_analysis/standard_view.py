@@ -69,6 +69,7 @@ class StandardView:
             sequence=found.sequence and self._state(found.sequence, equilibrium),
             path=found.path and self._state(found.path, standing),
             lowest=found.lowest and self._state(found.lowest, standing),
+            drawn=found.drawn and self._state(found.drawn, standing),
             associative_left=found.associative_left and self._state(found.associative_left, None),
             local_failures=tuple(failures),
         )

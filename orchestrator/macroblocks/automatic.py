@@ -89,8 +89,10 @@ def chosen(
     """Return few bodies that keep the states of micro-LA within `margin`, part of it, and meet the headline's.
 
     tied: as in `macroblocks_of`. Every stone stays a body where nothing coarser does; a wall of one block is one body.
+    Where geometry decides, bodies keep the state in small displacements, which has a mechanism.
     """
     tied = tied or assemblage
+    analysis = replace(analysis, path=analysis.drawn) if analysis.drawn else analysis
     if analysis.local_failures:
         return _chosen_without_loose_stones(assemblage, analysis, margin, tied)
     partition, said = _of_states(assemblage, analysis, margin, tied)

@@ -122,7 +122,8 @@ class LimitAnalysis:
     last_rest: the last load at which the wall was found at rest; soft_from: that from which on it moves so far that
     geometry decides, or None. rigid_curve (s, 2): displacement along the live load in m and multiplier of rigid blocks
     in large displacements, of what local failures leave, for stones of elastic_modulus (Pa); None where not asked for.
-    Where its peak is the answer, `path` is that peak, not converged, and the interval ends with the limit state.
+    Where its peak is the answer, `path` is that peak, not converged, and `drawn` what the wall meets in small
+    displacements, with which the interval ends.
     """
 
     loads: Loads
@@ -144,6 +145,7 @@ class LimitAnalysis:
     associative_left: LimitState | None = None
     elastic_modulus: float = ELASTIC_MODULUS
     rigid_curve: FloatArray | None = None
+    drawn: LimitState | None = None
 
     def tilt_angle(self, state: LimitState) -> float | None:
         """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""
