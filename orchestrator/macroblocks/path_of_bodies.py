@@ -46,8 +46,9 @@ def off_headline(assemblage: Assemblage, analysis: LimitAnalysis, partition: Par
     low -= 0.0 if analysis.headline.converged else UNSHARP * analysis.associative.load_multiplier
     logger.info("macroblocks: loading %d bodies", partition.count)
     off = 0.0
+    bodies, modulus = partition.body_of_block, analysis.elastic_modulus
     for stiffness in STIFFNESSES:
-        loading = Loading(elastic_wall(assemblage, equilibrium, friction, stiffness, partition.body_of_block))
+        loading = Loading(elastic_wall(assemblage, equilibrium, friction, stiffness, bodies, modulus))
         stands = loading.gravity()
         if not stands.rests:
             return np.inf

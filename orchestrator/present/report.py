@@ -62,6 +62,8 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     """Draw the mechanism of the headline state, as picture and DXF, and write its forces beside the pictures' folder;
     likewise the curve of rigid blocks, where there is one. Return the pictures of the mechanism."""
     storage.write_forces(figures.parent, assemblage, analysis.headline)
+    for old in figures.glob("rigid_pushover.*"):
+        old.unlink()
     if storage.write_rigid_curve(figures.parent, analysis) is not None:
         plots.save(plots.rigid_pushover(analysis), figures, "rigid_pushover", case.project.language)
     storage.write_text(figures.parent / "mechanism.dxf", plots.mechanism_dxf(assemblage, analysis.headline))

@@ -23,9 +23,12 @@ from orchestrator.limit_analysis.search.elastic_contact import (
 from orchestrator.limit_analysis.search.loading_path import STEPS
 from orchestrator.limit_analysis.search.rigid_pushover import rigid_pushover
 from orchestrator.loads import LoadSettings, loads_on
-from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.present.answer import answer_of_limit
+from orchestrator.present.report import write_mechanism
+from orchestrator.settings.case import read as read_case
+from orchestrator.storage import write_blocks
 from tests.support.limit_analysis_cases import FLOOR, assemblage_of, box, case, mirrored, tower, transformed
 
 STIFF = 3.5e13
@@ -134,6 +137,35 @@ def test_a_corner_that_has_turned_off_an_edge_does_not_press_its_extension():
     there = np.concatenate([[*moved, -turn * size], [0.0, 0.0, 0.0]]) / wall.unit
     between = (wall.joints.i > 0) & (wall.joints.j > 0)
     assert (wall.unit * wall.joints.rates(there)[between, 0] > -1e-12).all()
+
+
+def test_metres_of_displacement_follow_from_each_stone_s_own_modulus_and_from_mortar():
+    """One block on a rigid floor, K = t L / (d/E + 1/k) with d half its height: a mean joint has the stiffness 2, so
+    that displacement 1 is twice the weight over K."""
+    wall = tower(0.5, 1.0).wall
+    stone = replace(wall, blocks=(wall.blocks[0], replace(wall.blocks[1], elastic_modulus=1e9)))
+    mortar = JointSettings(classes=(JointClass(normal_stiffness=4e9),))
+    weight, area, half = 20e3 * 0.5, 0.5, 0.5
+    for given, settings, compliance in (
+        (wall, JointSettings(), half / 2e9),
+        (stone, JointSettings(), half / 1e9),
+        (stone, mortar, half / 1e9 + 1 / 4e9),
+    ):
+        problem = problem_of(find_joints(given, settings))
+        springs = elastic_wall(problem.assemblage, problem.equilibrium, problem.friction, elastic_modulus=2e9)
+        assert springs.unit == pytest.approx(2.0 * weight * compliance / area)
+
+
+def test_a_picture_of_a_curve_that_is_no_longer_there_goes(tmp_path):
+    (tmp_path / "case.toml").write_text("[wall]\nblocks = 'blocks.json'\n")
+    write_blocks(tmp_path, tower(0.5, 1.0).wall)
+    given = read_case(tmp_path / "case.toml")
+    for when, there in (("always", True), ("never", False)):
+        settings = LimitAnalysisSettings(large_displacements=when)
+        wall = find_joints(tower(0.5, 1.0).wall, JointSettings())
+        write_mechanism(tmp_path / "figures", given, wall, analyse(wall, settings))
+        assert (tmp_path / "figures" / "rigid_pushover.png").exists() == there
+        assert (tmp_path / "rigid_pushover.csv").exists() == there
 
 
 @pytest.mark.parametrize("name", ["ferris_tinloi_wall1", "ferris_tinloi_wall3"])

@@ -17,6 +17,7 @@ Sources: overdamped motion as a substitute for dynamics after a loss of equilibr
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -39,6 +40,8 @@ from orchestrator.limit_analysis.search.elastic_contact import (
 from orchestrator.limit_analysis.search.implicit_step import Task
 from orchestrator.limit_analysis.search.nearest_state import Closing
 from orchestrator.limit_analysis.search.overdamped import FIRST_DRAG, MOTION, REST_BUDGET, Moved, Overdamped
+
+logger = logging.getLogger(__name__)
 
 STEPS = 20
 """Load steps up to the associative multiplier."""
@@ -240,6 +243,9 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     if search.wall.problem.per_multiplier * associative < LEAST:
         return LoadPath(read_only([0.0]), read_only([1.0]), (), None, search.spent, perf_counter() - started)
     walked = search.loaded_from(stands, associative)
+    last = walked.rests[-1].multiplier / search.wall.problem.per_multiplier
+    lagged = search.counts["lagged"]
+    logger.info("at rest up to %.4f: %d factorisations, %d steps of lagged friction", last, search.spent, lagged)
     return _path_of(search, walked, FINE * associative, perf_counter() - started)
 
 
