@@ -55,6 +55,7 @@ def compared(wall: str, assemblage: Assemblage, direction: int, peak: float) -> 
         "soft": "" if found.soft_from is None else f"{found.soft_from:.4f}",
         "large displacements": "" if found.rigid_curve is None else f"{found.rigid_curve[:, 1].max():.4f}",
         "local": len(found.local_failures),
+        "ways out": ", ".join(f"{name} {times}" for name, times in found.ways_out.items() if times),
         "the paper's value": "" if found.sequence is None else f"{found.sequence.load_multiplier:.4f}",
         "lowest": "" if found.lowest is None else f"{found.lowest.load_multiplier:.4f}",
         "associative": f"{found.associative.load_multiplier:.4f}",

@@ -112,6 +112,7 @@ def analyse(
         associative_left=bound_left(problem, met),
         elastic_modulus=elastic_modulus,
         rigid_curve=curve_of(met),
+        ways_out=ways_out_of(met),
         drawn=drawn if met and geometry_decides(met) else None,
     )
     return view.carried_back(answer, assemble_equilibrium(assemblage, loads))
@@ -156,6 +157,16 @@ def curve_of(met: Loaded | None) -> FloatArray | None:
     if met is None or met.pushed is None:
         return None
     return read_only(np.column_stack([met.pushed.displacement, met.pushed.multiplier]))
+
+
+def ways_out_of(met: Loaded | None) -> dict[str, int]:
+    """Return how often which way out was needed on the path and in the push."""
+    if met is None:
+        return {}
+    pushed = {} if met.pushed is None else met.pushed.counts
+    return {f"path {name}": times for name, times in met.path.counts.items()} | {
+        f"push {name}": times for name, times in pushed.items()
+    }
 
 
 def bound_of(problem: Problem, optimum: LimitSolution) -> LimitState:

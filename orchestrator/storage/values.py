@@ -125,6 +125,7 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
         "interval": analysis.interval,
         "elastic_modulus_Pa": analysis.elastic_modulus,
         "rigid_curve": analysis.rigid_curve,
+        "ways_out": analysis.ways_out,
         "local_failures": [
             {
                 "stones": failure.stones,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -123,7 +123,9 @@ class LimitAnalysis:
     geometry decides, or None. rigid_curve (s, 2): displacement along the live load in m and multiplier of rigid blocks
     in large displacements, of what local failures leave, for stones of elastic_modulus (Pa); None where not asked for.
     Where its peak is the answer, `path` is that peak, not converged, and `drawn` what the wall meets in small
-    displacements, with which the interval ends.
+    displacements, with which the interval ends. ways_out: how often the path of what is left, and the push, needed
+    which: steps at the friction of the step before (`path lagged`, `push lagged`), prescribed steps not taken (`push
+    turned`, `push shorter`), loads held above a peak (`push held`).
     """
 
     loads: Loads
@@ -145,6 +147,7 @@ class LimitAnalysis:
     associative_left: LimitState | None = None
     elastic_modulus: float = ELASTIC_MODULUS
     rigid_curve: FloatArray | None = None
+    ways_out: dict[str, int] = field(default_factory=dict)
     drawn: LimitState | None = None
 
     def tilt_angle(self, state: LimitState) -> float | None:

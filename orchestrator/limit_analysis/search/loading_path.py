@@ -17,8 +17,7 @@ Sources: overdamped motion as a substitute for dynamics after a loss of equilibr
 
 from __future__ import annotations
 
-import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
@@ -40,8 +39,6 @@ from orchestrator.limit_analysis.search.elastic_contact import (
 from orchestrator.limit_analysis.search.implicit_step import Task
 from orchestrator.limit_analysis.search.nearest_state import Closing
 from orchestrator.limit_analysis.search.overdamped import FIRST_DRAG, MOTION, REST_BUDGET, Moved, Overdamped
-
-logger = logging.getLogger(__name__)
 
 STEPS = 20
 """Load steps up to the associative multiplier."""
@@ -72,6 +69,7 @@ class LoadPath:
     that fits best.
     soft_from: multiplier from which on displacements exceed SOFT, None if they never do. not_at_rest: the
     lowest load at which no rest was found; given_up: whether the budget ended before the two were FINE apart.
+    counts: how often which way out was needed (overdamped.py).
     """
 
     multipliers: FloatArray
@@ -82,6 +80,7 @@ class LoadPath:
     seconds: float
     not_at_rest: float = np.inf
     given_up: bool = False
+    counts: dict[str, int] = field(default_factory=dict)
 
     @property
     def last_rest(self) -> float:
@@ -243,9 +242,6 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     if search.wall.problem.per_multiplier * associative < LEAST:
         return LoadPath(read_only([0.0]), read_only([1.0]), (), None, search.spent, perf_counter() - started)
     walked = search.loaded_from(stands, associative)
-    last = walked.rests[-1].multiplier / search.wall.problem.per_multiplier
-    lagged = search.counts["lagged"]
-    logger.info("at rest up to %.4f: %d factorisations, %d steps of lagged friction", last, search.spent, lagged)
     return _path_of(search, walked, FINE * associative, perf_counter() - started)
 
 
@@ -277,4 +273,5 @@ def _path_of(search: StateSearch, walked: Walked, fine: float, seconds: float) -
         seconds=seconds,
         not_at_rest=high,
         given_up=search.is_spent and high - low > fine,
+        counts=dict(search.counts),
     )

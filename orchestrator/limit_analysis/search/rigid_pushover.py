@@ -15,7 +15,6 @@ own combination.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -28,8 +27,6 @@ from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Posi
 from orchestrator.limit_analysis.search.implicit_step import Step, Task, implicit_step
 from orchestrator.limit_analysis.search.loading_path import FAILURES, LEAST, STEPS, StateSearch
 from orchestrator.limit_analysis.search.overdamped import FIRST_DRAG, REST_BUDGET, Moved
-
-logger = logging.getLogger(__name__)
 
 FIRST_LOADS = (1.0, 0.1, 0.01)
 """Parts of a load step under which a first rest is looked for."""
@@ -196,8 +193,6 @@ def rigid_pushover(problem: Problem, associative: float, stiffness: Stiffness = 
     peak = max(path, key=lambda one: one.multiplier)
     if peak is stands:
         return None
-    ways_out = ", ".join(f"{name} {count}" for name, count in pushed.counts.items())
-    logger.info("rigid blocks bear %.4f: %d factorisations; %s", peak.multiplier / scale, pushed.spent, ways_out)
     found = pushed.states(peak.position, lost.change, peak.multiplier)
     return RigidPushover(
         displacement=read_only([pushed.wall.unit * pushed.moved(one.position) for one in path]),

@@ -55,10 +55,11 @@ def test_joints_file_names_blocks_by_id(tmp_path, assemblage):
 def test_the_curve_of_rigid_blocks_is_read_back_as_it_was(tmp_path, assemblage, analysis):
     curve = np.array([[0.0, 0.0], [1e-3, 0.25], [2e-3, 0.2]])
     for given in (None, curve):
-        pushed = replace(analysis, rigid_curve=given, elastic_modulus=2e9)
+        pushed = replace(analysis, rigid_curve=given, elastic_modulus=2e9, ways_out={"push held": 1})
         storage.write_limit_analysis(tmp_path, assemblage.wall, pushed)
         found = storage.read_limit_analysis(tmp_path)
         assert found.elastic_modulus == 2e9
+        assert found.ways_out == {"push held": 1}
         assert (found.rigid_curve is None) if given is None else np.array_equal(found.rigid_curve, given)
         assert (storage.write_rigid_curve(tmp_path, pushed) is None) == (given is None)
     with (tmp_path / "rigid_pushover.csv").open() as file:
