@@ -1,10 +1,9 @@
 """Headline of limit analysis against the peak of micro-FE: walls of robustness.py both ways, and of path.py.
 
-    python docs/studies/states.py [number of walls] [--without-lagged] [--without-geometry]
+    python docs/studies/states.py [number of walls] [--without-geometry]
 
-writes states.csv and states.md (after states_head.md) beside this file; without steps at the friction of the step
-before, or without large displacements, it says the outcome only. Peaks are read from robustness.csv and path.csv, where
-they were computed.
+writes states.csv and states.md (after states_head.md) beside this file; without large displacements it says the outcome
+only. Peaks are read from robustness.csv and path.csv, where they were computed.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ from robustness import WALLS
 
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.analysis import closes_joints
-from orchestrator.limit_analysis.search import overdamped
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import irregular_courses
@@ -35,9 +33,8 @@ NEAR, ABOVE = 0.015, 0.03
 def compared(wall: str, assemblage: Assemblage, direction: int, peak: float) -> dict[str, object]:
     """Analyse one wall in one direction and return its row of the table."""
     began = process_time()
-    large = "never" if "--without-geometry" in sys.argv else "soft"
     loads = loads_on(assemblage.wall, LoadSettings("+x" if direction > 0 else "-x"))
-    found = analyse(assemblage, LimitAnalysisSettings(large_displacements=large), loads)
+    found = analyse(assemblage, LimitAnalysisSettings(large_displacements="--without-geometry" not in sys.argv), loads)
     headline = found.headline.load_multiplier
     left = 1.0 - sum(failure.share for failure in found.local_failures)
     return {
@@ -116,8 +113,6 @@ def main() -> None:
     rows: list[dict[str, object]] = []
     without = [option for option in sys.argv[1:] if option.startswith("--without")]
     numbers = [int(option) for option in sys.argv[1:] if option not in without]
-    if "--without-lagged" in without:
-        overdamped.LAGGED_STEPS = 0
     for wall in islice(chain(random_walls(), drawn_walls()), numbers[0] if numbers else None):
         rows.append(compared(*wall))
         print(", ".join(f"{name} {value}" for name, value in rows[-1].items()), flush=True)

@@ -128,11 +128,8 @@ def closed_by_others(met: Loaded, other: Others) -> Loaded:
 
 def is_pushed(met: Loaded, settings: LimitAnalysisSettings) -> bool:
     """Whether a wall is pushed in large displacements, too."""
-    if unloaded(met) or met.state is None or settings.large_displacements == "never":
-        return False
-    if len(met.part.equilibrium.free_blocks) > settings.path_blocks:
-        return False
-    return settings.large_displacements == "always" or is_soft(met.path)
+    few = len(met.part.equilibrium.free_blocks) <= settings.path_blocks
+    return settings.large_displacements and few and met.state is not None and not unloaded(met)
 
 
 def is_soft(path: LoadPath) -> bool:
@@ -196,8 +193,9 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
     rest, state = met.path.last_rest, met.state
     if geometry_decides(met):
         bears, drawn = met.multiplier, met.path.last_rest if met.path.state is None else met.path.state.load_multiplier
+        least = "" if met.pushed is not None and met.pushed.is_past else "at least "
         said.append(
-            f"geometry decides: rigid blocks in large displacements bear {bears:.4f}, in small ones {drawn:.4f}"
+            f"geometry decides: rigid blocks in large displacements bear {least}{bears:.4f}, in small ones {drawn:.4f}"
         )
     elif state is not None and state.flow_rule in CLOSED_BY:
         how = CLOSED_BY[state.flow_rule]

@@ -14,7 +14,7 @@ import numpy as np
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, elastic_wall
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER
-from orchestrator.limit_analysis.search.loading_path import Loading
+from orchestrator.limit_analysis.search.pushing import Pushing
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.macroblocks.merged_blocks import merged_problem
 from orchestrator.masonry.joints import Assemblage
@@ -48,12 +48,12 @@ def off_headline(assemblage: Assemblage, analysis: LimitAnalysis, partition: Par
     off = 0.0
     bodies, modulus = partition.body_of_block, analysis.elastic_modulus
     for stiffness in STIFFNESSES:
-        loading = Loading(elastic_wall(assemblage, equilibrium, friction, stiffness, bodies, modulus))
-        stands = loading.gravity()
+        pushing = Pushing(elastic_wall(assemblage, equilibrium, friction, stiffness, bodies, modulus))
+        stands = pushing.gravity()
         if not stands.rests:
             return np.inf
-        walked = loading.loaded_from(stands, analysis.associative.load_multiplier)
-        last = walked.rests[-1].multiplier / loading.wall.problem.per_multiplier
+        way = pushing.pushed(stands, analysis.associative.load_multiplier)
+        last = way.peak.multiplier / pushing.wall.problem.per_multiplier
         off = max(off, 1.0 - last / low, last / high - 1.0)
         if off > most:
             break

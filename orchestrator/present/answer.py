@@ -17,9 +17,7 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     if not state.converged and state is not analysis.associative:
         rest = f"Loading met no limit state; the wall was at rest up to λ = ({_limit(multiplier)}): {shear}"
         if analysis.geometry_decides:
-            rest = (
-                f"Geometry decides: in large displacements the wall bears at most λ = ({_limit(multiplier)}): {shear}"
-            )
+            rest = f"Geometry decides: in large displacements the wall bears λ = ({_limit(multiplier)}): {shear}"
         return f"{rest}{_found_elsewhere(analysis)}the associative {_limit(bound)} is an upper bound."
     if state is analysis.associative:
         return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."

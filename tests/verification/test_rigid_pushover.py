@@ -20,7 +20,7 @@ from orchestrator.limit_analysis.search.elastic_contact import (
     elastic_wall,
     with_joints_that_move,
 )
-from orchestrator.limit_analysis.search.loading_path import STEPS
+from orchestrator.limit_analysis.search.pushing import STEPS
 from orchestrator.limit_analysis.search.rigid_pushover import rigid_pushover
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
@@ -92,18 +92,17 @@ def irregular():
     return find_joints(irregular_courses(IrregularCourses(1.2, 1.0, friction=0.6, seed=3)), JointSettings())
 
 
-def test_a_wall_at_another_scale_with_its_stiffness_scaled_has_the_same_curve():
+def test_a_wall_at_another_scale_with_its_stiffness_scaled_has_the_same_curve_up_to_its_peak():
     """Lengths times s, Young's modulus times s: stresses of the weight over E, and all angles, are the same."""
     here = pushed_rigid(irregular())
     there = pushed_rigid(transformed(irregular(), lambda polygon: 10.0 * polygon), 3.5e10)
     assert there.peak == pytest.approx(here.peak, rel=1e-6)
-    assert there.displacement[: len(here.displacement) // 2] == pytest.approx(
-        10.0 * here.displacement[: len(here.displacement) // 2], rel=1e-4, abs=1e-9
-    )
+    rising = slice(int(here.multiplier.argmax()) + 1)
+    assert there.displacement[rising] == pytest.approx(10.0 * here.displacement[rising], rel=1e-4, abs=1e-9)
 
 
 def test_a_mirrored_wall_has_the_same_curve():
-    settings = LimitAnalysisSettings(large_displacements="always", search_blocks=1, sequence_blocks=1)
+    settings = LimitAnalysisSettings(search_blocks=1, sequence_blocks=1)
     here = analyse(mirrored(irregular()), settings)
     there = analyse(irregular(), settings, loads_on(irregular().wall, LoadSettings("-x")))
     assert there.rigid_curve == pytest.approx(here.rigid_curve, rel=1e-6, abs=1e-9)
@@ -160,8 +159,8 @@ def test_a_picture_of_a_curve_that_is_no_longer_there_goes(tmp_path):
     (tmp_path / "case.toml").write_text("[wall]\nblocks = 'blocks.json'\n")
     write_blocks(tmp_path, tower(0.5, 1.0).wall)
     given = read_case(tmp_path / "case.toml")
-    for when, there in (("always", True), ("never", False)):
-        settings = LimitAnalysisSettings(large_displacements=when)
+    for there in (True, False):
+        settings = LimitAnalysisSettings(large_displacements=there)
         wall = find_joints(tower(0.5, 1.0).wall, JointSettings())
         write_mechanism(tmp_path / "figures", given, wall, analyse(wall, settings))
         assert (tmp_path / "figures" / "rigid_pushover.png").exists() == there
@@ -178,8 +177,8 @@ def test_published_walls_bear_nearly_their_limit_state(name):
 def test_where_deformation_takes_from_the_peak_geometry_decides_and_finite_elements_agree():
     """24 irregular stones: stiff they bear their limit state; of 35 MPa 2 % less, in finite elements as well."""
     wall, modulus = irregular(), 3.5e7
-    always = LimitAnalysisSettings(large_displacements="always", search_blocks=1, sequence_blocks=1)
-    stiff, soft = analyse(wall, always), analyse(wall, always, elastic_modulus=modulus)
+    alone = LimitAnalysisSettings(search_blocks=1, sequence_blocks=1)
+    stiff, soft = analyse(wall, alone), analyse(wall, alone, elastic_modulus=modulus)
     assert stiff.headline.converged
     assert soft.headline.flow_rule == "last_rest"
     assert soft.interval == (soft.headline.load_multiplier, pytest.approx(stiff.headline.load_multiplier, rel=1e-6))
@@ -188,7 +187,7 @@ def test_where_deformation_takes_from_the_peak_geometry_decides_and_finite_eleme
     assert soft.ways_out["push held"] >= 1, "no curve ends without the load of its peak held"
     assert soft.geometry_decides
     assert not stiff.geometry_decides
-    assert answer_of_limit(soft).startswith("Geometry decides: in large displacements the wall bears at most")
+    assert answer_of_limit(soft).startswith("Geometry decides: in large displacements the wall bears")
     done = push(
         wall, soft, one_body_per_block(wall), elastic=ElasticSettings(elastic_modulus=modulus),
         stepping=SteppingSettings(final_displacement=0.02),

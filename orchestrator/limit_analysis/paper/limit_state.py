@@ -124,8 +124,7 @@ class LimitAnalysis:
     in large displacements, of what local failures leave, for stones of elastic_modulus (Pa); None where not asked for.
     Where its peak is the answer, `path` is that peak, not converged, and `drawn` what the wall meets in small
     displacements, with which the interval ends. ways_out: how often the path of what is left, and the push, needed
-    which: steps at the friction of the step before (`path lagged`, `push lagged`), prescribed steps not taken (`push
-    turned`, `push shorter`), loads held above a peak (`push held`).
+    which: steps not found or not taken (`shorter`, `turned`, against a drag `slower`), loads `held` above a peak.
     """
 
     loads: Loads
@@ -156,7 +155,7 @@ class LimitAnalysis:
 
     @property
     def geometry_decides(self) -> bool:
-        """Whether the headline is the peak in large displacements, below the limit state of the wall as drawn."""
+        """Whether the headline is the peak in large displacements, and no limit state of the wall as drawn."""
         if self.path is None or self.path.converged or self.rigid_curve is None:
             return False
         return bool(self.path.load_multiplier == self.rigid_curve[:, 1].max())

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, TypeVar
 
 import numpy as np
 from annotated_types import Ge, Gt, Le, Lt, MinLen
@@ -70,9 +70,8 @@ class LimitAnalysisSettings:
     not settle (997 blocks)"""
     path_blocks: Annotated[int, Ge(0)] = 500
     """larger walls are not loaded to their end: their state is one of smoothed conditions, where there is one"""
-    large_displacements: Literal["soft", "always", "never"] = "soft"
-    """which walls of up to path_blocks blocks are pushed in large displacements, too: those that move far before they
-    fail, all (for their curve), or none"""
+    large_displacements: bool = True
+    """whether walls of up to path_blocks blocks are pushed in large displacements, too"""
     local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
     """a mechanism that moves less than this part of the weight is a local failure: its stones are taken away, and the
     wall goes on to its own state; 0 stops at the first mechanism, however small"""

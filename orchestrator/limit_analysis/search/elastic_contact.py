@@ -49,8 +49,6 @@ spreads. Measured by what deformation takes from the peak of micro-FE and of rig
 Tin-Loi, 3.5 GPa), 2.9 and 3.1 (24 irregular stones, 0.35 and 0.035 GPa)."""
 LEAST_STIFFNESS = 1e-8
 """Part of its stiffness that an open point has in the matrix: a block that hangs free for a moment is held."""
-LEAST_STRENGTH = 1e-6
-"""Shear, mean block weights, that a point without normal force can bear where the strength is given."""
 AREAS = np.array([1.0, 4.0, 1.0]) / 6.0
 """Part of the area of a joint that each of its PLACES stands for."""
 JOINT_OF_POINTS = np.zeros((3, 2 * len(PLACES)))
@@ -88,12 +86,6 @@ class ElasticWall:
     def strength(self, normal: FloatArray) -> FloatArray:
         """Largest shear (c,) of points that carry normal forces (c,)."""
         return self.problem.friction * normal + self.problem.cohesion
-
-    def with_strength(self, normal: FloatArray) -> ElasticWall:
-        """Return the wall in which the largest shear is what normal forces (c,) allow, whatever they become."""
-        strength = np.maximum(self.strength(normal), LEAST_STRENGTH)
-        problem = replace(self.problem, friction=np.zeros_like(strength), cohesion=strength)
-        return replace(self, problem=problem)
 
     def flow_error(self, forces: FloatArray, rates: FloatArray, live_power: float) -> float:
         """What points do that open while loaded or slide before they must, over lambda times the live load's power.

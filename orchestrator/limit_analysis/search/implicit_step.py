@@ -34,15 +34,11 @@ SHORTEST = 1e-4
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Task:
-    """What to solve: load multiplier (scaled; where to begin in displacement control), drag, displacement h or None.
-
-    lagged: friction is what the normal forces of the position before allow.
-    """
+    """What to solve: load multiplier (scaled; where to begin in displacement control), drag, displacement h or None."""
 
     multiplier: float
     drag: float = 0.0
     advance: float | None = None
-    lagged: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,8 +57,6 @@ class Step:
 
 def implicit_step(wall: ElasticWall, before: Position, task: Task, expected: FloatArray) -> Step:
     """Solve one step from the position `before`; expected (3m,): the change of displacements to begin with."""
-    if task.lagged:
-        wall = wall.with_strength(before.forces[:, 0])
     first = newton_step(wall, before, task, expected)
     if first.found:
         return first

@@ -23,15 +23,12 @@ GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-4, 1e4
 it is given up."""
 SLOWER, FASTER = 4.0, ((11, 0.1), (13, 0.3))
 """Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
-LAGGED_STEPS, LAGGED_DRAG, STIFFER, STEADY = 4, 0.5, 64.0, 1e-4
-"""Steps at the friction of the step before after one that is not found, the factor on the drag after each; the factor
-where they did not help; and the change of a normal force (mean block weights) at which they end."""
-MOTION, NEARLY = 1e-3, 1e-2
-"""Flow errors: of a motion that is that of a mechanism; and of one that has gone FAR."""
-REST_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET, MOST_IN_ALL = 400, 800, 1_000_000, 1500, 6_000
+MOTION, FAR, LOST = 1e-3, 10.0, 1e3
+"""Flow error of a motion that is that of a mechanism, and times the displacement it began with that it is followed: as
+far as that, joints that opened on the way to it may close again; displacement over the elastic one from which on no
+motion is followed."""
+REST_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET, MOST_IN_ALL = 600, 800, 1_000_000, 1500, 6_000
 """Factorisations: of a rest, of gravity; in all, times blocks, and in all at least and at most."""
-FAR = 100.0
-"""Displacement over the elastic one from which on a motion whose forces nearly stand still is not followed further."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,7 +49,7 @@ class Moved:
 class Overdamped:
     """The motions of one wall against a drag, and the factorisations that they have taken.
 
-    counts: how often which way out was needed, such as `lagged`, a step at the friction of the step before.
+    counts: how often which way out was needed, such as `slower`, a larger drag after a step that was not found.
     """
 
     def __init__(self, wall: ElasticWall) -> None:
@@ -86,37 +83,27 @@ class Overdamped:
     def rest(self, position: Position, multiplier: float, drag: float, budget: int) -> Moved:
         """Move from a position under a load until the wall rests, or moves as a mechanism, or the budget is spent.
 
-        A step of Coulomb's friction need not have a solution that is found. With the friction that the normal forces of
-        the step before allow it is a convex program, and has one: a few such steps lead to where the other is found
-        again. Only steps of Coulomb's friction end in a rest.
+        A step that is not found is tried again against a larger drag, which then stays for the next one.
         """
         start, end = position, min(self.spent + budget, self.most)
         change, velocity, flow = np.zeros_like(position.displacements), np.zeros_like(position.displacements), np.inf
-        lagged = failures = 0
+        slower = False
         while self.spent < end and drag < MOST_DRAG:
             drag *= self.times_too_long(velocity / drag)
-            found = self.step(position, Task(multiplier, drag, lagged=lagged > 0), velocity / drag)
-            self.counts["lagged"] += lagged > 0
-            if not found.found and lagged:
-                drag, lagged = SLOWER * drag, lagged - 1
-                continue
+            found = self.step(position, Task(multiplier, drag), velocity / drag)
             if not found.found:
-                lagged, failures = LAGGED_STEPS, failures + 1
-                drag *= 1.0 if failures == 1 else STIFFER
+                drag, slower = SLOWER * drag, True
+                self.counts["slower"] += 1
                 continue
             change = found.position.displacements - position.displacements
             flow = self.flow(found.position, position, multiplier * float(self.wall.problem.live @ change))
-            steady = np.abs(found.position.forces[:, 0] - position.forces[:, 0]).max() < STEADY
             position, velocity = found.position, drag * change
-            if lagged:
-                drag, lagged = LAGGED_DRAG * drag, 0 if steady else lagged - 1
-                continue
-            failures = 0
             if np.abs(velocity).max() < REST:
                 return Moved(position, change, multiplier, flow, True)
             if self.is_lost(start, position, change, multiplier, flow):
                 break
-            drag *= next((factor for most, factor in FASTER if found.effort <= most), 1.2)
+            drag *= 1.0 if slower else next((factor for most, factor in FASTER if found.effort <= most), 1.2)
+            slower = False
         return Moved(position, change, multiplier, flow, False)
 
     def times_too_long(self, change: FloatArray) -> float:
@@ -124,9 +111,11 @@ class Overdamped:
         return 1.0
 
     def is_lost(self, start: Position, here: Position, change: FloatArray, multiplier: float, flow: float) -> bool:
-        """Whether a motion from `start`, the last change of which is given, is not followed any further."""
-        enough = NEARLY if self.is_further(FAR, here, multiplier) else MOTION
-        return float(self.wall.problem.live @ change) > 1.0 and flow < enough
+        """Whether a motion from `start` under a multiplier is not followed any further; change: the last one."""
+        if float(self.wall.problem.live @ change) <= 1.0:
+            return False
+        mechanism = flow < MOTION and self.moved(here) > FAR * self.moved(start)
+        return mechanism or self.is_further(LOST, here, multiplier)
 
     def gravity(self) -> Moved:
         """Move from the wall as drawn under its dead load; displacements count from the rest it comes to."""

@@ -1,21 +1,14 @@
 """Pushover curve of rigid blocks in large displacements: equilibrium of blocks where they have come to (P-delta).
 
-From a first rest under a small load on, displacements along the live load are prescribed: each step is an equilibrium,
-with the load as its unknown. Joints open, close and slide on the way; what the wall bears grows, and falls in the end,
+The wall is pushed (pushing.py) with joints that move with its blocks. What it bears grows, and falls in the end,
 because a mechanism has formed or because blocks have moved too far. A step is solved with joints linearised about some
-displacements, and again about those that it found, until gaps, slips and moment arms are true. Where the load has
-fallen by DROP or blocks have moved FAR since the peak, or no further equilibrium is found (the wall snaps back), the
-load of the peak is held, and a little more: where the wall then comes to rest it is pushed on from there, against a
-drag, slowly (backward Euler); where it does not, the curve has its peak.
+displacements, and again about those that it found, until gaps, slips and moment arms are true.
 
 Only joints that were drawn touch, in three points each, with springs as stiff as the stones beside them (SPREAD).
-Sources: path following by a displacement, and overdamped motion as a substitute for dynamics after a snap, are common;
-own combination.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,25 +18,18 @@ from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Position, Stiffness, with_joints_that_move
 from orchestrator.limit_analysis.search.implicit_step import Step, Task, implicit_step
-from orchestrator.limit_analysis.search.loading_path import FAILURES, LEAST, STEPS, StateSearch
-from orchestrator.limit_analysis.search.overdamped import FIRST_DRAG, REST_BUDGET, Moved
+from orchestrator.limit_analysis.search.loading_path import LEAST, StateSearch
+from orchestrator.limit_analysis.search.overdamped import REST_BUDGET, Moved
+from orchestrator.limit_analysis.search.pushing import DROP
 
-FIRST_LOADS = (1.0, 0.1, 0.01)
-"""Parts of a load step under which a first rest is looked for."""
-HELD = 1e-3
-"""Part of the associative multiplier that is added to the load of the peak when it is held."""
-PAST, DROP, FAR = 0.02, 0.2, 0.5
-"""Parts of its peak by which a curve has fallen where the peak is passed, and where prescribed displacements end; and
-motion of the fastest block since the peak, block lengths (turns times one), where they end, too."""
+PAST, FAR = 0.02, 0.5
+"""Part of its peak by which a curve has fallen where the peak is passed; and motion of the fastest block since the
+peak, block lengths (turns times one), where it is passed and prescribed displacements end, too."""
 TRUE, PRESSED, TURNS = 1e-2, 1e-3, 4
 """Force that gaps and slips may be wrong by, mean block weights, in joints that carry PRESSED; and how often a step is
 solved at most until they are true."""
 SAME_ARMS, LONGEST = 1e-3, 0.02
 """Motion, block lengths: since joints were linearised, up to which forces act where they did; and in one step."""
-GROWTH, SHORTER, TURNED = 2.0, 0.3, 0.3
-"""Growth of the displacement prescribed after each step at most; factor after one that was not found or not taken; and
-part of its change of displacements by which a step longer than the elastic displacement may differ from the step before
-to be taken: where several solutions exist, another path begins there."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,7 +39,7 @@ class RigidPushover:
     state: the peak, with the forces there and the motion after it, as a last rest that no limit state closed; None
     where the wall bears nothing. is_past: whether the load has fallen by PAST since the peak, or blocks have moved FAR,
     and do not come to rest under a load just above it; else no more is known than that the wall bears it. counts: the
-    ways out that were needed, steps `turned` and `shorter`, loads `held`, friction `lagged`.
+    ways out that were needed: steps not taken (`turned`, `shorter`, `slower`) and loads `held`.
     """
 
     displacement: FloatArray
@@ -78,11 +64,6 @@ class Pushed(StateSearch):
         self.wall = with_joints_that_move(self.wall, problem.assemblage, problem.equilibrium)
         self.linearise(np.zeros_like(self.wall.problem.dead))
 
-    @property
-    def is_over(self) -> bool:
-        """Whether no factorisations are left but those for the load that is held above the peak."""
-        return self.spent >= self.most - REST_BUDGET
-
     def motion(self, change: FloatArray) -> float:
         """Return how far the fastest block moves by a change of displacements (3m,), in block lengths."""
         assert self.wall.joints is not None
@@ -100,20 +81,47 @@ class Pushed(StateSearch):
         """Take joints as they stand where blocks have moved by displacements (3m,)."""
         self.linearised, self.about = self.wall.at(displacements), displacements
 
+    def checked(self, position: Position, change: FloatArray, multiplier: float) -> LimitState | None:
+        """Return nothing: no state is looked for where blocks have moved."""
+        return None
+
+    def is_mechanism(self, here: Moved) -> bool:
+        """Return that they do not: where blocks have moved a load does not stand still."""
+        return False
+
+    def is_followed(self, here: Moved, peak: Moved) -> bool:
+        """Whether the load has not fallen by DROP and blocks have not moved FAR since the peak."""
+        return here.multiplier >= (1.0 - DROP) * peak.multiplier and self.since(peak, here) <= FAR
+
+    def is_past(self, peak: Moved, here: Moved) -> bool:
+        """Whether the load has fallen by PAST since the peak, or blocks have moved FAR."""
+        return here.multiplier < (1.0 - PAST) * peak.multiplier or self.since(peak, here) > FAR
+
+    def budget_held(self, peak: Moved, last: Moved) -> int:
+        """Factorisations for the load held above a peak: all that are left where the curve has not shown a fall."""
+        return REST_BUDGET if self.is_past(peak, last) else self.most - self.spent
+
+    def since(self, peak: Moved, here: Moved) -> float:
+        """Return how far the fastest block has moved from one equilibrium to another, in block lengths."""
+        return self.motion(here.position.displacements - peak.position.displacements)
+
     def step(self, before: Position, task: Task, expected: FloatArray) -> Step:
         """Solve one step: with joints as they were linearised last, then about what was found, until that is true."""
         assert self.wall.joints is not None
+        there = before.displacements + expected
+        if self.motion(there - self.about) > SAME_ARMS:
+            self.linearise(there)
         for _ in range(TURNS):
             found = implicit_step(self.linearised, before, task, expected)
             self.spent += found.factorisations
-            there = found.position
             if not found.found:
-                return found
-            true = self.wall.joints.rates(there.displacements)
-            if self.is_true(there, true):
-                return replace(found, position=replace(there, rates=true))
-            self.linearise(there.displacements)
-            expected = there.displacements - before.displacements
+                break
+            there = found.position.displacements
+            true = self.wall.joints.rates(there)
+            if self.is_true(found.position, true):
+                return replace(found, position=replace(found.position, rates=true))
+            self.linearise(there)
+            expected = there - before.displacements
         return replace(found, found=False)
 
     def is_true(self, there: Position, true: FloatArray) -> bool:
@@ -121,61 +129,6 @@ class Pushed(StateSearch):
         pressed = (there.forces[:, 0] > PRESSED) | (-self.wall.stiffness[:, 0] * true[:, 0] > PRESSED)
         wrong = np.abs(self.wall.stiffness * (true - there.rates))[pressed].max(initial=0.0)
         return bool(wrong < TRUE) and self.motion(there.displacements - self.about) <= SAME_ARMS
-
-    def followed(self, rest: Moved, load_step: float) -> Iterator[Moved]:
-        """Yield equilibria under prescribed displacements, until none is found or the budget is spent.
-
-        rest: its `change` says which way, and how far at first. load_step: by which the load is to change at most.
-        """
-        live, here, failures = self.wall.problem.live, rest, 0
-        advance = float(live @ rest.change)
-        while not self.is_over and failures < FAILURES:
-            expected = here.change * (advance / float(live @ here.change))
-            shorter = self.times_too_long(expected)
-            advance, expected = advance / shorter, expected / shorter
-            found = self.step(here.position, Task(here.multiplier, 0.0, advance), expected)
-            change = found.position.displacements - here.position.displacements
-            turned = np.abs(change - expected).max() > TURNED * np.abs(change).max()
-            if not found.found or (turned and advance > self.elastic * here.multiplier):
-                failures += not found.found
-                self.counts["turned" if found.found else "shorter"] += 1
-                advance *= SHORTER
-                continue
-            grown, failures = abs(found.multiplier - here.multiplier), 0
-            here = Moved(found.position, change, found.multiplier, np.inf, True)
-            advance *= min(GROWTH, load_step / max(grown, 1e-3 * load_step))
-            yield here
-
-    def first_rest(self, stands: Moved, load_step: float) -> Moved:
-        """Return a rest under a load up to a step, with all its displacement; the last motion where there is none."""
-        for part in FIRST_LOADS:
-            found = self.rest(stands.position, part * load_step, FIRST_DRAG, REST_BUDGET)
-            if found.rests:
-                return replace(found, change=found.position.displacements - stands.position.displacements)
-        return found
-
-    def pushed(self, stands: Moved, associative: float) -> tuple[list[Moved], Moved, bool]:
-        """Push the wall from its rest under the dead load; return its equilibria, the motion after them, and whether
-        the peak is past."""
-        scale, path = self.wall.problem.per_multiplier, [stands]
-        load_step = scale * associative / STEPS
-        first, is_past = self.first_rest(stands, load_step), False
-        rest = first
-        while rest.rests and not self.is_over:
-            path.append(rest)
-            self.elastic = min(self.elastic, self.moved(rest.position) / rest.multiplier)
-            peak, is_past = rest, False
-            for here in self.followed(replace(rest, change=first.change), load_step):
-                path.append(here)
-                peak = here if here.multiplier > peak.multiplier else peak
-                gone = self.motion(here.position.displacements - peak.position.displacements)
-                is_past = here.multiplier < (1.0 - PAST) * peak.multiplier or gone > FAR
-                if here.multiplier < (1.0 - DROP) * peak.multiplier or gone > FAR:
-                    break
-            self.counts["held"] += 1
-            load = peak.multiplier + HELD * scale * associative
-            rest = self.rest(peak.position, load, FIRST_DRAG, REST_BUDGET)
-        return path, rest, is_past and not rest.rests
 
 
 def rigid_pushover(problem: Problem, associative: float, stiffness: Stiffness = STIFFNESSES[0]) -> RigidPushover | None:
@@ -189,16 +142,16 @@ def rigid_pushover(problem: Problem, associative: float, stiffness: Stiffness = 
     scale = pushed.wall.problem.per_multiplier
     if not stands.rests or scale * associative < LEAST:
         return None
-    path, lost, is_past = pushed.pushed(stands, associative)
-    peak = max(path, key=lambda one: one.multiplier)
+    way = pushed.pushed(stands, associative)
+    peak = way.peak
     if peak is stands:
         return None
-    found = pushed.states(peak.position, lost.change, peak.multiplier)
+    found = pushed.states(peak.position, way.lost.change, peak.multiplier)
     return RigidPushover(
-        displacement=read_only([pushed.wall.unit * pushed.moved(one.position) for one in path]),
-        multiplier=read_only([one.multiplier / scale for one in path]),
+        displacement=read_only([pushed.wall.unit * pushed.moved(one.position) for one in way.equilibria]),
+        multiplier=read_only([one.multiplier / scale for one in way.equilibria]),
         state=replace(found[-1], flow_rule="last_rest", converged=False) if found else None,
-        is_past=is_past,
+        is_past=way.is_lost and any(pushed.is_past(peak, one) for one in (way.equilibria[-1], way.lost)),
         factorisations=pushed.spent,
         counts=dict(pushed.counts),
     )
