@@ -16,8 +16,8 @@ of p where the contact slides at x_0, else the tangent in the wall's plane. Foll
     F(x(s)) = (1 - s) F(x_0)
 
 from s = 0 to the solution at s = 1. Friction that follows the pressure makes J unsymmetric, and its determinant may
-change its sign across a plane: neither side then has the solution on its own side, and Newton's iteration swings between
-the two for ever. The path turns instead (s goes back) until another contact changes and turns it again.
+change its sign across a plane: neither piece then has its solution on its own side, and Newton's iteration swings
+between the two for ever. The path turns instead (s goes back) until another contact changes and turns it again.
 
 Every plane crossed changes J by one rank, so that all pieces have the factors of x_0: with the solutions Y for U,
 
@@ -42,13 +42,15 @@ from orchestrator.pushover.solve.linear_system import LinearSystem
 
 FARTHEST_BACK = -1.0
 """s at which a path that has turned leads away from the solution"""
+LONGEST_BACK = 0.5
+"""planes crossed on the way back, over the contacts, after which a path goes nowhere"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Kinks:
     """The planes of c contacts: closing, crushing, sliding forth and back, arrays (4 c,).
 
-    phi at the iterate, in N and m; beyond: whether it is positive there. weight: w, 0 where a plane makes no difference.
+    phi at the iterate, in N and m; beyond: whether it is positive there; weight: w, 0 where it makes no difference.
     along (c, 2): direction t of the tangents. pull_slope (c,): d tension / d G; widens (c,): d gamma / d lambda, m/N.
     """
 
@@ -111,21 +113,18 @@ class Kinks:
         return load
 
 
-def followed(
-    model: ContactModel, system: LinearSystem, kinks: Kinks, solution: FloatArray
-) -> tuple[FloatArray, bool]:
+def followed(model: ContactModel, system: LinearSystem, kinks: Kinks, solution: FloatArray) -> tuple[FloatArray, bool]:
     """Return the change of all unknowns along the path, and whether it ends at the solution.
 
-    solution: that of the piece on which the path begins, whose factors `system` has. A path that crosses more planes
-    than there are contacts goes nowhere.
+    solution: that of the piece on which the path begins, whose factors `system` has.
     """
     rate = kinks.rates(solution)
     phi, beyond = kinks.phi.copy(), kinks.beyond.copy()
     share, of_solution = 0.0, 0.0
     crossed = np.zeros(0, np.int64)  # every plane ever crossed, its solution, the rates of that, and its part of x
     solutions, rates, part = list[FloatArray](), np.zeros((len(phi), 0)), np.zeros(0)
-    direction, last = 1.0, -1
-    for _ in range(len(model.contacts) + 1):
+    direction, last, back = 1.0, -1, 0
+    for _ in range(len(phi)):
         changed = np.flatnonzero(beyond[crossed] != kinks.beyond[crossed])
         weights = _weights(kinks, beyond, crossed[changed])
         small = np.eye(len(changed)) + weights[:, None] * rates[np.ix_(crossed[changed], changed)]
@@ -136,6 +135,9 @@ def followed(
         ahead = rate - rates[:, changed] @ away
         if last >= 0:
             direction = 1.0 if (ahead[last] > 0.0) == beyond[last] else -1.0
+            back += direction < 0.0
+            if back > LONGEST_BACK * len(model.contacts):
+                break
         kink, length = _next(kinks, phi, beyond, direction * ahead, last)
         ends = direction > 0.0 and share + length >= 1.0
         length = 1.0 - share if ends else length
