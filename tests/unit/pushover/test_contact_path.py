@@ -29,11 +29,11 @@ def test_the_end_of_the_path_solves_the_piecewise_linear_problem(mean_displaceme
         change, ends = followed(model, system, kinks, solution)
     assert ends
     phi = kinks.phi + kinks.rates(change)
-    crossed = np.flatnonzero(((phi > 0.0) != kinks.beyond) & (kinks.weight != 0.0))
+    crossed = np.flatnonzero((phi > 0.0) != kinks.beyond)
     assert len(crossed) > 5
     left = now + product(model, Matrices.of(model), contact, problem.time_step, change)
-    for kink in crossed:
-        left += (1.0 if phi[kink] > 0.0 else -1.0) * kinks.weight[kink] * phi[kink] * kinks.load(kink)
+    for plane in crossed:
+        left += (1.0 if phi[plane] > 0.0 else -1.0) * kinks.weight[plane] * phi[plane] * kinks.load(plane)
     assert np.linalg.norm(left) < 1e-6 * np.linalg.norm(now)
     whole = now + product(model, Matrices.of(model), contact, problem.time_step, solution)
     assert np.linalg.norm(whole) < 1e-6 * np.linalg.norm(now), "and Newton's step that of the first piece only"
