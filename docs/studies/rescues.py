@@ -40,6 +40,10 @@ def _set(module: Any, **values: Any) -> None:
         setattr(module, name, value)
 
 
+def _from_the_expected_state(solver: Any, model: Any, problem: Any, first: Any) -> Any:
+    return newton.solve_increment(model, solver.system, problem, first, solver.newton)
+
+
 WITHOUT = {
     "nothing": _nothing,
     "a quarter of an increment that fails": lambda: _set(stepping, CUTS=dict.fromkeys(stepping.CUTS, 0)),
@@ -47,12 +51,10 @@ WITHOUT = {
     "elastic slip as first increment after a motion": lambda: _set(
         stepping.Pushover, _anew=lambda self, aim: (self._largest(aim.phase) / 16, 0.0)
     ),
-    "contact states from before the increment": lambda: _set(
-        increment_solver, as_before=lambda _model, _problem, first, _before: first
+    "path from kink to kink": lambda: _set(newton, followed=lambda _model, _system, _kinks, solution: (solution, True)),
+    "a second path, from the state before": lambda: _set(
+        increment_solver.IncrementSolver, _converged=_from_the_expected_state
     ),
-    "matrix of friction that does not follow the pressure": lambda: _set(newton, _climbs=lambda *_: False),
-    "line search": lambda: _set(newton, FULL_STEP=np.inf),
-    "Newton is left when it goes in circles": lambda: _set(newton, REPETITION=np.inf),
     "100 tolerances are accepted": lambda: _set(
         study, NewtonSettings=lambda: replace(NewtonSettings(), acceptable=1.0)
     ),

@@ -145,12 +145,18 @@ def test_dry_joints_beside_bonded_ones_have_no_damage():
 
 
 def test_energy_of_a_wall_that_cracks():
-    """Dissipation of wall 3, small displacements: the work of friction, cohesion and tension, from forces and slips."""
+    """Dissipation of wall 3, small displacements: the work of friction, cohesion and tension, from forces and slips.
+
+    That work is known from the ends of an increment where the strength of joints changes little in it.
+    """
     wall = read_blocks(DATA / "ferris_tinloi_wall3.json")
     model = model_of(wall, joints=JointClass(cohesion=5e3, tensile_strength=2e3))
     path = run(model, 2e-3, displacement_increment=0.005).increments
-    bond, spent = model.bond, 0.0
+    bond, spent, dissipated, snaps = model.bond, 0.0, 0.0, 0
     for before, after in pairwise(path):
+        if np.max(after.damage - before.damage) > 0.2:
+            snaps += 1
+            continue
         shear = [
             np.maximum(model.contacts.friction * i.normal_force + bond.cohesion * (1 - i.damage), 0.0)
             for i in (before, after)
@@ -159,11 +165,12 @@ def test_energy_of_a_wall_that_cracks():
         tension = [bond.tension * (1 - i.damage) for i in (before, after)]
         spent += 0.5 * (shear[0] + shear[1]) @ (after.slip - before.slip)
         spent += 0.5 * (tension[0] + tension[1]) @ (opening[1] - opening[0])
+        spent -= tension[1] @ opening[1] - tension[0] @ opening[0]
+        dissipated += after.dissipated_energy - before.dissipated_energy
     last = path[-1]
-    spent -= bond.tension * (1 - last.damage) @ np.maximum(last.gap, 0.0)
-    dissipated = last.dissipated_energy - path[0].dissipated_energy
+    assert snaps <= 3
     assert last.damage.max() == 1.0
-    assert dissipated == pytest.approx(spent, rel=0.05)
+    assert dissipated == pytest.approx(spent, rel=1e-3)
     total = last.internal_energy + last.dissipated_energy + last.other_work + last.energy_error + last.lost_in_motion
     assert last.external_work == pytest.approx(total, rel=1e-9)
     assert abs(last.energy_error) < 0.01 * (last.internal_energy + last.dissipated_energy)

@@ -12,7 +12,7 @@ while it sticks, whatever the pressure. Else the return map does not depend on l
 the system unsymmetric):
 
     d tau / d p      = mu lambda D / gamma,   D = I (stick),  gamma/|p| (I - p p^T / |p|^2) (slip)
-    d tau / d lambda = mu q / gamma   (lambda > 0; 0 in mortar that sticks)
+    d tau / d lambda = mu q / gamma   (0 in mortar that sticks; that of lambda > 0, of open contacts, too)
 
 Source: the "stiffness method" with slip tolerance of general-purpose contact codes; P. Wriggers, Computational Contact
 Mechanics, 2nd ed., Springer 2006, return mapping for friction.
@@ -97,7 +97,7 @@ def friction_response(
     shrink = np.where(sliding, tolerance / np.maximum(length, tolerance), 1.0)
     direction = np.where(sliding[:, None], trial_slip / np.maximum(length, tolerance)[:, None], 0.0)
     elastic_slip = shrink[:, None] * trial_slip
-    follows = (normal_force > 0.0) & (sliding | ~elastic)
+    follows = sliding | ~elastic
     pressure_slope = np.where(follows, friction, 0.0)[:, None] * elastic_slip / tolerance[:, None]
     projector = np.eye(2) - direction[:, :, None] * direction[:, None, :]
     return FrictionResponse(

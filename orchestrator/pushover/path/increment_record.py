@@ -206,16 +206,6 @@ def without_jumps(model: ContactModel, state: Increment) -> ContactModel:
     return replace(model, gap_offset=model.gap_offset - overlap, overlap=overlap)
 
 
-def contact_states(state: Increment) -> FloatArray:
-    """Return (possible, 3): 1 for the ContactStatus of each contact, 0 for all three where it does not exist."""
-    return np.eye(len(ContactStatus))[state.status] * ~np.isnan(state.gap)[:, None]
-
-
-def states_of(iterate: Iterate) -> FloatArray:
-    """Return (c, 3): 1 for the ContactStatus of each contact."""
-    return np.eye(len(ContactStatus))[_status(iterate.active, iterate.response.sliding)]
-
-
 def scattered(values: npt.NDArray, rows: IntArray, part: npt.NDArray) -> npt.NDArray:
     """Return a copy of `values` with `part` in its `rows`."""
     copy = values.copy()

@@ -13,18 +13,12 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.pushover.increments import Increment, Phase
 from orchestrator.pushover.model import ContactModel, displaced, driven_by, largest_turn, without
-from orchestrator.pushover.path.increment_record import (
-    contact_states,
-    increment_of,
-    scattered,
-    states_of,
-    without_jumps,
-)
+from orchestrator.pushover.path.increment_record import increment_of, scattered, without_jumps
 from orchestrator.pushover.path.moving import body_motion
 from orchestrator.pushover.path.prediction import carried_on
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solids.tie_bars import tightened
-from orchestrator.pushover.solve.iterate import Target, as_before, evaluate
+from orchestrator.pushover.solve.iterate import Iterate, Target, evaluate
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.solve.newton import solve_increment
 
@@ -125,7 +119,7 @@ class IncrementSolver:
         if undeformed.ties is not None:
             share = aim.value if phase == "gravity" else None
             problem = replace(problem, ties=tightened(undeformed.ties, state.tie_rest, share))
-        force, before, spent = state.normal_force, contact_states(state), 0
+        force, spent = state.normal_force, 0
         opening, closed = state.gap, None
         if undeformed.mortar is not None:
             mortar = replace(undeformed.mortar, closing=state.closing)
@@ -144,9 +138,7 @@ class IncrementSolver:
                 damped=touch if touch.any() else None,
             )
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
-            if phase == "displacement" and bond is None:
-                first = as_before(model, here, first, model.on_its_contacts(before))
-            iterate = solve_increment(model, self.system, here, first, self.newton)
+            iterate = self._converged(model, here, first)
             spent += iterate.number
             turned = largest_turn(self.model, predicted, iterate.displacement)
             allowed = (
@@ -159,6 +151,20 @@ class IncrementSolver:
             turned_before = turned
             predicted, multiplier = iterate.displacement, iterate.load_multiplier
             force = scattered(state.normal_force, model.rows, iterate.normal_force)
-            before = scattered(before, model.rows, states_of(iterate))
         bound = self.stepping.out_of_balance * (abs(multiplier) if phase == "load" else 1.0)
         return increment_of(model, state, here, replace(iterate, number=spent), phase, time, bound)
+
+    def _converged(self, model: ContactModel, problem: Target, first: Iterate) -> Iterate:
+        """Return the solution to which a path leads from the expected state, or else from the one before it."""
+        try:
+            return solve_increment(model, self.system, problem, first, self.newton)
+        except ConvergenceError as error:
+            if np.array_equal(first.displacement, problem.displacement):
+                raise
+            spent = error.iterations
+        first = evaluate(model, problem, problem.displacement, first.normal_force, first.load_multiplier)
+        try:
+            found = solve_increment(model, self.system, problem, first, self.newton)
+        except ConvergenceError as error:
+            raise ConvergenceError(error.stage, error.where, spent + error.iterations) from error
+        return replace(found, number=spent + found.number)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,6 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.pushover.contact.cohesion import Bond, BondResponse, bond_response
 from orchestrator.pushover.contact.contact_law import FrictionResponse, friction_response
 from orchestrator.pushover.contact.mortar import Mortar
-from orchestrator.pushover.increments import ContactStatus
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.solids.tie_bars import TieHistory, TieResponse, tie_response
 
@@ -64,7 +63,6 @@ class Iterate:
     contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). rounding: what
     summing K u leaves of the force residual / weight in double precision, a bound that thin walls reach. pull (c,) in
     N: tension that a contact carries when it opens, its slope pull_slope (c,) in N/m; bond: the rest of that, or None.
-    as_before: contacts have the states from before the increment, not their own.
     """
 
     displacement: FloatArray
@@ -81,20 +79,8 @@ class Iterate:
     bond: BondResponse | None
     crushes: npt.NDArray[np.bool_]
     strength: FloatArray | float
-    damped: npt.NDArray[np.bool_] | None = None
     ties: TieResponse | None = None
     number: int = 0
-    as_before: bool = False
-
-    @property
-    def carrying(self) -> npt.NDArray[np.bool_]:
-        """(c,): contacts that take shear: closed ones, those whose bond is intact, those whose slip is damped."""
-        taking = self.active if self.bond is None else self.active | self.bond.intact
-        return taking if self.damped is None else taking | self.damped
-
-    def within(self, force: FloatArray) -> FloatArray:
-        """Return forces (c,) in N brought within what contacts carry."""
-        return np.minimum(np.maximum(force, 0.0), self.strength)
 
 
 def evaluate(
@@ -157,7 +143,6 @@ def evaluate(
         bond=bond,
         crushes=crushes,
         strength=strength,
-        damped=problem.damped if problem.viscosity > 0.0 else None,
         ties=ties,
     )
 
@@ -167,42 +152,6 @@ def _off(
 ) -> FloatArray:
     """Return what the force of contacts (c,) that are open or crush differs from the one that is given there, N."""
     return np.where(crushes, normal_force - np.where(crushes, strength, 0.0), normal_force + pull)
-
-
-def as_before(model: ContactModel, problem: Target, first: Iterate, before: FloatArray) -> Iterate:
-    """Return a first iterate whose contacts are open, stick or slide as they did before the increment.
-
-    A prediction is exact to some micrometres only, but friction is mobilised within the slip tolerance, one micrometre:
-    its own contact states, those of a wall that shakes, would lead Newton astray. before (c, 3): 1 for the
-    ContactStatus a contact had, 0 for all three where it is new and its own state counts. The traction of a contact
-    that sticks is linear in its slip here, without a limit.
-    """
-    was = before > 0.0
-    sticks = was[:, ContactStatus.STICK, None]
-    response = first.response
-    tolerance = response.tolerance[:, None]
-    slip = (model.tangential_rows @ (first.displacement - problem.displacement)).reshape(-1, 2)
-    stiffness = response.limit[:, None] / tolerance
-    viscosity = problem.viscosities(len(slip))
-    elastic = stiffness * (problem.elastic_slip + slip) + viscosity[:, None] * slip
-    traction = np.where(sticks, elastic, response.traction)
-    pressed = np.where(first.normal_force > 0.0, model.contacts.friction, 0.0)[:, None]
-    pressed = np.where(response.elastic[:, None], 0.0, pressed)
-    slope = np.where(sticks, pressed * problem.elastic_slip / tolerance, response.pressure_slope)
-    tangent = (stiffness + viscosity[:, None])[:, :, None] * np.eye(2)
-    return replace(
-        first,
-        active=np.where(was.any(axis=1), ~was[:, ContactStatus.OPEN], first.active),
-        crushes=first.crushes if problem.mortar is None else problem.mortar.crushed,
-        force_residual=first.force_residual + model.tangential_columns @ (traction - response.traction).ravel(),
-        response=replace(
-            response,
-            traction=traction,
-            slip_stiffness=np.where(sticks[:, :, None], tangent, response.slip_stiffness),
-            pressure_slope=slope,
-        ),
-        as_before=True,
-    )
 
 
 def control_error(model: ContactModel, problem: Target, displacement: FloatArray) -> float:

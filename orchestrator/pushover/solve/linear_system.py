@@ -23,7 +23,6 @@ N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002
 from __future__ import annotations
 
 import logging
-from contextlib import closing
 from time import perf_counter
 
 import numpy as np
@@ -75,6 +74,7 @@ class LinearSystem:
         self._take(model)
         self._pattern = self._own_rows()
         self._factor = self._made()
+        self._last: tuple[Mumps | Unpivoted, Coefficients] | None = None
 
     def follow(self, model: ContactModel) -> None:
         """Take the values of another state of the model; a new pattern only where its contacts connect other nodes."""
@@ -85,6 +85,7 @@ class LinearSystem:
         if alike:
             self._pattern = with_values_of(self._pattern, model)
         else:
+            self._forget()
             self._factor.close()
             self._pattern = self._own_rows()
             self._factor = self._made()
@@ -114,6 +115,7 @@ class LinearSystem:
 
     def __exit__(self, failure: type[BaseException] | None, *_: object) -> None:
         if failure is None or self._comm.size == 1:  # a rank that fails may be alone: no collective call then
+            self._forget()
             self._factor.close()
             self._comm.Free()
 
@@ -126,6 +128,8 @@ class LinearSystem:
         if self._bodies is None or self._bodies[0] != time_step:
             self._bodies = time_step, values_of_bodies(self._pattern, self._model, time_step)
         found = values(self._pattern, self._model, contact, time_step, self._bodies[1])
+        self._forget()
+        self._last = self._factor, contact
         try:
             self._factor.take(found)
             solution = self._refined(self._factor, contact, time_step, right)
@@ -133,11 +137,28 @@ class LinearSystem:
             if not self._small:
                 raise
             logger.info("%s: solved with pivoting", error)
-            with closing(Mumps(self._pattern, self._unknowns, self._comm)) as with_pivots:
-                with_pivots.take(found)
-                solution = self._refined(with_pivots, contact, time_step, right)
+            with_pivots = Mumps(self._pattern, self._unknowns, self._comm)
+            self._last = with_pivots, contact
+            with_pivots.take(found)
+            solution = self._refined(with_pivots, contact, time_step, right)
         self.seconds += perf_counter() - began
         return solution
+
+    def solve_again(self, right: FloatArray) -> FloatArray:
+        """Return the solution (unknowns,) for `right` with the factors of the last one: to about 1 / PENALTY."""
+        assert self._last is not None
+        began = perf_counter()
+        factor, contact = self._last
+        condensed = factor.solve(condensed_right(self._model, contact, right))
+        passed = perf_counter() - began
+        self.together, self.seconds = self.together + passed, self.seconds + passed
+        return expanded(self._model, contact, right, condensed)
+
+    def _forget(self) -> None:
+        """Free factors with pivoting, which are made for one solution."""
+        if self._last is not None and self._last[0] is not self._factor:
+            self._last[0].close()
+        self._last = None
 
     def _refined(
         self, factor: Mumps | Unpivoted, contact: Coefficients, time_step: float, right: FloatArray

@@ -66,7 +66,6 @@ class Coefficients:
 def coefficients(
     response: FrictionResponse,
     active: npt.NDArray[np.bool_],
-    carrying: npt.NDArray[np.bool_],
     pull_slope: FloatArray,
     displacement_control: bool,
     compliance: FloatArray | None = None,
@@ -74,12 +73,12 @@ def coefficients(
 ) -> Coefficients:
     """Return the coefficients of c contacts.
 
-    active (c,): contacts that are closed and do not crush; carrying (c,): those that take shear; pull_slope (c,):
-    d (tension of an open contact) / d gap over kappa; compliance (c,): of mortar, times kappa.
+    active (c,): contacts that are closed and do not crush; pull_slope (c,): d (tension of an open contact) / d gap over
+    kappa; compliance (c,): of mortar, times kappa.
     """
     given = np.zeros(len(active)) if compliance is None else compliance
     return Coefficients(
-        slip_stiffness=response.slip_stiffness * carrying[:, None, None],
+        slip_stiffness=response.slip_stiffness,
         pressure_slope=response.pressure_slope,
         gap_slope=np.where(active, 1.0, pull_slope),
         softness=np.where(active, given, 1.0 + pull_slope * given),

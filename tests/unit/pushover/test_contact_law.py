@@ -24,11 +24,11 @@ def test_slip_keeps_coulombs_limit_in_the_direction_of_the_slip():
     assert np.linalg.norm(slid.elastic_slip[0]) == pytest.approx(TOLERANCE)
 
 
-def test_a_contact_in_tension_has_no_friction():
+def test_a_contact_in_tension_has_no_friction_and_the_slope_of_one_that_closes():
     pulled = response([3 * TOLERANCE, 0.0], -10.0)
     assert (pulled.traction == 0).all()
     assert (pulled.slip_stiffness == 0).all()
-    assert (pulled.pressure_slope == 0).all()
+    assert (pulled.pressure_slope == response([3 * TOLERANCE, 0.0], 10.0).pressure_slope).all()
 
 
 @pytest.mark.parametrize("slip", [[0.3, -0.4], [3.0, 1.0], [-0.2, 7.0]])

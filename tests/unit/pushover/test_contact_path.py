@@ -1,0 +1,39 @@
+"""The path of the piecewise linear problem: where it ends is its solution."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from orchestrator.pushover.solve.contact_path import Kinks, followed
+from orchestrator.pushover.solve.linear_system import LinearSystem
+from orchestrator.pushover.solve.newton import newton_coefficients
+from orchestrator.pushover.solve.newton_matrix import Matrices, product
+from tests.unit.pushover.test_linear_system import MORTAR, residual, state
+
+
+@pytest.mark.parametrize("joints", [None, MORTAR])
+@pytest.mark.parametrize("mean_displacement", [None, 1e-4])
+def test_the_end_of_the_path_solves_the_piecewise_linear_problem(mean_displacement, joints):
+    model, problem, x, _, _ = state(mean_displacement, joints)
+    x = np.zeros_like(x)
+    x[len(model.gravity) : -1] = model.weight / len(model.contacts) / model.contact_stiffness
+    x[-1] = 0.35 * model.height
+    now, iterate = residual(model, problem, x)
+    iterate = replace(iterate, number=1)
+    kinks = Kinks.at(model, problem, iterate, iterate.response)
+    contact = newton_coefficients(model, problem, iterate)
+    with LinearSystem(model, MPI.COMM_SELF) as system:
+        solution = system.solve(contact, problem.time_step, -now)
+        change, ends = followed(model, system, kinks, solution)
+    assert ends
+    phi = kinks.phi + kinks.rates(change)
+    crossed = np.flatnonzero((phi > 0.0) != kinks.beyond)
+    assert len(crossed) > 5
+    left = now + product(model, Matrices.of(model), contact, problem.time_step, change)
+    for plane in crossed:
+        left += (1.0 if phi[plane] > 0.0 else -1.0) * kinks.weight[plane] * phi[plane] * kinks.load(plane)
+    assert np.linalg.norm(left) < 1e-6 * np.linalg.norm(now)
+    whole = now + product(model, Matrices.of(model), contact, problem.time_step, solution)
+    assert np.linalg.norm(whole) < 1e-6 * np.linalg.norm(now), "and Newton's step that of the first piece only"
