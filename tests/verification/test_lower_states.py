@@ -45,15 +45,14 @@ def test_mirrored_irregular_wall_has_the_same_headline_and_range(seed, friction)
 
 
 def test_a_last_rest_is_closed_by_a_valid_state_beside_it_and_the_answer_says_so():
-    """Random wall 5 of docs/studies, to the left: the whole wall slides at mu = 0.5, and the path creeps there."""
-    pattern = IrregularCourses(2.0, 1.2, widths=(0.2, 0.4), heights=(0.15, 0.2), friction=0.5, seed=5)
-    wall = find_joints(irregular_courses(pattern), JointSettings())
+    """Random wall 3 of docs/studies, to the left: in a long motion no forces are found that a mechanism asks for."""
+    wall = find_joints(irregular_courses(IrregularCourses(1.4, 1.0, seed=3)), JointSettings())
     found = analysed(wall, -1)
     state = found.headline
     assert state is found.path
     assert state.converged
     assert validate(wall, assemble_equilibrium(wall, weight_along(wall, -1)), coulomb(wall), state).complaints == ()
-    assert state.load_multiplier == pytest.approx(0.5, rel=1e-6)
-    assert found.last_rest == pytest.approx(0.5, rel=0.01)
-    assert state.flow_rule == "descent"
+    assert state.load_multiplier == pytest.approx(found.last_rest, rel=0.01)
+    assert state.load_multiplier == pytest.approx(0.4438, rel=0.01), "peak of micro-FE, docs/studies/robustness.csv"
+    assert state.flow_rule in ("descent", "sequence")
     assert any(remark.startswith("the path was not followed to its end: state closed by ") for remark in found.remarks)

@@ -53,11 +53,10 @@ def test_macroblocks_bear_what_every_stone_bears():
     assert -0.02 < peak / 0.3680 - 1 < 0.04
 
 
-def test_bodies_that_lock_are_told_and_bear_what_their_path_says():
-    """However few stones are joined, bodies of this arch lock and bear more than its stones (micro-FE: 0.5236)."""
+def test_bodies_of_a_wall_with_an_arch_bear_what_its_stones_bear():
+    """Micro-FE: 0.5236; of four bodies chosen by a path in steps of the load, 0.5599."""
     assemblage, analysis, partition, peak = pushed(with_arch(1, 0.2), "-x")
     assert partition.count < 24
-    assert ELSEWHERE in partition.remarks
-    off = off_headline(assemblage, analysis, partition, np.inf)
-    assert peak == pytest.approx((1.0 + off) * analysis.headline.load_multiplier, rel=0.02)
-    assert off > 0.02
+    assert ELSEWHERE not in partition.remarks
+    assert off_headline(assemblage, analysis, partition, np.inf) < 0.02
+    assert peak == pytest.approx(0.5236, rel=0.02)
