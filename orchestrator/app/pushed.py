@@ -80,7 +80,7 @@ def push(
     stepping = stepping_of(model, stepping or SteppingSettings())
     strict = SolverSettings(elastic, contact, newton or NewtonSettings(), stepping.large_displacement)
     began, expected = perf_counter(), analysis.associative.load_multiplier
-    bodies = make_bodies(assemblage, partition)
+    bodies = make_bodies(assemblage, partition, analysis.headline.joint_forces)
     meshes = mesh_bodies(bodies, mesh or MeshSettings(), None)
     contact_model = _model_of(assemblage, bodies, meshes, load, strict)
     assembled = perf_counter()
