@@ -118,9 +118,12 @@ def test_a_toe_finer_than_the_mesh_is_told():
         stack((WIDTH, HEIGHT), friction=2.0), JointClass(compressive_strength=WEIGHT / (0.1 * WIDTH * THICKNESS))
     )
     assert coarse.peak == pytest.approx(WIDTH / HEIGHT, rel=1e-3), "nothing crushes"
-    assert coarse_toes(bodies, coarse.model.contacts, coarse.increments[-1]) == pytest.approx(0.05, rel=1e-3)
+    moment = coarse.peak * WEIGHT * HEIGHT / 2
+    excess = coarse_toes(bodies, coarse.model.contacts, coarse.increments[-1], moment)
+    assert excess == pytest.approx(0.05 * WIDTH * WEIGHT / moment, rel=1e-3)
+    assert excess == pytest.approx(1 - WIDTH * 0.9 / HEIGHT / coarse.peak, rel=0.01), "what the peak is too high by"
     bodies = bodies_of(
         stack((WIDTH, HEIGHT), friction=2.0), JointClass(compressive_strength=WEIGHT / (0.4 * WIDTH * THICKNESS))
     )
-    assert coarse_toes(bodies, fine.model.contacts, fine.increments[-1]) == 0.0
+    assert coarse_toes(bodies, fine.model.contacts, fine.increments[-1], moment) == 0.0
     assert fine.peak < WIDTH * 0.6 / HEIGHT
