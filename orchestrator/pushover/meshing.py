@@ -82,7 +82,7 @@ class ShapeMesh:
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class CutOutline:
     """rings: their vertices relative to the first vertex of the outline, rounded to 1e-9 m. cuts: where elements end
     within an edge, as shares of it; for edges of no cuts, and where there are none at all, the settings' size decides.
     """
@@ -120,18 +120,18 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = Non
     )
 
 
-def _shape(body: Body, ends: dict[tuple[int, int], FloatArray]) -> Shape:
+def _shape(body: Body, ends: dict[tuple[int, int], FloatArray]) -> CutOutline:
     rings = [np.round(ring - body.exterior[0], 9) + 0.0 for ring in (body.exterior, *body.holes)]
     cuts = [np.round(ends.get((body.number, k), ()), 9) for k in range(sum(map(len, rings)))]
-    return Shape(
+    return CutOutline(
         rings=tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings),
         cuts=tuple(tuple(map(float, of_edge)) for of_edge in cuts) if any(map(len, cuts)) else (),
     )
 
 
 def _meshes(
-    shapes: dict[Shape, None], thickness: float, settings: MeshSettings, cache: Path | None
-) -> dict[Shape, ShapeMesh]:
+    shapes: dict[CutOutline, None], thickness: float, settings: MeshSettings, cache: Path | None
+) -> dict[CutOutline, ShapeMesh]:
     """Return a mesh for each shape, from the cache where it is there."""
     files = {shape: cache and cache / f"{_content_hash(shape, thickness, settings)}.npz" for shape in shapes}
     meshes = {shape: mesh for shape, file in files.items() if (mesh := _cached(file)) is not None}
@@ -160,7 +160,7 @@ def gmsh_session(settings: MeshSettings) -> Iterator[Any]:
         gmsh.finalize()
 
 
-def _mesh_shape(gmsh: Any, shape: Shape, thickness: float, settings: MeshSettings) -> ShapeMesh:
+def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, settings: MeshSettings) -> ShapeMesh:
     """Triangulate the outline, extrude it, and return its tetrahedra."""
     gmsh.model.add("body")
     geometry = gmsh.model.geo
@@ -236,7 +236,7 @@ def _extruded(plane: FloatArray, triangles: IntArray, layers: int) -> IntArray:
     return np.concatenate([layer + number * above for number in range(layers)])
 
 
-def _add_rings(geometry: Any, shape: Shape, size: float) -> list[list[list[int]]]:
+def _add_rings(geometry: Any, shape: CutOutline, size: float) -> list[list[list[int]]]:
     """Add the closed rings of a shape; return the lines of each edge of each, as its cuts divide it."""
     cuts = iter(shape.cuts or [()] * sum(map(len, shape.rings)))
     return [_add_ring(geometry, np.array(ring), [next(cuts) for _ in ring], size) for ring in shape.rings]
@@ -289,7 +289,7 @@ def _sides(tetrahedra: IntArray, on_edge: list[IntArray]) -> tuple[IntArray, Int
     return boundary[side_edge >= 0], side_edge[side_edge >= 0]
 
 
-def _content_hash(shape: Shape, thickness: float, settings: MeshSettings) -> str:
+def _content_hash(shape: CutOutline, thickness: float, settings: MeshSettings) -> str:
     from importlib.metadata import version
 
     sizes = [thickness, settings.size, settings.layers, settings.matching_faces]
