@@ -35,13 +35,13 @@ class MeshSettings:
     """largest edge of an element in the wall's plane; joint ends are nodes whatever the size"""
     layers: Annotated[int, Ge(1)] = 1
     """elements through the thickness"""
-    toe_offset: Annotated[float, Gt(0), Le(0.5)] = 0.005
-    """share of a joint's length by which the resultant of a toe that crushes (joints.classes) may lie off: where limit
-    analysis finds such toes, elements are made as short as this takes; 0.5 leaves them at `size`"""
     matching_faces: bool = False
     """both sides of a joint get the same triangles: with 10-node tetrahedra the contact patch test is then exact, not
     2 % off, but all diagonals lean one way, and walls whose courses slide take many more increments; with 4 nodes it is
     exact anyway"""
+    toe_offset: Annotated[float, Gt(0), Le(0.5)] = 0.005
+    """share of a joint's length by which the resultant of a toe that crushes (joints.classes) may lie off: where limit
+    analysis finds such toes, elements are made as short as this takes; 0.5 leaves them at `size`"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
