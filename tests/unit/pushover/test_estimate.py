@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import ctypes
+import gc
 
 import numpy as np
 import pytest
@@ -114,8 +115,9 @@ class MallocInfo(ctypes.Structure):
 
 
 def in_use():
-    """Return the bytes that are allocated, of arrays and of the C libraries: the resident memory of a process hides
-    what it had free before."""
+    """Return the bytes that are allocated, of arrays and of the C libraries, what other tests left behind collected
+    before: the resident memory of a process hides what it had free."""
+    gc.collect()
     library = ctypes.CDLL(None)
     library.mallinfo2.restype = MallocInfo
     found = library.mallinfo2()
@@ -123,7 +125,9 @@ def in_use():
 
 
 def test_memory_grows_by_the_increments_that_are_kept_and_no_more(tmp_path):
-    """A run keeps its increments up to storage.IN_MEMORY; from the 40th to the 140th nothing else remains of them."""
+    """A run keeps its increments up to storage.IN_MEMORY; from the 40th to the 140th nothing else remains of them: less
+    than 8 % of their size. One vector of all unknowns has 10 %, lines of the log and headers of arrays have 1 to 3 %.
+    """
     settings = ["stepping.gravity_increments=150", "stepping.largest_increments=140", "run.models=['micro']"]
     seen, size = {}, 0
 
@@ -137,4 +141,4 @@ def test_memory_grows_by_the_increments_that_are_kept_and_no_more(tmp_path):
     with pytest.raises(ConvergenceError, match="keeps moving"):  # it is not allowed to finish gravity
         driver.run(cases.read(WALL, settings), tmp_path, False, None, report)
     assert 140 * size < IN_MEMORY
-    assert seen[140] - seen[40] == pytest.approx(100 * size, rel=0.03)
+    assert seen[140] - seen[40] == pytest.approx(100 * size, rel=0.08)
