@@ -65,27 +65,27 @@ def check(case: Case, place: str, figures: Path, console: Console) -> int:
 
 def loads_table(sums: LoadSums, name: str = "") -> Table:
     """Return the loads of one load case: weight, extra dead loads, all of them, and the base shear at multiplier 1."""
-    table = _table(f"Loads{', ' * bool(name)}{escape(name)}", ("", "blocks", "kN", "live load\nacts on it"))
+    table = plain_table(f"Loads{', ' * bool(name)}{escape(name)}", ("", "blocks", "kN", "live load\nacts on it"))
     own = {"mass": "yes", "mass_height": "x height", "per_block": "no"}[sums.distribution]
-    table.add_row("weight of the blocks", "all", _kilonewtons(sums.weight), own)
+    table.add_row("weight of the blocks", "all", kilonewtons(sums.weight), own)
     for one in sums.extra:
         acts = own if one.inertia else "no"
-        table.add_row(f"extra: {one.name}", str(one.blocks), _kilonewtons(one.resultant), acts)
+        table.add_row(f"extra: {one.name}", str(one.blocks), kilonewtons(one.resultant), acts)
     if sums.extra:
-        table.add_row("all dead load", "", _kilonewtons(sums.vertical_load), "")
-    table.add_row(f"base shear at λ = 1, {sums.direction}", "", _kilonewtons(sums.horizontal_load), "")
+        table.add_row("all dead load", "", kilonewtons(sums.vertical_load), "")
+    table.add_row(f"base shear at λ = 1, {sums.direction}", "", kilonewtons(sums.horizontal_load), "")
     return table
 
 
 def materials_table(found: list[MaterialSums]) -> Table:
     """Return the materials with the values of their blocks."""
     columns = ("material", "blocks", "weight\nkN", "unit weight\nkN/m3", "thickness\nm", "friction", "E\nGPa", "ν")
-    table = _table("Materials", columns)
+    table = plain_table("Materials", columns)
     for one in found:
         table.add_row(
             escape(one.name) or "(none)",
             str(one.blocks),
-            _kilonewtons(one.weight),
+            kilonewtons(one.weight),
             between(one.unit_weight, 1e-3),
             between(one.thickness),
             between(one.friction),
@@ -100,7 +100,7 @@ def joints_table(classes: list[JointSums]) -> Table:
     strengths: tuple[str, ...] = ("cohesion\nMPa", "tension\nMPa", "crushing\nMPa")
     elastic = any(math.isfinite(least) for one in classes for least, _ in (one.normal_stiffness, one.shear_stiffness))
     strengths += RANGES if elastic else ()
-    table = _table("Joints", ("joints between", "", "number", "length\nm", "friction", *strengths))
+    table = plain_table("Joints", ("joints between", "", "number", "length\nm", "friction", *strengths))
     for one in classes:
         table.add_row(
             escape(f"{one.between[0]}, {one.between[1]}"),
@@ -114,7 +114,8 @@ def joints_table(classes: list[JointSums]) -> Table:
     return table
 
 
-def _table(title: str, columns: tuple[str, ...]) -> Table:
+def plain_table(title: str, columns: tuple[str, ...]) -> Table:
+    """Return a table without rows: numbers on the right, words on the left and wrapped."""
     table = Table(box=SIMPLE_HEAD, padding=0, title=title)
     for column in columns:
         words = column in ("", "material", "joints between")
@@ -123,5 +124,6 @@ def _table(title: str, columns: tuple[str, ...]) -> Table:
     return table
 
 
-def _kilonewtons(force: float) -> str:
+def kilonewtons(force: float) -> str:
+    """Return a force as tables show it."""
     return f"{force / 1e3:.3f}"

@@ -72,6 +72,17 @@ class _Completion(argparse.Action):
         parser.exit(0)
 
 
+class _Version(argparse.Action):
+    """Prints version and commit, what two wheels of one version differ by."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from orchestrator.basis.program import commit
+
+        known = commit()
+        print(f"orchestrator {version('orchestrator')}" + f", commit {known}" * bool(known))
+        parser.exit(0)
+
+
 class _Parser(argparse.ArgumentParser):
     """Complains in one line."""
 
@@ -90,7 +101,7 @@ def argument_parser() -> argparse.ArgumentParser:
     )
     about = "print what completes commands (docs/runs.md)"
     parser.add_argument("--print-completion", choices=("bash", "zsh"), action=_Completion, help=about)
-    parser.add_argument("--version", action="version", version=f"orchestrator {version('orchestrator')}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print version and commit")
     parser.set_defaults(
         command=None, case=DEFAULT_CASE, output=None, resume=False, force=False, model=None, set=[], quiet=False
     )

@@ -79,7 +79,7 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
     case = _read_case(options, comm)
     if case is None:
         gc.enable()
-        from orchestrator.app import space_commands
+        from orchestrator.app import space_check, space_commands
         from orchestrator.storage import refuse_overwriting_run, try_folder
 
         output = options.output or Path("results") / options.case.stem
@@ -87,7 +87,7 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
         if not as_json:
             try_folder(output)
         if options.command == "check":
-            return space_commands.check(options.case, options.set, output, console)
+            return space_check.check(options.case, options.set, output, console)
         if not (as_json or options.force):
             refuse_overwriting_run(output, resumable=False)
         return space_commands.limit(options.case, options.set, output, as_json, console)

@@ -187,7 +187,9 @@ def segment(case: Case) -> Segmented:
     idle = idle_ties(assemblage.wall, case.reinforcement.ties, partition.body_of_block)
     partition = replace(partition, remarks=(*partition.remarks, *idle))
     analysis = of_first_joints(analysis, assemblage.joints.count)
-    return Segmented(assemblage, analysis, partition, make_bodies(assemblage, partition))
+    return Segmented(
+        assemblage, analysis, partition, make_bodies(assemblage, partition, analysis.headline.joint_forces)
+    )
 
 
 def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:
@@ -286,4 +288,5 @@ def _words(segmented: Segmented) -> str:
 def _bodies(model: ModelName, segmented: Segmented) -> Bodies:
     if model == "macro":
         return segmented.bodies
-    return make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))
+    partition = one_body_per_block(segmented.assemblage)
+    return make_bodies(segmented.assemblage, partition, segmented.analysis.headline.joint_forces)

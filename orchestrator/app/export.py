@@ -68,7 +68,8 @@ def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multip
         raise CaseError("joints.classes", problem, "leave stiffness and compressive strength out", str(case.file))
     bodies = segmented.bodies
     if model == "micro":
-        bodies = make_bodies(segmented.assemblage, one_body_per_block(segmented.assemblage))
+        partition = one_body_per_block(segmented.assemblage)
+        bodies = make_bodies(segmented.assemblage, partition, segmented.analysis.headline.joint_forces)
     elif len(departures_from_mean(segmented.assemblage.wall, bodies).block) and kind in ("calculix", "abaqus"):
         problem = "a deck gives a body one density, and macroblocks join blocks of several"
         raise CaseError("wall", problem, "use --model micro, or export the mesh", str(case.file))

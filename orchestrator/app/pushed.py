@@ -80,7 +80,7 @@ def push(
     stepping = stepping_of(model, stepping or SteppingSettings())
     strict = SolverSettings(elastic, contact, newton or NewtonSettings(), stepping.large_displacement)
     began, expected = perf_counter(), analysis.associative.load_multiplier
-    bodies = make_bodies(assemblage, partition)
+    bodies = make_bodies(assemblage, partition, analysis.headline.joint_forces)
     meshes = mesh_bodies(bodies, mesh or MeshSettings(), None)
     contact_model = _model_of(assemblage, bodies, meshes, load, strict)
     assembled = perf_counter()
@@ -185,7 +185,7 @@ def judged(
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     summary = storage.pushover_summary(
         model, contact_model.meshes, len(contact_model.contacts), effort, capacity, stopped, overlap=overlap,
-        toe_error=coarse_toes(bodies, contact_model.contacts, at_peak),
+        toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, _moment_of_load(contact_model, at_peak)),
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         large_displacement=large, ranks=ranks, seconds=seconds, peak_memory=peak_memory(),
         complaint=str(complaints[0]) if complaints else None,
@@ -201,6 +201,13 @@ def _overlap_of(bodies: Bodies, contact_model: ContactModel, last: Increment) ->
 
     closed = largest_closing(contact_model.mortar, last)
     return largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen, closed)
+
+
+def _moment_of_load(contact_model: ContactModel, state: Increment) -> float:
+    """Return the moment of the live load about the wall's base, N m."""
+    nodes = contact_model.front.nodes
+    horizontal = np.abs(contact_model.lateral[: nodes.size : 3])
+    return abs(state.load_multiplier) * float(horizontal @ (nodes[:, 1] - nodes[:, 1].min()))
 
 
 def peak_memory() -> int:

@@ -1,4 +1,4 @@
-"""limit and check of walls in space: what they print, and what they leave in the folder."""
+"""limit of walls in space: what it prints, and what it leaves in the folder."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from rich.console import Console
 from rich.table import Table
 
 from orchestrator.basis.errors import naming
-from orchestrator.basis.printed import printed
+from orchestrator.basis.printed import counted, printed
 from orchestrator.masonry.wall import GRAVITY
+from orchestrator.present.answer import answer_in_space
 from orchestrator.present.in_space import collapse_page, space_pictures
 from orchestrator.settings.space_case import SpaceCase, read
 from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
-from orchestrator.space.loads import SpaceLoads, direction_of, loads_on
+from orchestrator.space.loads import SpaceLoads, loads_on
 from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
 from orchestrator.space.ties import with_ties
 from orchestrator.space.wall import check_wall
@@ -36,28 +37,6 @@ def assemblage_of(case: SpaceCase) -> SpaceAssemblage:
     with naming(case.file):
         check_wall(case.wall)
         return with_ties(find_joints(case.wall, case.contact), case.reinforcement.ties)
-
-
-def check(path: Path, overrides: list[str], output: Path, console: Console) -> int:
-    """Read, validate and draw a wall in space; return the exit code."""
-    case = read(path, overrides)
-    assemblage = assemblage_of(case)
-    with naming(case.file):
-        loads_on(assemblage.wall, case.load)
-        direction = direction_of(case.load, case.wall.up)
-    said = ignored_joints(assemblage)
-    png = space_pictures.save_wall(assemblage, direction, output / "figures" / "blocks.png", case.project.language)
-    rows = _wall_rows(assemblage)
-    html = collapse_page.write(
-        output / "blocks.html", assemblage, rows, said, direction=direction, project=case.project
-    )
-    for remark in said:
-        console.print(f"{path}: {remark}", soft_wrap=True, markup=False)
-    free = int((~case.wall.fixed).sum())
-    verdict = "see the warnings above" if said else "nothing to complain about"
-    found = f"{free} blocks in space, {assemblage.joints.count} joints"
-    console.print(f"{path}: {found}, {verdict}; {png}; to turn: {html}", soft_wrap=True, markup=False)
-    return 0
 
 
 def ignored_joints(assemblage: SpaceAssemblage) -> list[str]:
@@ -81,7 +60,7 @@ def limit(path: Path, overrides: list[str], output: Path, as_json: bool, console
         if not as_json:
             console.print(text, soft_wrap=True, markup=False)
 
-    say(f"{case.name}: {free} blocks in space, {assemblage.joints.count} joints")
+    say(f"{case.name}: {counted(free, 'block')} in space, {counted(assemblage.joints.count, 'joint')}")
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
         analysis = analyse(assemblage, loads, case.limit_analysis, _sparse(say))
@@ -109,6 +88,7 @@ def _show_mechanism(
     rows = mechanism_rows(analysis, mechanism)
     for name, text in rows:
         say(f"{name}: {text}")
+    say(answer_in_space(analysis))
     text = f"{analysis.shown.name}, λ = {analysis.shown.load_multiplier:.4f}; displacements enlarged"
     language = case.project.language
     drawn = (assemblage, analysis.shown.velocities, mechanism, loads.direction, text)
@@ -118,7 +98,7 @@ def _show_mechanism(
     html = collapse_page.write(
         output / "collapse.html",
         assemblage,
-        [*_wall_rows(assemblage), *_figures(analysis), *rows],
+        [*wall_rows(assemblage), *_figures(analysis), *rows],
         remarks,
         analysis.shown.velocities,
         mechanism,
@@ -216,7 +196,8 @@ def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     return rows
 
 
-def _wall_rows(assemblage: SpaceAssemblage) -> list[tuple[str, str]]:
+def wall_rows(assemblage: SpaceAssemblage) -> list[tuple[str, str]]:
+    """Return how many blocks, supports and joints there are, and what they weigh."""
     wall = assemblage.wall
     free = ~wall.fixed
     return [
@@ -236,7 +217,7 @@ def mechanism_rows(analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[t
     rows = [
         (
             "moving",
-            f"{len(moving)} blocks ({100 * share:.0f} % of the weight) in {bodies} {several}",
+            f"{counted(len(moving), 'block')} ({100 * share:.0f} % of the weight) in {bodies} {several}",
         ),
         ("joints", kinds),
     ]

@@ -82,7 +82,7 @@ def _study(case: Case, output: Path, spread: Spread, report: Report) -> StudyOut
         key_here = error.key.replace("macroblocks", "study")
         raise CaseError(key_here, error.problem, error.remedy, str(case.file)) from None
     micro = one_body_per_block(assemblage)
-    segmented = Segmented(assemblage, analysis, micro, make_bodies(assemblage, micro))
+    segmented = Segmented(assemblage, analysis, micro, make_bodies(assemblage, micro, analysis.headline.joint_forces))
     runs = [
         _run_of(partition, case, segmented, output) for partition in distinct([micro, *(c.partition for c in cells)])
     ]
@@ -111,7 +111,7 @@ def _run_of(partition: Partition, case: Case, segmented: Segmented, output: Path
         macroblocks=partition.tolerances or case.macroblocks,
     )
     name = "micro" if every_stone else f"{partition.count}_bodies"
-    bodies = make_bodies(segmented.assemblage, partition)
+    bodies = make_bodies(segmented.assemblage, partition, segmented.analysis.headline.joint_forces)
     folder = output / "runs" / f"{name}-{_digest(case, segmented.assemblage.wall, partition)}"
     return PartitionRun(settings, replace(segmented, partition=partition, bodies=bodies), folder)
 

@@ -26,7 +26,8 @@ from orchestrator.masonry.wall import Wall
 SHARED = 0.5
 """part of the lower one's height over which two openings of a storey stand beside each other"""
 DRAWN_OPEN = 1e-3
-"""part of a stone's size below which what is free between stones is no opening but a joint drawn open"""
+"""part of a stone's size below which what is free between stones is no opening but a joint drawn open, and of a wall's
+below which what is solid is the rounding of an edge"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +152,8 @@ def _pieces(solid: shapely.Geometry, axis: int, at: float) -> list[tuple[float, 
     for point, end in zip(ends, (bounds[along], bounds[2 + along]), strict=True):
         point[axis], point[along] = at, end
     parts = shapely.get_parts(solid.intersection(shapely.LineString(ends)))
-    return sorted((part.bounds[along], part.bounds[2 + along]) for part in parts if part.length > 0.0)
+    shortest = DRAWN_OPEN * (bounds[2 + along] - bounds[along])
+    return sorted((part.bounds[along], part.bounds[2 + along]) for part in parts if part.length > shortest)
 
 
 def cut(assemblage: Assemblage, panels: Sequence[Panel], at: float) -> tuple[Section, ...]:

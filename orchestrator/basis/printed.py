@@ -35,6 +35,11 @@ def printed(figure: Figure, value: float | None) -> str:
     return format(value * factor, ".0f") if "e+" in text else text
 
 
+def counted(number: int, name: str) -> str:
+    """Return how many there are of what `name` is one of, as in "1 joint"."""
+    return f"{number} {name}" if number == 1 else f"{number} {name}s"
+
+
 def millimetres(length: float) -> str:
     """Return a length (m) in mm with two digits, without its sign."""
     return f"{float(f'{1e3 * abs(length):.2g}'):g} mm"

@@ -25,6 +25,9 @@ from orchestrator.masonry.interfaces import STRENGTHS, Interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
 
+NEAR_CRUSHING = 2.0
+"""a joint has a toe where the resultant of its pressure lies within so many times the distance from its end at which
+it crushes: other states than the one that forces are known of may crush there"""
 STRAIGHT_HEIGHT = 1e-4
 """height of a vertex over the chord of its neighbours, part of the shorter edge, below which the outline goes straight
 on (1e-4 of a stone of 0.4 m is 40 micrometres: the rounding of a drawing)"""
@@ -69,7 +72,8 @@ class Bodies:
 
     Area and strengths of the interfaces are those of the wall's thickness (strengths less than the joint's own where a
     thinner block meets it). joint (k,): the joint of the assemblage each comes from; edge_i, edge_j (k,): the edge of
-    the outline of each body that it is.
+    the outline of each body that it is. toe (k, 2): length in m over which each crushes at its start and at its end, 0
+    where it does not; None where no forces say so.
     """
 
     bodies: tuple[Body, ...]
@@ -79,6 +83,7 @@ class Bodies:
     joint: IntArray
     edge_i: IntArray
     edge_j: IntArray
+    toe: FloatArray | None = None
 
 
 def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
@@ -87,8 +92,11 @@ def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
     return tuple(min(names) if len(names) == 1 else "several" for names in found[: bodies.moving])
 
 
-def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
-    """Return the outlines of all bodies and the joints that remain between them."""
+def make_bodies(assemblage: Assemblage, partition: Partition, forces: FloatArray | None = None) -> Bodies:
+    """Return the outlines of all bodies and the joints that remain between them.
+
+    forces (joints, 3) in N: of a limit state (`LimitState.joint_forces`), which say where joints crush.
+    """
     body_i, body_j = (partition.body_of_block[side] for side in (assemblage.joints.i, assemblage.joints.j))
     joint = np.flatnonzero(body_i != body_j)
     outlines, edge = assemblage.outlines, assemblage.edge
@@ -103,15 +111,29 @@ def make_bodies(assemblage: Assemblage, partition: Partition) -> Bodies:
     strengths: dict[str, Any] = {name: read_only(getattr(between, name) * share) for name in STRENGTHS}
     area = read_only(between.length * wall.thickness)
     i, j = (read_only(side[joint], np.int64) for side in (body_i, body_j))
+    interfaces = replace(between, i=i, j=j, area=area, **strengths)
     return Bodies(
         bodies=tuple(_body(number, assemblage, partition, of_body) for number, of_body in enumerate(rings)),
         moving=partition.count,
         thickness=wall.thickness,
-        interfaces=replace(between, i=i, j=j, area=area, **strengths),
+        interfaces=interfaces,
         joint=read_only(joint, np.int64),
         edge_i=read_only([place[b][e] for b, e in zip(i, edge[joint].tolist(), strict=True)], np.int64),
         edge_j=read_only([place[b][e] for b, e in zip(j, edge[joint].tolist(), strict=True)], np.int64),
+        toe=None if forces is None else _toes(forces[joint], interfaces, wall.thickness),
     )
+
+
+def _toes(forces: FloatArray, interfaces: Interfaces, thickness: float) -> FloatArray:
+    """Return over what length (k, 2) in m joints under `forces` (k, 3) crush at their start and at their end.
+
+    A normal force N takes x = N / (f_c t), with its resultant at x / 2 from the end.
+    """
+    normal = np.maximum(forces[:, :2], 0.0)
+    total = normal.sum(axis=1, keepdims=True)
+    toe = total / (interfaces.compressive_strength * thickness)[:, None]
+    distance = interfaces.length[:, None] * normal[:, ::-1] / np.where(total > 0.0, total, 1.0)
+    return read_only(np.where(distance <= NEAR_CRUSHING * 0.5 * toe, toe, 0.0))
 
 
 def glued(assemblage: Assemblage, blocks: IntArray) -> Wall:

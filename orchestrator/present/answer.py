@@ -5,6 +5,7 @@ from __future__ import annotations
 from orchestrator.assessment.sensitivity import ALIKE
 from orchestrator.basis.printed import printed
 from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.space.analysis import SpaceAnalysis
 from orchestrator.storage import Summary
 
 
@@ -21,15 +22,31 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
         return f"{rest}{_found_elsewhere(analysis)}the associative {_limit(bound)} is an upper bound."
     if state is analysis.associative:
         return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."
-    why = "a collapse state with friction that does not dilate; "
     low, high = analysis.non_associative_range or (multiplier, multiplier)
     low = min(low, analysis.lowest.load_multiplier if analysis.lowest else low)
+    return f"{counts}{shear}{_why(low, high, bound)}"
+
+
+def answer_in_space(analysis: SpaceAnalysis) -> str:
+    """Return the same sentence on a limit analysis in space."""
+    state, bound = analysis.shown, analysis.associative.load_multiplier
+    multiplier = state.load_multiplier
+    shear = f"base shear {printed('force', multiplier * analysis.live_total)} kN, "
+    counts = f"λ = {_limit(multiplier)} counts ({state.name}): {shear}"
+    if analysis.range is None:
+        return f"{counts}an upper bound only, as no state with friction that does not dilate was found."
+    return f"{counts}{_why(*analysis.range, bound)}"
+
+
+def _why(low: float, high: float, bound: float) -> str:
+    """Return what a collapse state is, of states that were found from `low` to `high`, and how near to the bound."""
+    why = "a collapse state with friction that does not dilate; "
     if bound - low <= ALIKE * bound:
-        return f"{counts}{shear}{why}it reaches the associative upper bound, and no lower one was found."
+        return f"{why}it reaches the associative upper bound, and no lower one was found."
     if high - low <= ALIKE * high:
-        return f"{counts}{shear}{why}the associative {_limit(bound)} is an upper bound."
+        return f"{why}the associative {_limit(bound)} is an upper bound."
     between = f"such states were found from {_limit(low)} to {_limit(high)}, as friction leaves the answer open"
-    return f"{counts}{shear}{why}{between}; the associative {_limit(bound)} is an upper bound."
+    return f"{why}{between}; the associative {_limit(bound)} is an upper bound."
 
 
 def _found_elsewhere(analysis: LimitAnalysis) -> str:

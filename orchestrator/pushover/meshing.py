@@ -16,12 +16,13 @@ from time import perf_counter
 from typing import Annotated, Any
 
 import numpy as np
-from annotated_types import Ge, Gt
+from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.atomic_files import replacing, sealed, unsealed, write_bytes
 from orchestrator.basis.units import Unit
 from orchestrator.macroblocks.bodies import Bodies, Body
+from orchestrator.pushover.toes import element_ends
 
 logger = logging.getLogger(__name__)
 
@@ -38,6 +39,9 @@ class MeshSettings:
     """both sides of a joint get the same triangles: with 10-node tetrahedra the contact patch test is then exact, not
     2 % off, but all diagonals lean one way, and walls whose courses slide take many more increments; with 4 nodes it is
     exact anyway"""
+    toe_offset: Annotated[float, Gt(0), Le(0.5)] = 0.005
+    """share of a joint's length by which the resultant of a toe that crushes (joints.classes) may lie off: where limit
+    analysis finds such toes, elements are made as short as this takes; 0.5 leaves them at `size`"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,15 +81,22 @@ class ShapeMesh:
     side_edge: IntArray
 
 
-Shape = tuple[tuple[tuple[float, float], ...], ...]
-"""rings of vertices relative to the first vertex of the outline, rounded to 1e-9 m"""
+@dataclass(frozen=True, slots=True)
+class CutOutline:
+    """rings: their vertices relative to the first vertex of the outline, rounded to 1e-9 m. cuts: where elements end
+    within an edge, as shares of it; for edges of no cuts, and where there are none at all, the settings' size decides.
+    """
+
+    rings: tuple[tuple[tuple[float, float], ...], ...]
+    cuts: tuple[tuple[float, ...], ...] = ()
 
 
 def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = None) -> BodyMeshes:
     """Return the meshes of the moving bodies; equal shapes are meshed once, and kept in the folder `cache`."""
     began = perf_counter()
     moving = bodies.bodies[: bodies.moving]
-    shapes = [_shape(body) for body in moving]
+    ends = element_ends(bodies, settings.size, settings.toe_offset)
+    shapes = [_shape(body, ends) for body in moving]
     known = _meshes(dict.fromkeys(shapes), bodies.thickness, settings, cache)
     meshes = [known[shape] for shape in shapes]
     first_node = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
@@ -109,14 +120,18 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = Non
     )
 
 
-def _shape(body: Body) -> Shape:
-    rings = (np.round(ring - body.exterior[0], 9) + 0.0 for ring in (body.exterior, *body.holes))
-    return tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings)
+def _shape(body: Body, ends: dict[tuple[int, int], FloatArray]) -> CutOutline:
+    rings = [np.round(ring - body.exterior[0], 9) + 0.0 for ring in (body.exterior, *body.holes)]
+    cuts = [np.round(ends.get((body.number, k), ()), 9) for k in range(sum(map(len, rings)))]
+    return CutOutline(
+        rings=tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings),
+        cuts=tuple(tuple(map(float, of_edge)) for of_edge in cuts) if any(map(len, cuts)) else (),
+    )
 
 
 def _meshes(
-    shapes: dict[Shape, None], thickness: float, settings: MeshSettings, cache: Path | None
-) -> dict[Shape, ShapeMesh]:
+    shapes: dict[CutOutline, None], thickness: float, settings: MeshSettings, cache: Path | None
+) -> dict[CutOutline, ShapeMesh]:
     """Return a mesh for each shape, from the cache where it is there."""
     files = {shape: cache and cache / f"{_content_hash(shape, thickness, settings)}.npz" for shape in shapes}
     meshes = {shape: mesh for shape, file in files.items() if (mesh := _cached(file)) is not None}
@@ -145,19 +160,21 @@ def gmsh_session(settings: MeshSettings) -> Iterator[Any]:
         gmsh.finalize()
 
 
-def _mesh_shape(gmsh: Any, shape: Shape, thickness: float, settings: MeshSettings) -> ShapeMesh:
+def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, settings: MeshSettings) -> ShapeMesh:
     """Triangulate the outline, extrude it, and return its tetrahedra."""
     gmsh.model.add("body")
     geometry = gmsh.model.geo
-    rings = [_add_ring(geometry, np.array(ring), settings.size) for ring in shape]
-    surface = geometry.addPlaneSurface([geometry.addCurveLoop(ring) for ring in rings])
+    rings = _add_rings(geometry, shape, settings.size)
+    surface = geometry.addPlaneSurface(
+        [geometry.addCurveLoop([line for edge in ring for line in edge]) for ring in rings]
+    )
     if not settings.matching_faces:
         geometry.extrude([(2, surface)], 0.0, 0.0, thickness, [settings.layers])
     geometry.synchronize()
     gmsh.model.mesh.generate(2 if settings.matching_faces else 3)
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     _, _, elements = gmsh.model.mesh.getElements(2 if settings.matching_faces else 3)
-    edges = _elements_of_edges(gmsh, [line for ring in rings for line in ring], surface, settings.matching_faces)
+    edges = _elements_of_edges(gmsh, [edge for ring in rings for edge in ring], surface, settings.matching_faces)
     gmsh.model.remove()
     tags, order = np.unique(np.asarray(tags, np.int64), return_index=True)
     nodes = np.asarray(coordinates).reshape(-1, 3)[order]
@@ -175,8 +192,9 @@ def _mesh_shape(gmsh: Any, shape: Shape, thickness: float, settings: MeshSetting
     return ShapeMesh(nodes, tetrahedra, *_sides(tetrahedra, on_edge))
 
 
-def _elements_of_edges(gmsh: Any, lines: list[int], surface: int, matching_faces: bool) -> list[IntArray]:
-    """Return the node tags of the triangles (f, 3) over each of the `lines`, or of the lines' own elements (f, 2)."""
+def _elements_of_edges(gmsh: Any, edges: list[list[int]], surface: int, matching_faces: bool) -> list[IntArray]:
+    """Return the node tags of the triangles (f, 3) over each edge's lines, or of the lines' own elements (f, 2)."""
+    lines = [line for edge in edges for line in edge]
     if matching_faces:
         found = [gmsh.model.mesh.getElements(1, line)[2] for line in lines]
     else:
@@ -184,7 +202,9 @@ def _elements_of_edges(gmsh: Any, lines: list[int], surface: int, matching_faces
         assert all(len(faces) == 1 for faces in above), "extrusion makes one surface over each line"
         found = [gmsh.model.mesh.getElements(2, faces[0])[2] for faces in above]
     assert all(len(elements) == 1 for elements in found), "the sides must be triangles only"
-    return [np.asarray(elements[0], np.int64).reshape(-1, 2 if matching_faces else 3) for elements in found]
+    corners = 2 if matching_faces else 3
+    of_line = iter(np.asarray(elements[0], np.int64).reshape(-1, corners) for elements in found)
+    return [np.concatenate([next(of_line) for _ in edge]) for edge in edges]
 
 
 def _extruded_lines(lines: IntArray, above: int, layers: int) -> IntArray:
@@ -216,13 +236,26 @@ def _extruded(plane: FloatArray, triangles: IntArray, layers: int) -> IntArray:
     return np.concatenate([layer + number * above for number in range(layers)])
 
 
-def _add_ring(geometry: Any, ring: FloatArray, size: float) -> list[int]:
-    """Add a closed ring of straight lines; a line no longer than `size` stays one element edge."""
-    points = [geometry.addPoint(x, y, 0.0, size) for x, y in ring]
-    lines = [geometry.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
-    for line, length in zip(lines, np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1), strict=True):
+def _add_rings(geometry: Any, shape: CutOutline, size: float) -> list[list[list[int]]]:
+    """Add the closed rings of a shape; return the lines of each edge of each, as its cuts divide it."""
+    cuts = iter(shape.cuts or [()] * sum(map(len, shape.rings)))
+    return [_add_ring(geometry, np.array(ring), [next(cuts) for _ in ring], size) for ring in shape.rings]
+
+
+def _add_ring(geometry: Any, ring: FloatArray, cuts: list[tuple[float, ...]], size: float) -> list[list[int]]:
+    """Add a closed ring of straight edges; a line that is cut, or no longer than `size`, stays one element edge."""
+    following = np.roll(ring, -1, axis=0)
+    share = [np.array([0.0, *within]) for within in cuts]
+    corners = [a + part[:, None] * (b - a) for a, b, part in zip(ring, following, share, strict=True)]
+    points = np.concatenate(corners)
+    lengths = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    sizes = np.minimum(size, np.minimum(lengths, np.roll(lengths, 1))) if any(cuts) else np.full(len(points), size)
+    tags = [geometry.addPoint(x, y, 0.0, local) for (x, y), local in zip(points, sizes, strict=True)]
+    lines = [geometry.addLine(a, b) for a, b in zip(tags, tags[1:] + tags[:1], strict=True)]
+    for line, length in zip(lines, lengths, strict=True):
         geometry.mesh.setTransfiniteCurve(line, max(1, math.ceil(length / size - 1e-6)) + 1)
-    return lines
+    of_line = iter(lines)
+    return [[next(of_line) for _ in part] for part in share]
 
 
 def _positive(nodes: FloatArray, tetrahedra: IntArray) -> IntArray:
@@ -256,10 +289,11 @@ def _sides(tetrahedra: IntArray, on_edge: list[IntArray]) -> tuple[IntArray, Int
     return boundary[side_edge >= 0], side_edge[side_edge >= 0]
 
 
-def _content_hash(shape: Shape, thickness: float, settings: MeshSettings) -> str:
+def _content_hash(shape: CutOutline, thickness: float, settings: MeshSettings) -> str:
     from importlib.metadata import version
 
-    content = [shape, thickness, settings.size, settings.layers, settings.matching_faces, version("gmsh"), "edges"]
+    sizes = [thickness, settings.size, settings.layers, settings.matching_faces]
+    content = [shape.rings, *sizes, version("gmsh"), "edges", *(["cuts", shape.cuts] if shape.cuts else [])]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 

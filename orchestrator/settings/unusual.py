@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orchestrator.basis.printed import counted
 from orchestrator.masonry.wall import Wall
 from orchestrator.settings.case import Case
 from orchestrator.settings.inventory import JointSums, LoadSums, MaterialSums, asked_states
@@ -69,7 +70,7 @@ def unusual(
         *_of_materials(materials),
         *_of_joints(joints),
         *_of_sizes(case, wall),
-        *(text for one in loads for text in _of_loads(one)),
+        *(text for one in loads for text in unusual_loads(one)),
         *_of_earthquake(case),
     ]
     return list(dict.fromkeys(said))
@@ -108,7 +109,9 @@ def _of_joints(joints: list[JointSums]) -> Iterator[str]:
             values = getattr(one, name)
             many.update(dict.fromkeys(values if isinstance(values, tuple) else (values,), one.joints))
         for value, count in many.items():
-            if value != without and (said := usual.complaint(f"{name.replace('_', ' ')} of {count} joints", value)):
+            if value != without and (
+                said := usual.complaint(f"{name.replace('_', ' ')} of {counted(count, 'joint')}", value)
+            ):
                 yield said
 
 
@@ -126,7 +129,8 @@ def _of_sizes(case: Case, wall: Wall) -> Iterator[str]:
         yield f"UNUSUAL: stepping.final_displacement {moved:g} m is more than the wall's height; is {moved:g} mm meant?"
 
 
-def _of_loads(loads: LoadSums) -> Iterator[str]:
+def unusual_loads(loads: LoadSums) -> Iterator[str]:
+    """Yield what is unusual about extra dead loads, in the plane or in space."""
     for one in loads.extra:
         if one.resultant < LEAST_LOAD * loads.weight:
             share = f"{one.resultant:.3g} N in all, {one.resultant / loads.weight:.1g} of the wall's weight"

@@ -33,8 +33,10 @@ from orchestrator.space.validation import LIMITS, Validation, validate
 Report = Callable[[str], None]
 BRACKET = 0.01
 """Relative difference of the multipliers with both torsions from which both are reported."""
-SHIFTS, TURNS = 25, 6
-"""Programs of the dilation shift, turns of a descent at most."""
+SHIFTS = 25
+"""Programs of the dilation shift, at most."""
+TURNS = 6
+"""Turns of a descent, at most."""
 SMALL_BLOCKS = 100
 """Larger walls have the path of smoothed contact (central_path.py) in place of a push with equal springs, which creeps
 on tall walls, and of the dilation shift, which settles at 52 to 68 blocks and not at 174."""

@@ -35,14 +35,20 @@ PRODUCTS_LEFT = 0.5 * LIMITS["flow"]
 """Sum of all products over the live load's power, at the end."""
 FIRST_PRODUCT = 100.0
 """Sum of all products at the beginning, over the live load's power in the associative mechanism."""
-CENTRING, LAST_STEPS = 60, 3
-"""Steps to the curve at the beginning, at most, and at the end."""
+CENTRING = 60
+"""Steps to the curve at the beginning, at most."""
+LAST_STEPS = 3
+"""Steps to the curve at the end."""
 NEAR_THE_CURVE = 3.0
 """Products between tau / NEAR_THE_CURVE and NEAR_THE_CURVE tau are near the curve."""
 TANGENT_TO_BOUNDARY = 0.9
 """Part of the way along the tangent to the nearest boundary that is gone at most."""
-LARGEST_LOG_STEP, LONGER, SHORTEST = 3.0, 1.5, 1e-6
-"""Change of log tau in a step, at most; growth of the part gone of what could be, and where the path is lost."""
+LARGEST_LOG_STEP = 3.0
+"""Change of log tau in a step, at most."""
+LONGER = 1.5
+"""Growth, after a step, of the part of the way that is gone of what could be."""
+SHORTEST = 1e-6
+"""Part of the way below which the path is lost."""
 CORRECTORS = 2
 """Corrections of a way with the same matrix."""
 

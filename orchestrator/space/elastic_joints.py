@@ -44,13 +44,21 @@ ASTRAY = 100.0
 """Times the first force out of balance from which Newton's method is given up."""
 RUNAWAY = 1e5
 """Flow error of a step in which a block flies off: it held by nothing, and the step is refused."""
-NEWTON_STEPS, HALVINGS, FAILURES = 16, 6, 20
-PATIENCE, LEAPING_BLOCKS = 4, 300
-"""Steps that Newton's method may fail at before the interior-point method is asked; larger walls only ask that: at
-1,010 blocks it is 2 % below where the multiplier stays after 20 s, Newton's method alone 7 %."""
-LEAP, LEAPS_LOST = 10.0, 1
-"""Growth of h after a step of the interior-point method; how many may fail on a large wall: what is left is done faster
-by closing the state (descent.py)."""
+NEWTON_STEPS = 16
+"""Iterations of Newton's method in a step, at most; their square under gravity, from which there is no smaller step."""
+HALVINGS = 6
+"""Tries of a correction beside the whole one, each half as long, once the displacement of the step is reached."""
+FAILURES = 20
+"""Steps that may fail before the push is left."""
+PATIENCE = 4
+"""Steps that Newton's method may fail at before the interior-point method is asked."""
+LEAPING_BLOCKS = 300
+"""Walls of more blocks ask the interior-point method only: at 1,010 blocks it is 2 % below where the multiplier stays
+after 20 s, Newton's method alone 7 %."""
+LEAP = 10.0
+"""Growth of h after a step of the interior-point method."""
+LEAPS_LOST = 1
+"""Such steps that may fail on a large wall: what is left is done faster by closing the state (descent.py)."""
 ARRIVED = 0.5 * LIMITS["flow"]
 """Flow error of an end that is a state; steps of Newton's method bring it to FLOW, leaps need not."""
 FLOW_ERROR_LEFT = 0.05

@@ -23,11 +23,16 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.space.springs import SpringForces, Springs, positive
 
-ITERATIONS, CORRECTORS = 70, 2
+ITERATIONS = 70
+"""Of a step, at most."""
+CORRECTORS = 2
+"""Corrections of a way with the same matrix."""
 TO_BOUNDARY = 0.95
 """Part of the way to the nearest boundary that is gone."""
-STALLED, STALLS = 0.1, 4
-"""So many steps in a row of less than this part: the path of tau turns back."""
+STALLED = 0.1
+"""Part of the way below which an iteration has stalled."""
+STALLS = 4
+"""Iterations in a row that may stall: the path of tau turns back."""
 PRODUCT_SPREAD = 10.0
 """Products between tau / PRODUCT_SPREAD and PRODUCT_SPREAD tau are left alone by the correctors."""
 BALANCED = 1e-9

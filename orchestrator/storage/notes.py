@@ -15,8 +15,8 @@ from orchestrator.basis.printed import printed
 from orchestrator.pushover.path.curve_checks import BEYOND
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
 
-TOE_OFFSET = 0.01
-"""part of a joint by which the resultant of its toe may lie off before that is told"""
+TOE_MOMENT = 0.01
+"""part of the live load's moment that toes may carry too much before that is told"""
 FAR_BEYOND = 0.05
 """part by which a peak may exceed the associative bound (no theorem for large displacements), and one of macroblocks
 that of every stone as a rigid block, before that is told"""
@@ -39,10 +39,11 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary) -> list[str]:
             f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than 5 % above that of every "
             f"stone in limit analysis ({printed('multiplier', highest)}): compare with --model micro"
         )
-    if pushed.toe_error > TOE_OFFSET:
+    if pushed.toe_error > TOE_MOMENT:
+        share = f"{100 * pushed.toe_error:.2g} %"
         said.append(
-            f"{pushed.model} FE: at the peak the resultant of a toe may lie off by "
-            f"{100 * pushed.toe_error:.2g} % of its joint: {COARSE_TOES}"
+            f"{pushed.model} FE: at the peak, toes that crush carry {share} of the load's moment too much: "
+            f"{COARSE_TOES}"
         )
     if pushed.model == "micro" and pushed.crushing and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * bound:
         peak = printed("multiplier", pushed.peak_multiplier)

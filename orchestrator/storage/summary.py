@@ -121,7 +121,7 @@ class PushoverSummary:
     not_valid_because: str | None
     """the checks of the result that failed (pushover.checks), in words"""
     toe_error: float = 0.0
-    """how far the resultant of a toe that crushes may lie off at the peak, over its joint"""
+    """moment that toes which crush carry too much at the peak, over that of the live load"""
     crushing: bool = False
     """whether a joint has a finite compressive strength"""
 

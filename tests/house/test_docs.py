@@ -142,3 +142,10 @@ def test_citation_names_the_version_of_the_package():
     version = tomllib.loads((PROJECT / "pyproject.toml").read_text())["project"]["version"]
     assert f"\nversion: {version}\n" in (PROJECT / "CITATION.cff").read_text()
     assert f"## {version}" in (PROJECT / "CHANGELOG.md").read_text()
+
+
+def test_no_command_installs_into_the_python_of_the_system():
+    """Debian 12 and Ubuntu 24.04 refuse it ("externally-managed-environment"): the wheel's instructions ended there."""
+    pages = [PROJECT / "README.md", *(PROJECT / "docs").glob("*.md")]
+    lines = [line for page in pages for line in page.read_text().splitlines()]
+    assert [line for line in lines if re.match(r"    (sudo )?(pip3?|python3? -m pip) ", line)] == []

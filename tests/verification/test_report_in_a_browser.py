@@ -312,3 +312,21 @@ def test_report_rebuilds_the_same_page_and_pictures_from_the_folder_alone(run, t
     assert main(["report", str(moved)]) == 0
     assert (moved / "report.html").read_bytes() == page
     assert {path.name: path.read_bytes() for path in (moved / "figures").iterdir()} == before
+
+
+def test_no_page_of_the_pdf_ends_between_a_table_and_what_leads_to_it(page, run):
+    """A heading and its sentence stood at the foot of a page, the table on the next one; the reactions were parted."""
+    asked = """return [...document.querySelectorAll('section')].flatMap((s) => [...s.querySelectorAll('table')])
+        .map((t) => { let above = t.previousElementSibling;
+                      while (above && above.matches('input, label')) above = above.previousElementSibling;
+                      return above && above.matches('h2, h3, p') ? getComputedStyle(above).breakAfter : 'avoid'; })"""
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        opened(page, (run / "report.html").as_uri())
+        found = page.execute_script(asked)
+        reactions = "return getComputedStyle(document.querySelector('#forces table:last-of-type')).breakInside"
+        assert page.execute_script(reactions) == "avoid"
+    finally:
+        page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    assert len(found) > 8
+    assert set(found) == {"avoid"}

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import inf, pi, sqrt
 
 import numpy as np
 
@@ -58,15 +58,17 @@ class Kinematics:
     friction_share: float
 
 
-def kinematics(multiplier: float, masses: Moving, dead: Moving, forward: FloatArray) -> Kinematics:
+def kinematics(multiplier: float, masses: Moving, dead: Moving, forward: FloatArray, reach: float = inf) -> Kinematics:
     """Return participation and finite displacement of a mechanism under a horizontal live load of all `masses`.
 
     dead: all weights, also those without mass, which do work only (P_k and Q_k of the clause are `masses`). forward
-    (2,): unit vector of the live load.
+    (2,): unit vector of the live load. reach: size of the wall, m; what turns is in balance before it has gone so far,
+    and what is not slides (its turn may be rounding).
     """
     weight, delta = as_bodies(masses, forward)
     live, friction = powers(multiplier, masses, dead, forward)
     balance = balance_displacement(friction, masses, dead)
+    balance = None if balance is None or balance > reach else balance
     return Kinematics(multiplier, participation(weight, delta), len(weight), balance, friction / live)
 
 

@@ -94,7 +94,9 @@ def loads_in_mechanism(
         return UPPER_BOUND
     remarks += said_of(state, analysis)
     masses, dead = moving_loads(assemblage, by_mass, state.mechanism)
-    found = kinematics(state.load_multiplier, masses, dead, by_mass.vector)
+    stones = np.concatenate([block.polygon for block in assemblage.wall.blocks if not block.fixed])
+    reach = float(np.hypot(*np.ptp(stones, axis=0)))
+    found = kinematics(state.load_multiplier, masses, dead, by_mass.vector, reach)
     return InMechanism(state.flow_rule.replace("_", " "), found, remarks)
 
 

@@ -25,8 +25,12 @@ from orchestrator.basis.arrays import FloatArray
 
 SIGNIFICANT = 0.75
 """displacement at SLV over that at SLC (C7.8.1.5.4), at SD over that at NC (EN 1998-3 Annex C)"""
-STEP, LEAST, MOST = 1.01, 1e-3, 1e3
-"""search for the capacity: factor between two ground accelerations, first and last, m/s2"""
+STEP = 1.01
+"""factor between two ground accelerations of the search for a capacity"""
+LEAST = 1e-3
+"""m/s2; the first ground acceleration of that search"""
+MOST = 1e3
+"""m/s2; the last one, a hundred times gravity: a capacity beyond it has no meaning"""
 
 
 @dataclass(frozen=True, slots=True)

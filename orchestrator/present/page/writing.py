@@ -24,6 +24,9 @@ from orchestrator.storage.stored_run import read_run
 if TYPE_CHECKING:
     from jinja2 import Environment
 
+IN_FULL = 1e6
+"""below it a number is written without a power of ten, which engineers' reports have no use for"""
+
 
 def write(folder: Path) -> Path:
     """Write report.html of the run in `folder` and return its path. Raises CaseError where there is none."""
@@ -117,11 +120,14 @@ def _marked(value: float | None, kind: Figure, closed: bool) -> str:
 
 
 def shown(value: float | None, digits: int = 4, factor: float = 1.0) -> str:
-    """Return a number with so many significant digits, a count as it is; a dash for none."""
+    """Return a number with so many significant digits, from 1 to IN_FULL without a power of ten; a count as it is, a
+    dash for none."""
     if value is None or isinstance(value, int):
         return "–" if value is None else str(value)
     text = f"{value * factor:#.{digits}g}".removesuffix(".")
-    return text if "e" not in text else f"{value * factor:.{digits - 1}e}"
+    if "e" not in text:
+        return text
+    return f"{float(text):.0f}" if 1.0 <= abs(value * factor) < IN_FULL else f"{value * factor:.{digits - 1}e}"
 
 
 def fixed(value: float, decimals: int = 3, factor: float = 1.0) -> str:

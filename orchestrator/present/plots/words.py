@@ -23,6 +23,8 @@ from orchestrator.settings.project import Language
 
 COLUMNS = 5
 """of a legend at most"""
+EQUALS = "\u00a0=\u00a0"
+"""a sign of equality that no line is broken at"""
 LINE = 0.2
 """inches, of a title or a legend"""
 
@@ -33,7 +35,8 @@ def write_title(axes: Axes, title: str, name: str) -> None:
     figure = axes.get_figure(root=True)
     assert figure is not None
     letters = int(figure.get_figwidth() * 11)
-    wrapped = [part for line in title.splitlines() for part in textwrap.wrap(line, letters)]
+    together = title.replace(" = ", EQUALS)  # no line ends within "λ = 1"
+    wrapped = [part.replace(EQUALS, " = ") for line in together.splitlines() for part in textwrap.wrap(line, letters)]
     head = [textwrap.shorten(name, letters, placeholder="…")] if name else []
     text = "\n".join([*head, *wrapped])
     axes.set_title(text, y=1.0, fontsize=10, parse_math=False)  # left to itself it looks for ticks at the top each time

@@ -202,20 +202,23 @@ def largest_closing(mortar: Mortar | None, state: Increment) -> float:
     return float(np.max(state.closing + mortar.compliance * np.maximum(state.normal_force, 0.0), initial=0.0))
 
 
-def coarse_toes(bodies: Bodies, contacts: Contacts, state: Increment) -> float:
-    """Return how far the resultant of a toe may lie off as elements are too long, over the length of its joint: the
-    largest of all joints that crush and are open somewhere, 0 where there is none.
+def coarse_toes(bodies: Bodies, contacts: Contacts, state: Increment, moment: float) -> float:
+    """Return the moment that toes carry too much as their elements are too long, over the `moment` of the live load
+    about the wall's base in N m; 0 where no joint crushes.
 
-    With a normal force N the toe takes x = N / (f_c t). Elements of length l know its resultant to l / 4, and take it
-    to the edge where x is less than half of one: x / 2 is missing.
+    With a normal force N the toe of a joint that is open somewhere takes x = N / (f_c t), and its resultant is at x / 2
+    from the edge or farther. Nodes that stand for too long a piece of the joint take it nearer (toes.py). This is what
+    a peak is too high by where all these joints turn as fast as the wall.
     """
-    worst, length = 0.0, bodies.interfaces.length
-    for joint in np.flatnonzero(np.isfinite(bodies.interfaces.compressive_strength)):
+    beyond, joints = 0.0, bodies.interfaces
+    for joint in np.flatnonzero(np.isfinite(joints.compressive_strength)):
         here = np.flatnonzero(contacts.interface == joint)
         force = np.maximum(state.normal_force[here], 0.0)
-        columns = len(np.unique(np.round(contacts.point[here, :2] / length[joint], 6), axis=0))
-        if columns < 2 or not force.any() or force.all():
+        if not force.any() or force.all():
             continue
-        toe = force.sum() / (bodies.interfaces.compressive_strength[joint] * bodies.thickness)
-        worst = max(worst, min(0.5 * toe / length[joint], 0.25 / (columns - 1)))
-    return float(worst)
+        total, length = float(force.sum()), joints.length[joint]
+        along = (contacts.point[here, :2] - joints.start[joint]) @ joints.tangent[joint]
+        resultant = float(force @ along / total)
+        toe = total / (joints.compressive_strength[joint] * bodies.thickness)
+        beyond += total * max(0.5 * toe - min(resultant, length - resultant), 0.0)
+    return float(beyond / moment) if beyond else 0.0

@@ -18,6 +18,7 @@ from petsc4py import PETSc
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 
+PETSc.Options()["options_left"] = "no"  # since 3.19 PETSc ends by listing options of solvers that a run had no use for
 SINCE_0_7 = hasattr(fem, "functionspace")
 if SINCE_0_7:
     import basix.ufl

@@ -14,6 +14,7 @@ from PIL import Image
 
 from orchestrator.app import cli
 from orchestrator.app.file_commands import EXAMPLE
+from orchestrator.basis.program import commit
 from orchestrator.loads import DeadLoad, LiveLoad
 from orchestrator.masonry.joints import JointClass
 from orchestrator.masonry.sources.block_files import read_blocks
@@ -218,7 +219,9 @@ def test_version(capsys):
     with pytest.raises(SystemExit) as ended:
         call("--version")
     assert ended.value.code == 0
-    assert re.fullmatch(r"orchestrator \d+\.\d+\.\d+\n", capsys.readouterr().out)
+    said = capsys.readouterr().out
+    assert re.fullmatch(r"orchestrator \d+\.\d+\.\d+(, commit [0-9a-f]{12}(\+changes)?)?\n", said)
+    assert commit() in said
 
 
 def test_settings_reference_names_every_key_with_default_and_unit():

@@ -22,7 +22,7 @@ def block_file(tmp_path):
 def test_limit_and_check_take_blocks_in_space(block_file, tmp_path, capsys):
     output = ["--output", str(tmp_path / "out")]
     assert cli.main(["check", str(block_file), *output]) == 0
-    assert "1 blocks in space, 1 joints, nothing to complain about" in capsys.readouterr().out
+    assert "1 block in space, 1 joint, nothing to complain about" in capsys.readouterr().out
     assert cli.main(["limit", str(block_file), "--set", "load.direction=[0,-1,0]", *output]) == 0
     printed = capsys.readouterr().out
     assert "0.60000" in printed

@@ -9,7 +9,9 @@ from orchestrator.assessment.panels import cut, openings, piers, rows, spandrels
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import ARCHED_FACADE, arched_wall, running_bond
 from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Wall
 from tests.support.paths import PROJECT
+from tests.support.walls import upright
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +33,22 @@ def test_piers_stand_between_openings_and_spandrels_lie_between_storeys(facade):
     assert [len(row) for row in rows(found)] == [3, 3]
     heights = {(round(p.bottom, 6), round(p.top, 6)) for p in spandrels(facade)}
     assert heights == {(0.0, 0.7), (1.575, 2.1), (2.975, 3.675)}
+
+
+def test_rounding_at_the_edge_of_a_wall_is_no_pier():
+    """A door of row notation, in mm: some stones end at 2.5 m, others 4e-16 m further."""
+    wall = door_of_stones(2.5 + 4.4e-16)
+    assert [(p.name, p.left, p.right) for p in piers(wall)] == [
+        ("pier 1.1", 0.0, pytest.approx(0.8)), ("pier 1.2", pytest.approx(1.7), pytest.approx(2.5))
+    ]  # fmt: skip
+
+
+def door_of_stones(end):
+    """Two piers of two stones and a lintel; the lower stone on the right ends at 2.5 m, the others at `end`."""
+    below = [upright(1, 0.0, 0.0, 0.8, 0.2), upright(2, 1.7, 0.0, 0.8, 0.2)]
+    above = [upright(3, 0.0, 0.2, 0.8, 0.2), upright(4, 1.7, 0.2, end - 1.7, 0.2)]
+    whole = [upright(0, -0.2, -0.2, 2.9, 0.2, fixed=True), *below, *above, upright(5, 0.0, 0.4, end, 0.2)]
+    return Wall("door", tuple(whole), 0.3, 0.6)
 
 
 def test_a_door_on_the_ground_is_an_opening_and_a_wall_without_any_has_no_pier():

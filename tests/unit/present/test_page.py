@@ -92,7 +92,15 @@ def test_rows_thinned_out_keep_both_ends_and_the_peak():
 
 @pytest.mark.parametrize(
     ("value", "factor", "text"),
-    [(3359.7, 1e-3, "3.360"), (0.5, 1.0, "0.5000"), (252, 1.0, "252"), (None, 1.0, "–"), (1.2346e-7, 1.0, "1.235e-07")],
+    [
+        (3359.7, 1e-3, "3.360"),
+        (0.5, 1.0, "0.5000"),
+        (252, 1.0, "252"),
+        (None, 1.0, "–"),
+        (1.2346e-7, 1.0, "1.235e-07"),
+        (12345.6, 1.0, "12350"),
+        (1.2346e7, 1.0, "1.235e+07"),
+    ],
 )
 def test_numbers_as_shown(value, factor, text):
     assert shown(value, 4, factor) == text

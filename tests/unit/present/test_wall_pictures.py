@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import PathCollection
 from matplotlib.colors import to_hex, to_rgb
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from orchestrator.geometry.rigid import polygon_centroid
@@ -22,7 +23,7 @@ from orchestrator.present.plots.canvas import STONE, lay_out, wall_figure
 from orchestrator.present.plots.wall_pictures import (
     colours_of_bodies,
 )
-from orchestrator.present.plots.words import legend_below
+from orchestrator.present.plots.words import legend_below, write_title
 from tests.support.figures import drawn, pixel, polygons, segments, shown
 
 
@@ -168,3 +169,13 @@ def test_a_picture_that_cannot_be_drawn_leaves_the_older_one(assemblage, tmp_pat
 def test_pyplot_is_never_loaded():
     said = "import sys, orchestrator.present.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", said], check=False).returncode == 0
+
+
+def test_no_line_of_a_title_ends_within_an_equation():
+    """ "... taglio alla base 11,940 kN per λ =" had its 1 on a line of its own."""
+    figure = Figure(figsize=(6.0, 2.0))
+    for words in range(60, 70):
+        title = "n" * words + " λ = 1"
+        write_title(axes := figure.add_subplot(), title, "")
+        assert axes.get_title().endswith("λ = 1")
+        assert axes.title.get_label().endswith(title)
