@@ -34,7 +34,7 @@ from orchestrator.limit_analysis.search.elastic_contact import (
 )
 from orchestrator.limit_analysis.search.nearest_state import Closing
 from orchestrator.limit_analysis.search.overdamped import Moved
-from orchestrator.limit_analysis.search.pushing import Pushing, Way
+from orchestrator.limit_analysis.search.pushing import HELD, STEPS, Pushing, Way
 
 LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
@@ -89,11 +89,21 @@ class StateSearch(Pushing):
         self.problem = problem
         self.closing = Closing(problem, joint_stiffness(self.wall))
 
-    def closed(self, here: Moved, within: float) -> LimitState | None:
-        """Return the limit state nearest to an equilibrium (nearest_state.py), to so much of its multiplier."""
-        state = self.states(here.position, here.change, here.multiplier)[0]
-        multiplier = state.load_multiplier
-        return self.closing.near(state, state.mechanism.slip, multiplier - within, multiplier + within)
+    def closed(self, last: Moved, motion: Moved, load_step: float) -> Moved | None:
+        """Return the limit state that a motion goes on to, or else the one nearest to the last equilibrium.
+
+        The latter (nearest_state.py) counts within HELD of its multiplier.
+        """
+        if self.is_mechanism(motion):
+            met = [here for here in self.followed(motion, load_step) if here.state is not None]
+            if met:
+                return min(met, key=lambda one: one.flow)
+        if not self.is_mechanism(last):
+            return None
+        state, within = self.states(last.position, last.change, last.multiplier)[0], HELD * STEPS * load_step
+        low, high = (state.load_multiplier + sign * within / self.wall.problem.per_multiplier for sign in (-1, 1))
+        near = self.closing.near(state, state.mechanism.slip, low, high)
+        return None if near is None else replace(last, state=near)
 
     def checked(self, position: Position, change: FloatArray, multiplier: float) -> LimitState | None:
         """Return forces with the mechanism that fits them best, or else with their motion, if that passes the check."""

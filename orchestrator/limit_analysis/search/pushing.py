@@ -38,9 +38,9 @@ after one that was not found or not taken."""
 TURNED, JUMP = 0.3, 1.5
 """Part of its change of displacements by which a step longer than the elastic displacement may differ from the step
 before, and change of its load in load steps, to be taken: where several solutions exist, another path begins there."""
-FAILURES, SHORTEST = 8, (1e-2, 1e-3)
-"""Steps in a row that are not found before prescribed displacements are given up; and parts of the elastic displacement
-and of all displacement so far below which a step leads nowhere: the wall snaps back."""
+FAILURES, SHORTEST, FIRST = 8, (1e-2, 1e-3), 10.0
+"""Steps in a row that are not found before prescribed displacements are given up; parts of the elastic displacement and
+of all displacement so far below which a step leads nowhere: the wall snaps back; and times that a first step has."""
 SHARP, CLOSE, NEAR = 1e-8, 1e-5, 1e-4
 """Flow errors of a limit state that is sharp enough, of a motion that is worth checking, and of one that is soon."""
 FARTHEST = 1e5
@@ -81,8 +81,9 @@ class Pushing(Overdamped):
         """Return the limit state that forces and their motion are; none is known here."""
         return None
 
-    def closed(self, here: Moved, within: float) -> LimitState | None:
-        """Return the limit state near an equilibrium, to so much of its multiplier; none is known here."""
+    def closed(self, last: Moved, motion: Moved, load_step: float) -> Moved | None:
+        """Return the limit state near the last equilibrium of a wall, or near its motion under the load held above the
+        peak; none is known here."""
         return None
 
     def is_mechanism(self, here: Moved) -> bool:
@@ -98,10 +99,10 @@ class Pushing(Overdamped):
         """Factorisations for the load held above a peak; last: where displacements ended."""
         return REST_BUDGET
 
-    def is_short(self, advance: float, here: Moved) -> bool:
-        """Whether a displacement prescribed next leads nowhere."""
+    def shortest(self, here: Moved) -> float:
+        """Displacement prescribed next that leads nowhere."""
         elastic, far = SHORTEST
-        return advance <= max(elastic * self.elastic * here.multiplier, far * self.moved(here.position))
+        return max(elastic * self.elastic * here.multiplier, far * self.moved(here.position))
 
     def is_followed(self, here: Moved, peak: Moved) -> bool:
         """Whether a wall is pushed any further than where it is: not after a fall, or as a mechanism."""
@@ -115,8 +116,8 @@ class Pushing(Overdamped):
         rest: its `change` says which way, and how far at first. load_step: by which the load is to change at most.
         """
         live, here, failures, growth = self.wall.problem.live, rest, 0, GROWTH
-        advance, met = float(live @ rest.change), False
-        while not self.is_over and failures < FAILURES and not self.is_short(advance, here):
+        advance, met = max(float(live @ rest.change), FIRST * self.shortest(rest)), False
+        while not self.is_over and failures < FAILURES and advance > self.shortest(here):
             expected = here.change * (advance / float(live @ here.change))
             shorter = self.times_too_long(expected)
             advance, expected = advance / shorter, expected / shorter
@@ -124,7 +125,7 @@ class Pushing(Overdamped):
             change = found.position.displacements - here.position.displacements
             grown = abs(found.multiplier - here.multiplier)
             turned = grown > JUMP * load_step or np.abs(change - expected).max() > TURNED * np.abs(change).max()
-            if not found.found and (met or self.is_mechanism(here)):
+            if not found.found and (met or (here is not rest and self.is_mechanism(here))):
                 return
             if not found.found or (turned and advance > self.elastic * here.multiplier):
                 failures += not found.found
@@ -158,7 +159,7 @@ class Pushing(Overdamped):
         lost = rest
         while rest.rests and not self.is_over:
             found.append(rest)
-            peak, met = rest, None
+            peak, lost, met = rest, rest, None
             for here in self.followed(replace(rest, change=first.change), load_step):
                 found.append(here)
                 lost, peak = here, max(peak, here, key=lambda one: one.multiplier)
@@ -173,6 +174,6 @@ class Pushing(Overdamped):
             rest = self.rest(peak.position, held, FIRST_DRAG, self.budget_held(peak, lost))
             if rest.rests or met is not None:
                 continue
-            state = self.closed(lost, HELD * associative) if self.is_mechanism(lost) else None
-            met, lost = (None, rest) if state is None else (replace(lost, state=state), lost)
+            met = self.closed(lost, rest, load_step)
+            lost = rest if met is None else lost
         return Way(tuple(found), met, lost, held, not rest.rests)
