@@ -20,7 +20,7 @@ from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
-from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions, coulomb
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER, Loaded, in_large_displacements, loaded
 from orchestrator.limit_analysis.search.loading_path import LoadPath
@@ -47,6 +47,11 @@ RELEASE, SOFT_END = 0.01, 0.02
 """Part of the multiplier by which a state may lie below the last rest without a remark; and up to which below the last
 rest displacements may be large: they are, next to any limit state."""
 
+NO_PATH = (
+    "joints that crush, or whose tensile strength exceeds cohesion over friction, and ties, have no path of loading: "
+    "the headline is the paper's sequence"
+)
+"""What is said of walls that are not loaded."""
 CLOSED_BY = {
     "smoothed": "smoothed conditions",
     "descent": "two programs from the mechanism at its last rest",
@@ -82,7 +87,7 @@ def analyse(
     bound = optimum.load_multiplier
     logger.info("associative multiplier %.4f; loading from gravity", bound)
     met = None
-    if not problem.friction.crushes.any():
+    if has_path(problem.friction):
         met = loaded(problem, view.loads, optimum, settings.local_share, settings.path_blocks)
     path = None if met is None else met.state
     sequence, remarks = papers_value(problem, optimum, path, settings)
@@ -118,6 +123,11 @@ def analyse(
     return view.carried_back(answer, assemble_equilibrium(assemblage, loads))
 
 
+def has_path(friction: YieldConditions) -> bool:
+    """Whether joints follow the law of elastic_contact.py: a point in tension bears shear, and none crushes."""
+    return not (friction.crushes.any() or (friction.slope * friction.tension > friction.cohesion).any())
+
+
 def closed_by_others(met: Loaded, other: Others) -> Loaded:
     """Return the state met as the search for others leaves it: one that the path passed below it, or what closes it."""
     if other.passed is not None and met.state is not None:
@@ -127,9 +137,11 @@ def closed_by_others(met: Loaded, other: Others) -> Loaded:
 
 
 def is_pushed(met: Loaded, settings: LimitAnalysisSettings) -> bool:
-    """Whether a wall is pushed in large displacements, too."""
-    few = len(met.part.equilibrium.free_blocks) <= settings.path_blocks
-    return settings.large_displacements and few and met.state is not None and not unloaded(met)
+    """Whether a wall is pushed in large displacements, too: not with joints that hold unpressed, until they break."""
+    if met.state is None or unloaded(met) or not settings.large_displacements:
+        return False
+    friction, blocks = met.part.friction, len(met.part.equilibrium.free_blocks)
+    return blocks <= settings.path_blocks and not (friction.cohesion.any() or friction.tension.any())
 
 
 def is_soft(path: LoadPath) -> bool:
@@ -180,8 +192,8 @@ def bound_left(problem: Problem, met: Loaded | None) -> LimitState | None:
 
 def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
     """Return in words what loading met that a multiplier does not say."""
-    if problem.friction.crushes.any():
-        return ("joints that crush, and ties, have no path of loading: the headline is the paper's sequence",)
+    if not has_path(problem.friction):
+        return (NO_PATH,)
     if met is None:
         return ("loading: no state of rest under the dead load was found",)
     said = list[str]()

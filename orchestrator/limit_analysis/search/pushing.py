@@ -29,7 +29,8 @@ STEPS = 20
 FIRST_LOADS = (1.0, 0.1, 0.01)
 """Parts of a load step under which a first rest is looked for."""
 HELD = 1e-3
-"""Part of the associative multiplier that is added to the load of the peak when it is held."""
+"""Part of the associative multiplier that is added to the load of the peak when it is held; where the wall then rests,
+and no displacement leads on from there, up to a step of the load the next times."""
 DROP = 0.2
 """Part of its peak by which a load has fallen where prescribed displacements end."""
 GROWTH, FASTER_GROWTH, SHORTER = 2.0, 10.0, 0.3
@@ -151,12 +152,25 @@ class Pushing(Overdamped):
                 return replace(found, change=found.position.displacements - stands.position.displacements)
         return found
 
+    def held(self, peak: Moved, last: Moved, more: float, fine: float) -> Moved:
+        """Return the rest under a load above a peak by `more`, or by less, down to `fine`, or the motion under that.
+
+        last: where displacements ended.
+        """
+        while True:
+            self.counts["held"] += 1
+            budget = REST_BUDGET if more > fine else self.budget_held(peak, last)
+            found = self.rest(peak.position, peak.multiplier + more, FIRST_DRAG, budget)
+            if found.rests or more <= fine:
+                return found
+            more = max(SHORTER * more, fine)
+
     def pushed(self, stands: Moved, associative: float) -> Way:
         """Push the wall from its rest under the dead load; associative: the multiplier of Eq. (1)."""
-        scale, found, met = self.wall.problem.per_multiplier, [stands], None
-        load_step, held = scale * associative / STEPS, np.inf
+        found, met, scale = [stands], None, self.wall.problem.per_multiplier
+        load_step, fine = scale * associative / STEPS, scale * associative * HELD
         first = rest = self.first_rest(stands, load_step)
-        lost = rest
+        lost, more = rest, fine
         while rest.rests and not self.is_over:
             found.append(rest)
             peak, lost, met = rest, rest, None
@@ -167,13 +181,12 @@ class Pushing(Overdamped):
                     met = here
                 if not self.is_followed(here, peak):
                     break
-            held = peak.multiplier + HELD * scale * associative
-            if met is not None and met.flow < SHARP and met.multiplier + HELD * scale * associative >= peak.multiplier:
+            if met is not None and met.flow < SHARP and met.multiplier + fine >= peak.multiplier:
                 break
-            self.counts["held"] += 1
-            rest = self.rest(peak.position, held, FIRST_DRAG, self.budget_held(peak, lost))
+            more = fine if peak is not rest else min(GROWTH * more, load_step)
+            rest = self.held(peak, lost, more, fine)
             if rest.rests or met is not None:
                 continue
             met = self.closed(lost, rest, load_step)
             lost = rest if met is None else lost
-        return Way(tuple(found), met, lost, held, not rest.rests)
+        return Way(tuple(found), met, lost, rest.multiplier if self.counts["held"] else np.inf, not rest.rests)

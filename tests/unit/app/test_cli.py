@@ -16,7 +16,9 @@ TOWER = str(DATA / "tower_5_blocks.json")
 
 def test_limit_prints_the_multipliers_and_draws_the_mechanism(capsys, tmp_path):
     assert cli.main(["limit", TOWER, "--output", str(tmp_path)]) == 0
-    assert sorted(path.name for path in (tmp_path / "figures").iterdir()) == ["mechanism.png", "mechanism.svg"]
+    assert sorted(path.name for path in (tmp_path / "figures").iterdir()) == [
+        "mechanism.png", "mechanism.svg", "rigid_pushover.png", "rigid_pushover.svg",
+    ]  # fmt: skip
     printed = capsys.readouterr().out
     assert "weight 16.000 kN" in printed
     for rule in ("associative, a bound", "met by loading", "the paper's value", "lowest found"):
@@ -48,7 +50,9 @@ def test_segment_lists_the_bodies_with_their_blocks_and_draws_them(tmp_path, cap
     assert cli.main(["segment", TOWER, "--set", "macroblocks.tol_n=1e-3", "--output", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert re.search(r"^ +0 +5 +[\d.]+ 1-5 *$", printed, re.M), printed
-    assert {path.name for path in (tmp_path / "figures").glob("*.png")} == {"macroblocks.png", "mechanism.png"}
+    assert {path.name for path in (tmp_path / "figures").glob("*.png")} == {
+        "macroblocks.png", "mechanism.png", "rigid_pushover.png",
+    }  # fmt: skip
     assert "1 macroblock" in printed
     assert "one macroblock" in printed, "the trivial partition is said to be trivial"
 
@@ -61,7 +65,7 @@ def test_quiet_run_prints_nothing_and_leaves_the_run_folder(tmp_path, capsys):
     expected = {
         "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "summary.json", "run.log",
         "report.html", "verdict.csv", "joint_forces.csv", "section_forces.csv", "reactions.csv", "mechanism.dxf",
-        "figures", "macro",
+        "rigid_pushover.csv", "figures", "macro",
     }  # fmt: skip
     assert {path.name for path in folder.iterdir()} == expected
     log = (folder / "run.log").read_text()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from itertools import count
-from typing import Literal, get_origin, get_type_hints
+from typing import get_type_hints
 
 import annotated_types
 import numpy as np
@@ -100,6 +100,6 @@ def test_every_number_that_can_be_set_has_a_bound():
     hints = get_type_hints(LimitAnalysisSettings, include_extras=True)
     bounds = (annotated_types.Gt, annotated_types.Ge, annotated_types.MinLen)
     for setting in fields(LimitAnalysisSettings):
-        if get_origin(hints[setting.name]) is Literal:
+        if hints[setting.name] is bool:
             continue
         assert any(isinstance(mark, bounds) for mark in hints[setting.name].__metadata__), setting.name

@@ -7,6 +7,7 @@ import re
 import pytest
 
 from orchestrator.assessment.seismic.local_mechanism import NOT_TURNING, UPPER_BOUND
+from orchestrator.limit_analysis.analysis import NO_PATH
 from orchestrator.present.page.verdict_page import verdict_contents
 from orchestrator.present.phrases import phrases
 from orchestrator.present.verdict import Answered, verdict
@@ -19,7 +20,7 @@ NEWTON = (
 EQUILIBRIUM = "2.10e-03 (at most 0.001) of the peak is missing at the supports"
 ON_PAGES = [
     # limit analysis
-    "joints that crush, and ties, have no path of loading: the headline is the paper's sequence",
+    NO_PATH,
     "loading: no state of rest under the dead load was found",
     "the path was not followed to its end: state closed by smoothed conditions; at rest up to 0.4047, no rest found at "
     "0.4497",
