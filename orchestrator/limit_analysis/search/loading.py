@@ -127,15 +127,17 @@ def lower_of(found: Sequence[Loaded]) -> Loaded | None:
 def in_large_displacements(found: Loaded, whole: Assemblage) -> Loaded:
     """Push what is left of a wall in large displacements, too: its peak is the answer where it is another (GEOMETRY).
 
-    So it is, however near, where no limit state was closed. A peak that was not passed counts only above the state.
+    So it is, however near, where no limit state was closed. A peak that was not passed counts only above the answer
+    without it.
     """
     pushed = rigid_pushover(found.part, found.optimum.load_multiplier)
     found = replace(found, pushed=pushed)
     if pushed is None or pushed.state is None:
         return found
-    above = pushed.peak > (1.0 + GEOMETRY) * found.multiplier
-    other = pushed.peak < (1.0 - GEOMETRY) * found.multiplier or not found.closed
-    if not above and not (other and pushed.is_past):
+    near = GEOMETRY if found.closed else 0.0
+    above = pushed.peak > (1.0 + near) * found.multiplier
+    below = pushed.peak < (1.0 - near) * found.multiplier and pushed.is_past
+    if not above and not below:
         return found
     ends = (pushed.peak, found.multiplier, *(found.spread or ()))
     spread = (min(ends), max(ends)) if max(ends) - min(ends) > SAME_ANSWER * max(ends) else None
