@@ -23,7 +23,7 @@ GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-4, 1e4
 it is given up."""
 SLOWER, FASTER = 4.0, ((11, 0.1), (13, 0.3))
 """Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
-MOTION, FAR, LOST = 1e-3, 10.0, 1e3
+MOTION, FARTHER, LOST = 1e-3, 10.0, 1e3
 """Flow error of a motion that is that of a mechanism, and times the displacement it began with that it is followed: as
 far as that, joints that opened on the way to it may close again; displacement over the elastic one from which on no
 motion is followed."""
@@ -114,7 +114,7 @@ class Overdamped:
         """Whether a motion from `start` under a multiplier is not followed any further; change: the last one."""
         if float(self.wall.problem.live @ change) <= 1.0:
             return False
-        mechanism = flow < MOTION and self.moved(here) > FAR * self.moved(start)
+        mechanism = flow < MOTION and self.moved(here) > FARTHER * self.moved(start)
         return mechanism or self.is_further(LOST, here, multiplier)
 
     def gravity(self) -> Moved:
