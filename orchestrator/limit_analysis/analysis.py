@@ -88,15 +88,14 @@ def analyse(
     logger.info("associative multiplier %.4f; loading from gravity", bound)
     met = None
     if has_path(problem.friction):
-        met = loaded(problem, view.loads, optimum, settings.local_share, settings.path_blocks)
+        most, pushes = settings.path_blocks, settings.large_displacements
+        met = loaded(problem, view.loads, optimum, settings.local_share, most, pushes)
     path = None if met is None else met.state
     sequence, remarks = papers_value(problem, optimum, path, settings)
     other = others(problem, optimum, met, sequence, settings)
     met = None if met is None else closed_by_others(met, other)
     drawn = None if met is None else met.state
-    if met is not None and is_pushed(met, settings):
-        logger.info("pushing rigid blocks in large displacements")
-        met = in_large_displacements(met, problem.assemblage)
+    met = None if met is None else in_large_displacements(met, problem.assemblage)
     answer = LimitAnalysis(
         loads=loads,
         weight=problem.equilibrium.total_weight,
@@ -134,14 +133,6 @@ def closed_by_others(met: Loaded, other: Others) -> Loaded:
         high = max((met.state.load_multiplier, *(met.spread or ())))
         met = replace(met, state=other.passed, spread=(other.passed.load_multiplier, high))
     return met if other.closes is None else replace(met, state=other.closes)
-
-
-def is_pushed(met: Loaded, settings: LimitAnalysisSettings) -> bool:
-    """Whether a wall is pushed in large displacements, too: not with joints that hold unpressed, until they break."""
-    if met.state is None or unloaded(met) or not settings.large_displacements:
-        return False
-    friction, blocks = met.part.friction, len(met.part.equilibrium.free_blocks)
-    return blocks <= settings.path_blocks and not (friction.cohesion.any() or friction.tension.any())
 
 
 def is_soft(path: LoadPath) -> bool:

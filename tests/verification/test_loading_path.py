@@ -308,7 +308,7 @@ def test_a_wall_that_hangs_by_friction_has_no_path():
 def test_a_limit_state_counts_before_a_lower_rest_that_none_closed():
     """Both in the interval; of two states the lower counts."""
     tower = problem_of(case("tower_5_blocks"))
-    closed = loaded(tower, loads_on(case("tower_5_blocks").wall), associative_optimum(tower), 0.05, 500)
+    closed = loaded(tower, loads_on(case("tower_5_blocks").wall), associative_optimum(tower), 0.05, 500, False)
     multiplier = closed.state.load_multiplier
     lower = replace(closed, state=replace(closed.state, load_multiplier=0.5 * multiplier))
     rest = replace(lower, state=replace(lower.state, converged=False))

@@ -12,6 +12,7 @@ come to lie in memory), and a run must repeat itself.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -33,6 +34,8 @@ from orchestrator.limit_analysis.search.loading_path import LoadPath, load_path
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
 from orchestrator.loads.block_loads import Loads
 from orchestrator.masonry.joints import Assemblage
+
+logger = logging.getLogger(__name__)
 
 MECHANISM_VELOCITY = 1e-3
 """Part of the largest velocity above which a stone belongs to a mechanism."""
@@ -89,21 +92,67 @@ class Loaded:
 
 
 def loaded(
-    problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float, most_blocks: int
+    problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float, most_blocks: int, pushes: bool
 ) -> Loaded | None:
-    """Load a wall along +x until it fails as a whole, with joints of both stiffnesses; None: no rest at first.
+    """Load a wall along +x until it fails as a whole, in small displacements and, if it `pushes`, in large ones, too.
 
-    A wall of more than `most_blocks` is not loaded to its end if it has a state of smoothed conditions.
+    Stones that come loose in large displacements where the wall stands in small ones are a local failure, too: the wall
+    is loaded again without them. None: no rest at first. A wall of more than `most_blocks` is not pushed, and not
+    loaded to its end if it has a state of smoothed conditions.
     """
+    found = in_small_displacements(problem, loads, optimum, local_share, most_blocks)
+    while found is not None and pushes and is_pushed(found, most_blocks):
+        logger.info("pushing rigid blocks in large displacements")
+        found = replace(found, pushed=rigid_pushover(found.part, found.optimum.load_multiplier))
+        failure = come_loose(found, problem, loads, local_share)
+        if failure is None:
+            return found
+        left = found.left & ~np.isin([block.id for block in problem.assemblage.wall.blocks], failure.stones)
+        before = left, (*found.local_failures, failure)
+        rest = in_small_displacements(problem, loads, optimum, local_share, most_blocks, before)
+        if rest is None:
+            return found
+        found = rest
+    return found
+
+
+def in_small_displacements(
+    problem: Problem,
+    loads: Loads,
+    optimum: LimitSolution,
+    local_share: float,
+    most_blocks: int,
+    before: tuple[Chosen, tuple[LocalFailure, ...]] | None = None,
+) -> Loaded | None:
+    """Load a wall with joints of both stiffnesses; before: the blocks (n,) that are left, and what came loose."""
     if len(problem.equilibrium.free_blocks) > most_blocks:
-        large = peeled(problem, loads, optimum, local_share, large_path)
+        large = peeled(problem, loads, optimum, local_share, large_path, before)
         if large is not None:
             return large
-    found = [peeled(problem, loads, optimum, local_share, road(stiffness)) for stiffness in STIFFNESSES]
+    found = [peeled(problem, loads, optimum, local_share, road(stiffness), before) for stiffness in STIFFNESSES]
     known = [one for one in found if one is not None and one.state is not None]
     if len(known) < len(STIFFNESSES):
         return known[0] if known else found[0] or found[1]
     return lower_of(known)
+
+
+def is_pushed(found: Loaded, most_blocks: int) -> bool:
+    """Whether a wall is pushed in large displacements: not with joints that hold unpressed, until they break."""
+    friction, blocks = found.part.friction, len(found.part.equilibrium.free_blocks)
+    held_unpressed = friction.cohesion.any() or friction.tension.any()
+    return found.state is not None and bool(found.path.forces) and blocks <= most_blocks and not held_unpressed
+
+
+def come_loose(found: Loaded, problem: Problem, loads: Loads, local_share: float) -> LocalFailure | None:
+    """Return the local failure with which a push in large displacements ended, None where the wall itself failed."""
+    pushed = found.pushed
+    if pushed is None or pushed.state is None or not pushed.is_past or not is_another(found, pushed):
+        return None
+    state = of_whole(pushed.state, problem.assemblage, found.left)
+    moving, share, gone = _moving_share(problem, loads, state, found.left)
+    if share >= local_share or gone + share > MOST_LOCAL:
+        return None
+    return LocalFailure(_ids(problem, moving), share, (pushed.peak, pushed.peak), state)
 
 
 def lower_of(found: Sequence[Loaded]) -> Loaded | None:
@@ -125,23 +174,24 @@ def lower_of(found: Sequence[Loaded]) -> Loaded | None:
 
 
 def in_large_displacements(found: Loaded, whole: Assemblage) -> Loaded:
-    """Push what is left of a wall in large displacements, too: its peak is the answer where it is another (GEOMETRY).
-
-    So it is, however near, where no limit state was closed. A peak that was not passed counts only above the answer
-    without it.
-    """
-    pushed = rigid_pushover(found.part, found.optimum.load_multiplier)
-    found = replace(found, pushed=pushed)
-    if pushed is None or pushed.state is None:
-        return found
-    near = GEOMETRY if found.closed else 0.0
-    above = pushed.peak > (1.0 + near) * found.multiplier
-    below = pushed.peak < (1.0 - near) * found.multiplier and pushed.is_past
-    if not above and not below:
+    """Return the peak in large displacements of a wall that was pushed where that is another answer."""
+    pushed = found.pushed
+    if pushed is None or pushed.state is None or not is_another(found, pushed):
         return found
     ends = (pushed.peak, found.multiplier, *(found.spread or ()))
     spread = (min(ends), max(ends)) if max(ends) - min(ends) > SAME_ANSWER * max(ends) else None
     return replace(found, state=of_whole(pushed.state, whole, found.left), spread=spread)
+
+
+def is_another(found: Loaded, pushed: RigidPushover) -> bool:
+    """Whether the peak in large displacements lies off (GEOMETRY) the state in small ones, and is the answer.
+
+    So it is, however near, where no limit state was closed. A peak that was not passed counts only above the answer
+    without it.
+    """
+    near = GEOMETRY if found.closed else 0.0
+    below = pushed.is_past and pushed.peak < (1.0 - near) * found.multiplier
+    return below or pushed.peak > (1.0 + near) * found.multiplier
 
 
 def road(stiffness: Stiffness) -> Road:
@@ -149,15 +199,21 @@ def road(stiffness: Stiffness) -> Road:
     return lambda problem, optimum: load_path(problem, optimum.load_multiplier, stiffness)
 
 
-def peeled(problem: Problem, loads: Loads, optimum: LimitSolution, local_share: float, road: Road) -> Loaded | None:
-    """Load a wall, taking local failures away until what moves is the wall.
+def peeled(
+    problem: Problem,
+    loads: Loads,
+    optimum: LimitSolution,
+    local_share: float,
+    road: Road,
+    before: tuple[Chosen, tuple[LocalFailure, ...]] | None = None,
+) -> Loaded | None:
+    """Load a wall, taking local failures away until what moves is the wall; before: the blocks left, and what is not.
 
     A wall that stones have left is loaded as if it had been drawn without them: in steps of its own associative
     optimum, which is its bound too.
     """
-    whole, weights = problem.assemblage, -loads.dead[:, 1]
-    free = np.array([not block.fixed for block in whole.wall.blocks])
-    left, failures = np.ones(len(free), dtype=bool), list[LocalFailure]()
+    whole = problem.assemblage
+    left, failures = before or (np.ones(len(whole.wall.blocks), dtype=bool), ())
     found: Loaded | None = None
     while (standing := _standing(problem, loads, left)) is not None:
         part, left = standing
@@ -167,19 +223,29 @@ def peeled(problem: Problem, loads: Loads, optimum: LimitSolution, local_share: 
             return found
         path = road(part, optimum)
         if path is None or path.state is None:
-            return found or (None if path is None else Loaded(None, path, tuple(failures), left, part, optimum))
+            return found or (None if path is None else Loaded(None, path, failures, left, part, optimum))
         state = of_whole(path.state, whole, left)
-        found = Loaded(state, path, tuple(failures), left, part, optimum)
-        moving = left & _moves(problem, state)
-        share = float(weights[moving].sum() / weights[free].sum())
-        gone = float(weights[free & ~left].sum() / weights[free].sum())
+        found = Loaded(state, path, failures, left, part, optimum)
+        moving, share, gone = _moving_share(problem, loads, state, left)
         if share >= local_share or not state.converged or gone + share > MOST_LOCAL:
             return found
-        stones = tuple(sorted(whole.wall.blocks[i].id for i in np.flatnonzero(moving)))
         low, high = sorted((state.load_multiplier, path.last_rest))
-        failures.append(LocalFailure(stones, share, (low, high), state))
+        failures = (*failures, LocalFailure(_ids(problem, moving), share, (low, high), state))
         left = left & ~moving
     return found
+
+
+def _moving_share(problem: Problem, loads: Loads, state: LimitState, left: Chosen) -> tuple[Chosen, float, float]:
+    """Return the blocks left (n,) that move in a state, their share of the weight, and that of what is not left."""
+    weights = -loads.dead[:, 1]
+    free = np.array([not block.fixed for block in problem.assemblage.wall.blocks])
+    moving = left & _moves(problem, state)
+    share, gone = (float(weights[part].sum() / weights[free].sum()) for part in (moving, free & ~left))
+    return moving, share, gone
+
+
+def _ids(problem: Problem, chosen: Chosen) -> tuple[int, ...]:
+    return tuple(sorted(problem.assemblage.wall.blocks[i].id for i in np.flatnonzero(chosen)))
 
 
 def _moves(problem: Problem, state: LimitState) -> Chosen:
