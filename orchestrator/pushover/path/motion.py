@@ -14,12 +14,13 @@ from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.path.moving import body_motion, body_size
 from orchestrator.pushover.path.prediction import carried_on
 
-REAL = 2e-3
-"""motion over the size of a body from which it is more than a slip that comes to rest"""
+FAST = 2e-3
+"""motion of a body in one step of a motion, over its size, from which what moves may be driven"""
 LONGEST = 100
 """steps of a motion that has gone nowhere after which it is kept as it is"""
 FASTEST = 0.05
-"""largest motion of a body in an increment, over its size"""
+"""largest motion of a body in an increment, over its size; and in a motion that may yet come to rest: under a held load
+it goes further than a slip does, and what is driven in its place snaps back to a lower load"""
 VISCOUS_FORCE = 0.01
 """a contact that slides by the length of a step of motion resists with this share of the weight"""
 INERTIA = 0.1
@@ -43,11 +44,11 @@ GROW = 1.4
 
 
 def motion(solver: IncrementSolver, state: Increment, aim: Aim) -> list[Increment]:
-    """Return the states of a motion from a static state: until it rests, or is more than a slip."""
+    """Return the states of a motion from a static state: until it rests, or a body has gone FASTEST of its size."""
     length = aim.size if aim.phase == "displacement" else float(body_motion(solver.model, state.change.ravel()).max())
     moved = replace(state, step=(max(FIRST * length, solver.model.slip_tolerance), FASTER), moving=True)
     rows: list[Increment] = []
-    while moved.moving and not is_real(solver.model, state, (moved.displacement - state.displacement).ravel()):
+    while moved.moving and farthest(solver.model, state, (moved.displacement - state.displacement).ravel()) < FASTEST:
         moved = step_of_motion(solver, moved, aim, goes_on=bool(rows))
         rows.append(moved)
         if len(rows) == LONGEST:
@@ -55,9 +56,9 @@ def motion(solver: IncrementSolver, state: Increment, aim: Aim) -> list[Incremen
     return rows
 
 
-def is_real(model: ContactModel, state: Increment, change: FloatArray) -> bool:
-    """Return whether a body moves by more in a change (n,) than a slip that comes to rest does."""
-    return bool(np.max(body_motion(model, change) * ~state.fallen / body_size(model)) > REAL)
+def farthest(model: ContactModel, state: Increment, change: FloatArray) -> float:
+    """Return the largest motion of a body that has not fallen in a change (n,), over its size."""
+    return float(np.max(body_motion(model, change) * ~state.fallen / body_size(model)))
 
 
 def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on: bool = True) -> Increment:

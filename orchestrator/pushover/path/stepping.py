@@ -30,7 +30,7 @@ from orchestrator.pushover.increments import Attempt, BodyMask, Increment, Phase
 from orchestrator.pushover.model import ContactModel, driven_by
 from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
 from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
-from orchestrator.pushover.path.motion import FASTEST, is_real, motion, step_of_motion
+from orchestrator.pushover.path.motion import FAST, FASTEST, farthest, motion, step_of_motion
 from orchestrator.pushover.path.moving import (
     TAKES_PART,
     body_motion,
@@ -132,7 +132,8 @@ class Pushover:
             state = replace(state, phase="load", time=0.0, step=(self._largest("load"), 0.0))
         if state.moving:
             change = state.change.ravel()
-            driving = self._driving_what_moves(state, change) if is_real(self.model, state, change) else None
+            fast = farthest(self.model, state, change) > FAST
+            driving = self._driving_what_moves(state, change) if fast else None
             if driving is None:
                 yield self._without_what_fell(step_of_motion(self.solver, state, self._held(state)))
                 return
