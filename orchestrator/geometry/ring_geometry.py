@@ -10,6 +10,10 @@ import numpy.typing as npt
 import shapely
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.geometry.rigid import cross
+
+SHARPEST = 0.02
+"""angle (rad) between two edges below which an outline goes back on itself: no stone has such a tip"""
 
 
 def foot_on(point: FloatArray, start: FloatArray, unit: FloatArray) -> FloatArray:
@@ -40,6 +44,21 @@ def area_of(points: list[list[float]]) -> float:
     for (x, y), (next_x, next_y) in zip(points, points[1:] + points[:1], strict=True):
         doubled += (x - origin_x) * (next_y - origin_y) - (next_x - origin_x) * (y - origin_y)
     return 0.5 * doubled
+
+
+def without_spikes(ring: FloatArray, within: float) -> FloatArray:
+    """Return an outline (n, 2) without the corners from which it goes back on itself, no farther than `within` (m) from
+    where it came: boolean operations on outlines leave such spikes."""
+    while len(ring) > 3:
+        back, on = np.roll(ring, 1, axis=0) - ring, np.roll(ring, -1, axis=0) - ring
+        lengths = np.linalg.norm([back, on], axis=2)
+        apart = np.abs(cross(back, on))  # over the longer edge: how far the end of the shorter one lies off it
+        sharp = (np.sum(back * on, axis=1) > 0.0) & (apart <= SHARPEST * lengths.prod(axis=0))
+        spikes = np.flatnonzero(sharp & (apart <= within * lengths.max(axis=0)))
+        if not len(spikes):
+            break
+        ring = np.delete(ring, spikes[0], axis=0)
+    return ring
 
 
 def kept_of_chain(chain: FloatArray, within: float, bend: float, most: float) -> npt.NDArray[np.bool_]:

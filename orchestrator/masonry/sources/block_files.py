@@ -22,6 +22,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
+from orchestrator.geometry.ring_geometry import without_spikes
 from orchestrator.masonry.wall import Block, MortarGap, Wall
 
 UNIT_OF = {"length": Unit("m"), "unit_weight": Unit("N/m3")}
@@ -150,7 +151,7 @@ def what_every_block_has(
 
 def polygon_of(row: dict[str, Any], number: int) -> FloatArray:
     """Return the corners (n, 2) of a block, in the file's units, counter-clockwise, without those that the next one
-    repeats but for rounding. Raises CaseError."""
+    repeats but for rounding, and from which the outline goes back on itself. Raises CaseError."""
     key = f"block {number}"
     try:
         polygon = np.array(row.get("polygon"))
@@ -162,10 +163,10 @@ def polygon_of(row: dict[str, Any], number: int) -> FloatArray:
         raise CaseError(f"{key}.polygon", "a coordinate is not a finite number", "give finite coordinates")
     polygon = polygon.astype(float)
     side = np.abs(polygon - np.roll(polygon, -1, axis=0)).max(axis=1)
-    repeated = side <= 1e-12 * side.max()
-    if np.count_nonzero(~repeated) < 3:
+    rounding = 1e-12 * float(side.max())
+    if np.count_nonzero(side > rounding) < 3:
         raise CaseError(f"{key}.polygon", "has fewer than three different corners", "list every corner once")
-    polygon = polygon[~repeated]
+    polygon = without_spikes(polygon[side > rounding], rounding)
     x, y = polygon.T
     doubled_area = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
     return read_only(polygon if doubled_area > 0 else polygon[::-1])

@@ -18,6 +18,7 @@ from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import Gap, closed_gaps, heal, open_gaps
 from orchestrator.geometry.planar_map import OverlapError, PlanarMap
+from orchestrator.geometry.ring_geometry import without_spikes
 from orchestrator.masonry.sources.copies import without_copies
 from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, doubtful_stones, slenderness
 from orchestrator.masonry.wall import Block, MortarGap, Wall, check_blocks, check_wall, refuse_overlaps
@@ -124,6 +125,8 @@ def closed(
     """Return the checked wall with gaps and overlaps of its outlines closed, and remarks: what was not closed, and what
     was. known_error, curved: as of a Drawing. Raises CaseError with the place of a block."""
     within = max(settings.tolerance, CORNERS_APART * settings.mortar)
+    blocks = (replace(one, polygon=read_only(without_spikes(one.polygon, settings.tolerance))) for one in drawn.blocks)
+    drawn = replace(drawn, blocks=tuple(blocks))
     try:
         check_blocks(drawn, 0.0)
         return _closed_within(drawn, within, bool(settings.mortar), known_error, curved)

@@ -240,3 +240,12 @@ def test_reference_is_the_published_wall():
     record = json.loads((DATA / "ferris_tinloi_wall1.json").read_text())
     assert record["expected"]["published"][0]["assoc"] == PUBLISHED
     assert associative(WALL_1) == pytest.approx(PUBLISHED, abs=5e-4)
+
+
+def test_a_spike_thinner_than_the_tolerance_is_healed():
+    """A block whose outline runs 0.5 mm above its neighbour's and back."""
+    ground, low = rectangle(-0.5, -0.2, 3.0, 0.2), rectangle(0.0, 0.0, 2.0, 0.5)
+    high = np.array([[0.0, 0.5], [1.5, 0.5], [1.5, 0.5005], [1.0, 0.5005], [1.0, 1.0], [0.0, 1.0]])
+    drawn = Drawing((np.asarray(low), high), (np.asarray(ground),))
+    wall, _ = wall_of(drawn, "spike", MATERIAL, HealingSettings(TOLERANCE))
+    assert areas(wall) == pytest.approx([0.5, 1.0], rel=2e-3)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.patterns import running_bond
-from orchestrator.masonry.sources.block_files import read_blocks, wall_from
+from orchestrator.masonry.sources.block_files import polygon_of, read_blocks, wall_from
 from orchestrator.masonry.wall import check_wall
 
 
@@ -157,3 +157,15 @@ def test_values_of_another_type_are_refused(change, complaint):
 def test_a_third_unit_is_refused():
     with pytest.raises(CaseError, match=r"units\.force: is not a known key; known keys are length, unit_weight"):
         wall_from(record(units={"length": "mm", "unit_weight": "kN/m3", "force": "kN"}), "stem")
+
+
+@pytest.mark.parametrize("spike", [[1.4, 0.5], [1.4, 0.5 + 1e-16]])
+def test_a_spike_without_area_is_no_corner(spike):
+    """An outline that goes out along a line and back, as boolean operations leave it."""
+    row = {"polygon": [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], spike, [0.0, 0.5]]}
+    assert polygon_of(row, 1).tolist() == [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.0, 0.5]]
+
+
+def test_a_tip_with_an_area_stays():
+    row = {"polygon": [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [1.4, 0.501], [0.0, 0.5]]}
+    assert len(polygon_of(row, 1)) == 5
