@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 COLUMNS = (
     "load_case", "direction", "distribution", "weight_N", "vertical_load_N", "horizontal_load_N", "model", "bodies",
-    "associative", "non_associative", "last_rest", "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N",
+    "associative", "non_associative", "kind", "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N",
     "displacement_at_peak_m", "initial_stiffness_N_per_m", "peak_reached", "valid", "stopped_because", "complaint",
 )  # fmt: skip
 INDEX = "load_cases.json"
@@ -253,7 +253,7 @@ def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
             "bodies": pushed.bodies,
             "associative": limit.associative,
             "non_associative": lowest,
-            "last_rest": limit.only_at_rest,
+            "kind": limit.kind,
             "limit_base_shear_N": limit.base_shear,
             "peak_multiplier": pushed.peak_multiplier,
             "peak_base_shear_N": pushed.peak_base_shear,

@@ -105,7 +105,7 @@ def analyse(
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
         associative=bound_of(problem, optimum),
         sequence=sequence,
-        path=met.state if met else None,
+        path=answer_of(met),
         remarks=(*remarks_of(problem, met), *remarks),
         seconds=perf_counter() - started,
         lowest=other.lowest,
@@ -152,6 +152,15 @@ def is_soft(path: LoadPath) -> bool:
 def geometry_decides(met: Loaded) -> bool:
     """Whether the answer is the peak in large displacements, and not the limit state of the wall as drawn."""
     return met.pushed is not None and met.state is not None and met.multiplier == met.pushed.peak
+
+
+def answer_of(met: Loaded | None) -> LimitState | None:
+    """Return the state that loading meets, a peak under its own name, None where a wall was not loaded."""
+    if met is None or met.state is None:
+        return None
+    if not geometry_decides(met):
+        return met.state
+    return replace(met.state, flow_rule="large_displacements")
 
 
 def last_rest_of(met: Loaded | None) -> float | None:

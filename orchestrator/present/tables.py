@@ -21,6 +21,7 @@ from orchestrator.masonry.wall import Wall
 from orchestrator.present.verdict import Verdict
 from orchestrator.present.weights import weight_words
 from orchestrator.storage import PushoverSummary, Summary
+from orchestrator.storage.summary import IN_BRACKETS
 
 STUDIED: dict[str, Figure] = {
     "peak_multiplier": "multiplier", "peak_over_micro": "ratio",
@@ -49,7 +50,7 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
     names = {
         "associative, a bound": analysis.associative,
         **({"without loose stones": left} if left else {}),
-        "met by loading" if path is None or path.converged else "last rest (no state)": path,
+        "met by loading" if path is None or path.converged else path.name: path,
         "the paper's value": analysis.sequence,
         "lowest found": analysis.lowest,
     }
@@ -119,17 +120,17 @@ def run_table(summary: Summary) -> Table:
     columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    other = "last rest" if limit.only_at_rest else "non-assoc."
     rows: dict[str, float | None] = {"micro-LA associative": limit.associative}
     if limit.associative_left is not None:
         rows["  without loose stones"] = limit.associative_left
-    rows[f"micro-LA {other}"] = limit.non_associative
+    others = {"last load at rest": "last at rest", "peak in large displacements": "large displ."}
+    rows[f"micro-LA {others.get(limit.kind, 'non-assoc.')}"] = limit.non_associative
     for name, multiplier in rows.items():
         found = ["none found", ""]
         if multiplier is not None:
-            found = [printed("multiplier", multiplier), printed("force", multiplier * summary.wall.horizontal_load)]
-        if name == "micro-LA last rest":
-            found = [f"({figure})" for figure in found]
+            closed = multiplier != limit.non_associative or not limit.in_brackets
+            shear = multiplier * summary.wall.horizontal_load
+            found = [marked("multiplier", multiplier, closed), marked("force", shear, closed)]
         seconds = printed("seconds", limit.seconds) if name == "micro-LA associative" else ""
         table.add_row(name, str(summary.wall.blocks), *found, "", "", seconds)
     for pushed in summary.pushover:
@@ -223,7 +224,7 @@ def load_cases_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
         cells = {key: printed(figure, row[key]) if row[key] != "" else "" for key, figure in figures.items()}
         if row["valid"] is True and row["peak_reached"] is False:
             cells |= {key: AT_LEAST + cells[key] for key in ("peak_multiplier", "peak_base_shear_N")}
-        if row["last_rest"] is True:
+        if row["kind"] in IN_BRACKETS:
             cells["non_associative"] = f"({cells['non_associative']})"
         table.add_row(escape(row["load_case"]), named, *cells.values())
     return table

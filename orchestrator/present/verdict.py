@@ -116,9 +116,9 @@ def _check(check: Mapping[str, Any]) -> dict[str, Any]:
 
 def kind_of(row: Mapping[str, Any], summary: Summary) -> str:
     """Return which kind of answer a row that governs is, of the summary it comes from: only like can be compared."""
-    limit = "collapse state" if summary.limit_analysis.converged else _open(summary.limit_analysis)
+    limit = summary.limit_analysis.kind
     if row["limit_state"] != STRENGTH:
-        return "checks" if summary.limit_analysis.converged else f"checks, {limit}"
+        return "checks" if limit == "collapse state" else f"checks, {limit}"
     if row["check"] == LIMIT:
         return limit
     return "curve without its peak" if ENDS_EARLY in row["remarks"] else "peak of a curve"
@@ -145,14 +145,9 @@ def _of_curve(pushed: PushoverSummary, limit: LimitSummary) -> dict[str, Any]:
 
 
 def _of_limit_analysis(limit: LimitSummary, doubts: list[str]) -> dict[str, Any]:
-    said = [*([] if limit.converged else [_open(limit)]), *doubts]
+    said = [*([] if limit.kind == "collapse state" else [limit.kind]), *doubts]
     found = {"check": LIMIT, "capacity": limit.base_shear, "multiplier": limit.multiplier}
     return found | {"remarks": tuple(said), "verified": "not made" if said else ""}
-
-
-def _open(limit: LimitSummary) -> str:
-    """Return what a headline is that is no collapse state."""
-    return "an upper bound only" if limit.non_associative is None else "last rest: no limit state was closed"
 
 
 def sentence(found: Verdict, say: Callable[[str], str] = str) -> str:

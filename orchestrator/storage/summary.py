@@ -147,6 +147,11 @@ class LooseStones:
     multipliers: tuple[float, float]
 
 
+Kind = Literal["collapse state", "peak in large displacements", "last load at rest", "an upper bound only"]
+IN_BRACKETS: tuple[Kind, ...] = ("peak in large displacements", "last load at rest")
+"""What the wall bears, but no collapse state: its multiplier is printed in brackets."""
+
+
 @dataclass(frozen=True, slots=True)
 class LimitSummary:
     """Multipliers of micro limit analysis (`LimitAnalysis` says what they are), None where there is none.
@@ -181,9 +186,19 @@ class LimitSummary:
         return self.associative if self.non_associative is None else self.non_associative
 
     @property
-    def only_at_rest(self) -> bool:
-        """Whether that is the last load at which the wall rests, as no limit state was found."""
-        return self.non_associative is not None and not self.converged
+    def kind(self) -> Kind:
+        """What it is the multiplier of: where no collapse state was found, of one of the others."""
+        if self.non_associative is None:
+            return "an upper bound only"
+        if self.converged:
+            return "collapse state"
+        geometry_decides = self.non_associative == self.large_displacements
+        return "peak in large displacements" if geometry_decides else "last load at rest"
+
+    @property
+    def in_brackets(self) -> bool:
+        """Whether it is printed in brackets."""
+        return self.kind in IN_BRACKETS
 
     @property
     def bound(self) -> float:

@@ -209,7 +209,7 @@ def limit(**changes):
     ("changes", "kind"),
     [
         ({}, "collapse state"),
-        ({"converged": False}, "last rest: no limit state was closed"),
+        ({"converged": False}, "last load at rest"),
         ({"non_associative": None, "non_associative_range": None, "converged": False}, "an upper bound only"),
     ],
 )

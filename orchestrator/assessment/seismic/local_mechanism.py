@@ -56,10 +56,10 @@ STRONGER = 10.0
 class InMechanism:
     """A mechanism with what moves in it: all masses the live load acts on, all dead loads; remarks say what was done.
 
-    flow_rule: how the state was found.
+    state: what it is the mechanism of, in words.
     """
 
-    flow_rule: str
+    state: str
     kinematics: Kinematics
     remarks: tuple[str, ...]
 
@@ -97,7 +97,7 @@ def loads_in_mechanism(
     stones = np.concatenate([block.polygon for block in assemblage.wall.blocks if not block.fixed])
     reach = float(np.hypot(*np.ptp(stones, axis=0)))
     found = kinematics(state.load_multiplier, masses, dead, by_mass.vector, reach)
-    return InMechanism(state.flow_rule.replace("_", " "), found, remarks)
+    return InMechanism(state.name, found, remarks)
 
 
 def said_of(state: LimitState, analysis: LimitAnalysis) -> tuple[str, ...]:
@@ -106,7 +106,11 @@ def said_of(state: LimitState, analysis: LimitAnalysis) -> tuple[str, ...]:
     if local is not None:
         stones = ", ".join(map(str, local.stones))
         return (f"a local failure: stones {stones} ({local.share:.2g} of the weight) move, not the wall",)
-    return () if state.converged else ("alpha_0 is the last load at which the wall rests: no limit state was closed",)
+    if state.converged:
+        return ()
+    if state.flow_rule == "large_displacements":
+        return ("alpha_0 is the peak in large displacements: it lies below the collapse state of the wall as drawn",)
+    return ("alpha_0 is the last load at which the wall rests: no limit state was closed",)
 
 
 def moving_loads(assemblage: Assemblage, load: LoadSettings, mechanism: Mechanism) -> tuple[Moving, Moving]:
@@ -136,7 +140,7 @@ def kinematic_checks(
     acceleration = activation_acceleration(has.multiplier, has.participation, settings.confidence_factor)
     used = has.participation if has.participation >= LOW_PARTICIPATION else 1.0
     record = {
-        "state": found.flow_rule,
+        "state": found.state,
         "direction": 1 if direction[0] > 0 else -1,
         "alpha0": has.multiplier,
         "FC": settings.confidence_factor,

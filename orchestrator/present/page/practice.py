@@ -33,5 +33,6 @@ def practice_contents(run: StoredRun) -> dict[str, Any]:
         "more_reactions": max(len(supports) - SHOWN_REACTIONS, 0),
         "sums": (sum(one.horizontal for one in supports), sum(one.vertical for one in supports)),
         "multiplier": state.load_multiplier,
-        "only_at_rest": run.summary.limit_analysis.only_at_rest,
+        "state": state.name,
+        "in_brackets": run.summary.limit_analysis.in_brackets,
     }

@@ -20,6 +20,7 @@ from orchestrator.present.weights import Sums, multiplier_words
 from orchestrator.settings.project import Language, ProjectSettings
 from orchestrator.storage.files import plain, write_text
 from orchestrator.storage.stored_run import read_run
+from orchestrator.storage.summary import IN_BRACKETS
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -84,7 +85,12 @@ def _environment(language: Language) -> Environment:
     }
     for name, filtering in filters.items():
         environment.filters[name] = _localised(filtering, language)
-    environment.globals |= {"t": _told(phrases(language)), "factor_of": _factor_of, "infinite": inf}
+    environment.globals |= {
+        "t": _told(phrases(language)),
+        "factor_of": _factor_of,
+        "infinite": inf,
+        "BRACKETS": IN_BRACKETS,
+    }
     return environment
 
 

@@ -295,8 +295,7 @@ def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     found = analysis.non_associative_range
     if found is None:
         return
-    rule = f"non-associative ({headline.flow_rule})" if headline.converged else "last rest"
-    said = f"micro-LA, {rule}: λ = {marked('multiplier', headline.load_multiplier, headline.converged)}"
+    said = f"micro-LA, {headline.name}: λ = {marked('multiplier', headline.load_multiplier, headline.converged)}"
     axes.axhline(headline.load_multiplier * kilonewtons, color=INK, linestyle="--", linewidth=1.2, label=said)
     low, high = (printed("multiplier", end) for end in found)
     if low != high:

@@ -66,6 +66,7 @@ ON_PAGES = [
     "under a horizontal load proportional to mass: the load multiplier has no upper bound",
     "a local failure: stones 3, 4 (0.12 of the weight) move, not the wall",
     "alpha_0 is the last load at which the wall rests: no limit state was closed",
+    "alpha_0 is the peak in large displacements: it lies below the collapse state of the wall as drawn",
     "the spectrum is that on the ground, not at mechanism_height",
     "the curve ends at 12.3 mm, short of 150% of the target displacement, 20 mm (EN 1998-1 4.3.3.4.2.3)",
     "top of block 3 does not move along the load: name another control point",
