@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_type_hints
 
 from orchestrator.basis.arrays import IntArray
 from orchestrator.basis.errors import CaseError, naming
@@ -25,6 +25,7 @@ from orchestrator.masonry.sources.drawing import (
     Material,
     RefusedWallError,
     closed,
+    doubted_size,
     implausible,
     size_of,
     wall_of,
@@ -95,7 +96,7 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
         except CaseError as error:
             warned = few([remark.replace("WARNING: ", "") for remark in remarks if "WARNING" in remark], "; ")
             remedy = f"reading it warned of a likely cause: {warned}; else " if warned else ""
-            said = CaseError(error.key, error.problem, remedy + error.remedy)
+            said = CaseError(error.key, error.problem, doubted_size(wall) or remedy + error.remedy)
             raise _drawn(said, wall, picture) from None
     return Intake(kept, sorted([*more, *remarks], key=lambda remark: "WARNING" not in remark), before)
 
@@ -246,7 +247,8 @@ def _settings(kind: type[Any], options: dict[str, str], **needed: str) -> Any:
         if key not in given:
             raise CaseError(f"--{key}", "is missing, the file does not say it", f"give it, as in {example}")
     try:
-        return settings_from(kind, {key: number_or_text(value) for key, value in given.items()})
+        hints = get_type_hints(kind)
+        return settings_from(kind, {k: text if hints[k] is str else number_or_text(text) for k, text in given.items()})
     except CaseError as error:
         raise CaseError(f"--{error.key.replace('_', '-')}", error.problem, error.remedy) from None
 

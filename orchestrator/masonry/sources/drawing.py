@@ -131,7 +131,7 @@ def closed(
         wider = _tolerance_that_closes(drawn, within, bool(settings.mortar), known_error, curved)
         located = _located(error, drawn)
         remedy = f'--tolerance "{1e3 * wider:g} mm" closes the wall' if wider else located.remedy
-        remedy = _doubted_size(drawn) or remedy
+        remedy = doubted_size(drawn) or remedy
         raise RefusedWallError(located.key, located.problem, remedy, drawn) from None
 
 
@@ -293,11 +293,11 @@ def implausible(wall: Wall) -> list[str]:
         for block in wall.blocks
         if not block.fixed and (ratio := slenderness(shapely.Polygon(block.polygon))) > IMPLAUSIBLE_SLENDERNESS
     ]
-    doubt = _doubted_size(wall)
+    doubt = doubted_size(wall)
     return [*warnings, *doubtful_stones(wall), *([f"WARNING: {doubt}"] if doubt else [])]
 
 
-def _doubted_size(wall: Wall) -> str:
+def doubted_size(wall: Wall) -> str:
     """Return what is said of a wall whose size speaks for another unit; nothing of others."""
     size = size_of(wall)
     return "" if PLAUSIBLE[0] <= size <= PLAUSIBLE[1] else f"the wall measures {size:.4g} m: is the unit right?"
