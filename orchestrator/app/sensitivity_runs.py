@@ -211,7 +211,7 @@ def _presented(
 ) -> SensitivityOutcome:
     """Write tables and pictures; return the outcome."""
     asked = bool(limit_states(case.seismic))
-    quantity = "ground acceleration that passes (m/s2)" if asked else "load multiplier"
+    quantity = "ground acceleration that passes (m/s²)" if asked else "load multiplier"
     kind = _kind_compared(found)
     bars: list[dict[str, Any]] = [
         {"name": name, "low": low, "high": high} | _ends(name, found, kind) for name, (low, high) in given.items()

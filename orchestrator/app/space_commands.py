@@ -188,7 +188,7 @@ def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     if _differ(analysis):
         other = "uniform pressure" if analysis.torsion == "corners" else "forces at corners"
         rows.append((f"the same, joints twist as under {other}", f"{analysis.other_torsion:.4f}"))
-    rows.append(("without dilation, headline", f"{headline.load_multiplier:.4f}" if headline else "no state found"))
+    rows.append(("without dilation", f"{headline.load_multiplier:.4f}" if headline else "no state found"))
     if found:
         rows.append(("without dilation, lowest and highest found", f"{found[0]:.4f} – {found[1]:.4f}"))
     which = "base shear" if headline else "base shear (associative)"
@@ -241,11 +241,11 @@ def _polar(case: SpaceCase, assemblage: SpaceAssemblage, output: Path, say: Call
         associative[k] = found.associative.load_multiplier
         headline[k] = found.headline.load_multiplier if found.headline else np.nan
         text = f"{headline[k]:.4f}" if found.headline else "no state found"
-        say(f"direction {math.degrees(angle):.0f} degrees: associative {associative[k]:.4f}, headline {text}")
+        say(f"direction {math.degrees(angle):.0f} degrees: associative {associative[k]:.4f}, without dilation {text}")
     write_json(
         output / "directions.json",
         {"angle_degrees": np.degrees(angles), "associative": associative, "non_associative": headline},
     )
-    curves = {"associative": associative, "without dilation, headline": headline}
+    curves = {"associative": associative, "without dilation": headline}
     picture = output / "figures" / "directions.png"
     return space_pictures.save_polar(angles, curves, case.name, picture, case.project.language)

@@ -108,7 +108,7 @@ def test_with_a_ground_acceleration_the_fragility_is_in_that(tmp_path):
     more = "[seismic]\npeak_ground_acceleration = '0.3 g'\nlimit_state = 'SD'\n"
     path = write(tmp_path, 4.0, 1.0, more)
     outcome = sensitivity_runs.sensitivity(cases.read(path), tmp_path / "out", None, quiet)
-    assert outcome.quantity == "ground acceleration that passes (m/s2)"
+    assert outcome.quantity == "ground acceleration that passes (m/s²)"
     assert bars(outcome)["friction"] == pytest.approx((2 * 0.55 * 9.81 / 1.35, 2 * 0.75 * 9.81 / 1.35), rel=1e-5)
 
 
