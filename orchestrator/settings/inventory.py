@@ -186,7 +186,9 @@ def between(values: Range, factor: float = 1.0, digits: int = 4) -> str:
 
 
 STRENGTHS = "friction", "cohesion", "tensile_strength", "compressive_strength"
+"""fields of Interfaces by which joints are classed"""
 STIFFNESS = "normal_stiffness", "shear_stiffness"
+"""fields of Interfaces that join a class where there are few values"""
 MANY = 4
 """stiffnesses of joints that are alike but for them; more become one class of each orientation, with their range"""
 Alike = tuple[tuple[str, str], tuple[float, ...], tuple[bool, ...]]

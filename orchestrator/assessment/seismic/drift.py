@@ -29,11 +29,14 @@ from orchestrator.pushover.solids.nodal_loads import nodal_loads
 FLEXURE = {"SLV": 0.75 * 0.010, "SLC": 0.010, "SD": 0.008, "NC": 4 / 3 * 0.008}
 """of a pier that rocks; SD and NC times H_0/D"""
 SHEAR = {"SLV": 0.75 * 0.005, "SLC": 0.005, "SD": 0.004, "NC": 4 / 3 * 0.004}
+"""of a pier that fails in shear"""
 SERVICE = {"SLD": 0.002}
+"""of any pier, at damage limitation"""
 CLAUSES = {
     "SLD": "NTC 2018 7.3.6.1", "SLV": "NTC 2018 7.8.2.2, Circ. 7/2019 C7.8.1.5.4 (3/4)", "SLC": "NTC 2018 7.8.2.2",
     "SD": "EN 1998-3 C.4.2.1, C.4.3.1", "NC": "EN 1998-3 C.4.2.1, C.4.3.1 (4/3)",
 }  # fmt: skip
+"""where these limits are from"""
 GIVEN = "as given (largest_drift)"
 
 

@@ -37,8 +37,10 @@ NTC_SOIL = {
 """S_S = first - second x F_0 a_g / g, between third and fourth: NTC 2018, Table 3.2.IV"""
 NTC_PERIOD = {"A": (1.0, 0.0), "B": (1.1, 0.2), "C": (1.05, 0.33), "D": (1.25, 0.5), "E": (1.15, 0.4)}
 """C_C = first x T_C*^(-second): NTC 2018, Table 3.2.IV"""
-PLATEAU_BEGINS, PLATEAU_ENDS = 0.8, 1.1
-"""a and b of [C7.2.6], parts of T_1"""
+PLATEAU_BEGINS = 0.8
+"""a of [C7.2.6], part of T_1"""
+PLATEAU_ENDS = 1.1
+"""b of [C7.2.6], part of T_1"""
 
 
 @dataclass(frozen=True, slots=True)

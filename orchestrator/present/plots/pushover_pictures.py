@@ -93,8 +93,7 @@ def deformed(
     height = float(np.ptp(meshes.nodes[:, 1]))
     factor = amplification or readable_factor(DRAWN_DISPLACEMENT * height, float(np.abs(plane).max()))
     moved = meshes.nodes[:, :2] + factor * plane
-    state, drawn = _title_lines(increment, under_gravity, factor)
-    title = "\n".join(filter(None, [moment, state, loads, drawn]))
+    title = _title(moment, increment, loads, under_gravity, factor)
     bars = np.empty((0, 2, 2)) if ties is None else ties.ends + factor * ties.moved(increment)
     figure, axes = wall_figure(np.vstack([moved, *supports, bars.reshape(-1, 2)]), title, name)
     for number in range(bodies.moving):
@@ -190,12 +189,13 @@ def readable_factor(drawn: float, largest: float) -> float:
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= drawn / largest)
 
 
-def _title_lines(increment: Increment, under_gravity: float, factor: float) -> tuple[str, str]:
-    """Return what state is drawn, and how."""
+def _title(moment: str, increment: Increment, loads: str, under_gravity: float, factor: float) -> str:
+    """Return which moment is drawn, its state, the loads (none: not said), and how it is drawn."""
     multiplier, shear = printed("multiplier", increment.load_multiplier), printed("force", increment.base_shear)
     control = printed("displacement", increment.control_displacement - under_gravity)
     drawn = f"control displacement {control} mm, displacements drawn × {factor:g}"
-    return f"Load multiplier {multiplier}, base shear {shear} kN", drawn
+    state = f"Load multiplier {multiplier}, base shear {shear} kN"
+    return "\n".join(filter(None, [moment, state, loads, drawn]))
 
 
 def _carried_by(bodies: Bodies, meshes: BodyMeshes, moved: FloatArray) -> Callable[[int, FloatArray], FloatArray]:

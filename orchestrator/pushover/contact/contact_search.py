@@ -51,11 +51,14 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.slave_node)
 
+    def chosen(self, kept: IntArray) -> Contacts:
+        """Return the contacts `kept` (k,)."""
+        of_each = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "moving"}
+        return replace(self, **{name: values[kept] for name, values in of_each.items()})
+
     def part(self, kept: IntArray, row: IntArray) -> Contacts:
         """Return the contacts `kept` (k,), nodes by their `row` (m,)."""
-        of_each = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "moving"}
-        chosen = replace(self, **{name: values[kept] for name, values in of_each.items()})
-        return chosen.renumbered(row)
+        return self.chosen(kept).renumbered(row)
 
     def renumbered(self, row: IntArray) -> Contacts:
         """Return the contacts with other numbers of nodes, `row` (m,)."""

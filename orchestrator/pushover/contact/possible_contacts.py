@@ -41,19 +41,7 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
     columns = {name: values[order] for name, values in columns.items()}
     interface = surface.nearest_interface(columns)
     interface[: len(touching)] = touching.interface
-    possible = Contacts(
-        slave_node=read_only(columns["slave_node"], np.int64),
-        slave_body=read_only(columns["slave_body"], np.int64),
-        master_body=read_only(columns["master_body"], np.int64),
-        interface=read_only(interface, np.int64),
-        master_nodes=read_only(np.zeros((len(order), 3)), np.int64),
-        weights=read_only(np.zeros((len(order), 3))),
-        normal=read_only(columns["normal"]),
-        tangent=read_only(columns["tangent"]),
-        friction=read_only(bodies.interfaces.friction[interface]),
-        point=read_only(columns["point"]),
-        moving=True,
-    )
+    possible = _unconnected(columns, interface, bodies.interfaces.friction[interface])
     rest = np.einsum("ci,ci->c", possible.point[:, :2] - faces.start[columns["master_face"]], possible.normal)
     rest[len(touching) :] = 0.0
     triangle, first_triangle, triangles = surface.triangle_table(columns["master_face"])
@@ -73,6 +61,19 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
         level=read_only(columns["level"], np.int64),
         rest=read_only(rest),
         end_node=read_only(surface.end_nodes(), np.int64),
+    )
+
+
+def _unconnected(columns: dict[str, npt.NDArray], interface: IntArray, friction: FloatArray) -> Contacts:
+    """Return contacts by their columns, of no node of the master yet."""
+    return Contacts(
+        **{name: read_only(columns[name], np.int64) for name in ("slave_node", "slave_body", "master_body")},
+        interface=read_only(interface, np.int64),
+        master_nodes=read_only(np.zeros((len(interface), 3)), np.int64),
+        weights=read_only(np.zeros((len(interface), 3))),
+        **{name: read_only(columns[name]) for name in ("normal", "tangent", "point")},
+        friction=read_only(friction),
+        moving=True,
     )
 
 
