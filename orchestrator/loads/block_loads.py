@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -194,16 +195,31 @@ def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
         raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
     for number, load in enumerate(settings.dead):
         refuse_dead_load(wall, load, f"load.dead.{number}")
-    free = {block.id: not block.fixed for block in wall.blocks}
-    named = {f"load.live.{number}": load.blocks for number, load in enumerate(settings.live)}
-    named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(settings.dead)}
+    refuse_blocks_that_cannot_move({block.id: not block.fixed for block in wall.blocks}, settings.live, settings.dead)
+    for number, load in enumerate(settings.dead):
+        refuse_place(wall, load, f"load.dead.{number}")
+
+
+class _OnBlocks(Protocol):
+    """A load on blocks by their ids."""
+
+    @property
+    def blocks(self) -> tuple[int, ...]:
+        """() for what is not on named blocks."""
+
+
+def refuse_blocks_that_cannot_move(
+    free: Mapping[int, bool], live: Sequence[_OnBlocks], dead: Sequence[_OnBlocks]
+) -> None:
+    """Raise CaseError for loads that name supports, or blocks that there are not; free: whether a block can move, by
+    its id."""
+    named = {f"load.live.{number}": load.blocks for number, load in enumerate(live)}
+    named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(dead)}
     for key, ids in named.items():
         for wanted in ids:
             if not free.get(wanted, False):
                 problem = f"block {wanted} is a support" if wanted in free else f"there is no block {wanted}"
                 raise CaseError(f"{key}.blocks", problem, "name blocks of the wall that can move")
-    for number, load in enumerate(settings.dead):
-        refuse_place(wall, load, f"load.dead.{number}")
 
 
 def _masses(wall: Wall, settings: LoadSettings) -> Placed:
