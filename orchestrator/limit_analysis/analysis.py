@@ -87,13 +87,13 @@ def analyse(
     logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
     logger.info("associative multiplier %.4f; loading from gravity", optimum.load_multiplier)
-    found = found_beside(problem, view.loads, optimum, settings)
-    answer = answered(problem, optimum, found, loads, perf_counter() - started)
+    rest = non_associative_of(problem, view.loads, optimum, settings)
+    answer = answered(problem, optimum, rest, loads, perf_counter() - started)
     return view.carried_back(answer, assemble_equilibrium(assemblage, loads))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Found:
+class NonAssociative:
     """What is known of a problem beside its associative optimum.
 
     met: what loading meets, None where it is not loaded; drawn: the state there as drawn, before it is pushed in large
@@ -107,7 +107,9 @@ class Found:
     remarks: tuple[str, ...]
 
 
-def found_beside(problem: Problem, loads: Loads, optimum: LimitSolution, settings: LimitAnalysisSettings) -> Found:
+def non_associative_of(
+    problem: Problem, loads: Loads, optimum: LimitSolution, settings: LimitAnalysisSettings
+) -> NonAssociative:
     """Return what loading meets, the paper's value and other states; loads: of the problem's assemblage."""
     met = None
     if has_path(problem.friction):
@@ -119,12 +121,14 @@ def found_beside(problem: Problem, loads: Loads, optimum: LimitSolution, setting
     if met is not None and is_pushed(met, settings):
         logger.info("pushing rigid blocks in large displacements")
         met = in_large_displacements(met, problem.assemblage)
-    return Found(met, drawn, sequence, other, remarks)
+    return NonAssociative(met, drawn, sequence, other, remarks)
 
 
-def answered(problem: Problem, optimum: LimitSolution, found: Found, loads: Loads, seconds: float) -> LimitAnalysis:
+def answered(
+    problem: Problem, optimum: LimitSolution, rest: NonAssociative, loads: Loads, seconds: float
+) -> LimitAnalysis:
     """Return all answers; loads: of the wall as given, which the answers name."""
-    met = found.met
+    met = rest.met
     return LimitAnalysis(
         loads=loads,
         weight=problem.equilibrium.total_weight,
@@ -132,12 +136,12 @@ def answered(problem: Problem, optimum: LimitSolution, found: Found, loads: Load
         horizontal_load=problem.equilibrium.base_shear,
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
         associative=bound_of(problem, optimum),
-        sequence=found.sequence,
+        sequence=rest.sequence,
         path=answer_of(met),
-        remarks=(*remarks_of(problem, met), *found.remarks),
+        remarks=(*remarks_of(problem, met), *rest.remarks),
         seconds=seconds,
-        lowest=found.other.lowest,
-        highest=found.other.highest,
+        lowest=rest.other.lowest,
+        highest=rest.other.highest,
         local_failures=met.local_failures if met else (),
         last_rest=last_rest_of(met),
         soft_from=met.path.soft_from if met else None,
@@ -146,7 +150,7 @@ def answered(problem: Problem, optimum: LimitSolution, found: Found, loads: Load
         elastic_modulus=problem.elastic_modulus,
         rigid_curve=curve_of(met),
         ways_out=ways_out_of(met),
-        drawn=found.drawn if met and geometry_decides(met) else None,
+        drawn=rest.drawn if met and geometry_decides(met) else None,
     )
 
 

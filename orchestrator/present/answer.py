@@ -54,8 +54,8 @@ def _found_elsewhere(analysis: LimitAnalysis) -> str:
     if analysis.lowest is None:
         return ""
     low, high = (_limit(value) for value in (analysis.lowest.load_multiplier, analysis.highest or 0.0))
-    found = f"limit states found without loading have {low}" + f" to {high}" * (low < high)
-    return f"{found}; "
+    others = f"limit states found without loading have {low}" + f" to {high}" * (low < high)
+    return f"{others}; "
 
 
 def _limit(multiplier: float) -> str:

@@ -126,13 +126,13 @@ def run_table(summary: Summary) -> Table:
     others = {"last load at rest": "last at rest", "peak in large displacements": "large displ."}
     rows[f"micro-LA {others.get(limit.kind, 'non-assoc.')}"] = limit.non_associative
     for name, multiplier in rows.items():
-        found = ["none found", ""]
+        cells = ["none found", ""]
         if multiplier is not None:
             closed = multiplier != limit.non_associative or not limit.in_brackets
             shear = multiplier * summary.wall.horizontal_load
-            found = [marked("multiplier", multiplier, closed), marked("force", shear, closed)]
+            cells = [marked("multiplier", multiplier, closed), marked("force", shear, closed)]
         seconds = printed("seconds", limit.seconds) if name == "micro-LA associative" else ""
-        table.add_row(name, str(summary.wall.blocks), *found, "", "", seconds)
+        table.add_row(name, str(summary.wall.blocks), *cells, "", "", seconds)
     for pushed in summary.pushover:
         table.add_row(*_pushover_row(pushed))
     return table
@@ -157,12 +157,12 @@ def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
     return table
 
 
-def verdict_table(found: Verdict) -> Table:
+def verdict_table(verdict: Verdict) -> Table:
     """Return all checks of all load cases; the row that governs is marked."""
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(found.case)}: verdict")
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(verdict.case)}: verdict")
     for column in ("load case", "limit\nstate", "check", "demand", "capacity", "safety\nratio", "verified", ""):
         table.add_column(column, justify="right" if column in ("demand", "capacity", "safety\nratio") else "left")
-    for row in found.rows:
+    for row in verdict.rows:
         demand = capacity = ratio_said = ""
         if row["safety_ratio"] != "":
             demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
@@ -178,8 +178,8 @@ def verdict_table(found: Verdict) -> Table:
 def sensitivity_table(name: str, quantity: str, base: float | None, kind: str, bars: Sequence[dict[str, Any]]) -> Table:
     """Return the tornado: every range with its ends and the capacity at both, the one that matters most on top. kind:
     which kind of answer is compared."""
-    given = "no answer" if base is None else f"{base:.4g} ({kind})"
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(name)}: {quantity}, as given {given}")
+    as_given = "no answer" if base is None else f"{base:.4g} ({kind})"
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(name)}: {quantity}, as given {as_given}")
     for column in ("range", "low", "high", "at\nlow", "at\nhigh"):
         table.add_column(column, justify="left" if column == "range" else "right", no_wrap=True)
     for bar in bars:

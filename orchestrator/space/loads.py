@@ -172,12 +172,12 @@ def _loaded(wall: SpaceWall, load: SpaceDeadLoad) -> list[int]:
 
 
 def _at_level(wall: SpaceWall, level: float) -> list[int]:
-    found = []
+    carrying = []
     for k, block in enumerate(wall.blocks):
         heights = block.shape.vertices @ wall.up
         if not block.fixed and abs(heights.max() - level) <= AT_LEVEL * np.ptp(heights):
-            found.append(k)
-    return found
+            carrying.append(k)
+    return carrying
 
 
 def _refuse_contradictions(wall: SpaceWall, settings: SpaceLoadSettings) -> None:

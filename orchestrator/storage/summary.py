@@ -231,8 +231,8 @@ class Summary:
     @property
     def record(self) -> dict[str, Any]:
         """What summary.json holds; `seismic` only where something was verified."""
-        found = asdict(self)
-        return found if self.seismic is not None else {key: found[key] for key in found if key != "seismic"}
+        values = asdict(self)
+        return values if self.seismic is not None else {key: values[key] for key in values if key != "seismic"}
 
 
 def pushover_summary(
@@ -295,12 +295,12 @@ def summarise(
 def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
     """Return the summary of a limit analysis."""
     headline = analysis.headline
-    found = analysis.non_associative_range
+    interval = analysis.non_associative_range
     return LimitSummary(
         associative=analysis.associative.load_multiplier,
         associative_left=_multiplier(analysis.associative_left),
-        non_associative=headline.load_multiplier if found else None,
-        non_associative_range=found,
+        non_associative=headline.load_multiplier if interval else None,
+        non_associative_range=interval,
         path=_multiplier(analysis.path),
         last_rest=analysis.last_rest,
         soft_from=analysis.soft_from,
@@ -313,7 +313,7 @@ def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
             LooseStones(failure.stones, failure.share, failure.multipliers) for failure in analysis.local_failures
         ),
         iterations=len(headline.records),
-        converged=found is not None and headline.converged,
+        converged=interval is not None and headline.converged,
         equilibrium_residual=headline.equilibrium_residual,
         base_shear=headline.load_multiplier * analysis.horizontal_load,
         seconds=analysis.seconds,
@@ -335,9 +335,9 @@ def _macroblocks(partition: Partition, joints: int) -> MacroblockSummary:
     )
 
 
-def write_summary(folder: Path, found: Summary) -> None:
+def write_summary(folder: Path, summary: Summary) -> None:
     """Write summary.json."""
-    write_json(folder / "summary.json", found.record)
+    write_json(folder / "summary.json", summary.record)
 
 
 def read_summary(folder: str | PathLike[str]) -> Summary:

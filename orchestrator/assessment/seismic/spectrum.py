@@ -142,11 +142,11 @@ def spectrum_of(
         longest = 4.0 * share + 1.6
         return Spectrum(ground_acceleration, soil, period / 3.0, period, longest, state.amplification, eta)
     if settings.spectrum == "parameters":
-        given = [getattr(settings, name) for name in ("soil_factor", "period_b", "period_c", "period_d")]
-        for name, value in zip(("soil_factor", "period_b", "period_c", "period_d"), given, strict=True):
+        parameters = [getattr(settings, name) for name in ("soil_factor", "period_b", "period_c", "period_d")]
+        for name, value in zip(("soil_factor", "period_b", "period_c", "period_d"), parameters, strict=True):
             if value is None:
                 raise _missing(settings, name)
-        soil, *periods = given
+        soil, *periods = parameters
         if periods != sorted(periods):
             raise CaseError("seismic.period_c", "the periods do not rise", "give period_b <= period_c <= period_d")
     else:

@@ -191,8 +191,8 @@ class LimitAnalysis:
     @property
     def _settled(self) -> tuple[LimitState, ...]:
         """The non-associative states that have converged."""
-        found = (self.path, self.sequence, self.lowest)
-        return tuple(s for s in found if s is not None and s.converged)
+        states = (self.path, self.sequence, self.lowest)
+        return tuple(s for s in states if s is not None and s.converged)
 
     @property
     def non_associative_range(self) -> tuple[float, float] | None:
@@ -200,10 +200,10 @@ class LimitAnalysis:
         bound."""
         if self.headline is self.associative:
             return None
-        found = [self.headline.load_multiplier, *(self.interval or ())]
-        found += [self.lowest.load_multiplier] if self.lowest else []
-        found += [self.highest] if self.highest is not None else []
-        return min(found), max(found)
+        multipliers = [self.headline.load_multiplier, *(self.interval or ())]
+        multipliers += [self.lowest.load_multiplier] if self.lowest else []
+        multipliers += [self.highest] if self.highest is not None else []
+        return min(multipliers), max(multipliers)
 
 
 def of_first_joints(analysis: LimitAnalysis, joints: int) -> LimitAnalysis:

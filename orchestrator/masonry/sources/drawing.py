@@ -162,16 +162,16 @@ def _tolerance_that_closes(
     drawn: Wall, within: float, has_mortar: bool, known_error: float, curved: bool
 ) -> float | None:
     """Return a larger tolerance (m) with which the drawing is a wall, the first without warnings if any is; or None."""
-    found = None
+    closing = None
     for wider in (within * factor for factor in WIDER if within * factor <= LARGEST_TOLERANCE):
         try:
             _, said = _closed_within(drawn, wider, has_mortar, known_error, curved)
         except CaseError:
             continue
-        found = found or wider
+        closing = closing or wider
         if not any("WARNING" in remark for remark in said):
             return wider
-    return found
+    return closing
 
 
 def _refuse_what_healing_spoilt(wall: Wall, within: float) -> None:

@@ -120,7 +120,7 @@ def joint_lines(
     blocks."""
     joints, wall = assemblage.joints, assemblage.wall
     centroids, limit = wall.centroids, AT_REST * float(corner_speeds(assemblage, velocities).max())
-    found = []
+    lines = []
     for k, kind in enumerate(mechanism.motion):
         if kind not in ("hinges", "slides", "twists"):
             continue
@@ -133,8 +133,8 @@ def joint_lines(
         else:
             line = np.vstack([corners, corners[:1]])
         colour, width, _ = KINDS[kind]
-        found.append(Line(_carried(line, wall.blocks[i].shape, bodies[i]), colour, width))
-    return found
+        lines.append(Line(_carried(line, wall.blocks[i].shape, bodies[i]), colour, width))
+    return lines
 
 
 def _carried(points: FloatArray, before: Polyhedron, after: Polyhedron) -> FloatArray:

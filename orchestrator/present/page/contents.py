@@ -160,8 +160,8 @@ def _as_set(value: Any) -> str:
         return "none"
     if isinstance(value, float):
         return f"{value:.10g}"
-    found = QUANTITY.fullmatch(str(value))
-    return quantity(float(found[1]), found[2]) if found and found[2] in FACTORS else str(value)
+    measured = QUANTITY.fullmatch(str(value))
+    return quantity(float(measured[1]), measured[2]) if measured and measured[2] in FACTORS else str(value)
 
 
 def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:

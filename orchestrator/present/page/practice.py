@@ -22,9 +22,9 @@ def practice_contents(run: StoredRun) -> dict[str, Any]:
     supports = reactions(run.assemblage, state.joint_forces)
     return {
         "materials": materials(run.case, run.assemblage.wall),
-        "joints": (found := joint_classes(run.assemblage)),
+        "joints": (classes := joint_classes(run.assemblage)),
         "elastic_joints": any(
-            isfinite(least) for one in found for least, _ in (one.normal_stiffness, one.shear_stiffness)
+            isfinite(least) for one in classes for least, _ in (one.normal_stiffness, one.shear_stiffness)
         ),
         "loads": load_sums(run.assemblage.wall, run.case.load),
         "limit_states": limit_states(run.case.seismic),

@@ -292,12 +292,14 @@ def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     which = "" if analysis.associative_left is None else " (without loose stones)"
     said = f"micro-LA, associative{which}: λ = {printed('multiplier', associative.load_multiplier)}"
     axes.axhline(associative.load_multiplier * kilonewtons, color=INK, linestyle=":", linewidth=1.2, label=said)
-    found = analysis.non_associative_range
-    if found is None:
+    interval = analysis.non_associative_range
+    if interval is None:
         return
     said = f"micro-LA, {headline.name}: λ = {marked('multiplier', headline.load_multiplier, headline.converged)}"
     axes.axhline(headline.load_multiplier * kilonewtons, color=INK, linestyle="--", linewidth=1.2, label=said)
-    low, high = (printed("multiplier", end) for end in found)
+    low, high = (printed("multiplier", end) for end in interval)
     if low != high:
         said = f"micro-LA, non-associative range: λ = {low} to {high}"
-        axes.axhspan(found[0] * kilonewtons, found[1] * kilonewtons, color=ORANGE, alpha=0.35, linewidth=0, label=said)
+        axes.axhspan(
+            interval[0] * kilonewtons, interval[1] * kilonewtons, color=ORANGE, alpha=0.35, linewidth=0, label=said
+        )

@@ -160,8 +160,8 @@ def _draw_floors(axes: Axes, wall: Wall, dead: Sequence[DeadLoad], velocities: F
 def _title_of_mechanism(state: LimitState, answer: str, loads: str, height: float) -> str:
     answer = answer or f"load multiplier {marked('multiplier', state.load_multiplier, state.converged)}"
     drawn = f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
-    found = f"Mechanism of micro-LA ({state.name}): {answer}"
-    return "\n".join(filter(None, [found, loads, f"largest displacement drawn as {drawn}"]))
+    shown = f"Mechanism of micro-LA ({state.name}): {answer}"
+    return "\n".join(filter(None, [shown, loads, f"largest displacement drawn as {drawn}"]))
 
 
 def _arrow_of(wall: Wall, state: LimitState, direction: FloatArray) -> FloatArray:

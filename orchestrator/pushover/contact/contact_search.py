@@ -87,9 +87,9 @@ class Contacts:
     @property
     def axes(self) -> FloatArray:
         """(c, 3, 3): normal, tangent, and across the wall."""
-        found = np.zeros((len(self), 3, 3))
-        found[:, 0, :2], found[:, 1, :2], found[:, 2, 2] = self.normal, self.tangent, 1.0
-        return found
+        frames = np.zeros((len(self), 3, 3))
+        frames[:, 0, :2], frames[:, 1, :2], frames[:, 2, 2] = self.normal, self.tangent, 1.0
+        return frames
 
     def normal_rows(self, nodes: int) -> sparse.csr_matrix:
         """Return B_n (c, 3 nodes): gap = B_n u."""

@@ -355,10 +355,10 @@ def _project(tracking: Tracking, home: FloatArray, rows: IntArray, beyond: Float
     tangent, corners = tracking.faces.tangent[tracking.master_face[rows[point]]], tracking.corners[number]
     flat = np.stack([np.einsum("cai,ci->ca", corners[..., :2], tangent), corners[..., 2]], axis=-1)
     target = np.stack([np.einsum("ci,ci->c", home[point, :2], tangent), home[point, 2]], axis=-1)
-    found = barycentric(flat, target)
-    inside = found.min(axis=1) * np.ptp(flat[..., 0], axis=1)
+    coordinates = barycentric(flat, target)
+    inside = coordinates.min(axis=1) * np.ptp(flat[..., 0], axis=1)
     holds = inside >= -beyond[point]
     rank = np.lexsort((np.where(holds, 0.0, -inside), ~holds, point))  # stable: the first that holds, else the nearest
     chosen = rank[first]
-    nodes[connected], weights[connected] = tracking.triangle[number[chosen]], found[chosen]
+    nodes[connected], weights[connected] = tracking.triangle[number[chosen]], coordinates[chosen]
     return nodes, weights

@@ -144,12 +144,12 @@ class _Surface:
 
     def end_nodes(self) -> IntArray:
         """Return the nodes (f, 2, levels) at both ends of each face, -1 of supports."""
-        found = np.full((len(self.faces), 2, len(self.heights)), -1)
+        node_of_end = np.full((len(self.faces), 2, len(self.heights)), -1)
         for face, ends in enumerate(zip(self.faces.begin, self.faces.stop, strict=True)):
             for end, vertex in enumerate(ends):
                 nodes = self.nodes_of_vertex[vertex]
-                found[face, end, self.level[nodes]] = nodes
-        return found
+                node_of_end[face, end, self.level[nodes]] = nodes
+        return node_of_end
 
     def contacts(self, slave: int, nodes: IntArray, master: int, corner: int, pair: int) -> dict[str, npt.NDArray]:
         """Return the rows of `nodes` of the slave's face against the master's face."""
