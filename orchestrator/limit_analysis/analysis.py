@@ -87,8 +87,8 @@ def analyse(
     logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
     logger.info("associative multiplier %.4f; loading from gravity", optimum.load_multiplier)
-    rest = non_associative_of(problem, view.loads, optimum, settings)
-    answer = answered(problem, optimum, rest, loads, perf_counter() - started)
+    known = non_associative_of(problem, view.loads, optimum, settings)
+    answer = answered(problem, optimum, known, loads, perf_counter() - started)
     return view.carried_back(answer, assemble_equilibrium(assemblage, loads))
 
 
@@ -125,10 +125,10 @@ def non_associative_of(
 
 
 def answered(
-    problem: Problem, optimum: LimitSolution, rest: NonAssociative, loads: Loads, seconds: float
+    problem: Problem, optimum: LimitSolution, known: NonAssociative, loads: Loads, seconds: float
 ) -> LimitAnalysis:
     """Return all answers; loads: of the wall as given, which the answers name."""
-    met = rest.met
+    met = known.met
     return LimitAnalysis(
         loads=loads,
         weight=problem.equilibrium.total_weight,
@@ -136,12 +136,12 @@ def answered(
         horizontal_load=problem.equilibrium.base_shear,
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
         associative=bound_of(problem, optimum),
-        sequence=rest.sequence,
+        sequence=known.sequence,
         path=answer_of(met),
-        remarks=(*remarks_of(problem, met), *rest.remarks),
+        remarks=(*remarks_of(problem, met), *known.remarks),
         seconds=seconds,
-        lowest=rest.other.lowest,
-        highest=rest.other.highest,
+        lowest=known.other.lowest,
+        highest=known.other.highest,
         local_failures=met.local_failures if met else (),
         last_rest=last_rest_of(met),
         soft_from=met.path.soft_from if met else None,
@@ -150,7 +150,7 @@ def answered(
         elastic_modulus=problem.elastic_modulus,
         rigid_curve=curve_of(met),
         ways_out=ways_out_of(met),
-        drawn=rest.drawn if met and geometry_decides(met) else None,
+        drawn=known.drawn if met and geometry_decides(met) else None,
     )
 
 
