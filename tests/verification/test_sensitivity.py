@@ -134,7 +134,7 @@ def test_what_is_there_is_not_run_again_and_another_range_is(squat, monkeypatch)
 
 def test_ranks_change_no_number(squat, tmp_path):
     path, alone, _ = squat
-    done = on_ranks(3, "-m", "orchestrator", "sensitivity", path, "--output", tmp_path / "out")
+    done = on_ranks(3, "-m", "tests.support.undrawn", "sensitivity", path, "--output", tmp_path / "out")
     assert done.returncode == 0, done.stdout + done.stderr
     with (tmp_path / "out" / "sensitivity.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["point"].startswith("sample")]
