@@ -89,8 +89,8 @@ def _plain(value: Any) -> Any:
 
 
 def _complaint(error: ValidationError, kind: Any, section: str) -> CaseError:
-    """Return the first complaint as key, problem, remedy."""
-    first = error.errors()[0]
+    """Return the first complaint as key, problem, remedy: a misspelt key before the one that it leaves missing."""
+    first = min(error.errors(), key=lambda one: one["type"] == "missing")
     place, value = first["loc"], first["input"]
     shown = f"{float(f'{value:.12g}') if isinstance(value, float) else value!r:.60}"
     key = ".".join(filter(None, (section, *map(str, place))))
