@@ -41,15 +41,15 @@ def check(case: Case, place: str, figures: Path, console: Console) -> int:
         assemblage, said = load_case_runs.examine(case)
     wall, cases = assemblage.wall, load_case_runs.each(case)
     loads = {name: load_sums(wall, one.load) for name, one in cases.items()}
-    found, classes = materials(case, wall), joint_classes(assemblage)
+    of_materials, classes = materials(case, wall), joint_classes(assemblage)
     for name, sums in loads.items():
         console.print(loads_table(sums, name))
-    console.print(materials_table(found))
+    console.print(materials_table(of_materials))
     console.print(joints_table(classes))
     for line in [*tie_words(case), *control_words(case, assemblage)]:
         console.print(line, soft_wrap=True, markup=False)
     console.print(STANDS, soft_wrap=True)
-    warnings = [*said, *unusual(case, wall, list(loads.values()), found, classes)]
+    warnings = [*said, *unusual(case, wall, list(loads.values()), of_materials, classes)]
     for remark in warnings:
         console.print(f"{place}: {remark}", soft_wrap=True, markup=False)
     names = {name: "_".join(filter(None, ["blocks", name])) for name in cases}
@@ -77,11 +77,11 @@ def loads_table(sums: LoadSums, name: str = "") -> Table:
     return table
 
 
-def materials_table(found: list[MaterialSums]) -> Table:
+def materials_table(sums: list[MaterialSums]) -> Table:
     """Return the materials with the values of their blocks."""
     columns = ("material", "blocks", "weight\nkN", "unit weight\nkN/m3", "thickness\nm", "friction", "E\nGPa", "ν")
     table = plain_table("Materials", columns)
-    for one in found:
+    for one in sums:
         table.add_row(
             escape(one.name) or "(none)",
             str(one.blocks),

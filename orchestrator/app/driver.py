@@ -133,8 +133,8 @@ def refuse_what_cannot_be_pushed(case: Case, assemblage: Assemblage) -> None:
 
 def _refuse_own_input(case: Case, output: Path) -> None:
     """Raise CaseError where a run would write its case.toml or blocks.json over the file that it is given."""
-    for given, name in ((case.file, "case.toml"), (case.block_file, "blocks.json")):
-        if (output / name).exists() and (output / name).samefile(given):
+    for read, name in ((case.file, "case.toml"), (case.block_file, "blocks.json")):
+        if (output / name).exists() and (output / name).samefile(read):
             problem = "is what this run is given, and would be overwritten"
             raise CaseError("", problem, "give another folder with --output", str(output / name))
 
@@ -281,8 +281,8 @@ def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed],
 def _words(segmented: Segmented) -> str:
     analysis, partition = segmented.analysis, segmented.partition
     bodies = "1 macroblock" if partition.count == 1 else f"{partition.count} macroblocks"
-    found = f"multiplier {analysis.headline.load_multiplier:.4f}, {bodies}"
-    return "; ".join([found, *analysis.remarks, *partition.remarks, *implausible(segmented.assemblage.wall)])
+    outcome = f"multiplier {analysis.headline.load_multiplier:.4f}, {bodies}"
+    return "; ".join([outcome, *analysis.remarks, *partition.remarks, *implausible(segmented.assemblage.wall)])
 
 
 def _bodies(model: ModelName, segmented: Segmented) -> Bodies:

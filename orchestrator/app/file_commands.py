@@ -24,13 +24,13 @@ LISTED_REMARKS = 20
 
 def import_wall(options: argparse.Namespace, console: Console) -> int:
     """Turn a drawing, a picture or a list of blocks into a block file; return the exit code."""
-    given = {name: getattr(options, name) for name in options.reading}
+    texts = {name: getattr(options, name) for name in options.reading}
     if options.output.exists() and options.file.exists() and options.output.samefile(options.file):
         raise CaseError("--output", f"{options.output} is the file to import", "give another name")
     storage.try_file(options.output, options.force)
     from orchestrator.app import space_intake as in_space
 
-    given_in_space = {name: value for name, value in given.items() if value is not None}
+    given_in_space = {name: value for name, value in texts.items() if value is not None}
     if in_space.takes(options.file, given_in_space):
         return in_space.import_wall(options.file, given_in_space, options.output, console)
     from orchestrator.app import intake
@@ -38,7 +38,7 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
     intake.refuse_output(options.output)
     refused = options.output.with_name(f"{options.output.stem}_refused")
     with shown(console, "import", "outlines, gaps and overlaps, joints"):
-        taken = intake.import_wall(options.file, given, refused)
+        taken = intake.import_wall(options.file, texts, refused)
     wall, remarks = taken.wall, taken.remarks
     with shown(console, "import", "block file and pictures"):
         written = intake.write_wall(taken, options.output)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_type_hints
 
 from orchestrator.basis.arrays import IntArray
 from orchestrator.basis.errors import CaseError, naming
@@ -25,6 +25,7 @@ from orchestrator.masonry.sources.drawing import (
     Material,
     RefusedWallError,
     closed,
+    doubted_size,
     implausible,
     size_of,
     wall_of,
@@ -81,10 +82,10 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
     with naming(path):
         if not path.exists():
             raise CaseError("", "no such file", f"give one that ends in {KNOWN}")
-        given = {key: value for key, value in options.items() if value}
-        loose = _settings(LooseSettings, given)
+        texts = {key: value for key, value in options.items() if value}
+        loose = _settings(LooseSettings, texts)
         try:
-            wall, remarks = _read(path, given)
+            wall, remarks = _read(path, texts)
             remarks = [*_thick(wall), *remarks]
         except RefusedWallError as error:
             raise _drawn(error, error.wall, picture) from None
@@ -95,7 +96,7 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
         except CaseError as error:
             warned = few([remark.replace("WARNING: ", "") for remark in remarks if "WARNING" in remark], "; ")
             remedy = f"reading it warned of a likely cause: {warned}; else " if warned else ""
-            said = CaseError(error.key, error.problem, remedy + error.remedy)
+            said = CaseError(error.key, error.problem, doubted_size(wall) or remedy + error.remedy)
             raise _drawn(said, wall, picture) from None
     return Intake(kept, sorted([*more, *remarks], key=lambda remark: "WARNING" not in remark), before)
 
@@ -241,12 +242,13 @@ def _svg(path: Path, options: dict[str, str], layers: Layers, healing: HealingSe
 
 def _settings(kind: type[Any], options: dict[str, str], **needed: str) -> Any:
     """Return settings of `kind`, taking their keys out of `options`; `needed` says how to give what has no default."""
-    given = {key: options.pop(key) for key in kind.__dataclass_fields__ if key in options}
+    texts = {key: options.pop(key) for key in kind.__dataclass_fields__ if key in options}
     for key, example in needed.items():
-        if key not in given:
+        if key not in texts:
             raise CaseError(f"--{key}", "is missing, the file does not say it", f"give it, as in {example}")
     try:
-        return settings_from(kind, {key: number_or_text(value) for key, value in given.items()})
+        hints = get_type_hints(kind)
+        return settings_from(kind, {k: text if hints[k] is str else number_or_text(text) for k, text in texts.items()})
     except CaseError as error:
         raise CaseError(f"--{error.key.replace('_', '-')}", error.problem, error.remedy) from None
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 COLUMNS = (
     "load_case", "direction", "distribution", "weight_N", "vertical_load_N", "horizontal_load_N", "model", "bodies",
-    "associative", "non_associative", "last_rest", "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N",
+    "associative", "non_associative", "kind", "limit_base_shear_N", "peak_multiplier", "peak_base_shear_N",
     "displacement_at_peak_m", "initial_stiffness_N_per_m", "peak_reached", "valid", "stopped_because", "complaint",
 )  # fmt: skip
 INDEX = "load_cases.json"
@@ -149,8 +149,8 @@ def _finished(run: LoadCaseRun) -> Outcome | None:
         return None
     if _without_commit(written.read_text(encoding="utf-8")) != _without_commit(as_run(run.case)):
         return None
-    found = storage.read_summary(run.folder)
-    return None if any(pushed.complaint for pushed in found.pushover) else Outcome(found, ())
+    summary = storage.read_summary(run.folder)
+    return None if any(pushed.complaint for pushed in summary.pushover) else Outcome(summary, ())
 
 
 def _without_commit(text: str) -> list[str]:
@@ -224,11 +224,11 @@ def _presented(folder: Path) -> tuple[tuple[dict[str, Any], ...], Verdict]:
     language = project.language
     plots.save(plots.load_case_curves(lines, record["case"]), folder / "figures", "curves", language)
     answers = [_answered(entry, folder / entry["name"]) for entry in record["load_cases"]]
-    found = verdict(record["case"], answers)
-    page.write_verdict(folder, found)
+    judgement = verdict(record["case"], answers)
+    page.write_verdict(folder, judgement)
     verified = next((one.summary.seismic for one in answers if one.summary and one.summary.seismic), None)
-    page.write_index(folder, record["case"], rows, found, project, verified)
-    return rows, found
+    page.write_index(folder, record["case"], rows, judgement, project, verified)
+    return rows, judgement
 
 
 def _answered(entry: dict[str, Any], folder: Path) -> Answered:
@@ -253,7 +253,7 @@ def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
             "bodies": pushed.bodies,
             "associative": limit.associative,
             "non_associative": lowest,
-            "last_rest": limit.only_at_rest,
+            "kind": limit.kind,
             "limit_base_shear_N": limit.base_shear,
             "peak_multiplier": pushed.peak_multiplier,
             "peak_base_shear_N": pushed.peak_base_shear,

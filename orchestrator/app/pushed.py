@@ -168,30 +168,35 @@ def judged(
 
     if isinstance(complaint, ConvergenceError):
         complaint = located(model, complaint, last, contact_model, settings)
-    if last is None or last.phase == "gravity":
-        raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
+    last = _after_gravity(model, last, complaint)
     stopped = str(complaint or end_of_curve(last, stepping))
     curve = PushoverCurve.from_increments(increments(), stopped)
     effort = storage.effort_of(increments(), contact_model.body_names, contact_model.body_mass)
-    capacity = find_capacity(curve)
-    failures = [complaint] if isinstance(complaint, ConvergenceError) else []
-    large = stepping.large_displacement
-    overlap = _overlap_of(bodies, contact_model, last) if large else (0.0, 0.0)
-    highest_static = _peak(curve)
-    at_peak = next(one for one in increments() if one.number == highest_static)
-    highest = None if large else expected * contact_model.horizontal_load
-    broke_off = f"it broke off {place(last)}" if failures else ""
-    invalid = _invalid(model, curve, overlap[1], effort.energy_error, highest, broke_off)
+    failures, capacity = [complaint] if isinstance(complaint, ConvergenceError) else [], find_capacity(curve)
+    overlap = _overlap_of(bodies, contact_model, last) if (large := stepping.large_displacement) else (0.0, 0.0)
+    peak = _peak(curve)
+    at_peak = next(one for one in increments() if one.number == peak)
+    bound = None if large else expected * contact_model.horizontal_load
+    ended = f"it broke off {place(last)}" if failures else ""
+    invalid = _invalid(model, curve, overlap[1], effort.energy_error, bound, ended)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     summary = storage.pushover_summary(
         model, contact_model.meshes, len(contact_model.contacts), effort, capacity, stopped, overlap=overlap,
         toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, _moment_of_load(contact_model, at_peak)),
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         large_displacement=large, ranks=ranks, seconds=seconds, peak_memory=peak_memory(),
-        complaint=str(complaints[0]) if complaints else None,
-        not_valid_because=None if invalid is None else invalid.detail,
+        complaint=str(complaints[0]) if complaints else None, not_valid_because=None if not invalid else invalid.detail,
     )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints)
+
+
+def _after_gravity(
+    model: ModelName, last: Increment | None, complaint: ConvergenceError | CollapseError | None
+) -> Increment:
+    """Return the last increment. Raises ConvergenceError where it is not past gravity: there is no curve."""
+    if last is None or last.phase == "gravity":
+        raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
+    return last
 
 
 def _overlap_of(bodies: Bodies, contact_model: ContactModel, last: Increment) -> tuple[float, float]:

@@ -93,8 +93,8 @@ def sensitivity(case: Case, output: Path, comm: MPI.Intracomm | None, report: Re
 def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> SensitivityOutcome:
     began, settings = perf_counter(), case.sensitivity
     with naming(case.file):
-        given = ranges(settings)
-        points = (*one_at_a_time(given), *latin_hypercube(given, settings.samples, settings.seed))
+        limits = ranges(settings)
+        points = (*one_at_a_time(limits), *latin_hypercube(limits, settings.samples, settings.seed))
     driver.check(case)
     digests = _digest_of(case)
     runs = [_run_of(point, case, output / "points", digests) for point in points]
@@ -103,8 +103,8 @@ def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> Se
     for number, said in enumerate(spread(compute, missing), 1):
         report(StageDone(f"{number} of {len(missing)}", perf_counter() - began, said))
     report(StageBegun("sensitivity", "pictures"))
-    found = {run.point.name: storage.read_json(run.file) for run in runs}
-    return _presented(case, output, given, [run.point for run in runs], found)
+    answers = {run.point.name: storage.read_json(run.file) for run in runs}
+    return _presented(case, output, limits, [run.point for run in runs], answers)
 
 
 def varied(case: Case, values: Mapping[str, float]) -> Case:
@@ -162,20 +162,22 @@ def compute(run: PointRun) -> str:
 def governing(answers: Sequence[Answered], remarks: Sequence[str]) -> dict[str, Any]:
     """Return the capacity of the load case that governs, and which kind of answer it is; None where a load case has
     no answer."""
-    found = verdict("", answers) if answers else None
-    row = None if found is None or remarks else found.governing
+    judgement = verdict("", answers) if answers else None
+    row = None if judgement is None or remarks else judgement.governing
     if row is None:
         said = "; ".join(remarks) or "nothing counts"
         return {"capacity": None, "kind": NO_ANSWER, "load_case": "", "check": "", "remark": said}
     capacity = row["multiplier"] if row["safety_ratio"] == "" else row["capacity_ag_m_per_s2"]
-    assert found is not None
+    assert judgement is not None
     summary = next(answer.summary for answer in answers if answer.name == row["load_case"])
     assert summary is not None
-    left_out = f"{found.not_made} check{'s' * (found.not_made > 1)} could not be made" if found.not_made else ""
+    left_out = (
+        f"{judgement.not_made} check{'s' * (judgement.not_made > 1)} could not be made" if judgement.not_made else ""
+    )
     remark = "; ".join(text for text in (left_out, *row["remarks"]) if text)
     kind = kind_of(row, summary)
-    if found.not_made and row["safety_ratio"] != "":
-        kind += f", {found.not_made} not made"
+    if judgement.not_made and row["safety_ratio"] != "":
+        kind += f", {judgement.not_made} not made"
     return {"capacity": capacity, "kind": kind, "load_case": row["load_case"], "check": row["check"], "remark": remark}
 
 
@@ -188,8 +190,8 @@ def _limit(case: Case) -> storage.Summary:
 
 def _kinematic(case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> dict[str, Any] | None:
     with naming(case.file):
-        found = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, [])
-    return None if found is None else found[0]
+        verified = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, [])
+    return None if verified is None else verified[0]
 
 
 def _pushed(case: Case, folder: Path) -> storage.Summary | None:
@@ -205,29 +207,29 @@ def _pushed(case: Case, folder: Path) -> storage.Summary | None:
 def _presented(
     case: Case,
     output: Path,
-    given: Mapping[str, tuple[float, float]],
+    limits: Mapping[str, tuple[float, float]],
     points: Sequence[SensitivityPoint],
-    found: Mapping[str, Mapping[str, Any]],
+    answers: Mapping[str, Mapping[str, Any]],
 ) -> SensitivityOutcome:
     """Write tables and pictures; return the outcome."""
     asked = bool(limit_states(case.seismic))
-    quantity = "ground acceleration that passes (m/s2)" if asked else "load multiplier"
-    kind = _kind_compared(found)
+    quantity = "ground acceleration that passes (m/s²)" if asked else "load multiplier"
+    kind = _kind_compared(answers)
     bars: list[dict[str, Any]] = [
-        {"name": name, "low": low, "high": high} | _ends(name, found, kind) for name, (low, high) in given.items()
+        {"name": name, "low": low, "high": high} | _ends(name, answers, kind) for name, (low, high) in limits.items()
     ]
     bars.sort(key=lambda bar: -abs((bar["at_high"] or 0.0) - (bar["at_low"] or 0.0)))
     rows = [
         [point.name, one["capacity"], one["kind"], quantity, one["load_case"], one["check"], one["remark"]]
-        + [one["values"].get(name) for name in given]
+        + [one["values"].get(name) for name in limits]
         for point in points
-        for one in [found[point.name]]
+        for one in [answers[point.name]]
     ]
-    storage.write_csv(output / "sensitivity.csv", (*COLUMNS, *given), rows)
-    samples = [found[point.name] for point in points if point.name.startswith("sample")]
+    storage.write_csv(output / "sensitivity.csv", (*COLUMNS, *limits), rows)
+    samples = [answers[point.name] for point in points if point.name.startswith("sample")]
     sampled = [_compared(one, kind) for one in samples]
     known = [capacity for capacity in sampled if capacity is not None]
-    base = found["as given"]["capacity"]
+    base = answers["as given"]["capacity"]
     plots.save(plots.tornado(bars, base, quantity, case.name), output / "figures", "tornado")
     fit = lognormal(known)
     if known:
@@ -250,12 +252,12 @@ def _write_fragility(case: Case, output: Path, known: Sequence[float], fit: Logn
     plots.save(figure, output / "figures", "fragility")
 
 
-def _kind_compared(found: Mapping[str, Mapping[str, Any]]) -> str:
+def _kind_compared(answers: Mapping[str, Mapping[str, Any]]) -> str:
     """Return the kind of answer that all are compared in: that of the case as given, or the one of most points."""
-    kind: str = found["as given"]["kind"]
+    kind: str = answers["as given"]["kind"]
     if kind not in (NO_ANSWER, FALLS):
         return kind
-    others = Counter(one["kind"] for one in found.values() if one["kind"] not in (NO_ANSWER, FALLS))
+    others = Counter(one["kind"] for one in answers.values() if one["kind"] not in (NO_ANSWER, FALLS))
     return others.most_common(1)[0][0] if others else kind
 
 
@@ -265,11 +267,11 @@ def _compared(one: Mapping[str, Any], kind: str) -> float | None:
     return capacity if one["kind"] in (kind, FALLS) else None
 
 
-def _ends(name: str, found: Mapping[str, Mapping[str, Any]], kind: str) -> dict[str, Any]:
+def _ends(name: str, answers: Mapping[str, Mapping[str, Any]], kind: str) -> dict[str, Any]:
     """Return what a bar says of its two ends."""
     ends: dict[str, Any] = {}
     for end in ("low", "high"):
-        one = found[f"{name} {end}"]
+        one = answers[f"{name} {end}"]
         ends |= {f"at_{end}": _compared(one, kind), f"found_{end}": one["capacity"], f"kind_{end}": one["kind"]}
     return ends
 

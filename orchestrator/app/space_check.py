@@ -39,13 +39,13 @@ def check(path: Path, overrides: list[str], output: Path, console: Console) -> i
         loads, sums = loads_on(wall, case.load), load_sums(wall, case.load)
         with shown(console, "check", "whether the wall stands"):
             analyse(assemblage, loads, replace(case.limit_analysis, states="none"))
-    found, classes = materials(wall), joint_classes(assemblage)
-    for table in (loads_table(sums), materials_table(found), joints_table(classes)):
+    of_materials, classes = materials(wall), joint_classes(assemblage)
+    for table in (loads_table(sums), materials_table(of_materials), joints_table(classes)):
         console.print(table)
     for line in tie_words(case):
         console.print(line, soft_wrap=True, markup=False)
     console.print(STANDS, soft_wrap=True)
-    said = [*ignored_joints(assemblage), *unusual(sums, found, classes, case)]
+    said = [*ignored_joints(assemblage), *unusual(sums, of_materials, classes, case)]
     for remark in said:
         console.print(f"{path}: {remark}", soft_wrap=True, markup=False)
     _draw(case, assemblage, said, output, console)
@@ -61,16 +61,16 @@ def _draw(case: SpaceCase, assemblage: SpaceAssemblage, said: list[str], output:
     )
     free = int((~case.wall.fixed).sum())
     verdict = "see the warnings above" if said else "nothing to complain about"
-    found = f"{counted(free, 'block')} in space, {counted(assemblage.joints.count, 'joint')}"
-    console.print(f"{case.file}: {found}, {verdict}; {png}; to turn: {html}", soft_wrap=True, markup=False)
+    counts = f"{counted(free, 'block')} in space, {counted(assemblage.joints.count, 'joint')}"
+    console.print(f"{case.file}: {counts}, {verdict}; {png}; to turn: {html}", soft_wrap=True, markup=False)
 
 
-def materials_table(found: list[SpaceMaterialSums]) -> Table:
+def materials_table(sums: list[SpaceMaterialSums]) -> Table:
     """Return the materials with the values of their blocks."""
     table = plain_table(
         "Materials", ("material", "blocks", "volume\nm3", "weight\nkN", "unit weight\nkN/m3", "friction")
     )
-    for one in found:
+    for one in sums:
         table.add_row(
             escape(one.name) or "(none)",
             str(one.blocks),

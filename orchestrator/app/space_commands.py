@@ -127,7 +127,7 @@ def _sparse(say: Callable[[str], None]) -> Callable[[str], None]:
 
 def record(analysis: SpaceAnalysis) -> dict[str, Any]:
     """Return the limit_analysis part of a summary: the keys of a plane wall's, and both torsions."""
-    headline, found = analysis.headline, analysis.range
+    headline, interval = analysis.headline, analysis.range
     shown = analysis.shown
     corners, uniform = analysis.associative.load_multiplier, analysis.other_torsion
     if analysis.torsion == "uniform":
@@ -135,14 +135,14 @@ def record(analysis: SpaceAnalysis) -> dict[str, Any]:
     return {
         "associative": analysis.associative.load_multiplier,
         "non_associative": headline.load_multiplier if headline else None,
-        "non_associative_range": list(found) if found else None,
+        "non_associative_range": list(interval) if interval else None,
         "iterations": len(analysis.states),
-        "converged": found is not None,
+        "converged": interval is not None,
         "equilibrium_residual": shown.validation.equilibrium,
         "base_shear": shown.load_multiplier * analysis.live_total,
         "seconds": analysis.seconds,
-        "lowest": found[0] if found else None,
-        "highest": found[1] if found else None,
+        "lowest": interval[0] if interval else None,
+        "highest": interval[1] if interval else None,
         "torsion": {"corners": corners, "uniform": uniform},
     }
 
@@ -183,14 +183,14 @@ def _row(state: SpaceState, analysis: SpaceAnalysis) -> list[str]:
 
 
 def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
-    headline, found = analysis.headline, analysis.range
+    headline, interval = analysis.headline, analysis.range
     rows = [("associative multiplier (bound)", f"{analysis.associative.load_multiplier:.4f}")]
     if _differ(analysis):
         other = "uniform pressure" if analysis.torsion == "corners" else "forces at corners"
         rows.append((f"the same, joints twist as under {other}", f"{analysis.other_torsion:.4f}"))
-    rows.append(("without dilation, headline", f"{headline.load_multiplier:.4f}" if headline else "no state found"))
-    if found:
-        rows.append(("without dilation, lowest and highest found", f"{found[0]:.4f} – {found[1]:.4f}"))
+    rows.append(("without dilation", f"{headline.load_multiplier:.4f}" if headline else "no state found"))
+    if interval:
+        rows.append(("without dilation, lowest and highest found", f"{interval[0]:.4f} – {interval[1]:.4f}"))
     which = "base shear" if headline else "base shear (associative)"
     rows.append((which, f"{printed('force', analysis.shown.load_multiplier * analysis.live_total)} kN"))
     return rows
@@ -237,15 +237,15 @@ def _polar(case: SpaceCase, assemblage: SpaceAssemblage, output: Path, say: Call
     associative, headline = np.full(count, np.nan), np.full(count, np.nan)
     for k, angle in enumerate(angles):
         loads = loads_on(assemblage.wall, replace(case.load, angle=float(angle)))
-        found = analyse(assemblage, loads, each)
-        associative[k] = found.associative.load_multiplier
-        headline[k] = found.headline.load_multiplier if found.headline else np.nan
-        text = f"{headline[k]:.4f}" if found.headline else "no state found"
-        say(f"direction {math.degrees(angle):.0f} degrees: associative {associative[k]:.4f}, headline {text}")
+        analysis = analyse(assemblage, loads, each)
+        associative[k] = analysis.associative.load_multiplier
+        headline[k] = analysis.headline.load_multiplier if analysis.headline else np.nan
+        text = f"{headline[k]:.4f}" if analysis.headline else "no state found"
+        say(f"direction {math.degrees(angle):.0f} degrees: associative {associative[k]:.4f}, without dilation {text}")
     write_json(
         output / "directions.json",
         {"angle_degrees": np.degrees(angles), "associative": associative, "non_associative": headline},
     )
-    curves = {"associative": associative, "without dilation, headline": headline}
+    curves = {"associative": associative, "without dilation": headline}
     picture = output / "figures" / "directions.png"
     return space_pictures.save_polar(angles, curves, case.name, picture, case.project.language)

@@ -76,8 +76,8 @@ def import_wall(path: Path, options: Mapping[str, str], output: Path, console: C
         assemblage = find_joints(wall)
     write_json(output, as_record(wall))
     png = space_pictures.save_wall(assemblage, -np.eye(3)[1], output.with_suffix(".png"))
-    found = f"{len(wall.blocks)} blocks in space, {int(wall.fixed.sum())} of them supports"
-    text = f"{output}: {found}, {assemblage.joints.count} joints; {png}"
+    counts = f"{len(wall.blocks)} blocks in space, {int(wall.fixed.sum())} of them supports"
+    text = f"{output}: {counts}, {assemblage.joints.count} joints; {png}"
     console.print(text, soft_wrap=True, markup=False)
     return 0
 

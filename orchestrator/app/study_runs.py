@@ -153,8 +153,8 @@ def _pushover(run: PartitionRun) -> storage.PushoverSummary | None:
 
 def _not_valid(run: PartitionRun) -> str:
     """Return why the curve of a finished run is not valid, "" where it is or there is none."""
-    found = _pushover(run)
-    return (found and found.not_valid_because) or ""
+    pushed = _pushover(run)
+    return (pushed and pushed.not_valid_because) or ""
 
 
 def _table(cells: Sequence[Cell], micro: Partition, runs: dict[bytes, PartitionRun]) -> Iterable[dict[str, Any]]:
@@ -172,27 +172,27 @@ def _tolerance(value: float) -> float | str:
 def _row(run: PartitionRun, micro: storage.PushoverSummary | None) -> dict[str, Any]:
     """Return the columns of one run after the tolerances; empty where there is no curve."""
     counted = {"bodies": run.segmented.partition.count, "joints": len(run.segmented.bodies.joint)}
-    found = _pushover(run)
+    pushed = _pushover(run)
     said = {"run": run.folder.name, "complaints": "; ".join(_complaints(run))}
     row = dict.fromkeys(COLUMNS[2:], "") | counted | said
-    if found is None:
+    if pushed is None:
         return row
     figures = {
-        "peak_multiplier": found.peak_multiplier,
-        "peak_base_shear_N": found.peak_base_shear,
-        "displacement_at_peak_m": found.displacement_at_peak,
-        "initial_stiffness_N_per_m": found.initial_stiffness,
-        "seconds": found.seconds["total"],
-        "stopped_because": found.stopped_because,
-        "valid": found.valid,
+        "peak_multiplier": pushed.peak_multiplier,
+        "peak_base_shear_N": pushed.peak_base_shear,
+        "displacement_at_peak_m": pushed.displacement_at_peak,
+        "initial_stiffness_N_per_m": pushed.initial_stiffness,
+        "seconds": pushed.seconds["total"],
+        "stopped_because": pushed.stopped_because,
+        "valid": pushed.valid,
     }
     if micro is None:
         return row | figures
     ratios = {
-        "bodies_over_micro": found.bodies / micro.bodies,
-        "peak_over_micro": found.peak_base_shear / micro.peak_base_shear,
-        "stiffness_over_micro": found.initial_stiffness / micro.initial_stiffness,
-        "seconds_over_micro": found.seconds["total"] / micro.seconds["total"],
+        "bodies_over_micro": pushed.bodies / micro.bodies,
+        "peak_over_micro": pushed.peak_base_shear / micro.peak_base_shear,
+        "stiffness_over_micro": pushed.initial_stiffness / micro.initial_stiffness,
+        "seconds_over_micro": pushed.seconds["total"] / micro.seconds["total"],
     }
     return row | figures | ratios
 
@@ -231,8 +231,8 @@ def _words(cell: Cell) -> str:
 
 
 def _curve(run: PartitionRun) -> Any:
-    found = _pushover(run)
-    return found and storage.read_curve(run.folder / run.model, found.stopped_because)
+    pushed = _pushover(run)
+    return pushed and storage.read_curve(run.folder / run.model, pushed.stopped_because)
 
 
 def _panel(run: PartitionRun, segmented: Segmented) -> plots.SmallWall:

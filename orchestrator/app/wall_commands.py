@@ -46,8 +46,8 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
         storage.try_folder(output)
         return _settle(options, case, output, console)
     if options.json:
-        found = {name: driver.limit(one) for name, one in load_case_runs.each(case).items()}
-        records = {name: asdict(storage.limit_summary(one[1])) for name, one in found.items()}
+        analyses = {name: driver.limit(one) for name, one in load_case_runs.each(case).items()}
+        records = {name: asdict(storage.limit_summary(one[1])) for name, one in analyses.items()}
         print(json.dumps(records.get("", records), indent=1))
         return 0
     _try_output(options, case, output)

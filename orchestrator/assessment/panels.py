@@ -83,18 +83,18 @@ def openings(wall: Wall) -> tuple[Opening, ...]:
     gap = DRAWN_OPEN * float(np.sqrt(areas.mean()))
     left, bottom, right, top = shapely.total_bounds([stone for stone, moves in zip(stones, free, strict=True) if moves])
     left_free = shapely.box(left, bottom, right, top).difference(shapely.union_all(shapely.buffer(stones, gap)))
-    found = []
+    holes = []
     for part in shapely.get_parts(shapely.multipolygons(shapely.get_parts(left_free))):
         x0, y0, x1, y1 = part.bounds
         if part.area > areas.mean() and min(x0 - left, right - x1, top - y1) > 2.0 * gap:
-            found.append(Opening(x0 - gap, x1 + gap, y0 - gap if y0 > bottom else y0, y1 + gap))
-    return tuple(sorted(found, key=lambda o: (round(o.middle[1] / gap), o.left)))
+            holes.append(Opening(x0 - gap, x1 + gap, y0 - gap if y0 > bottom else y0, y1 + gap))
+    return tuple(sorted(holes, key=lambda o: (round(o.middle[1] / gap), o.left)))
 
 
-def storeys(found: Sequence[Opening]) -> list[list[Opening]]:
+def storeys(holes: Sequence[Opening]) -> list[list[Opening]]:
     """Return openings storey by storey, from below."""
     rows: list[list[Opening]] = []
-    for opening in sorted(found, key=lambda o: o.middle[1]):
+    for opening in sorted(holes, key=lambda o: o.middle[1]):
         row = rows[-1] if rows else []
         bottom, top = _shared_height([*row, opening])
         lowest = min(o.top - o.bottom for o in [*row, opening])
@@ -111,17 +111,17 @@ def _shared_height(row: Sequence[Opening]) -> tuple[float, float]:
 
 def piers(wall: Wall) -> tuple[Panel, ...]:
     """Return the piers of every storey, from below and from the left; none for a wall without openings."""
-    solid, found = _solid(wall), []
+    solid, panels = _solid(wall), []
     for number, row in enumerate(storeys(openings(wall)), 1):
         bottom, top = _shared_height(row)
         for place, (left, right) in enumerate(_pieces(solid, 1, 0.5 * (bottom + top)), 1):
-            found.append(Panel(f"pier {number}.{place}", False, left, right, bottom, top))
-    return tuple(found)
+            panels.append(Panel(f"pier {number}.{place}", False, left, right, bottom, top))
+    return tuple(panels)
 
 
 def spandrels(wall: Wall) -> tuple[Panel, ...]:
     """Return the spandrels above and below every opening, storey by storey; each part of the wall once."""
-    solid, found, seen = _solid(wall), [], set()
+    solid, panels, seen = _solid(wall), [], set()
     for number, row in enumerate(storeys(openings(wall)), 1):
         for place, opening in enumerate(row, 1):
             for bottom, top in _pieces(solid, 0, opening.middle[0]):
@@ -133,8 +133,8 @@ def spandrels(wall: Wall) -> tuple[Panel, ...]:
                 if beside and key not in seen:
                     seen.add(key)
                     name = f"spandrel {where} {number}.{place}"
-                    found.append(Panel(name, True, opening.left, opening.right, bottom, top))
-    return tuple(found)
+                    panels.append(Panel(name, True, opening.left, opening.right, bottom, top))
+    return tuple(panels)
 
 
 def _solid(wall: Wall) -> shapely.Geometry:
@@ -188,8 +188,8 @@ def cut(assemblage: Assemblage, panels: Sequence[Panel], at: float) -> tuple[Sec
 
 def rows(panels: Sequence[Panel]) -> list[list[Panel]]:
     """Return panels that one cut goes through: piers of one storey, spandrels over each other."""
-    found: dict[tuple[float, float], list[Panel]] = {}
+    in_one_cut: dict[tuple[float, float], list[Panel]] = {}
     for panel in panels:
         key = (panel.left, panel.right) if panel.horizontal else (panel.bottom, panel.top)
-        found.setdefault(key, []).append(panel)
-    return list(found.values())
+        in_one_cut.setdefault(key, []).append(panel)
+    return list(in_one_cut.values())

@@ -70,18 +70,18 @@ def moments_on_j(assemblage: Assemblage, joint_forces: FloatArray, about: FloatA
 
 def section_forces(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[SectionForce, ...]:
     """Return N, V, M of every pier at foot, middle and head, and of every spandrel in its middle."""
-    found = []
+    forces = []
     on_j = forces_on_j(assemblage, joint_forces)
     for row in rows(piers(assemblage.wall)):
         heights = {"foot": row[0].bottom, "middle": 0.5 * (row[0].bottom + row[0].top), "head": row[0].top}
         cuts = {name: cut(assemblage, row, at) for name, at in heights.items()}
-        found += [
+        forces += [
             _of(assemblage, joint_forces, on_j, cuts[name][place], name) for place in range(len(row)) for name in cuts
         ]
     for row in rows(spandrels(assemblage.wall)):
         at = 0.5 * (row[0].left + row[0].right)
-        found += [_of(assemblage, joint_forces, on_j, one, "middle") for one in cut(assemblage, row, at)]
-    return tuple(found)
+        forces += [_of(assemblage, joint_forces, on_j, one, "middle") for one in cut(assemblage, row, at)]
+    return tuple(forces)
 
 
 def _of(
@@ -98,7 +98,7 @@ def _of(
 def reactions(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[Reaction, ...]:
     """Return what every support that carries anything exerts on the wall."""
     on_j, between = forces_on_j(assemblage, joint_forces), assemblage.joints
-    found = []
+    exerted = []
     for position, block in enumerate(assemblage.wall.blocks):
         as_i, as_j = (np.flatnonzero(side == position) for side in (between.i, between.j))
         if not block.fixed or not len(as_i) + len(as_j):
@@ -107,5 +107,5 @@ def reactions(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[Reactio
         at = np.average(between.centroid[joints], axis=0, weights=between.length[joints])
         force = (sign[:, None] * on_j[joints]).sum(axis=0)
         moment = float(sign @ moments_on_j(assemblage, joint_forces, at)[joints])
-        found.append(Reaction(block.id, float(at[0]), float(at[1]), float(force[0]), float(force[1]), moment))
-    return tuple(found)
+        exerted.append(Reaction(block.id, float(at[0]), float(at[1]), float(force[0]), float(force[1]), moment))
+    return tuple(exerted)

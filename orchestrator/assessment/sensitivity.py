@@ -71,42 +71,42 @@ class SensitivityPoint:
 
 def ranges(settings: SensitivitySettings) -> dict[str, tuple[float, float]]:
     """Return low and high of every range given. Raises CaseError (key only) for none, or one that is no range."""
-    found: dict[str, tuple[float, float]] = {}
+    limits: dict[str, tuple[float, float]] = {}
     for field in fields(settings):
-        given = getattr(settings, field.name)
-        if field.name in NOT_A_RANGE or given == ():
+        ends = getattr(settings, field.name)
+        if field.name in NOT_A_RANGE or ends == ():
             continue
-        if len(given) != 2 or not given[0] < given[1]:
+        if len(ends) != 2 or not ends[0] < ends[1]:
             raise CaseError(
-                f"sensitivity.{field.name}", f"{list(given)} is no range", "write [low, high], low below high"
+                f"sensitivity.{field.name}", f"{list(ends)} is no range", "write [low, high], low below high"
             )
-        found[field.name] = (given[0], given[1])
-    if not found:
+        limits[field.name] = (ends[0], ends[1])
+    if not limits:
         raise CaseError("sensitivity", "has no range", "give one, as in friction = [0.5, 0.7]")
-    return found
+    return limits
 
 
-def one_at_a_time(given: Mapping[str, tuple[float, float]]) -> tuple[SensitivityPoint, ...]:
+def one_at_a_time(limits: Mapping[str, tuple[float, float]]) -> tuple[SensitivityPoint, ...]:
     """Return the case as it is, and every range at its ends."""
     ends = (
         SensitivityPoint(f"{name} {end}", ((name, value),))
-        for name, pair in given.items()
+        for name, pair in limits.items()
         for end, value in zip(("low", "high"), pair, strict=True)
     )
     return (SensitivityPoint("as given", ()), *ends)
 
 
-def latin_hypercube(given: Mapping[str, tuple[float, float]], samples: int, seed: int) -> tuple[SensitivityPoint, ...]:
+def latin_hypercube(limits: Mapping[str, tuple[float, float]], samples: int, seed: int) -> tuple[SensitivityPoint, ...]:
     """Return samples of all ranges together, uniform in each."""
     if samples == 0:
         return ()
-    low, high = np.array(list(given.values())).T
+    low, high = np.array(list(limits.values())).T
     from scipy.stats import qmc  # takes as long to import as all else that a case file needs
 
-    drawn = qmc.scale(qmc.LatinHypercube(len(given), seed=seed).random(samples), low, high)
+    drawn = qmc.scale(qmc.LatinHypercube(len(limits), seed=seed).random(samples), low, high)
     digits = len(str(samples))
     return tuple(
-        SensitivityPoint(f"sample {number:0{digits}d}", tuple(zip(given, row.tolist(), strict=True)))
+        SensitivityPoint(f"sample {number:0{digits}d}", tuple(zip(limits, row.tolist(), strict=True)))
         for number, row in enumerate(drawn, 1)
     )
 

@@ -28,7 +28,8 @@ def refuse_missing(purpose: str, modules: tuple[str, ...] = FINITE_ELEMENTS) -> 
         return
     remedy = f"install {', '.join(REMEDY[module] for module in missing)}"
     if set(missing) - {"gmsh"}:
-        remedy += ": `make setup` does so on Debian, environment.yml with conda; check, limit and segment work without"
+        remedy += ": `make setup` does so on Debian and Ubuntu 26.04, environment.yml with conda; "
+        remedy += "check, limit and segment work without"
     raise CaseError("", f"{purpose} needs {', '.join(missing)}, not installed here", remedy, "orchestrator")
 
 

@@ -23,12 +23,12 @@ PRESENTATION = (
 def program() -> dict[str, str]:
     """Return version, commit ("+changes" where the clone differs from it) and hash of the sources; what is unknown is
     left out."""
-    found = {}
+    identity = {}
     with suppress(PackageNotFoundError):  # sources that are not installed
-        found["orchestrator"] = version("orchestrator")
+        identity["orchestrator"] = version("orchestrator")
     if known := commit():
-        found["commit"] = known
-    return found | {"sources": sources()[:12]}
+        identity["commit"] = known
+    return identity | {"sources": sources()[:12]}
 
 
 def commit() -> str:

@@ -76,8 +76,8 @@ class Unit:
         """Return the factor from `symbol` to the SI unit. Raises ValueError for a unit of another kind."""
         known = FACTORS[self.symbol]
         if symbol not in known:
-            found = f"unit {symbol!r}" if symbol else "a text without a unit"
-            raise ValueError(f"{found} does not fit; use one of {', '.join(known)}")
+            written = f"unit {symbol!r}" if symbol else "a text without a unit"
+            raise ValueError(f"{written} does not fit; use one of {', '.join(known)}")
         return known[symbol]
 
 

@@ -93,12 +93,12 @@ def open_gaps(joined: PlanarMap) -> list[Gap]:
     width = off[0] + share * (off[1] - off[0])
     narrow = np.abs(width) < np.minimum(visible[i], visible[j])
     facing = narrow & (last - first > BESIDE * np.minimum(length[i], length[j]))
-    found: dict[tuple[int, int], Gap] = {}
+    gaps: dict[tuple[int, int], Gap] = {}
     middle = a[i] + (0.5 * (first + last))[:, None] * tangent[i] + 0.5 * width[:, None] * outward
     for k in np.flatnonzero(facing)[np.argsort(np.abs(width[facing]), kind="stable")].tolist():
         one, other = sorted((int(block[i[k]]), int(block[j[k]])))
-        found.setdefault((one, other), Gap(one, other, float(width[k]), _place(middle[k])))
-    return [found[pair] for pair in sorted(found)]
+        gaps.setdefault((one, other), Gap(one, other, float(width[k]), _place(middle[k])))
+    return [gaps[pair] for pair in sorted(gaps)]
 
 
 def _sizes(joined: PlanarMap) -> FloatArray:

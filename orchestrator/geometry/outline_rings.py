@@ -132,7 +132,7 @@ class Rings:
         for k in np.flatnonzero(np.isin(there[rows], ends) | np.isin(self.vertex[rows], ends)).tolist():
             coming[int(there[rows[k]])].append(k)
             leaving[int(self.vertex[rows[k]])].append(k)
-        found = [
+        narrow = [
             int(key[rows[k]])
             for k in short.tolist()
             if any(
@@ -141,7 +141,7 @@ class Rings:
                 for after in leaving[int(there[rows[k]])]
             )
         ]
-        return np.array(found, dtype=key.dtype)
+        return np.array(narrow, dtype=key.dtype)
 
     def _beside(self, within: float) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
         """Return vertices, rows of open edges of blocks without them that they lie beside, place along and distance."""
@@ -168,8 +168,8 @@ class Rings:
 
     def distances(self, tolerance: float, beyond: float) -> FloatArray:
         """Return the distances above `beyond`, in m, that are still to be joined."""
-        found = np.concatenate([self._corner_pairs(tolerance)[2], self._beside(tolerance)[3]])
-        return found[found > beyond] if beyond else found
+        apart = np.concatenate([self._corner_pairs(tolerance)[2], self._beside(tolerance)[3]])
+        return apart[apart > beyond] if beyond else apart
 
     def join_corners(self, within: float) -> list[float]:
         """Join vertices, the nearest first; return the distances that were joined."""
@@ -206,10 +206,10 @@ class Rings:
 
     def _rows_by_block(self, vertices: IntArray) -> dict[int, dict[int, list[int]]]:
         """Return the rows of each vertex, by block."""
-        found: dict[int, dict[int, list[int]]] = defaultdict(dict)
+        rows: dict[int, dict[int, list[int]]] = defaultdict(dict)
         for row in np.flatnonzero(np.isin(self.vertex, vertices)).tolist():
-            found[int(self.vertex[row])].setdefault(int(self.block[row]), []).append(row)
-        return found
+            rows[int(self.vertex[row])].setdefault(int(self.block[row]), []).append(row)
+        return rows
 
     def _stays_simple(self, one: dict[int, list[int]], other: dict[int, list[int]]) -> bool:
         """Return whether both vertices may be one: no outline would touch itself or be left with less than an area."""

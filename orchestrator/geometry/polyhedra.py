@@ -197,29 +197,29 @@ def _crossing(body: Polyhedron) -> str:
 
 def triangles(body: Polyhedron) -> IntArray:
     """Return triangles (t, 3) that cover the faces, dented ones too: for pictures."""
-    found: list[tuple[int, int, int]] = []
+    covering: list[tuple[int, int, int]] = []
     for face in body.faces:
         corners = body.vertices[list(face)]
         normal = area_vector(corners)
         flat = (corners - corners[0]) @ tangents_of(normal / np.linalg.norm(normal)).T
-        found += [(face[a], face[b], face[c]) for a, b, c in _cut_ears(flat)]
-    return np.array(found)
+        covering += [(face[a], face[b], face[c]) for a, b, c in _cut_ears(flat)]
+    return np.array(covering)
 
 
 def _cut_ears(polygon: FloatArray) -> list[tuple[int, int, int]]:
     """Return triangles of a simple counter-clockwise polygon (n, 2)."""
-    left, found = list(range(len(polygon))), []
+    left, ears = list(range(len(polygon))), []
     while len(left) > 3:
         for k in range(len(left)):
             a, b, c = left[k - 1], left[k], left[(k + 1) % len(left)]
             others = polygon[[other for other in left if other not in (a, b, c)]]
             if cross(polygon[b] - polygon[a], polygon[c] - polygon[b]) > 0 and not _inside(polygon[[a, b, c]], others):
-                found.append((a, b, c))
+                ears.append((a, b, c))
                 del left[k]
                 break
         else:
             break
-    return [*found, *((left[0], left[k], left[k + 1]) for k in range(1, len(left) - 1))]
+    return [*ears, *((left[0], left[k], left[k + 1]) for k in range(1, len(left) - 1))]
 
 
 def _inside(triangle: FloatArray, points: FloatArray) -> bool:

@@ -33,12 +33,12 @@ def _pieces(body: Polyhedron) -> list[tuple[float, FloatArray]]:
         normal = face_normals(body)
         corner = np.array([body.vertices[face[0]] for face in body.faces])
         return [(1.0, np.column_stack([normal, -np.einsum("fi,fi->f", normal, corner)]))]
-    apex, found = body.vertices[0], []
+    apex, pieces = body.vertices[0], []
     for a, b, c in body.vertices[fans(body)]:
         sixfold = float((a - apex) @ np.cross(b - apex, c - apex))
         if abs(sixfold) > 1e-12 * body.size**3:
-            found.append((float(np.sign(sixfold)), _tetrahedron(np.array([apex, a, b, c]))))
-    return found
+            pieces.append((float(np.sign(sixfold)), _tetrahedron(np.array([apex, a, b, c]))))
+    return pieces
 
 
 def _tetrahedron(corners: FloatArray) -> FloatArray:

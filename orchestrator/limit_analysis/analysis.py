@@ -7,6 +7,7 @@ the headline - the paper's sequence, Eq. (2) - the lowest and highest other stat
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf
 from time import perf_counter
@@ -43,9 +44,10 @@ logger = logging.getLogger(__name__)
 
 MOST_PROGRAMS_FROM_MET = 6
 """Programs at most of a sequence that begins at the state that loading meets."""
-RELEASE, SOFT_END = 0.01, 0.02
-"""Part of the multiplier by which a state may lie below the last rest without a remark; and up to which below the last
-rest displacements may be large: they are, next to any limit state."""
+RELEASE = 0.01
+"""Part of the multiplier by which a state may lie off the last load at rest without a remark."""
+SOFT_END = 0.02
+"""Part of the last load at rest, below it, in which large displacements are not told: near a limit state they are."""
 
 NO_PATH = (
     "joints that crush, or whose tensile strength exceeds cohesion over friction, and ties, have no path of loading: "
@@ -84,42 +86,71 @@ def analyse(
     blocks, joints = len(equilibrium.free_blocks), assemblage.joints.count
     logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
-    bound = optimum.load_multiplier
-    logger.info("associative multiplier %.4f; loading from gravity", bound)
+    logger.info("associative multiplier %.4f; loading from gravity", optimum.load_multiplier)
+    known = non_associative_of(problem, view.loads, optimum, settings)
+    answer = answered(problem, optimum, known, loads, perf_counter() - started)
+    return view.carried_back(answer, assemble_equilibrium(assemblage, loads))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class NonAssociative:
+    """What is known of a problem beside its associative optimum.
+
+    met: what loading meets, None where it is not loaded; drawn: the state there as drawn, before it is pushed in large
+    displacements; sequence: the paper's state, or None; other: the states of the search; remarks: why there is none.
+    """
+
+    met: Loaded | None
+    drawn: LimitState | None
+    sequence: LimitState | None
+    other: Others
+    remarks: tuple[str, ...]
+
+
+def non_associative_of(
+    problem: Problem, loads: Loads, optimum: LimitSolution, settings: LimitAnalysisSettings
+) -> NonAssociative:
+    """Return what loading meets, the paper's value and other states; loads: of the problem's assemblage."""
     met = None
     if has_path(problem.friction):
         most, pushes = settings.path_blocks, settings.large_displacements
-        met = loaded(problem, view.loads, optimum, settings.local_share, most, pushes)
-    path = None if met is None else met.state
-    sequence, remarks = papers_value(problem, optimum, path, settings)
+        met = loaded(problem, loads, optimum, settings.local_share, most, pushes)
+    sequence, remarks = papers_value(problem, optimum, None if met is None else met.state, settings)
     other = others(problem, optimum, met, sequence, settings)
     met = None if met is None else closed_by_others(met, other)
     drawn = None if met is None else met.state
     met = None if met is None else in_large_displacements(met, problem.assemblage)
-    answer = LimitAnalysis(
+    return NonAssociative(met, drawn, sequence, other, remarks)
+
+
+def answered(
+    problem: Problem, optimum: LimitSolution, known: NonAssociative, loads: Loads, seconds: float
+) -> LimitAnalysis:
+    """Return all answers; loads: of the wall as given, which the answers name."""
+    met = known.met
+    return LimitAnalysis(
         loads=loads,
         weight=problem.equilibrium.total_weight,
         vertical_load=problem.equilibrium.dead_total,
         horizontal_load=problem.equilibrium.base_shear,
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
         associative=bound_of(problem, optimum),
-        sequence=sequence,
-        path=met.state if met else None,
-        remarks=(*remarks_of(problem, met), *remarks),
-        seconds=perf_counter() - started,
-        lowest=other.lowest,
-        highest=other.highest,
+        sequence=known.sequence,
+        path=answer_of(met),
+        remarks=(*remarks_of(problem, met), *known.remarks),
+        seconds=seconds,
+        lowest=known.other.lowest,
+        highest=known.other.highest,
         local_failures=met.local_failures if met else (),
         last_rest=last_rest_of(met),
         soft_from=met.path.soft_from if met else None,
         interval=met.spread if met else None,
         associative_left=bound_left(problem, met),
-        elastic_modulus=elastic_modulus,
+        elastic_modulus=problem.elastic_modulus,
         rigid_curve=curve_of(met),
         ways_out=ways_out_of(met),
-        drawn=drawn if met and geometry_decides(met) else None,
+        drawn=known.drawn if met and geometry_decides(met) else None,
     )
-    return view.carried_back(answer, assemble_equilibrium(assemblage, loads))
 
 
 def has_path(friction: YieldConditions) -> bool:
@@ -143,6 +174,15 @@ def is_soft(path: LoadPath) -> bool:
 def geometry_decides(met: Loaded) -> bool:
     """Whether the answer is the peak in large displacements, and not the limit state of the wall as drawn."""
     return met.pushed is not None and met.state is not None and met.multiplier == met.pushed.peak
+
+
+def answer_of(met: Loaded | None) -> LimitState | None:
+    """Return the state that loading meets, a peak under its own name, None where a wall was not loaded."""
+    if met is None or met.state is None:
+        return None
+    if not geometry_decides(met):
+        return met.state
+    return replace(met.state, flow_rule="large_displacements")
 
 
 def last_rest_of(met: Loaded | None) -> float | None:
@@ -187,47 +227,67 @@ def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
         return (NO_PATH,)
     if met is None:
         return ("loading: no state of rest under the dead load was found",)
-    said = list[str]()
+    words = (local_failures_of, answer_words, mechanism_words, geometry_words, interval_words)
+    return tuple(said for of in words for said in of(met))
+
+
+def local_failures_of(met: Loaded) -> Iterator[str]:
+    """Yield what came loose before the wall fails."""
     for failure in met.local_failures:
         low, high = failure.multipliers
         at = f"{high:.4f}" if high - low <= RELEASE * high else f"{low:.4f} to {high:.4f}"
         stones = ", ".join(map(str, failure.stones))
-        said.append(f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose")
-    rest, state = met.path.last_rest, met.state
+        yield f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose"
+
+
+def answer_words(met: Loaded) -> Iterator[str]:
+    """Yield what the answer is where it is no limit state that the path came to by itself."""
+    path, state = met.path, met.state
     if geometry_decides(met):
-        bears, drawn = met.multiplier, met.path.last_rest if met.path.state is None else met.path.state.load_multiplier
+        bears, drawn = met.multiplier, path.last_rest if path.state is None else path.state.load_multiplier
         least = "" if met.pushed is not None and met.pushed.is_past else "at least "
-        said.append(
-            f"geometry decides: rigid blocks in large displacements bear {least}{bears:.4f}, in small ones {drawn:.4f}"
-        )
+        blocks = f"rigid blocks in large displacements bear {least}{bears:.4f}"
+        yield f"geometry decides: {blocks}, in small ones {drawn:.4f}"
     elif state is not None and state.flow_rule in CLOSED_BY:
         how = CLOSED_BY[state.flow_rule]
-        said.append(f"the path was not followed to its end: state closed by {how}; {loaded_to(met)}")
+        yield f"the path was not followed to its end: state closed by {how}; {loaded_to(met)}"
     elif state is None or not state.converged:
-        creeps = "" if met.path.not_at_rest == inf else f" and not at {met.path.not_at_rest:.4f}"
+        creeps = "" if path.not_at_rest == inf else f" and not at {path.not_at_rest:.4f}"
         headline = "" if state is None else ": the headline is that rest"
-        said.append(f"loading: at rest up to {rest:.4f}{creeps}, but no limit state was closed there{headline}")
-        if met.path.given_up:
-            above = met.path.not_at_rest
-            upper = "the bound" if above == inf else f"{above:.4f}"
-            said.append(f"given up for the number of blocks: between that rest and {upper} nothing is known")
-    if met.spread or state is None or state.flow_rule in CLOSED_BY:
-        pass
-    elif state.load_multiplier < (1.0 - RELEASE) * rest:
-        said.append(f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}")
-    elif state.load_multiplier > (1.0 + RELEASE) * rest:
-        said.append(f"at rest up to {rest:.4f}; it moves far before it bears the {state.load_multiplier:.4f} found")
-    if state is not None and state.converged and closes_joints(state):
-        said.append("joints that had opened close in this state: it lasts until they have, and may bear more then")
+        yield f"loading: at rest up to {path.last_rest:.4f}{creeps}, but no limit state was closed there{headline}"
+        if path.given_up:
+            upper = "the bound" if path.not_at_rest == inf else f"{path.not_at_rest:.4f}"
+            yield f"given up for the number of blocks: between that rest and {upper} nothing is known"
+
+
+def mechanism_words(met: Loaded) -> Iterator[str]:
+    """Yield how the wall comes from its last load at rest to the state that is the answer, and how long this lasts."""
+    rest, state = met.path.last_rest, met.state
+    if state is None:
+        return
+    if not met.spread and state.flow_rule not in CLOSED_BY:
+        if state.load_multiplier < (1.0 - RELEASE) * rest:
+            yield f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}"
+        elif state.load_multiplier > (1.0 + RELEASE) * rest:
+            yield f"at rest up to {rest:.4f}; it moves far before it bears the {state.load_multiplier:.4f} found"
+    if state.converged and closes_joints(state):
+        yield "joints that had opened close in this state: it lasts until they have, and may bear more then"
+
+
+def geometry_words(met: Loaded) -> Iterator[str]:
+    """Yield from where on displacements are large, and what rigid blocks bear in large ones."""
     if is_soft(met.path):
-        said.append(f"soft from {met.path.soft_from:.4f}: beyond it displacements are large and geometry decides")
+        yield f"from {met.path.soft_from:.4f} on displacements are large"
     if met.pushed is not None and not geometry_decides(met):
         most = "bear at most" if met.pushed.is_past else "bear at least"
-        said.append(f"in large displacements rigid blocks {most} {met.pushed.peak:.4f}")
+        yield f"in large displacements rigid blocks {most} {met.pushed.peak:.4f}"
+
+
+def interval_words(met: Loaded) -> Iterator[str]:
+    """Yield between which multipliers the answer lies where it depends on what nobody knows."""
     if met.spread:
         low, high = met.spread
-        said.append(f"which state is met depends on the joints' stiffness, or on how it moves: {low:.4f} to {high:.4f}")
-    return tuple(said)
+        yield f"which state is met depends on the joints' stiffness, or on how it moves: {low:.4f} to {high:.4f}"
 
 
 def unloaded(met: Loaded) -> bool:

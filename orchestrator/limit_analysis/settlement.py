@@ -62,8 +62,10 @@ def settle(assemblage: Assemblage, support: int, angle: float, loads: Loads | No
     """
     equilibrium = settlement_equilibrium(assemblage, support, angle, loads)
     problem = Problem(assemblage, equilibrium, coulomb(assemblage, equilibrium.dead_total))
-    found = solve_limit_lp(problem.equilibrium, problem.friction)
+    solution = solve_limit_lp(problem.equilibrium, problem.friction)
     d = problem.equilibrium.live_load
-    u = np.where(np.repeat(d.reshape(-1, 3).any(axis=1), 3), d, found.velocities)  # rows without forces tell no motion
-    record = LinearProgramRecord(found.load_multiplier, 0.0, found.iterations, found.seconds, found.status)
-    return problem.state("associative", problem.friction.slope, found, replace(found, velocities=u), (record,))
+    u = np.where(
+        np.repeat(d.reshape(-1, 3).any(axis=1), 3), d, solution.velocities
+    )  # rows without forces tell no motion
+    record = LinearProgramRecord(solution.load_multiplier, 0.0, solution.iterations, solution.seconds, solution.status)
+    return problem.state("associative", problem.friction.slope, solution, replace(solution, velocities=u), (record,))

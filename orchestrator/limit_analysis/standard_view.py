@@ -59,18 +59,18 @@ class StandardView:
     interchanged: npt.NDArray[np.bool_]
     mirror: int
 
-    def carried_back(self, found: LimitAnalysis, equilibrium: Equilibrium) -> LimitAnalysis:
+    def carried_back(self, answer: LimitAnalysis, equilibrium: Equilibrium) -> LimitAnalysis:
         """Return the answer for the view as the answer for the original, whose equilibrium is checked anew."""
-        standing = None if found.local_failures else equilibrium  # else stones that lie on the ground are not in it
-        failures = [replace(failure, state=self._state(failure.state, None)) for failure in found.local_failures]
+        standing = None if answer.local_failures else equilibrium  # else stones that lie on the ground are not in it
+        failures = [replace(failure, state=self._state(failure.state, None)) for failure in answer.local_failures]
         return replace(
-            found,
-            associative=self._state(found.associative, equilibrium),
-            sequence=found.sequence and self._state(found.sequence, equilibrium),
-            path=found.path and self._state(found.path, standing),
-            lowest=found.lowest and self._state(found.lowest, standing),
-            drawn=found.drawn and self._state(found.drawn, standing),
-            associative_left=found.associative_left and self._state(found.associative_left, None),
+            answer,
+            associative=self._state(answer.associative, equilibrium),
+            sequence=answer.sequence and self._state(answer.sequence, equilibrium),
+            path=answer.path and self._state(answer.path, standing),
+            lowest=answer.lowest and self._state(answer.lowest, standing),
+            drawn=answer.drawn and self._state(answer.drawn, standing),
+            associative_left=answer.associative_left and self._state(answer.associative_left, None),
             local_failures=tuple(failures),
         )
 

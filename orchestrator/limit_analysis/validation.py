@@ -60,9 +60,9 @@ class Validation:
         return beyond(self, LIMITS)
 
 
-def beyond(found: object, limits: Mapping[str, float]) -> tuple[str, ...]:
-    """Return which attributes of `found` are above their limit, in words."""
-    named = ((name, getattr(found, name), limit) for name, limit in limits.items())
+def beyond(measured: object, limits: Mapping[str, float]) -> tuple[str, ...]:
+    """Return which attributes of `measured` are above their limit, in words."""
+    named = ((name, getattr(measured, name), limit) for name, limit in limits.items())
     return tuple(f"{name} {value:.1e} > {limit:.0e}" for name, value, limit in named if value > limit)
 
 

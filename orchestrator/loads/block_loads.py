@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -120,21 +121,21 @@ def load_cases(settings: LoadSettings) -> dict[str, LoadSettings]:
     """Return the loads of every load case by its name; {"": settings} where there are none. Raises CaseError."""
     if not settings.cases:
         return {"": settings}
-    found: dict[str, LoadSettings] = {}
-    for number, given in enumerate(settings.cases):
+    cases: dict[str, LoadSettings] = {}
+    for number, case in enumerate(settings.cases):
         key = f"load.cases.{number}.name"
-        if given.name in NOT_A_FOLDER or not re.fullmatch(r"[\w+-]([\w+. -]{0,98}[\w+-])?", given.name):
+        if case.name in NOT_A_FOLDER or not re.fullmatch(r"[\w+-]([\w+. -]{0,98}[\w+-])?", case.name):
             remedy = "use letters, digits, + - _ . and spaces, at most 100, and no name of the run folder's own"
-            raise CaseError(key, f"{given.name!r} cannot name a folder", remedy)
-        if given.name.casefold() in {name.casefold() for name in found}:
-            raise CaseError(key, f"{given.name!r} is the name of another one", "give every load case its own name")
+            raise CaseError(key, f"{case.name!r} cannot name a folder", remedy)
+        if case.name.casefold() in {name.casefold() for name in cases}:
+            raise CaseError(key, f"{case.name!r} is the name of another one", "give every load case its own name")
         changed = {
             name: value
             for name in ("direction", "inclination", "distribution", "live")
-            if (value := getattr(given, name)) not in (None, ())
+            if (value := getattr(case, name)) not in (None, ())
         }
-        found[given.name] = replace(settings, cases=(), dead=(*settings.dead, *given.dead), **changed)
-    return found
+        cases[case.name] = replace(settings, cases=(), dead=(*settings.dead, *case.dead), **changed)
+    return cases
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -176,8 +177,8 @@ def live_loads(wall: Wall, settings: LoadSettings) -> Placed:
     order (not for "per_block"). Raises CaseError."""
     refuse_contradictions(wall, settings)
     if settings.distribution == "per_block":
-        given = [(position, load.force) for load in settings.live for position in _positions(wall, load.blocks)]
-        block, size = np.array([position for position, _ in given]), np.array([force for _, force in given])
+        forces = [(position, load.force) for load in settings.live for position in _positions(wall, load.blocks)]
+        block, size = np.array([position for position, _ in forces]), np.array([force for _, force in forces])
         return over_volume(block, block_centroids(wall)[block], size)
     masses = _masses(wall, settings)
     if settings.distribution == "mass":
@@ -194,16 +195,31 @@ def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
         raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
     for number, load in enumerate(settings.dead):
         refuse_dead_load(wall, load, f"load.dead.{number}")
-    free = {block.id: not block.fixed for block in wall.blocks}
-    named = {f"load.live.{number}": load.blocks for number, load in enumerate(settings.live)}
-    named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(settings.dead)}
+    refuse_blocks_that_cannot_move({block.id: not block.fixed for block in wall.blocks}, settings.live, settings.dead)
+    for number, load in enumerate(settings.dead):
+        refuse_place(wall, load, f"load.dead.{number}")
+
+
+class _OnBlocks(Protocol):
+    """A load on blocks by their ids."""
+
+    @property
+    def blocks(self) -> tuple[int, ...]:
+        """() for what is not on named blocks."""
+
+
+def refuse_blocks_that_cannot_move(
+    free: Mapping[int, bool], live: Sequence[_OnBlocks], dead: Sequence[_OnBlocks]
+) -> None:
+    """Raise CaseError for loads that name supports, or blocks that there are not; free: whether a block can move, by
+    its id."""
+    named = {f"load.live.{number}": load.blocks for number, load in enumerate(live)}
+    named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(dead)}
     for key, ids in named.items():
         for wanted in ids:
             if not free.get(wanted, False):
                 problem = f"block {wanted} is a support" if wanted in free else f"there is no block {wanted}"
                 raise CaseError(f"{key}.blocks", problem, "name blocks of the wall that can move")
-    for number, load in enumerate(settings.dead):
-        refuse_place(wall, load, f"load.dead.{number}")
 
 
 def _masses(wall: Wall, settings: LoadSettings) -> Placed:

@@ -28,6 +28,7 @@ STEEP = 1e-9
 AT_LEVEL = 1e-2
 """part of a block's height by which its top may be off the level of a floor"""
 ALL_X = (-np.inf, np.inf)
+"""stretch of x in m of a load on a whole level"""
 
 Spread = Literal["volume", "top", "point"]
 

@@ -65,8 +65,8 @@ def macroblocks_of(
     tied: with ties after the joints of `assemblage`, where the analysis has them: they hold bodies, and join none.
     """
     criteria = criteria or MacroblockSettings()
-    given = any(getattr(criteria, name) != getattr(MacroblockSettings(), name) for name in TOLERANCES)
-    if criteria.choose == "tolerances" or given:
+    by_tolerances = any(getattr(criteria, name) != getattr(MacroblockSettings(), name) for name in TOLERANCES)
+    if criteria.choose == "tolerances" or by_tolerances:
         of_joints = of_first_joints(analysis, assemblage.joints.count)
         return merged(assemblage, of_joints.headline.mechanism, criteria)
     return chosen(assemblage, analysis, criteria.margin, tied)
@@ -101,8 +101,8 @@ def chosen(
     if analysis.path is not None and 1 < partition.count < stones:
         partition, remarks = _by_path(assemblage, analysis, margin, partition, said)
     elif analysis.path is not None and stones > 1:
-        found, _ = _by_loading(assemblage, analysis, margin, np.inf)
-        partition, remarks = (partition, remarks) if found is None else (found, [_said_of_loading(analysis, margin)])
+        bodies, _ = _by_loading(assemblage, analysis, margin, np.inf)
+        partition, remarks = (partition, remarks) if bodies is None else (bodies, [_said_of_loading(analysis, margin)])
     if 2 * partition.count > stones > 2:
         remarks.append(
             f"{partition.count} macroblocks of {stones} stones save little: run --model micro has every stone"
@@ -119,14 +119,14 @@ def _of_states(
 
     def kept(partition: Partition) -> list[float]:
         """Return the multipliers found for the states, as far as the first that is lost."""
-        found = []
+        multipliers = []
         logger.info("macroblocks: trying %d bodies", partition.count)
         for state in states:
             multiplier = kept_multiplier(tied, analysis, state, partition, margin)
             if multiplier is None:
                 break
-            found.append(multiplier)
-        return found
+            multipliers.append(multiplier)
+        return multipliers
 
     def keeps(partition: Partition) -> bool:
         return partition.count > 1 and len(kept(partition)) == len(states)
@@ -136,8 +136,8 @@ def _of_states(
         partition = _coarsest([partition_of(assemblage, g) for g in hierarchy(assemblage, mechanisms)][::-1], keeps)
         partition = _joined_while(keeps, partition, assemblage, mechanisms)
     words = " and ".join(
-        f"{found:.4f} (every stone {state.load_multiplier:.4f})"
-        for found, state in zip(kept(partition), states, strict=False)
+        f"{multiplier:.4f} (every stone {state.load_multiplier:.4f})"
+        for multiplier, state in zip(kept(partition), states, strict=False)
     )
     return partition, f"chosen automatically: multiplier as rigid bodies {words or 'not found'}, margin {margin:.3g}"
 
@@ -151,9 +151,9 @@ def _by_path(
     alike = off <= as_far_apart(margin)
     if alike and 2 * partition.count <= stones:
         return partition, [said]
-    found, nearest = _by_loading(assemblage, analysis, margin, off)
-    if found is not None and (not alike or found.count < partition.count):
-        return found, [_said_of_loading(analysis, margin)]
+    bodies, nearest = _by_loading(assemblage, analysis, margin, off)
+    if bodies is not None and (not alike or bodies.count < partition.count):
+        return bodies, [_said_of_loading(analysis, margin)]
     if alike:
         return partition, [said]
     return (nearest, [NEAREST, ELSEWHERE]) if nearest is not None else (partition, [said, ELSEWHERE])
@@ -179,10 +179,10 @@ def _by_loading(
         trials += 1
         if trials > TRIALS or partition.count < 2:
             return False
-        found = off_headline(assemblage, analysis, partition, max(off, as_far_apart(margin)))
-        if found < off and 2 * partition.count <= len(groups):
-            off, nearest = found, partition
-        return found <= as_far_apart(margin)
+        distance = off_headline(assemblage, analysis, partition, max(off, as_far_apart(margin)))
+        if distance < off and 2 * partition.count <= len(groups):
+            off, nearest = distance, partition
+        return distance <= as_far_apart(margin)
 
     groups = hierarchy(assemblage, mechanisms)[::-1]  # from one body to every stone
     size = 2
@@ -264,17 +264,17 @@ def kept_multiplier(
     micro = state.load_multiplier
     try:
         if state.flow_rule == "associative":
-            found = [solve_limit_lp(equilibrium, friction).load_multiplier]
+            multipliers = [solve_limit_lp(equilibrium, friction).load_multiplier]
         else:
             remains = partition.body_of_block[assemblage.joints.i] != partition.body_of_block[assemblage.joints.j]
             programs, normal = TwoPrograms(equilibrium, friction), state.joint_forces[remains, :2].sum(axis=1)
             if abs(programs.mechanism(normal).load_multiplier - state.load_multiplier) <= POWER_LEFT * micro:
                 return micro
             turns = descent(programs, state.mechanism.slip[remains])
-            found = [turn.forces.load_multiplier for turn in turns if turn.balances]
+            multipliers = [turn.forces.load_multiplier for turn in turns if turn.balances]
     except ConvergenceError:
         return None
-    nearest = min(found, key=lambda multiplier: abs(multiplier - micro), default=np.inf)
+    nearest = min(multipliers, key=lambda multiplier: abs(multiplier - micro), default=np.inf)
     return nearest if abs(nearest - micro) <= margin * micro else None
 
 

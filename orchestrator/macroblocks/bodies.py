@@ -88,8 +88,8 @@ class Bodies:
 
 def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
     """Return the material of each moving body: "several" where its blocks differ, "unnamed" where it has no name."""
-    found = [{wall.blocks[block].material or "unnamed" for block in body.blocks} for body in bodies.bodies]
-    return tuple(min(names) if len(names) == 1 else "several" for names in found[: bodies.moving])
+    materials = [{wall.blocks[block].material or "unnamed" for block in body.blocks} for body in bodies.bodies]
+    return tuple(min(names) if len(names) == 1 else "several" for names in materials[: bodies.moving])
 
 
 def make_bodies(assemblage: Assemblage, partition: Partition, forces: FloatArray | None = None) -> Bodies:
@@ -184,11 +184,11 @@ def _rings(outlines: PlanarMap, body_of_block: IntArray, is_interface: npt.NDArr
         np.concatenate([side[k][kept] for side, kept in zip(sides, keep, strict=True)]) for k in range(4)
     )
     blocks = (np.flatnonzero(body_of_block == b)[0] for b in range(int(body_of_block.max()) + 1))
-    found = []
+    rings = []
     for b, block in enumerate(blocks):
         rows = np.flatnonzero(body == b)
         loops = _loops(outlines.vertex, start[rows], end[rows])
-        found.append(
+        rings.append(
             _exterior_first(
                 [
                     _simplified(outlines, number[rows[loop]], start[rows[loop]], is_interface, outlines.ring(block))
@@ -196,7 +196,7 @@ def _rings(outlines: PlanarMap, body_of_block: IntArray, is_interface: npt.NDArr
                 ]
             )
         )
-    return found
+    return rings
 
 
 def _loops(vertex: FloatArray, start: IntArray, end: IntArray) -> list[list[int]]:

@@ -178,11 +178,11 @@ def _partition(assemblage: Assemblage, within: npt.NDArray[np.bool_], settings: 
 
 
 def _remarks(count: int, blocks: int, transitive: int, settings: MacroblockSettings | None) -> tuple[str, ...]:
-    found = []
+    remarks = []
     if count == 1 and blocks > 1:
-        found.append("all blocks are one macroblock: it can only slide or overturn on its support")
+        remarks.append("all blocks are one macroblock: it can only slide or overturn on its support")
     if transitive and settings is not None:
-        found.append(
+        remarks.append(
             f"{transitive} joints inside macroblocks exceed a tolerance; their blocks are joined through others"
         )
-    return tuple(found)
+    return tuple(remarks)

@@ -82,12 +82,12 @@ Motions = tuple[Motion, ...]
 
 def _motions_of_blocks(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> list[Motions]:
     """Return the motions of every block, every mechanism with the kinetic energy 1."""
-    found = []
+    motions = []
     for mechanism in mechanisms:
         blocks = motion_of_blocks(assemblage, mechanism)
         scale = 1.0 / np.sqrt(sum(block.energy for block in blocks))
-        found.append([replace(m, velocity=scale * m.velocity, rotation=scale * m.rotation) for m in blocks])
-    return list(zip(*found, strict=True))
+        motions.append([replace(m, velocity=scale * m.velocity, rotation=scale * m.rotation) for m in blocks])
+    return list(zip(*motions, strict=True))
 
 
 def _together(first: Motions, second: Motions) -> Motions:
@@ -128,12 +128,12 @@ def _priced(
 
 def _neighbours(assemblage: Assemblage) -> dict[int, set[int]]:
     """Return for every free block the free blocks that it shares a joint with."""
-    found: dict[int, set[int]] = {k: set() for k, block in enumerate(assemblage.wall.blocks) if not block.fixed}
+    neighbours: dict[int, set[int]] = {k: set() for k, block in enumerate(assemblage.wall.blocks) if not block.fixed}
     for i, j in assemblage.joints.pairs:
-        if i in found and j in found:
-            found[i].add(j)
-            found[j].add(i)
-    return found
+        if i in neighbours and j in neighbours:
+            neighbours[i].add(j)
+            neighbours[j].add(i)
+    return neighbours
 
 
 def pairs_by_loss(

@@ -62,7 +62,7 @@ def key(partition: Partition) -> bytes:
 
 def distinct(partitions: Iterable[Partition]) -> tuple[Partition, ...]:
     """Return the different partitions, each as it first appears."""
-    found: dict[bytes, Partition] = {}
+    by_bodies: dict[bytes, Partition] = {}
     for partition in partitions:
-        found.setdefault(key(partition), partition)
-    return tuple(found.values())
+        by_bodies.setdefault(key(partition), partition)
+    return tuple(by_bodies.values())

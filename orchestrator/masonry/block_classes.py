@@ -36,14 +36,14 @@ class BlockClass:
 
 def with_classes(wall: Wall, classes: Iterable[BlockClass]) -> Wall:
     """Return the wall with the values of block classes, one after the other. Raises CaseError for no known material."""
-    for number, given in enumerate(classes):
+    for number, block_class in enumerate(classes):
         known = sorted({block.material for block in wall.blocks} - {""})
-        if given.material not in known:
+        if block_class.material not in known:
             listed = ", ".join(known) or 'none yet: give blocks a "material" in the block file'
             raise CaseError(
-                f"wall.classes.{number}.material", f"no block is of {given.material!r}", f"materials are {listed}"
+                f"wall.classes.{number}.material", f"no block is of {block_class.material!r}", f"materials are {listed}"
             )
-        changed = {name: value for name in PROPERTIES if (value := getattr(given, name)) is not None}
-        blocks = (replace(b, **changed) if b.material == given.material else b for b in wall.blocks)
+        changed = {name: value for name in PROPERTIES if (value := getattr(block_class, name)) is not None}
+        blocks = (replace(b, **changed) if b.material == block_class.material else b for b in wall.blocks)
         wall = replace(wall, blocks=tuple(blocks))
     return wall

@@ -92,8 +92,8 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
     ends = outlines.vertex[outlines.start[edge]], outlines.vertex[outlines.end[edge]]
     joints = straight_interfaces(*pair, *ends, thinner(wall, *pair), np.minimum(*(friction[side] for side in pair)))
     assemblage = Assemblage(_with_outlines(wall, outlines), joints, outlines, read_only(edge, np.int64))
-    for number, given in enumerate(settings.classes):
-        assemblage = with_class(assemblage, given, f"joints.classes.{number}")
+    for number, joint_class in enumerate(settings.classes):
+        assemblage = with_class(assemblage, joint_class, f"joints.classes.{number}")
     return assemblage
 
 
@@ -116,18 +116,22 @@ def _joints_of(outlines: PlanarMap, fixed: IntArray, shortest: float) -> IntArra
     return edge[np.lexsort((np.arange(len(edge)), outlines.right[edge], outlines.left[edge]))]
 
 
-def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblage:
+def with_class(assemblage: Assemblage, joint_class: JointClass, key: str) -> Assemblage:
     """Return the assemblage with the values of a joint class in the joints that fit it. Raises CaseError for `key`."""
     material = np.array([block.material for block in assemblage.wall.blocks])
     known = sorted({*material.tolist()} - {""})
-    if given.between and (len(given.between) != 2 or not {*given.between} <= {*known}):
+    if joint_class.between and (len(joint_class.between) != 2 or not {*joint_class.between} <= {*known}):
         listed = ", ".join(known) or 'none yet: give blocks a "material" in the block file'
-        raise CaseError(f"{key}.between", f"{list(given.between)} are not two materials", f"materials are {listed}")
+        raise CaseError(
+            f"{key}.between", f"{list(joint_class.between)} are not two materials", f"materials are {listed}"
+        )
     joints = assemblage.joints
     horizontal, vertical = np.abs(joints.end - joints.start).T
-    fits = {"any": horizontal >= 0, "bed": horizontal > vertical, "head": horizontal <= vertical}[given.orientation]
-    if given.between:
-        one, other = given.between
+    fits = {"any": horizontal >= 0, "bed": horizontal > vertical, "head": horizontal <= vertical}[
+        joint_class.orientation
+    ]
+    if joint_class.between:
+        one, other = joint_class.between
         i, j = material[joints.i], material[joints.j]
         fits = fits & (((i == one) & (j == other)) | ((i == other) & (j == one)))
 
@@ -136,31 +140,35 @@ def with_class(assemblage: Assemblage, given: JointClass, key: str) -> Assemblag
 
     joints = replace(
         joints,
-        friction=changed(given.friction, joints.friction),
-        cohesion=changed(given.cohesion, joints.cohesion),
-        tensile_strength=changed(given.tensile_strength, joints.tensile_strength),
-        compressive_strength=changed(given.compressive_strength, joints.compressive_strength),
-        normal_stiffness=changed(_stiffness(assemblage, given, fits, key, "normal"), joints.normal_stiffness),
-        shear_stiffness=changed(_stiffness(assemblage, given, fits, key, "shear"), joints.shear_stiffness),
+        friction=changed(joint_class.friction, joints.friction),
+        cohesion=changed(joint_class.cohesion, joints.cohesion),
+        tensile_strength=changed(joint_class.tensile_strength, joints.tensile_strength),
+        compressive_strength=changed(joint_class.compressive_strength, joints.compressive_strength),
+        normal_stiffness=changed(_stiffness(assemblage, joint_class, fits, key, "normal"), joints.normal_stiffness),
+        shear_stiffness=changed(_stiffness(assemblage, joint_class, fits, key, "shear"), joints.shear_stiffness),
     )
     return replace(assemblage, joints=joints)
 
 
 def _stiffness(
-    assemblage: Assemblage, given: JointClass, fits: npt.NDArray[np.bool_], key: str, which: Literal["normal", "shear"]
+    assemblage: Assemblage,
+    joint_class: JointClass,
+    fits: npt.NDArray[np.bool_],
+    key: str,
+    which: Literal["normal", "shear"],
 ) -> float | FloatArray | None:
     """Return the stiffness in N/m3 that a class gives the joints (k,) that it fits, None where it gives none.
 
     Raises CaseError for `key` where it is given twice, or the thickness of mortar is not known.
     """
     name, modulus_name = f"{which}_stiffness", {"normal": "mortar_modulus", "shear": "mortar_shear_modulus"}[which]
-    stiffness, modulus = getattr(given, name), getattr(given, modulus_name)
+    stiffness, modulus = getattr(joint_class, name), getattr(joint_class, modulus_name)
     if modulus is None:
         return stiffness
     if stiffness is not None:
         raise CaseError(f"{key}.{name}", f"is given by {modulus_name} too", "give one of the two")
-    if given.mortar_thickness is not None:
-        return modulus / given.mortar_thickness
+    if joint_class.mortar_thickness is not None:
+        return modulus / joint_class.mortar_thickness
     drawn = {(mortar.i, mortar.j): mortar.thickness for mortar in assemblage.wall.mortar}
     ids = [block.id for block in assemblage.wall.blocks]
     between = ((ids[i], ids[j]) for i, j in assemblage.joints.pairs)

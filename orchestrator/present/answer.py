@@ -14,7 +14,7 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     state, bound = analysis.headline, analysis.bound.load_multiplier
     multiplier = state.load_multiplier
     shear = f"base shear {printed('force', multiplier * analysis.horizontal_load)} kN, "
-    counts = f"λ = {_limit(multiplier)} counts ({state.flow_rule.replace('_', ' ')}): "
+    counts = f"λ = {_limit(multiplier)} counts ({state.name}): "
     if not state.converged and state is not analysis.associative:
         rest = f"Loading met no limit state; the wall was at rest up to λ = ({_limit(multiplier)}): {shear}"
         if analysis.geometry_decides:
@@ -54,8 +54,8 @@ def _found_elsewhere(analysis: LimitAnalysis) -> str:
     if analysis.lowest is None:
         return ""
     low, high = (_limit(value) for value in (analysis.lowest.load_multiplier, analysis.highest or 0.0))
-    found = f"limit states found without loading have {low}" + f" to {high}" * (low < high)
-    return f"{found}; "
+    others = f"limit states found without loading have {low}" + f" to {high}" * (low < high)
+    return f"{others}; "
 
 
 def _limit(multiplier: float) -> str:

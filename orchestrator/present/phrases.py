@@ -42,8 +42,8 @@ def phrases(language: Language) -> Callable[[str], str]:
         if NUMBER.fullmatch(text):
             return in_language(text, language)
         for fits, english in _with_places():
-            if found := fits.fullmatch(text):
-                return table()[english][column].format(**{name: say(part) for name, part in found.groupdict().items()})
+            if filled := fits.fullmatch(text):
+                return table()[english][column].format(**{name: say(part) for name, part in filled.groupdict().items()})
         return text
 
     return say

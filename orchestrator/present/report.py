@@ -190,10 +190,10 @@ def write_verification(
         tolerance = case.contact.slip_tolerance
         models.append(StoredPushover(name, bodies, meshes, contacts.interface, tolerance, curve, store.read, refused))
     with naming(case.file):
-        found = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, models)
-    if found is None:
+        verified = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, models)
+    if verified is None:
         return None
-    record, observed = found
+    record, observed = verified
     drawn = {name: (seen.displacement, curves[name][0].base_shear_N) for name, seen in observed.items()}
     for name, columns in drawn.items():
         storage.write_csv(output / name / "control_point.csv", CONTROL_COLUMNS, list(zip(*columns, strict=True)))
@@ -251,8 +251,8 @@ def rebuild(run: Path) -> Path:
     capacities = {model.name: (model.curve, find_capacity(model.curve)) for model in stored.models}
     reasons = storage.reasons([model.summary for model in stored.models])
     draw_curves(figures, stored.case.name, stored.analysis, stored.partition, capacities, reasons, language)
-    found = (stored.case, stored.assemblage, stored.analysis, stored.partition, capacities, stored.summary.pushover)
-    summary = replace(stored.summary, seismic=write_verification(run, *found))
+    results = (stored.case, stored.assemblage, stored.analysis, stored.partition, capacities, stored.summary.pushover)
+    summary = replace(stored.summary, seismic=write_verification(run, *results))
     storage.write_summary(run, summary)
     page.write_verdict(run, page.verdict_of(stored.case, summary))
     return page.write(run)

@@ -21,6 +21,7 @@ from orchestrator.masonry.wall import Wall
 from orchestrator.present.verdict import Verdict
 from orchestrator.present.weights import weight_words
 from orchestrator.storage import PushoverSummary, Summary
+from orchestrator.storage.summary import IN_BRACKETS
 
 STUDIED: dict[str, Figure] = {
     "peak_multiplier": "multiplier", "peak_over_micro": "ratio",
@@ -49,7 +50,7 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
     names = {
         "associative, a bound": analysis.associative,
         **({"without loose stones": left} if left else {}),
-        "met by loading" if path is None or path.converged else "last rest (no state)": path,
+        "met by loading" if path is None or path.converged else path.name: path,
         "the paper's value": analysis.sequence,
         "lowest found": analysis.lowest,
     }
@@ -119,19 +120,19 @@ def run_table(summary: Summary) -> Table:
     columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    other = "last rest" if limit.only_at_rest else "non-assoc."
     rows: dict[str, float | None] = {"micro-LA associative": limit.associative}
     if limit.associative_left is not None:
         rows["  without loose stones"] = limit.associative_left
-    rows[f"micro-LA {other}"] = limit.non_associative
+    others = {"last load at rest": "last at rest", "peak in large displacements": "large displ."}
+    rows[f"micro-LA {others.get(limit.kind, 'non-assoc.')}"] = limit.non_associative
     for name, multiplier in rows.items():
-        found = ["none found", ""]
+        cells = ["none found", ""]
         if multiplier is not None:
-            found = [printed("multiplier", multiplier), printed("force", multiplier * summary.wall.horizontal_load)]
-        if name == "micro-LA last rest":
-            found = [f"({figure})" for figure in found]
+            closed = multiplier != limit.non_associative or not limit.in_brackets
+            shear = multiplier * summary.wall.horizontal_load
+            cells = [marked("multiplier", multiplier, closed), marked("force", shear, closed)]
         seconds = printed("seconds", limit.seconds) if name == "micro-LA associative" else ""
-        table.add_row(name, str(summary.wall.blocks), *found, "", "", seconds)
+        table.add_row(name, str(summary.wall.blocks), *cells, "", "", seconds)
     for pushed in summary.pushover:
         table.add_row(*_pushover_row(pushed))
     return table
@@ -156,12 +157,12 @@ def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
     return table
 
 
-def verdict_table(found: Verdict) -> Table:
+def verdict_table(verdict: Verdict) -> Table:
     """Return all checks of all load cases; the row that governs is marked."""
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(found.case)}: verdict")
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(verdict.case)}: verdict")
     for column in ("load case", "limit\nstate", "check", "demand", "capacity", "safety\nratio", "verified", ""):
         table.add_column(column, justify="right" if column in ("demand", "capacity", "safety\nratio") else "left")
-    for row in found.rows:
+    for row in verdict.rows:
         demand = capacity = ratio_said = ""
         if row["safety_ratio"] != "":
             demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
@@ -177,8 +178,8 @@ def verdict_table(found: Verdict) -> Table:
 def sensitivity_table(name: str, quantity: str, base: float | None, kind: str, bars: Sequence[dict[str, Any]]) -> Table:
     """Return the tornado: every range with its ends and the capacity at both, the one that matters most on top. kind:
     which kind of answer is compared."""
-    given = "no answer" if base is None else f"{base:.4g} ({kind})"
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(name)}: {quantity}, as given {given}")
+    as_given = "no answer" if base is None else f"{base:.4g} ({kind})"
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(name)}: {quantity}, as given {as_given}")
     for column in ("range", "low", "high", "at\nlow", "at\nhigh"):
         table.add_column(column, justify="left" if column == "range" else "right", no_wrap=True)
     for bar in bars:
@@ -223,7 +224,7 @@ def load_cases_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
         cells = {key: printed(figure, row[key]) if row[key] != "" else "" for key, figure in figures.items()}
         if row["valid"] is True and row["peak_reached"] is False:
             cells |= {key: AT_LEAST + cells[key] for key in ("peak_multiplier", "peak_base_shear_N")}
-        if row["last_rest"] is True:
+        if row["kind"] in IN_BRACKETS:
             cells["non_associative"] = f"({cells['non_associative']})"
         table.add_row(escape(row["load_case"]), named, *cells.values())
     return table

@@ -102,7 +102,7 @@ def _rows(answer: Answered) -> list[dict[str, Any]]:
     strength = _strength(answer.summary)
     if any(check["verified"] == "not made" for check in checks):
         strength["verified"] = ""  # the same doubt is not counted twice
-    return [row | found for found in (strength, *checks)]
+    return [row | answered for answered in (strength, *checks)]
 
 
 def _check(check: Mapping[str, Any]) -> dict[str, Any]:
@@ -116,9 +116,9 @@ def _check(check: Mapping[str, Any]) -> dict[str, Any]:
 
 def kind_of(row: Mapping[str, Any], summary: Summary) -> str:
     """Return which kind of answer a row that governs is, of the summary it comes from: only like can be compared."""
-    limit = "collapse state" if summary.limit_analysis.converged else _open(summary.limit_analysis)
+    limit = summary.limit_analysis.kind
     if row["limit_state"] != STRENGTH:
-        return "checks" if summary.limit_analysis.converged else f"checks, {limit}"
+        return "checks" if limit == "collapse state" else f"checks, {limit}"
     if row["check"] == LIMIT:
         return limit
     return "curve without its peak" if ENDS_EARLY in row["remarks"] else "peak of a curve"
@@ -145,51 +145,46 @@ def _of_curve(pushed: PushoverSummary, limit: LimitSummary) -> dict[str, Any]:
 
 
 def _of_limit_analysis(limit: LimitSummary, doubts: list[str]) -> dict[str, Any]:
-    said = [*([] if limit.converged else [_open(limit)]), *doubts]
-    found = {"check": LIMIT, "capacity": limit.base_shear, "multiplier": limit.multiplier}
-    return found | {"remarks": tuple(said), "verified": "not made" if said else ""}
+    said = [*([] if limit.kind == "collapse state" else [limit.kind]), *doubts]
+    row = {"check": LIMIT, "capacity": limit.base_shear, "multiplier": limit.multiplier}
+    return row | {"remarks": tuple(said), "verified": "not made" if said else ""}
 
 
-def _open(limit: LimitSummary) -> str:
-    """Return what a headline is that is no collapse state."""
-    return "an upper bound only" if limit.non_associative is None else "last rest: no limit state was closed"
-
-
-def sentence(found: Verdict, say: Callable[[str], str] = str) -> str:
+def sentence(judged: Verdict, say: Callable[[str], str] = str) -> str:
     """Return the verdict in one sentence: what was asked, whether it holds, what governs, and what is open.
 
     say: a phrase in the language of the reader.
     """
-    count, cases = len(found.load_cases), ", ".join(map(say, found.load_cases))
+    count, cases = len(judged.load_cases), ", ".join(map(say, judged.load_cases))
     head = "{case}, 1 load case in the plane of the wall ({cases})"
     if count > 1:
         head = "{case}, {count} load cases in the plane of the wall ({cases})"
-    text = say(head).format(case=found.case, count=count, cases=cases) + ": " + _body(found, say)
-    if found.not_made:
-        doubt = "1 check could not be made" if found.not_made == 1 else "{count} checks could not be made"
-        text += "; " + say(doubt).format(count=found.not_made)
-    if any(COARSE_TOES in remark for row in found.rows for remark in row["remarks"]) and say(COARSE_TOES) not in text:
+    text = say(head).format(case=judged.case, count=count, cases=cases) + ": " + _body(judged, say)
+    if judged.not_made:
+        doubt = "1 check could not be made" if judged.not_made == 1 else "{count} checks could not be made"
+        text += "; " + say(doubt).format(count=judged.not_made)
+    if any(COARSE_TOES in remark for row in judged.rows for remark in row["remarks"]) and say(COARSE_TOES) not in text:
         text += "; " + say(COARSE_TOES)
-    if found.state == "strength":
+    if judged.state == "strength":
         text += "; " + say("no ground acceleration was given, so nothing is verified")
     return text + "."
 
 
-def _body(found: Verdict, say: Callable[[str], str]) -> str:
-    row = found.governing
+def _body(judged: Verdict, say: Callable[[str], str]) -> str:
+    row = judged.governing
     if row is None:
         return say("NOTHING CAN BE SAID")
-    if found.state == "strength":
+    if judged.state == "strength":
         said = say("{load_case} governs with the least base shear, {shear} kN (load multiplier {multiplier}, {check})")
         values = {"shear": printed("force", row["capacity"]), "multiplier": printed("multiplier", row["multiplier"])}
         remarks = f" ({'; '.join(map(say, row['remarks']))})" if row["remarks"] else ""
         return said.format(load_case=say(row["load_case"]), check=say(row["check"]), **values) + remarks
-    words = {"verified": "VERIFIED", "not verified": "NOT VERIFIED", "open": "NOT YET VERIFIED"}[found.state]
+    words = {"verified": "VERIFIED", "not verified": "NOT VERIFIED", "open": "NOT YET VERIFIED"}[judged.state]
     text = (
         "{load_case} governs at {state} with {check}, safety ratio {ratio}: the wall passes up to a ground "
         "acceleration of {passes} g, {asked} g is asked for"
     )
-    if found.not_made:
+    if judged.not_made:
         text = (
             "{load_case} governs at {state} with {check}, safety ratio {ratio}: as far as it could be checked, the "
             "wall passes up to a ground acceleration of {passes} g, {asked} g is asked for"
@@ -199,4 +194,4 @@ def _body(found: Verdict, say: Callable[[str], str]) -> str:
         ratio=printed("ratio", row["safety_ratio"]),
         passes=f"{row['capacity_ag_m_per_s2'] / GRAVITY:.3f}", asked=f"{row['ag_m_per_s2'] / GRAVITY:.3f}",
     )  # fmt: skip
-    return f"{say(words)} ({', '.join(found.limit_states)}); {said}"
+    return f"{say(words)} ({', '.join(judged.limit_states)}); {said}"

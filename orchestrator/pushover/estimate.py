@@ -43,8 +43,14 @@ SECOND_ORDER = 6.0
 """unknowns of 10-node tetrahedra over those of 4-node ones"""
 WARNED = 0.5
 """share of the free memory beyond which a run says that it is large"""
-MEMORY, LIMIT, USED = Path("/proc/meminfo"), "memory.max", "memory.current"
+MEMORY = Path("/proc/meminfo")
+"""what the machine has"""
 CONTROL_GROUP = Path("/sys/fs/cgroup")
+"""of a container, if there is one"""
+LIMIT = "memory.max"
+"""file of a control group with the most it may use, bytes"""
+USED = "memory.current"
+"""file of a control group with what it uses, bytes"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -196,14 +196,14 @@ def _elements_of_edges(gmsh: Any, edges: list[list[int]], surface: int, matching
     """Return the node tags of the triangles (f, 3) over each edge's lines, or of the lines' own elements (f, 2)."""
     lines = [line for edge in edges for line in edge]
     if matching_faces:
-        found = [gmsh.model.mesh.getElements(1, line)[2] for line in lines]
+        tags = [gmsh.model.mesh.getElements(1, line)[2] for line in lines]
     else:
         above = [[face for face in gmsh.model.getAdjacencies(1, line)[0] if face != surface] for line in lines]
         assert all(len(faces) == 1 for faces in above), "extrusion makes one surface over each line"
-        found = [gmsh.model.mesh.getElements(2, faces[0])[2] for faces in above]
-    assert all(len(elements) == 1 for elements in found), "the sides must be triangles only"
+        tags = [gmsh.model.mesh.getElements(2, faces[0])[2] for faces in above]
+    assert all(len(elements) == 1 for elements in tags), "the sides must be triangles only"
     corners = 2 if matching_faces else 3
-    of_line = iter(np.asarray(elements[0], np.int64).reshape(-1, corners) for elements in found)
+    of_line = iter(np.asarray(elements[0], np.int64).reshape(-1, corners) for elements in tags)
     return [np.concatenate([next(of_line) for _ in edge]) for edge in edges]
 
 

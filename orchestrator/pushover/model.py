@@ -240,17 +240,17 @@ def _touches(fallen: npt.NDArray[np.bool_], contacts: Contacts) -> npt.NDArray[n
     return gone[contacts.slave_body] | gone[contacts.master_body]
 
 
-def _loads(mass: sparse.csr_matrix, meshes: BodyMeshes, given: NodalLoads) -> tuple[FloatArray, FloatArray, float]:
+def _loads(mass: sparse.csr_matrix, meshes: BodyMeshes, loads: NodalLoads) -> tuple[FloatArray, FloatArray, float]:
     """Return all dead load and the live load (n,) in N, and the size of the dead load."""
     gravity, turned = gravity_and_lateral_loads(mass, len(meshes.nodes))
     weight = float(np.abs(turned[: meshes.nodes.size].sum()))
-    dead = np.kron(given.dead, [0.0, -1.0, 0.0])
-    live = np.kron(given.live, [*given.direction, 0.0])
-    own = given.direction[0] * turned - given.direction[1] * gravity if given.of_mass else np.zeros_like(turned)
+    dead = np.kron(loads.dead, [0.0, -1.0, 0.0])
+    live = np.kron(loads.live, [*loads.direction, 0.0])
+    own = loads.direction[0] * turned - loads.direction[1] * gravity if loads.of_mass else np.zeros_like(turned)
     return (
         gravity + _padded(dead, len(gravity)),
         own + _padded(live, len(turned)),
-        weight + float(given.dead.sum()),
+        weight + float(loads.dead.sum()),
     )
 
 

@@ -34,16 +34,16 @@ def element_ends(bodies: Bodies, size: float, offset: float) -> dict[tuple[int, 
     if toe is None or not toe.any():
         return {}
     root = np.sqrt([body.area for body in bodies.bodies])
-    found: dict[tuple[int, int], FloatArray] = {}
+    places: dict[tuple[int, int], FloatArray] = {}
     for k in np.flatnonzero(toe.any(axis=1)):
         i, j = int(joints.i[k]), int(joints.j[k])
         length = float(joints.length[k])
         least = SHORTEST * max(length, min(root[body] for body in (i, j) if body < bodies.moving))
         ends = graded(length, toe[k], size, least, offset)
         if len(ends):
-            found[i, int(bodies.edge_i[k])] = ends
-            found[j, int(bodies.edge_j[k])] = 1.0 - ends[::-1]
-    return found
+            places[i, int(bodies.edge_i[k])] = ends
+            places[j, int(bodies.edge_j[k])] = 1.0 - ends[::-1]
+    return places
 
 
 def graded(length: float, toe: FloatArray, size: float, least: float, offset: float) -> FloatArray:

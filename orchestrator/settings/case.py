@@ -140,14 +140,16 @@ def read_wall(case: Case) -> Wall:
     if case.file != case.block_file and not case.block_file.exists():
         remedy = "give the path of a JSON block file, from the folder of the case file"
         raise CaseError("wall.blocks", f"{case.block_file}: no such file", remedy, str(case.file))
-    wall, given = read_blocks(case.block_file), case.wall
+    wall, replacements = read_blocks(case.block_file), case.wall
     if case.file != case.block_file:
         wall = replace(wall, name=case.name)
-    if given.unit_weight is not None:
-        wall = replace(wall, blocks=tuple(replace(block, unit_weight=given.unit_weight) for block in wall.blocks))
-    replaced = {name: value for name in ("thickness", "friction") if (value := getattr(given, name)) is not None}
+    if replacements.unit_weight is not None:
+        wall = replace(
+            wall, blocks=tuple(replace(block, unit_weight=replacements.unit_weight) for block in wall.blocks)
+        )
+    replaced = {name: value for name in ("thickness", "friction") if (value := getattr(replacements, name)) is not None}
     with naming(case.file):
-        return with_classes(replace(wall, **replaced), given.classes)
+        return with_classes(replace(wall, **replaced), replacements.classes)
 
 
 def refuse_what_only_limit_analysis_takes(case: Case) -> None:
@@ -197,15 +199,15 @@ def section_types() -> dict[str, type]:
 
 def table_types() -> dict[str, type]:
     """Return the settings dataclass of each list of tables, as in "load.dead", those within tables too."""
-    found: dict[str, type] = {}
+    types: dict[str, type] = {}
     waiting = list(section_types().items())
     while waiting:
         name, kind = waiting.pop(0)
         hints = typing.get_type_hints(kind)
         rows = [(f"{name}.{f.name}", row) for f in fields(kind) if (row := row_type(hints[f.name]))]
-        found |= dict(rows)
+        types |= dict(rows)
         waiting += rows
-    return found
+    return types
 
 
 def record_in(path: Path, overrides: Sequence[str]) -> dict[str, Any]:
@@ -259,8 +261,8 @@ def _case(record: dict[str, Any]) -> Case:
     """Return the case that a record of a case file describes. Raises CaseError (key only)."""
     stated = settings_from(CaseFile, record)
     case = Case(**{one.name: getattr(stated, one.name) for one in fields(CaseFile)})
-    given = record.get("macroblocks", {})
-    if "choose" not in given and any(name in given for name in TOLERANCES):
+    macroblocks = record.get("macroblocks", {})
+    if "choose" not in macroblocks and any(name in macroblocks for name in TOLERANCES):
         case = replace(case, macroblocks=replace(case.macroblocks, choose="tolerances"))
     if case.load.envelope:
         case = replace(case, load=replace(case.load, cases=(*ENVELOPE, *case.load.cases), envelope=False))

@@ -118,7 +118,7 @@ def materials(case: Case, wall: Wall) -> list[MaterialSums]:
     for position, block in enumerate(wall.blocks):
         if not block.fixed:
             members[block.material].append(position)
-    found = [
+    sums = [
         MaterialSums(
             name=name,
             blocks=len(inside),
@@ -132,12 +132,12 @@ def materials(case: Case, wall: Wall) -> list[MaterialSums]:
         )
         for name, inside in members.items()
     ]
-    return sorted(found, key=lambda material: (-material.blocks, material.name))
+    return sorted(sums, key=lambda material: (-material.blocks, material.name))
 
 
 def _range(wall: Wall, positions: list[int], name: str, otherwise: float) -> Range:
-    given = [getattr(wall.blocks[position], name) for position in positions]
-    values = [otherwise if value is None else value for value in given]
+    of_blocks = [getattr(wall.blocks[position], name) for position in positions]
+    values = [otherwise if value is None else value for value in of_blocks]
     return min(values), max(values)
 
 
@@ -163,10 +163,10 @@ def class_words(assemblage: Assemblage) -> list[str]:
 def value_words(one: JointSums) -> str:
     """Return the values of a class of joints in a few words, for a legend."""
     strengths = (("c", one.cohesion), ("ft", one.tensile_strength), ("fc", one.compressive_strength))
-    given = [f"{name} {in_megapascals(value)} MPa" for name, value in strengths if 0.0 < value < inf]
+    strengths_said = [f"{name} {in_megapascals(value)} MPa" for name, value in strengths if 0.0 < value < inf]
     stiffness = (("kn", one.normal_stiffness), ("ks", one.shear_stiffness))
-    given += [f"{name} {stiffness_words(values)} N/mm3" for name, values in stiffness if values[0] < inf]
-    return ", ".join([f"μ {one.friction:.4g}", *given])
+    strengths_said += [f"{name} {stiffness_words(values)} N/mm3" for name, values in stiffness if values[0] < inf]
+    return ", ".join([f"μ {one.friction:.4g}", *strengths_said])
 
 
 def in_megapascals(strength: float) -> str:
@@ -186,7 +186,9 @@ def between(values: Range, factor: float = 1.0, digits: int = 4) -> str:
 
 
 STRENGTHS = "friction", "cohesion", "tensile_strength", "compressive_strength"
+"""fields of Interfaces by which joints are classed"""
 STIFFNESS = "normal_stiffness", "shear_stiffness"
+"""fields of Interfaces that join a class where there are few values"""
 MANY = 4
 """stiffnesses of joints that are alike but for them; more become one class of each orientation, with their range"""
 Alike = tuple[tuple[str, str], tuple[float, ...], tuple[bool, ...]]
@@ -232,13 +234,13 @@ def _keys(assemblage: Assemblage) -> list[Key]:
     strengths = [_rounded(joints, k, STRENGTHS) for k in range(joints.count)]
     stiffness = [_rounded(joints, k, STIFFNESS) for k in range(joints.count)]
     alike: list[Alike] = []
-    found: dict[Alike, set[tuple[float, ...]]] = defaultdict(set)
+    stiffnesses: dict[Alike, set[tuple[float, ...]]] = defaultdict(set)
     for (i, j), strong, stiff in zip(joints.pairs, strengths, stiffness, strict=True):
         one, other = sorted((_named(blocks[i]), _named(blocks[j])))
         alike.append(((one, other), strong, tuple(map(isinf, stiff))))
-        found[alike[-1]].add(stiff)
+        stiffnesses[alike[-1]].add(stiff)
     return [
-        (*like[:2], stiff if len(found[like]) <= MANY else f"{_orientation(assemblage, k)} {like[2]}")
+        (*like[:2], stiff if len(stiffnesses[like]) <= MANY else f"{_orientation(assemblage, k)} {like[2]}")
         for k, (like, stiff) in enumerate(zip(alike, stiffness, strict=True))
     ]
 

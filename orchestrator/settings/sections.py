@@ -34,8 +34,10 @@ COMPLAINTS = {
 """problem ("": is not accepted) and remedy by pydantic's kinds of complaint, where its own words are a programmer's"""
 RENAMED = {"normal": "tol_n", "tangential": "tol_s", "rotation": "tol_r", "centre_distance": "tol_d"}
 """keys of version 0.1 by what they are called now"""
-LARGEST_WHOLE, LARGEST_BITS = 1e9, 1023
-"""of a whole number where one is asked for; bits of a whole number that a float holds"""
+LARGEST_WHOLE = 1e9
+"""largest whole number where one is asked for"""
+LARGEST_BITS = 1023
+"""bits of the largest whole number that a float holds"""
 
 
 @cache
@@ -87,8 +89,8 @@ def _plain(value: Any) -> Any:
 
 
 def _complaint(error: ValidationError, kind: Any, section: str) -> CaseError:
-    """Return the first complaint as key, problem, remedy."""
-    first = error.errors()[0]
+    """Return the first complaint as key, problem, remedy: a misspelt key before the one that it leaves missing."""
+    first = min(error.errors(), key=lambda one: one["type"] == "missing")
     place, value = first["loc"], first["input"]
     shown = f"{float(f'{value:.12g}') if isinstance(value, float) else value!r:.60}"
     key = ".".join(filter(None, (section, *map(str, place))))

@@ -89,25 +89,25 @@ def _wall(values: Any, path: Path) -> SpaceWall:
     """Return the wall of a generator or of a block file with its replacements."""
     if not isinstance(values, dict) or ("generator" in values) == ("blocks" in values):
         raise CaseError("wall", "needs a generator or a block file", 'write generator = "u" or blocks = "FILE.json"')
-    given = dict(values)
-    floors: FloorSettings = settings_from(FloorSettings, _part(given, FloorSettings), "wall")
-    given.pop("floors", None)
-    return with_floors(_without_floors(given, path), floors.floors)
+    keys = dict(values)
+    floors: FloorSettings = settings_from(FloorSettings, _part(keys, FloorSettings), "wall")
+    keys.pop("floors", None)
+    return with_floors(_without_floors(keys, path), floors.floors)
 
 
-def _without_floors(given: dict[str, Any], path: Path) -> SpaceWall:
-    if "generator" in given:
-        kind = given.pop("generator")
+def _without_floors(keys: dict[str, Any], path: Path) -> SpaceWall:
+    if "generator" in keys:
+        kind = keys.pop("generator")
         if kind not in GENERATORS:
             raise CaseError("wall.generator", f"{kind!r} is none", f"use {', '.join(GENERATORS)}")
         kinds = GENERATORS[kind].settings
         known = [name for one in kinds for name in one.__dataclass_fields__]
-        for key in given:
+        for key in keys:
             if key not in known:
                 raise CaseError(f"wall.{key}", f"is not a key of the generator {kind!r}", f"use {', '.join(known)}")
-        return build(kind, [settings_from(one, _part(given, one), "wall") for one in kinds])
-    wall = read_wall(path.parent / str(given.pop("blocks")))
-    changed: Replaced = settings_from(Replaced, given, "wall")
+        return build(kind, [settings_from(one, _part(keys, one), "wall") for one in kinds])
+    wall = read_wall(path.parent / str(keys.pop("blocks")))
+    changed: Replaced = settings_from(Replaced, keys, "wall")
     if changed.unit_weight is not None:
         wall = replace(wall, blocks=tuple(replace(b, unit_weight=changed.unit_weight) for b in wall.blocks))
     if changed.friction is not None:

@@ -79,11 +79,11 @@ def materials(wall: SpaceWall) -> list[SpaceMaterialSums]:
         if not block.fixed:
             members[block.material].append(position)
     weights = wall.weights
-    found = []
+    sums = []
     for name, inside in members.items():
         unit_weight = np.array([wall.blocks[k].unit_weight for k in inside])
         friction = [wall.friction if (own := wall.blocks[k].friction) is None else own for k in inside]
-        found.append(
+        sums.append(
             SpaceMaterialSums(
                 name=name,
                 blocks=len(inside),
@@ -93,7 +93,7 @@ def materials(wall: SpaceWall) -> list[SpaceMaterialSums]:
                 friction=(min(friction), max(friction)),
             )
         )
-    return sorted(found, key=lambda material: (-material.blocks, material.name))
+    return sorted(sums, key=lambda material: (-material.blocks, material.name))
 
 
 def joint_classes(assemblage: SpaceAssemblage) -> list[SpaceJointSums]:
@@ -104,22 +104,22 @@ def joint_classes(assemblage: SpaceAssemblage) -> list[SpaceJointSums]:
     for k in np.flatnonzero(~joints.is_tie).tolist():
         one, other = sorted((names[joints.i[k]], names[joints.j[k]]))
         members[(one, other), float(f"{joints.friction[k]:.3g}")].append(k)
-    found = [
+    classes = [
         SpaceJointSums(between, len(inside), float(joints.area[inside].sum()), friction)
         for (between, friction), inside in members.items()
     ]
-    return sorted(found, key=lambda one: (-one.area, one.between))
+    return sorted(classes, key=lambda one: (-one.area, one.between))
 
 
 def unusual(
-    loads: LoadSums, found: list[SpaceMaterialSums], classes: list[SpaceJointSums], case: SpaceCase
+    loads: LoadSums, sums: list[SpaceMaterialSums], classes: list[SpaceJointSums], case: SpaceCase
 ) -> list[str]:
     """Return what is unusual about a case in space, in sentences that begin with UNUSUAL."""
-    return list(dict.fromkeys([*_of_values(found, classes), *_of_size(case.wall), *unusual_loads(loads)]))
+    return list(dict.fromkeys([*_of_values(sums, classes), *_of_size(case.wall), *unusual_loads(loads)]))
 
 
-def _of_values(found: list[SpaceMaterialSums], classes: list[SpaceJointSums]) -> Iterator[str]:
-    for one in found:
+def _of_values(sums: list[SpaceMaterialSums], classes: list[SpaceJointSums]) -> Iterator[str]:
+    for one in sums:
         name = f"unit weight of {one.name}" if one.name else "unit weight"
         yield from filter(None, (UNIT_WEIGHT.complaint(name, value) for value in dict.fromkeys(one.unit_weight)))
     for value in dict.fromkeys(one.friction for one in classes):

@@ -21,8 +21,10 @@ from orchestrator.settings.inventory import JointSums, LoadSums, MaterialSums, a
 
 LEAST_LOAD = 1e-3
 """part of the wall's weight below which an extra dead load is probably given in another unit"""
-SLENDEREST, THICKEST = 1 / 100, 0.5
-"""thickness over the larger of height and length of a wall (drawn in cm and read in mm, a facade of 5 m has 0.6)"""
+SLENDEREST = 1 / 100
+"""least usual thickness of a wall over the larger of its height and length"""
+THICKEST = 0.5
+"""largest usual one (drawn in cm and read in mm, a facade of 5 m has 0.6)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,13 +55,21 @@ class Usual:
 
 
 UNIT_WEIGHT = Usual(3.0, 32.0, "kN/m3", 1e3, (("{0} kN/m3", lambda x: 1e3 * x), ("{1} N/m3", lambda x: 1e-3 * x)))
+"""from softwood to basalt"""
 FRICTION = Usual(0.2, 1.5, "", 1.0, (("an angle of {0} degrees", lambda x: math.tan(math.radians(x))),))
+"""coefficient of friction"""
 STRESSES = (("{0} MPa", lambda x: 1e6 * x), ("{0} GPa", lambda x: 1e9 * x), ("{0} kPa", lambda x: 1e3 * x))
+"""other readings of a number that was meant as a stress"""
 ELASTIC_MODULUS = Usual(0.05, 220.0, "GPa", 1e9, STRESSES[:2])
+"""from earth to steel"""
 BOND = Usual(1e-3, 10.0, "MPa", 1e6, STRESSES)
+"""cohesion and tensile strength of joints"""
 CRUSHING = Usual(0.1, 400.0, "MPa", 1e6, STRESSES)
+"""compressive strength of joints, from earth mortar to granite"""
 JOINT_STIFFNESS = Usual(1e-2, 1e4, "N/mm3", 1e9, (("{0} N/mm3", lambda x: 1e9 * x), ("{0} MN/m3", lambda x: 1e6 * x)))
+"""normal and shear stiffness of mortar joints"""
 GROUND_ACCELERATION = Usual(0.39, 9.81, "m/s2", 1.0, (("{0} g", lambda x: 9.81 * x),))
+"""from 0.04 g, below which EN 1998-1 3.2.1(5) asks for nothing, to 1 g"""
 
 
 def unusual(

@@ -102,14 +102,14 @@ class SpaceAnalysis:
     @property
     def headline(self) -> SpaceState | None:
         """The end of the first push that is a state, else the first that the end of a push was closed to."""
-        found = [state for state in self.states if state.valid]
-        return next((state for state in found if state.name in PUSHES), found[0] if found else None)
+        valid = [state for state in self.states if state.valid]
+        return next((state for state in valid if state.name in PUSHES), valid[0] if valid else None)
 
     @property
     def range(self) -> tuple[float, float] | None:
         """Lowest and highest state found."""
-        found = [state.load_multiplier for state in self.states if state.valid]
-        return (min(found), max(found)) if found else None
+        multipliers = [state.load_multiplier for state in self.states if state.valid]
+        return (min(multipliers), max(multipliers)) if multipliers else None
 
     @property
     def shown(self) -> SpaceState:
@@ -130,15 +130,15 @@ def analyse(
     stiffness = depth_stiffness(assemblage, DEPTH_POWER)
     gravity = _gravity(assemblage, equilibrium, stiffness)
     report("stands under its own weight")
-    found = _associative(equilibrium)
-    associative = state_of("associative", assemblage, loads, found, found.velocities, settings.torsion)
-    report(f"associative multiplier {found.load_multiplier:.5f}")
+    optimum = _associative(equilibrium)
+    associative = state_of("associative", assemblage, loads, optimum, optimum.velocities, settings.torsion)
+    report(f"associative multiplier {optimum.load_multiplier:.5f}")
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
     other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
     states: list[SpaceState] = []
     remarks: list[str] = []
     if settings.states != "none":
-        search = _Search(assemblage, loads, equilibrium, gravity, found, settings.time, report)
+        search = _Search(assemblage, loads, equilibrium, gravity, optimum, settings.time, report)
         for state in search.states():
             states.append(state)
             if state.valid and settings.states == "headline":
@@ -269,25 +269,27 @@ class _Search:
             return
         yield self._of_closed(f"highest from {name}", highest)
 
-    def _of_closed(self, name: str, found: descent.Closed) -> SpaceState:
-        velocities, torsion = found.mechanism.velocities, self._equilibrium.torsion
-        return state_of(name, self._assemblage, self._loads, found.forces, velocities, torsion)
+    def _of_closed(self, name: str, closed: descent.Closed) -> SpaceState:
+        velocities, torsion = closed.mechanism.velocities, self._equilibrium.torsion
+        return state_of(name, self._assemblage, self._loads, closed.forces, velocities, torsion)
 
 
 def state_of(
     name: str,
     assemblage: SpaceAssemblage,
     loads: SpaceLoads,
-    found: ConicSolution | Push,
+    solution: ConicSolution | Push,
     free_velocities: FloatArray,
     torsion: Torsion,
 ) -> SpaceState:
     """Return forces and velocities of the free blocks as a validated state."""
     velocities = np.zeros((len(assemblage.wall.blocks), 6))
     velocities[~assemblage.wall.fixed] = free_velocities
-    validation = validate(assemblage, loads, found.load_multiplier, found.forces, velocities, torsion)
+    validation = validate(assemblage, loads, solution.load_multiplier, solution.forces, velocities, torsion)
     complaints = ", ".join(validation.complaints)
-    return SpaceState(name, found.load_multiplier, found.forces, velocities, validation, found.seconds, complaints)
+    return SpaceState(
+        name, solution.load_multiplier, solution.forces, velocities, validation, solution.seconds, complaints
+    )
 
 
 def _remarks(states: list[SpaceState]) -> list[str]:

@@ -207,9 +207,11 @@ def _tried(
 
 def _near(step: InteriorStep, at: InteriorPoint, tau: float) -> bool:
     """Whether all products are within NEAR_THE_CURVE of tau."""
-    found, rubs = step.products(at), step.rubs
-    size = np.linalg.norm(found.turn, axis=1)
-    every = np.concatenate([found.normal, found.tie[step.tied], (found.cone - size)[rubs], (found.cone + size)[rubs]])
+    products, rubs = step.products(at), step.rubs
+    size = np.linalg.norm(products.turn, axis=1)
+    every = np.concatenate(
+        [products.normal, products.tie[step.tied], (products.cone - size)[rubs], (products.cone + size)[rubs]]
+    )
     return bool(every.min() > tau / NEAR_THE_CURVE and every.max() < NEAR_THE_CURVE * tau)
 
 

@@ -90,7 +90,7 @@ def find_joints(wall: SpaceWall, settings: FaceContactSettings | None = None) ->
     length = np.cbrt(wall.weights / np.array([block.unit_weight for block in wall.blocks]))
     low = np.array([block.shape.vertices.min(axis=0) for block in wall.blocks]) - settings.gap * length[:, None]
     high = np.array([block.shape.vertices.max(axis=0) for block in wall.blocks]) + settings.gap * length[:, None]
-    found: list[tuple[int, int, _Region]] = []
+    regions: list[tuple[int, int, _Region]] = []
     ignored = []
     for i, j in zip(*pairs_of_boxes(low, high), strict=True):
         if wall.blocks[i].fixed and wall.blocks[j].fixed:
@@ -99,10 +99,10 @@ def find_joints(wall: SpaceWall, settings: FaceContactSettings | None = None) ->
         for part in _parts(faces[i], faces[j], settings.gap * smaller):
             share = part.polygon.area / smaller**2
             if share >= settings.smallest:
-                found.append((int(i), int(j), part))
+                regions.append((int(i), int(j), part))
             elif share > NOTHING:
                 ignored.append(Ignored(wall.blocks[i].id, wall.blocks[j].id, float(part.polygon.area)))
-    assemblage = SpaceAssemblage(wall, _interfaces(wall, found), tuple(ignored))
+    assemblage = SpaceAssemblage(wall, _interfaces(wall, regions), tuple(ignored))
     _refuse_unsupported(assemblage)
     return assemblage
 
@@ -182,26 +182,26 @@ def _joined(polygons: list[shapely.Geometry], gap: float) -> shapely.Geometry:
     )
 
 
-def _interfaces(wall: SpaceWall, found: list[tuple[int, int, _Region]]) -> Interfaces:
-    hulls = [_hull(region) for _, _, region in found]
+def _interfaces(wall: SpaceWall, regions: list[tuple[int, int, _Region]]) -> Interfaces:
+    hulls = [_hull(region) for _, _, region in regions]
     friction = np.array([wall.friction if block.friction is None else block.friction for block in wall.blocks])
-    i, j = (np.array([pair[k] for pair in found], dtype=np.int64) for k in (0, 1))
-    frames = np.array([region.frame for _, _, region in found]).reshape(-1, 3, 3)
-    centres = [np.array(region.polygon.centroid.coords[0]) for _, _, region in found]
+    i, j = (np.array([pair[k] for pair in regions], dtype=np.int64) for k in (0, 1))
+    frames = np.array([region.frame for _, _, region in regions]).reshape(-1, 3, 3)
+    centres = [np.array(region.polygon.centroid.coords[0]) for _, _, region in regions]
     return Interfaces(
         i=read_only(i, np.int64),
         j=read_only(j, np.int64),
         normal=read_only(frames[:, 2]),
         tangents=read_only(frames[:, :2]),
-        area=read_only([region.polygon.area for _, _, region in found]),
+        area=read_only([region.polygon.area for _, _, region in regions]),
         centroid=read_only(
-            np.array([r.origin + c @ r.frame[:2] for (_, _, r), c in zip(found, centres, strict=True)]).reshape(-1, 3)
+            np.array([r.origin + c @ r.frame[:2] for (_, _, r), c in zip(regions, centres, strict=True)]).reshape(-1, 3)
         ),
         friction=read_only(np.minimum(friction[i], friction[j])),
         point=read_only(np.concatenate(hulls) if hulls else np.zeros((0, 3))),
         joint=read_only(np.repeat(np.arange(len(hulls)), [len(hull) for hull in hulls]), np.int64),
         outlines=tuple(
-            read_only(r.origin + shapely.get_coordinates(r.polygon.exterior)[:-1] @ r.frame[:2]) for _, _, r in found
+            read_only(r.origin + shapely.get_coordinates(r.polygon.exterior)[:-1] @ r.frame[:2]) for _, _, r in regions
         ),
     )
 

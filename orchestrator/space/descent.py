@@ -75,10 +75,10 @@ def dilation_shift(equilibrium: SpaceEquilibrium, until: float = np.inf) -> Iter
     mu = equilibrium.friction
     shift = np.zeros_like(mu)
     while True:
-        found = solve_associative(equilibrium, shift, seconds=until - perf_counter())
-        dilation = mu * found.slip - shift
-        left = float(np.sum(found.forces[:, 0] * np.abs(dilation)))
-        yield Shifted(found, left / max(abs(found.load_multiplier), 1e-8))
+        solution = solve_associative(equilibrium, shift, seconds=until - perf_counter())
+        dilation = mu * solution.slip - shift
+        left = float(np.sum(solution.forces[:, 0] * np.abs(dilation)))
+        yield Shifted(solution, left / max(abs(solution.load_multiplier), 1e-8))
         shift = shift + DILATION_RELAXATION * dilation
 
 

@@ -86,10 +86,10 @@ def equilibrium_of(assemblage: SpaceAssemblage, loads: SpaceLoads, torsion: Tors
 def arms(joints: Interfaces, torsion: Torsion) -> FloatArray:
     """Return where N, T1, T2 of every point act (p, 3, 3), from the centroid of its joint, m."""
     of = joints.joint
-    found = np.repeat((joints.point - joints.centroid[of])[:, None], 3, axis=1)
+    arms_of_point = np.repeat((joints.point - joints.centroid[of])[:, None], 3, axis=1)
     if torsion == "uniform":
-        found[:, 1:] *= torsion_factors(joints)[of, None, None]
-    return found
+        arms_of_point[:, 1:] *= torsion_factors(joints)[of, None, None]
+    return arms_of_point
 
 
 def _matrix(parts: list[tuple[IntArray, FloatArray]], free: int) -> sp.csc_matrix:
@@ -129,8 +129,8 @@ def torsion_factors(joints: Interfaces) -> FloatArray:
 def _corner_lever(corners: FloatArray, distance: FloatArray) -> float:
     """Return the largest mean distance of forces at the corners (v, 2) whose resultant goes through the centroid."""
     rows = np.vstack([corners.T / distance.max(), np.ones(len(corners))])
-    found = linprog(-distance / distance.max(), A_eq=rows, b_eq=[0.0, 0.0, 1.0])
-    return float(-found.fun * distance.max()) if found.success else float(distance.mean())
+    program = linprog(-distance / distance.max(), A_eq=rows, b_eq=[0.0, 0.0, 1.0])
+    return float(-program.fun * distance.max()) if program.success else float(distance.mean())
 
 
 def _mean_distance(outline: FloatArray, area: float) -> float:

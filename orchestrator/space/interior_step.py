@@ -116,14 +116,14 @@ class InteriorStep:
             at.normal * at.gap, tie, np.where(self.rubs, cone, 0.0), np.where(self.rubs[:, None], turn, 0.0)
         )
 
-    def wanted(self, at: InteriorPoint, tau: float, found: float = 1.0) -> Products:
-        """Return the changes that bring all products to tau (found 0: what tau itself wants)."""
+    def wanted(self, at: InteriorPoint, tau: float, share: float = 1.0) -> Products:
+        """Return the changes that bring all products to tau (share 0: what tau itself wants)."""
         products = self.products(at)
         return Products(
-            tau - found * products.normal,
-            np.where(self.tied, tau - found * products.tie, 0.0),
-            np.where(self.rubs, tau - found * products.cone, 0.0),
-            -found * products.turn,
+            tau - share * products.normal,
+            np.where(self.tied, tau - share * products.tie, 0.0),
+            np.where(self.rubs, tau - share * products.cone, 0.0),
+            -share * products.turn,
         )
 
     def forces(self, at: InteriorPoint) -> FloatArray:
@@ -272,13 +272,16 @@ def _less(one: Products, other: Products, part: float) -> Products:
 
 def _corrected(step: InteriorStep, there: InteriorPoint, wanted: Products, tau: float) -> Products:
     """Return what is wanted, and besides that products that would be far from tau at a point come nearer to it."""
-    found = step.products(there)
-    size = np.linalg.norm(found.turn, axis=1)
-    low, high = _pull(found.cone - size, tau), _pull(found.cone + size, tau)  # the eigenvalues of the cones' products
-    along = found.turn / np.maximum(size, 1e-300)[:, None]
+    products = step.products(there)
+    size = np.linalg.norm(products.turn, axis=1)
+    low, high = (
+        _pull(products.cone - size, tau),
+        _pull(products.cone + size, tau),
+    )  # the eigenvalues of the cones' products
+    along = products.turn / np.maximum(size, 1e-300)[:, None]
     return Products(
-        wanted.normal + _pull(found.normal, tau),
-        np.where(step.tied, wanted.tie + _pull(found.tie, tau), 0.0),
+        wanted.normal + _pull(products.normal, tau),
+        np.where(step.tied, wanted.tie + _pull(products.tie, tau), 0.0),
         np.where(step.rubs, wanted.cone + 0.5 * (low + high), 0.0),
         wanted.turn + np.where(step.rubs, 0.5 * (high - low), 0.0)[:, None] * along,
     )

@@ -19,7 +19,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import face_normals
-from orchestrator.loads.block_loads import Distribution, LiveLoad
+from orchestrator.loads.block_loads import Distribution, LiveLoad, refuse_blocks_that_cannot_move
 from orchestrator.loads.dead_loads import AT_LEVEL
 from orchestrator.space.wall import SpaceWall
 
@@ -172,12 +172,12 @@ def _loaded(wall: SpaceWall, load: SpaceDeadLoad) -> list[int]:
 
 
 def _at_level(wall: SpaceWall, level: float) -> list[int]:
-    found = []
+    carrying = []
     for k, block in enumerate(wall.blocks):
         heights = block.shape.vertices @ wall.up
         if not block.fixed and abs(heights.max() - level) <= AT_LEVEL * np.ptp(heights):
-            found.append(k)
-    return found
+            carrying.append(k)
+    return carrying
 
 
 def _refuse_contradictions(wall: SpaceWall, settings: SpaceLoadSettings) -> None:
@@ -194,11 +194,4 @@ def _refuse_contradictions(wall: SpaceWall, settings: SpaceLoadSettings) -> None
             listed = ", ".join(f"{top:g}" for top in tops[:20])
             problem = f"no block has its top at {load.level:g} m"
             raise CaseError(f"load.dead.{number}.level", problem, f"tops are at {listed}{', ...' * (len(tops) > 20)} m")
-    free = {block.id: not block.fixed for block in wall.blocks}
-    named = {f"load.live.{number}": load.blocks for number, load in enumerate(settings.live)}
-    named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(settings.dead)}
-    for key, ids in named.items():
-        for wanted in ids:
-            if not free.get(wanted, False):
-                problem = f"block {wanted} is a support" if wanted in free else f"there is no block {wanted}"
-                raise CaseError(f"{key}.blocks", problem, "name blocks of the wall that can move")
+    refuse_blocks_that_cannot_move({block.id: not block.fixed for block in wall.blocks}, settings.live, settings.dead)

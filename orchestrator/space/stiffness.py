@@ -89,9 +89,9 @@ class ContactStiffness:
 def _carried(arm: FloatArray) -> FloatArray:
     """Return matrices (k, 6, 6) that turn a block's twist about its centroid into that about points `arm` (k, 3)
     off."""
-    found = np.tile(np.eye(6), (len(arm), 1, 1))
+    carried = np.tile(np.eye(6), (len(arm), 1, 1))
     x, y, z = arm.T
-    found[:, 0, 4], found[:, 0, 5] = z, -y
-    found[:, 1, 3], found[:, 1, 5] = -z, x
-    found[:, 2, 3], found[:, 2, 4] = y, -x
-    return found
+    carried[:, 0, 4], carried[:, 0, 5] = z, -y
+    carried[:, 1, 3], carried[:, 1, 5] = -z, x
+    carried[:, 2, 3], carried[:, 2, 4] = y, -x
+    return carried

@@ -16,6 +16,7 @@ from orchestrator.masonry.wall import LARGEST_COORDINATE
 SHARED_PART = 1e-4
 """Part of the smaller block's volume that two blocks may share: the rounding of a drawing."""
 UPRIGHT = np.array([0.0, 0.0, 1.0])
+"""direction against gravity of walls in space"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

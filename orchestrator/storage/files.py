@@ -92,14 +92,14 @@ def versions() -> dict[str, str]:
     what is not installed is left out."""
     import h5py  # see hdf5.py
 
-    found = program() | {"python": platform.python_version()}
-    found |= {"h5py": h5py.__version__, "hdf5": h5py.version.hdf5_version}
+    known = program() | {"python": platform.python_version()}
+    known |= {"h5py": h5py.__version__, "hdf5": h5py.version.hdf5_version}
     for name, distribution in DISTRIBUTIONS.items():
         try:
-            found[name] = version(distribution)
+            known[name] = version(distribution)
         except PackageNotFoundError:
             continue
-    return found
+    return known
 
 
 def provenance(files: Iterable[Path]) -> list[str]:
@@ -113,7 +113,7 @@ def provenance(files: Iterable[Path]) -> list[str]:
         f"folder: {Path.cwd()}",
         f"machine: {platform.platform()}, {os.cpu_count()} processors",
         f"environment: {' '.join(f'{name}={shlex.quote(value)}' for name, value in told.items())}",
-        f"versions: {', '.join(f'{name} {found}' for name, found in versions().items())}",
+        f"versions: {', '.join(f'{name} {number}' for name, number in versions().items())}",
         *(f"sha256 of {path}: {hash_file(path)}" for path in files),
     ]
 

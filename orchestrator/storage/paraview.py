@@ -198,8 +198,8 @@ def _attributes(
 ) -> list[ElementTree.Element]:
     """Return the attributes of an increment; those of all others differ in its name only."""
     points, centre = mesh["points"].shape[0], "Cell" if kind == "elements" else "Node"
-    found = [_item(states[stored], "Node", shown, points) for shown, stored in names]
-    return found + [_item(values, centre, shown) for shown, values in derived.items()]
+    items = [_item(states[stored], "Node", shown, points) for shown, stored in names]
+    return items + [_item(values, centre, shown) for shown, values in derived.items()]
 
 
 def _of_increment(attribute: ElementTree.Element, first: str, name: str) -> ElementTree.Element:

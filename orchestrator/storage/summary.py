@@ -147,6 +147,11 @@ class LooseStones:
     multipliers: tuple[float, float]
 
 
+Kind = Literal["collapse state", "peak in large displacements", "last load at rest", "an upper bound only"]
+IN_BRACKETS: tuple[Kind, ...] = ("peak in large displacements", "last load at rest")
+"""What the wall bears, but no collapse state: its multiplier is printed in brackets."""
+
+
 @dataclass(frozen=True, slots=True)
 class LimitSummary:
     """Multipliers of micro limit analysis (`LimitAnalysis` says what they are), None where there is none.
@@ -181,9 +186,19 @@ class LimitSummary:
         return self.associative if self.non_associative is None else self.non_associative
 
     @property
-    def only_at_rest(self) -> bool:
-        """Whether that is the last load at which the wall rests, as no limit state was found."""
-        return self.non_associative is not None and not self.converged
+    def kind(self) -> Kind:
+        """What it is the multiplier of: where no collapse state was found, of one of the others."""
+        if self.non_associative is None:
+            return "an upper bound only"
+        if self.converged:
+            return "collapse state"
+        geometry_decides = self.non_associative == self.large_displacements
+        return "peak in large displacements" if geometry_decides else "last load at rest"
+
+    @property
+    def in_brackets(self) -> bool:
+        """Whether it is printed in brackets."""
+        return self.kind in IN_BRACKETS
 
     @property
     def bound(self) -> float:
@@ -216,8 +231,8 @@ class Summary:
     @property
     def record(self) -> dict[str, Any]:
         """What summary.json holds; `seismic` only where something was verified."""
-        found = asdict(self)
-        return found if self.seismic is not None else {key: found[key] for key in found if key != "seismic"}
+        values = asdict(self)
+        return values if self.seismic is not None else {key: values[key] for key in values if key != "seismic"}
 
 
 def pushover_summary(
@@ -280,12 +295,12 @@ def summarise(
 def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
     """Return the summary of a limit analysis."""
     headline = analysis.headline
-    found = analysis.non_associative_range
+    interval = analysis.non_associative_range
     return LimitSummary(
         associative=analysis.associative.load_multiplier,
         associative_left=_multiplier(analysis.associative_left),
-        non_associative=headline.load_multiplier if found else None,
-        non_associative_range=found,
+        non_associative=headline.load_multiplier if interval else None,
+        non_associative_range=interval,
         path=_multiplier(analysis.path),
         last_rest=analysis.last_rest,
         soft_from=analysis.soft_from,
@@ -298,7 +313,7 @@ def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
             LooseStones(failure.stones, failure.share, failure.multipliers) for failure in analysis.local_failures
         ),
         iterations=len(headline.records),
-        converged=found is not None and headline.converged,
+        converged=interval is not None and headline.converged,
         equilibrium_residual=headline.equilibrium_residual,
         base_shear=headline.load_multiplier * analysis.horizontal_load,
         seconds=analysis.seconds,
@@ -320,9 +335,9 @@ def _macroblocks(partition: Partition, joints: int) -> MacroblockSummary:
     )
 
 
-def write_summary(folder: Path, found: Summary) -> None:
+def write_summary(folder: Path, summary: Summary) -> None:
     """Write summary.json."""
-    write_json(folder / "summary.json", found.record)
+    write_json(folder / "summary.json", summary.record)
 
 
 def read_summary(folder: str | PathLike[str]) -> Summary:

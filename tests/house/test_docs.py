@@ -138,10 +138,12 @@ def test_two_blocks_of_the_first_page_slide_at_their_friction(tmp_path, monkeypa
     assert "0.60000" in capsys.readouterr().out
 
 
-def test_citation_names_the_version_of_the_package():
+def test_citation_and_changelog_name_version_and_date_of_the_package():
     version = tomllib.loads((PROJECT / "pyproject.toml").read_text())["project"]["version"]
-    assert f"\nversion: {version}\n" in (PROJECT / "CITATION.cff").read_text()
-    assert f"## {version}" in (PROJECT / "CHANGELOG.md").read_text()
+    citation = (PROJECT / "CITATION.cff").read_text()
+    assert f"\nversion: {version}\n" in citation
+    (date,) = re.findall(r"^date-released: (\d{4}-\d\d-\d\d)$", citation, re.M)
+    assert re.findall(r"^## (.+)$", (PROJECT / "CHANGELOG.md").read_text(), re.M)[0] == f"{version} ({date})"
 
 
 def test_no_command_installs_into_the_python_of_the_system():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
@@ -30,3 +31,10 @@ def undrawn() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(canvas, "save", saved)
         yield
+
+
+if __name__ == "__main__":  # python -m tests.support.undrawn run ...: the program, for numbers on several ranks
+    from orchestrator.app.cli import main
+
+    with undrawn():
+        sys.exit(main())

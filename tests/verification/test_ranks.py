@@ -13,7 +13,7 @@ WALL = DATA / "ferris_tinloi_wall1.json"
 
 def start(ranks, folder, *arguments, wall=WALL):
     """Run a wall, by default wall 1, to 0.5 mm (past its peak) on so many ranks; return what it printed."""
-    command = ("-m", "orchestrator", "run", wall, "--output", folder)
+    command = ("-m", "tests.support.undrawn", "run", wall, "--output", folder)
     done = on_ranks(ranks, *command, "--set", "stepping.final_displacement=0.5mm", *arguments)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

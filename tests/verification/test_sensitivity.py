@@ -108,7 +108,7 @@ def test_with_a_ground_acceleration_the_fragility_is_in_that(tmp_path):
     more = "[seismic]\npeak_ground_acceleration = '0.3 g'\nlimit_state = 'SD'\n"
     path = write(tmp_path, 4.0, 1.0, more)
     outcome = sensitivity_runs.sensitivity(cases.read(path), tmp_path / "out", None, quiet)
-    assert outcome.quantity == "ground acceleration that passes (m/s2)"
+    assert outcome.quantity == "ground acceleration that passes (m/s²)"
     assert bars(outcome)["friction"] == pytest.approx((2 * 0.55 * 9.81 / 1.35, 2 * 0.75 * 9.81 / 1.35), rel=1e-5)
 
 
@@ -134,7 +134,7 @@ def test_what_is_there_is_not_run_again_and_another_range_is(squat, monkeypatch)
 
 def test_ranks_change_no_number(squat, tmp_path):
     path, alone, _ = squat
-    done = on_ranks(3, "-m", "orchestrator", "sensitivity", path, "--output", tmp_path / "out")
+    done = on_ranks(3, "-m", "tests.support.undrawn", "sensitivity", path, "--output", tmp_path / "out")
     assert done.returncode == 0, done.stdout + done.stderr
     with (tmp_path / "out" / "sensitivity.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["point"].startswith("sample")]
@@ -209,7 +209,7 @@ def limit(**changes):
     ("changes", "kind"),
     [
         ({}, "collapse state"),
-        ({"converged": False}, "last rest: no limit state was closed"),
+        ({"converged": False}, "last load at rest"),
         ({"non_associative": None, "non_associative_range": None, "converged": False}, "an upper bound only"),
     ],
 )

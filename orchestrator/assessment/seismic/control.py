@@ -72,11 +72,11 @@ def named_point(settings: SeismicSettings, wall: Wall) -> ControlPoint | None:
 def candidates(assemblage: Assemblage, load: LoadSettings) -> list[ControlPoint]:
     """Return floors (extra dead loads) and roofs (tops that no block covers, those of one height together)."""
     wall, tops = assemblage.wall, _tops(assemblage.wall)
-    found = []
+    points = []
     for extra in load.dead:
         carrying = np.unique(extra_dead_loads(wall, (extra,)).block)
-        found += [_named("floor", tops, level) for level in _levels(tops, carrying)]
-    return found + [_named("roof", tops, level) for level in _levels(tops, uncovered(assemblage))]
+        points += [_named("floor", tops, level) for level in _levels(tops, carrying)]
+    return points + [_named("roof", tops, level) for level in _levels(tops, uncovered(assemblage))]
 
 
 def uncovered(assemblage: Assemblage) -> IntArray:
@@ -90,8 +90,8 @@ def uncovered(assemblage: Assemblage) -> IntArray:
         lower = min(pair, key=lambda k: float(centroids[k, 1]))
         covered[lower] += run[joint, 0]
     free = [position for position, block in enumerate(wall.blocks) if not block.fixed]
-    found = [k for k in free if covered[k] <= COVERED * top_of(wall.blocks[k].polygon)[0]]
-    return np.array(found or free, dtype=np.int64)
+    bare = [k for k in free if covered[k] <= COVERED * top_of(wall.blocks[k].polygon)[0]]
+    return np.array(bare or free, dtype=np.int64)
 
 
 def velocity_of_tops(wall: Wall, mechanism: Mechanism) -> FloatArray:

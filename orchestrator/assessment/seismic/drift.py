@@ -29,11 +29,14 @@ from orchestrator.pushover.solids.nodal_loads import nodal_loads
 FLEXURE = {"SLV": 0.75 * 0.010, "SLC": 0.010, "SD": 0.008, "NC": 4 / 3 * 0.008}
 """of a pier that rocks; SD and NC times H_0/D"""
 SHEAR = {"SLV": 0.75 * 0.005, "SLC": 0.005, "SD": 0.004, "NC": 4 / 3 * 0.004}
+"""of a pier that fails in shear"""
 SERVICE = {"SLD": 0.002}
+"""of any pier, at damage limitation"""
 CLAUSES = {
     "SLD": "NTC 2018 7.3.6.1", "SLV": "NTC 2018 7.8.2.2, Circ. 7/2019 C7.8.1.5.4 (3/4)", "SLC": "NTC 2018 7.8.2.2",
     "SD": "EN 1998-3 C.4.2.1, C.4.3.1", "NC": "EN 1998-3 C.4.2.1, C.4.3.1 (4/3)",
 }  # fmt: skip
+"""where these limits are from"""
 GIVEN = "as given (largest_drift)"
 
 
@@ -62,7 +65,7 @@ class Drifts:
 def drifting_piers(assemblage: Assemblage, control_blocks: tuple[int, ...]) -> tuple[DriftingPier, ...]:
     """Return the piers of a wall, or the whole wall up to the tops of `control_blocks` where it has no openings."""
     wall = assemblage.wall
-    found = []
+    drifting = []
     for row in rows(piers(wall)):
         feet, tops = cut(assemblage, row, row[0].bottom), cut(assemblage, row, row[0].top)
         for panel, foot, top in zip(row, feet, tops, strict=True):
@@ -70,13 +73,13 @@ def drifting_piers(assemblage: Assemblage, control_blocks: tuple[int, ...]) -> t
                 continue
             height = _level(wall, top.lower) - _level(wall, foot.lower)
             friction = float(assemblage.joints.friction[foot.joints].min())
-            found.append(
+            drifting.append(
                 DriftingPier(
                     panel.name, tuple(foot.lower), tuple(top.lower), height, panel.depth, 0.5 * height, friction
                 )
             )
-    if found:
-        return tuple(found)
+    if drifting:
+        return tuple(drifting)
     base = min(float(block.polygon[:, 1].min()) for block in wall.blocks if not block.fixed)
     ground = np.array([block.fixed for block in wall.blocks])
     standing = np.flatnonzero(ground[assemblage.joints.i] | ground[assemblage.joints.j])
@@ -91,7 +94,7 @@ def _level(wall: Wall, blocks: tuple[int, ...] | np.ndarray) -> float:
     return float(np.mean([top_of(wall.blocks[int(block)].polygon)[1][1] for block in blocks]))
 
 
-def drift_weights(wall: Wall, bodies: Bodies, meshes: BodyMeshes, found: tuple[DriftingPier, ...]) -> FloatArray:
+def drift_weights(wall: Wall, bodies: Bodies, meshes: BodyMeshes, drifting: tuple[DriftingPier, ...]) -> FloatArray:
     """Return weights (p, m) of the nodes' horizontal displacements whose sum is the drift of each pier, with a sign."""
 
     unloaded = nodal_loads(wall, bodies, meshes, LoadSettings()).dead
@@ -106,7 +109,7 @@ def drift_weights(wall: Wall, bodies: Bodies, meshes: BodyMeshes, found: tuple[D
         everything = sum(top_of(wall.blocks[block].polygon)[0] for block in blocks)
         return np.asarray(weights / weights.sum() * (moving / everything))
 
-    return np.array([(mean_of_tops(pier.top) - mean_of_tops(pier.foot)) / pier.height for pier in found])
+    return np.array([(mean_of_tops(pier.top) - mean_of_tops(pier.foot)) / pier.height for pier in drifting])
 
 
 def largest_drift(pier: DriftingPier, state: LimitStateName, settings: SeismicSettings) -> tuple[float, str] | None:

@@ -56,10 +56,10 @@ STRONGER = 10.0
 class InMechanism:
     """A mechanism with what moves in it: all masses the live load acts on, all dead loads; remarks say what was done.
 
-    flow_rule: how the state was found.
+    state: what it is the mechanism of, in words.
     """
 
-    flow_rule: str
+    state: str
     kinematics: Kinematics
     remarks: tuple[str, ...]
 
@@ -71,8 +71,8 @@ def safest_state(analysis: LimitAnalysis) -> LimitState | None:
     that no limit state closed, lest a higher state found elsewhere stands for a wall of which that is not known.
     """
     others = [state for state in (analysis.lowest, analysis.sequence) if state is not None and state.converged]
-    found = [failure.state for failure in analysis.local_failures] + [*filter(None, [analysis.path]), *others]
-    return min(found, key=lambda state: state.load_multiplier, default=None)
+    states = [failure.state for failure in analysis.local_failures] + [*filter(None, [analysis.path]), *others]
+    return min(states, key=lambda state: state.load_multiplier, default=None)
 
 
 def loads_in_mechanism(
@@ -96,8 +96,8 @@ def loads_in_mechanism(
     masses, dead = moving_loads(assemblage, by_mass, state.mechanism)
     stones = np.concatenate([block.polygon for block in assemblage.wall.blocks if not block.fixed])
     reach = float(np.hypot(*np.ptp(stones, axis=0)))
-    found = kinematics(state.load_multiplier, masses, dead, by_mass.vector, reach)
-    return InMechanism(state.flow_rule.replace("_", " "), found, remarks)
+    motion = kinematics(state.load_multiplier, masses, dead, by_mass.vector, reach)
+    return InMechanism(state.name, motion, remarks)
 
 
 def said_of(state: LimitState, analysis: LimitAnalysis) -> tuple[str, ...]:
@@ -106,7 +106,11 @@ def said_of(state: LimitState, analysis: LimitAnalysis) -> tuple[str, ...]:
     if local is not None:
         stones = ", ".join(map(str, local.stones))
         return (f"a local failure: stones {stones} ({local.share:.2g} of the weight) move, not the wall",)
-    return () if state.converged else ("alpha_0 is the last load at which the wall rests: no limit state was closed",)
+    if state.converged:
+        return ()
+    if state.flow_rule == "large_displacements":
+        return ("alpha_0 is the peak in large displacements: it lies below the collapse state of the wall as drawn",)
+    return ("alpha_0 is the last load at which the wall rests: no limit state was closed",)
 
 
 def moving_loads(assemblage: Assemblage, load: LoadSettings, mechanism: Mechanism) -> tuple[Moving, Moving]:
@@ -127,16 +131,16 @@ def moving_loads(assemblage: Assemblage, load: LoadSettings, mechanism: Mechanis
 
 
 def kinematic_checks(
-    settings: SeismicSettings, states: Sequence[LimitStateSettings], found: InMechanism | str, direction: FloatArray
+    settings: SeismicSettings, states: Sequence[LimitStateSettings], mechanism: InMechanism | str, direction: FloatArray
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return what the mechanism has, for the summary, and its rows: linear and non-linear at every limit state."""
-    if isinstance(found, str):
-        return {"refused": found}, [{"approach": "kinematic approach", "limit_state": "all", "refused": found}]
-    has = found.kinematics
+    if isinstance(mechanism, str):
+        return {"refused": mechanism}, [{"approach": "kinematic approach", "limit_state": "all", "refused": mechanism}]
+    has = mechanism.kinematics
     acceleration = activation_acceleration(has.multiplier, has.participation, settings.confidence_factor)
     used = has.participation if has.participation >= LOW_PARTICIPATION else 1.0
     record = {
-        "state": found.flow_rule,
+        "state": mechanism.state,
         "direction": 1 if direction[0] > 0 else -1,
         "alpha0": has.multiplier,
         "FC": settings.confidence_factor,
@@ -147,7 +151,7 @@ def kinematic_checks(
         "d0_star_m": has.displacement,
         "friction_share": has.friction_share,
         "z_m": settings.mechanism_height,
-        "remarks": list(found.remarks),
+        "remarks": list(mechanism.remarks),
     }
     rows = []
     for state in states:
@@ -157,7 +161,7 @@ def kinematic_checks(
         if like != "SLD":
             rows.append(_nonlinear(settings, state, like, has, acceleration))
     for row in rows:
-        row["remarks"] = [*found.remarks, *row.get("remarks", ())]
+        row["remarks"] = [*mechanism.remarks, *row.get("remarks", ())]
     return record, rows
 
 

@@ -106,9 +106,9 @@ def masses_and_load(
     stones = nodal_mass(meshes)
     of_mass = replace(load, distribution="mass", inclination=0.0, live=())
     extra = nodal_loads(wall, bodies, meshes, of_mass).live / GRAVITY
-    given = nodal_loads(wall, bodies, meshes, load)
-    own = GRAVITY * np.asarray(stones.sum(axis=1)).ravel() if given.of_mass else 0.0
-    return (stones + sparse.diags(extra)).tocsr(), given.sideways * (given.live + own)
+    nodal = nodal_loads(wall, bodies, meshes, load)
+    own = GRAVITY * np.asarray(stones.sum(axis=1)).ravel() if nodal.of_mass else 0.0
+    return (stones + sparse.diags(extra)).tocsr(), nodal.sideways * (nodal.live + own)
 
 
 def nodal_mass(meshes: BodyMeshes) -> sparse.csr_matrix:

@@ -185,18 +185,18 @@ def n2_check(
         return min(of_curve, displacement_at_force_ratio(largest, spectrum(ground), line, system))
 
     ground = largest_ground_acceleration(lambda a: demand(spectrum(a), line, system).displacement <= capacity(a))
-    found = demand(spectrum(asked), line, system)
+    displacement = demand(spectrum(asked), line, system)
     row = {
         "approach": approach,
         "limit_state": state.name,
         "ag_m_per_s2": asked,
-        "demand": found.displacement,
+        "demand": displacement.displacement,
         "capacity": capacity(asked),
         "unit": "m",
         "capacity_ag_m_per_s2": ground,
         "safety_ratio": ground / asked,
-        "period_s": found.period,
-        "force_ratio": found.force_ratio,
+        "period_s": displacement.period,
+        "force_ratio": displacement.force_ratio,
         "largest_force_ratio": None if largest == np.inf else largest,
         "clause": CLAUSES[state.name],
     }
@@ -239,8 +239,8 @@ def _drift(
     system = seen.system
 
     def moved(ground: float) -> float:
-        found = demand(spectrum_of(settings, state, ground, settings.damping), line, system)
-        return found.displacement * system.gamma
+        displacement = demand(spectrum_of(settings, state, ground, settings.damping), line, system)
+        return displacement.displacement * system.gamma
 
     asked, pier = state.peak_ground_acceleration, seen.drifts.piers[allowed.pier]
     ground = largest_ground_acceleration(lambda a: moved(a) <= allowed.displacement)

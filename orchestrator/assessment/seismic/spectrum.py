@@ -37,8 +37,10 @@ NTC_SOIL = {
 """S_S = first - second x F_0 a_g / g, between third and fourth: NTC 2018, Table 3.2.IV"""
 NTC_PERIOD = {"A": (1.0, 0.0), "B": (1.1, 0.2), "C": (1.05, 0.33), "D": (1.25, 0.5), "E": (1.15, 0.4)}
 """C_C = first x T_C*^(-second): NTC 2018, Table 3.2.IV"""
-PLATEAU_BEGINS, PLATEAU_ENDS = 0.8, 1.1
-"""a and b of [C7.2.6], parts of T_1"""
+PLATEAU_BEGINS = 0.8
+"""a of [C7.2.6], part of T_1"""
+PLATEAU_ENDS = 1.1
+"""b of [C7.2.6], part of T_1"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,11 +142,11 @@ def spectrum_of(
         longest = 4.0 * share + 1.6
         return Spectrum(ground_acceleration, soil, period / 3.0, period, longest, state.amplification, eta)
     if settings.spectrum == "parameters":
-        given = [getattr(settings, name) for name in ("soil_factor", "period_b", "period_c", "period_d")]
-        for name, value in zip(("soil_factor", "period_b", "period_c", "period_d"), given, strict=True):
+        parameters = [getattr(settings, name) for name in ("soil_factor", "period_b", "period_c", "period_d")]
+        for name, value in zip(("soil_factor", "period_b", "period_c", "period_d"), parameters, strict=True):
             if value is None:
                 raise _missing(settings, name)
-        soil, *periods = given
+        soil, *periods = parameters
         if periods != sorted(periods):
             raise CaseError("seismic.period_c", "the periods do not rise", "give period_b <= period_c <= period_d")
     else:

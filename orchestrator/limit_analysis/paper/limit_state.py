@@ -14,7 +14,17 @@ from orchestrator.masonry.block_properties import ELASTIC_MODULUS
 
 BoolArray = npt.NDArray[np.bool_]
 Scale = Literal["unit_power", "unit_displacement"]
-FlowRule = Literal["associative", "sequence", "path", "last_rest", "smoothed", "descent"]
+FlowRule = Literal["associative", "sequence", "path", "last_rest", "large_displacements", "smoothed", "descent"]
+NAMES: dict[FlowRule, str] = {
+    "associative": "associative solution",
+    "sequence": "the paper's sequence",
+    "path": "collapse state met by loading",
+    "last_rest": "last load at rest",
+    "large_displacements": "peak in large displacements",
+    "smoothed": "collapse state of smoothed conditions",
+    "descent": "collapse state beside the last load at rest",
+}
+"""What a state is, by how it was found: the words of terminal, pictures and pages."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,6 +96,11 @@ class LimitState:
     dilation: float
     open_ends: BoolArray | None = None
 
+    @property
+    def name(self) -> str:
+        """What the state is, in words."""
+        return NAMES[self.flow_rule]
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LocalFailure:
@@ -112,10 +127,11 @@ class LimitAnalysis:
     wall is just another way to state the multiplier.
 
     associative: an upper bound to every state of the wall as drawn (a theorem). path: the state that loading from
-    gravity meets, after the stones of `local_failures` have come loose: they are at rest and without forces in it; not
-    converged where no limit state passed the check, then it is the last rest. associative_left: the associative state
-    of the wall without these stones, None where there are none. sequence: the paper's value, of the wall as drawn.
-    lowest, highest: multipliers of states found that loading could reach, without these stones too.
+    gravity meets, after the stones of `local_failures` have come loose: they are at rest and without forces in it. Not
+    converged where no limit state passed the check, then it is the last load at which the wall was found at rest.
+    associative_left: the associative state of the wall without these stones, None where there are none. sequence: the
+    paper's value, of the wall as drawn. lowest, highest: multipliers of states found that loading could reach, without
+    these stones too.
     interval: where the state met depends by more than 1 % on the stiffness of joints, or loading passes a limit state
     and finds rest beyond it: lowest and highest multiplier; the headline is the lower state then. The lowest may be a
     rest beyond which a path with joints of that stiffness found neither rest nor state.
@@ -156,9 +172,7 @@ class LimitAnalysis:
     @property
     def geometry_decides(self) -> bool:
         """Whether the headline is the peak in large displacements, and no limit state of the wall as drawn."""
-        if self.path is None or self.path.converged or self.rigid_curve is None:
-            return False
-        return bool(self.path.load_multiplier == self.rigid_curve[:, 1].max())
+        return self.path is not None and self.path.flow_rule == "large_displacements"
 
     @property
     def headline(self) -> LimitState:
@@ -177,8 +191,8 @@ class LimitAnalysis:
     @property
     def _settled(self) -> tuple[LimitState, ...]:
         """The non-associative states that have converged."""
-        found = (self.path, self.sequence, self.lowest)
-        return tuple(s for s in found if s is not None and s.converged)
+        states = (self.path, self.sequence, self.lowest)
+        return tuple(s for s in states if s is not None and s.converged)
 
     @property
     def non_associative_range(self) -> tuple[float, float] | None:
@@ -186,10 +200,10 @@ class LimitAnalysis:
         bound."""
         if self.headline is self.associative:
             return None
-        found = [self.headline.load_multiplier, *(self.interval or ())]
-        found += [self.lowest.load_multiplier] if self.lowest else []
-        found += [self.highest] if self.highest is not None else []
-        return min(found), max(found)
+        multipliers = [self.headline.load_multiplier, *(self.interval or ())]
+        multipliers += [self.lowest.load_multiplier] if self.lowest else []
+        multipliers += [self.highest] if self.highest is not None else []
+        return min(multipliers), max(multipliers)
 
 
 def of_first_joints(analysis: LimitAnalysis, joints: int) -> LimitAnalysis:

@@ -38,9 +38,11 @@ REFINED = 1e-10
 """Solutions of the linear systems are refined for tighter tolerances only: otherwise the same number of iterations in
 40 % less time (wall 6). Large walls, which are solved to LARGE_TOLERANCE at best, need it wherever forces or mechanism
 are kept: without, joints of a wall of 336 blocks exceed their strength by 1.3e-8 block weights."""
-LARGE, LARGE_TOLERANCE = 300, 1e-10
-"""Walls of more free blocks are solved to this tolerance at best. At 997 blocks 1e-12 is out of reach: programs end as
-AlmostSolved after 60 to 200 iterations and up to 18 s."""
+LARGE = 300
+"""Free blocks; walls of more are solved to LARGE_TOLERANCE at best."""
+LARGE_TOLERANCE = 1e-10
+"""Of the linear programs of large walls. At 997 blocks 1e-12 is out of reach: programs end as AlmostSolved after 60 to
+200 iterations and up to 18 s."""
 DOUBTFUL = 1e-2
 """Mean block weights; if less is missing in the gravity check, it may be the solver's tolerance."""
 VERY_LARGE = 2000

@@ -15,8 +15,10 @@ from orchestrator.masonry.wall import Block, Wall
 Rectangle = tuple[float, float, float, float]
 """left, right, bottom, top in m"""
 
-AT_ONCE, ONE_BY_ONE = 2000, 200
-"""courses that are drawn as a whole until one keeps the overlap, then joint by joint: long ones hardly ever do"""
+COURSES_DRAWN_WHOLE = 2000
+"""tries to draw a course as a whole until one keeps the overlap; long ones hardly ever do"""
+COURSES_DRAWN_BY_JOINTS = 200
+"""tries after these to draw it joint by joint"""
 
 
 def running_bond(
@@ -123,7 +125,7 @@ def course(
     def away(x: float) -> bool:
         return all(abs(x - y) >= pattern.overlap for y in below)
 
-    for draws in AT_ONCE * [1] + ONE_BY_ONE * [50]:
+    for draws in COURSES_DRAWN_WHOLE * [1] + COURSES_DRAWN_BY_JOINTS * [50]:
         joints = [start]
         while end - joints[-1] > largest:
             rest = end - joints[-1]

@@ -98,7 +98,7 @@ def _mortar(rows: Any, known: set[int], length: float) -> tuple[MortarGap, ...]:
     example = "write [[1, 2, 0.01]]: two blocks that exist, and what was between them"
     if not isinstance(rows, list):
         raise CaseError("mortar", "is not a list", example)
-    found = []
+    gaps = []
     for number, row in enumerate(rows):
         if (
             not isinstance(row, list)
@@ -109,8 +109,8 @@ def _mortar(rows: Any, known: set[int], length: float) -> tuple[MortarGap, ...]:
         thickness = number_in(dict(thickness=row[2]), "thickness", f"mortar[{number}].") * length
         if thickness <= 0:
             raise CaseError(f"mortar[{number}].thickness", f"{row[2]:g} is not above 0", example)
-        found.append(MortarGap(row[0], row[1], thickness))
-    return tuple(found)
+        gaps.append(MortarGap(row[0], row[1], thickness))
+    return tuple(gaps)
 
 
 def unit_factor(units: Any, kind: str) -> float:
@@ -182,10 +182,10 @@ def number_in(record: dict[str, Any], key: str, place: str) -> float:
 
 def refuse_what_is_no_file(path: Path, largest: int, remedy: str) -> None:
     """Raise CaseError for a file of more than `largest` bytes and for what has no end, as a pipe or a device."""
-    found = path.stat()
-    if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
+    status = path.stat()
+    if not stat.S_ISREG(status.st_mode) and not stat.S_ISDIR(status.st_mode):
         raise CaseError("", "is no file but a pipe or a device", "save what it gives to a file first")
-    if found.st_size > largest:
+    if status.st_size > largest:
         raise CaseError("", f"larger than {largest / 1e6:g} MB", remedy)
 
 

@@ -103,12 +103,12 @@ def _layers_along(faces: list[FloatArray], lines: list[OnLayer], tolerance: floa
         shapely.union_all([shapely.LineString(path) for on, path in lines if on == name]).buffer(tolerance)
         for name in names
     ]
-    found = []
+    layers = []
     for ring in map(shapely.LinearRing, faces):
         length = np.array([ring.intersection(band).length for band in bands])
         most = np.flatnonzero(length > 0.99 * length.max())
-        found.append(names[most[0]] if len(most) == 1 else "")
-    return found
+        layers.append(names[most[0]] if len(most) == 1 else "")
+    return layers
 
 
 def _network(lines: list[FloatArray], tolerance: float) -> Network:

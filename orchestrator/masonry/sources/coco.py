@@ -100,16 +100,16 @@ def _shapes(record: dict[str, Any]) -> tuple[list[Shape], list[str]]:
     if not isinstance(categories, list) or not all(isinstance(row, dict) for row in categories):
         raise CaseError("categories", "is not a list of objects", "save it as COCO JSON, object detection")
     name = {row.get("id"): str(row.get("name", "")) for row in categories if isinstance(row.get("id"), int | str)}
-    found = [
+    shapes = [
         (key, name.get(row.get("category_id"), ""), part)
         for key, row in ((f"annotations[{k}]", row) for k, row in rows)
         for part in _parts(row.get("segmentation"), key)
     ]
-    if len(found) > LARGEST_COUNT:
+    if len(shapes) > LARGEST_COUNT:
         raise CaseError("annotations", f"more than {LARGEST_COUNT}", "import the wall in parts")
-    parts = len(found) - len({key for key, _, _ in found})
+    parts = len(shapes) - len({key for key, _, _ in shapes})
     remarks = [f"WARNING: {parts} more outlines than annotations: each part is taken for a stone"] if parts else []
-    return [shape for key, category, part in found for shape in _shape(part, category, key)], remarks
+    return [shape for key, category, part in shapes for shape in _shape(part, category, key)], remarks
 
 
 def _parts(segmentation: Any, key: str) -> list[Any]:
@@ -223,7 +223,7 @@ def _by_role(shapes: list[Shape], layers: Layers) -> tuple[dict[str, list[Shape]
 
 def _polygons(shapes: list[Shape], smallest: float) -> tuple[list[tuple[str, FloatArray]], list[str]]:
     """Return category and outline (n, 2) in pixels of each shape of at least `smallest` pixels, and remarks."""
-    found, repaired, dirt = [], 0, 0
+    outlines, repaired, dirt = [], 0, 0
     for shape in shapes:
         for outline in [shape.outline] if shape.outline is not None else _traced(shape, smallest):
             polygon = shapely.Polygon(outline) if len(outline) > 2 else shapely.Polygon()
@@ -234,11 +234,11 @@ def _polygons(shapes: list[Shape], smallest: float) -> tuple[list[tuple[str, Flo
             if polygon.area < smallest:
                 dirt += 1
             else:
-                found.append((shape.category, shapely.get_coordinates(polygon.exterior)[:-1]))
-    if not found:
+                outlines.append((shape.category, shapely.get_coordinates(polygon.exterior)[:-1]))
+    if not outlines:
         raise CaseError("annotations", "none is as large as a stone", "see --scale and --smallest")
     remarks = [f"WARNING: {repaired} outlines cross themselves, their largest part is kept"] if repaired else []
-    return found, remarks + ([f"{dirt} annotations smaller than the smallest stone left out"] if dirt else [])
+    return outlines, remarks + ([f"{dirt} annotations smaller than the smallest stone left out"] if dirt else [])
 
 
 def _traced(shape: Shape, smallest: float) -> list[FloatArray]:

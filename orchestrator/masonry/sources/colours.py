@@ -17,7 +17,12 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.sources.pixels import Pixels
 from orchestrator.masonry.sources.segmentation import large
 
-BLACK, WHITE, CLEAR = 0x000000, 0xFFFFFF, -(2**40)
+BLACK = 0x000000
+"""0xRRGGBB"""
+WHITE = 0xFFFFFF
+"""0xRRGGBB"""
+CLEAR = -(2**40)
+"""stands for a transparent pixel: no colour and no label is as low"""
 NEAR_GREY = 32
 """of 255: colours this near to black or white are meant as such, and greys if they are this near to grey"""
 SHARP = 0.98

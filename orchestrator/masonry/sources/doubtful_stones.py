@@ -77,7 +77,9 @@ def doubtful_stones(wall: Wall) -> list[str]:
             _large(outlines, stones, around, few),
         ),
     )
-    return [_told(wall.blocks[k], outlines[k], sign) for sign, found in signs if len(found) <= few for k in found]
+    return [
+        _told(wall.blocks[k], outlines[k], sign) for sign, doubtful in signs if len(doubtful) <= few for k in doubtful
+    ]
 
 
 def _told(block: Block, outline: shapely.Polygon, sign: str) -> str:

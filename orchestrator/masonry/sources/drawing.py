@@ -134,7 +134,7 @@ def closed(
         wider = _tolerance_that_closes(drawn, within, bool(settings.mortar), known_error, curved)
         located = _located(error, drawn)
         remedy = f'--tolerance "{1e3 * wider:g} mm" closes the wall' if wider else located.remedy
-        remedy = _doubted_size(drawn) or remedy
+        remedy = doubted_size(drawn) or remedy
         raise RefusedWallError(located.key, located.problem, remedy, drawn) from None
 
 
@@ -165,16 +165,16 @@ def _tolerance_that_closes(
     drawn: Wall, within: float, has_mortar: bool, known_error: float, curved: bool
 ) -> float | None:
     """Return a larger tolerance (m) with which the drawing is a wall, the first without warnings if any is; or None."""
-    found = None
+    closing = None
     for wider in (within * factor for factor in WIDER if within * factor <= LARGEST_TOLERANCE):
         try:
             _, said = _closed_within(drawn, wider, has_mortar, known_error, curved)
         except CaseError:
             continue
-        found = found or wider
+        closing = closing or wider
         if not any("WARNING" in remark for remark in said):
             return wider
-    return found
+    return closing
 
 
 def _refuse_what_healing_spoilt(wall: Wall, within: float) -> None:
@@ -296,11 +296,11 @@ def implausible(wall: Wall) -> list[str]:
         for block in wall.blocks
         if not block.fixed and (ratio := slenderness(shapely.Polygon(block.polygon))) > IMPLAUSIBLE_SLENDERNESS
     ]
-    doubt = _doubted_size(wall)
+    doubt = doubted_size(wall)
     return [*warnings, *doubtful_stones(wall), *([f"WARNING: {doubt}"] if doubt else [])]
 
 
-def _doubted_size(wall: Wall) -> str:
+def doubted_size(wall: Wall) -> str:
     """Return what is said of a wall whose size speaks for another unit; nothing of others."""
     size = size_of(wall)
     return "" if PLAUSIBLE[0] <= size <= PLAUSIBLE[1] else f"the wall measures {size:.4g} m: is the unit right?"

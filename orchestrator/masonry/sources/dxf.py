@@ -60,9 +60,9 @@ def _drawing(path: Path, layers: Layers, tolerance: float, unit: str) -> Drawing
         for role in ROLES
     }
     if not on["blocks"]:
-        found = ", ".join(sorted({name for name, _ in paths})[:20]) or "none with lines"
+        layers_drawn = ", ".join(sorted({name for name, _ in paths})[:20]) or "none with lines"
         problem = f"nothing is drawn on layer {layers.blocks!r}"
-        raise CaseError("blocks", problem, f"choose one with --blocks NAME; the drawing's layers: {found}")
+        raise CaseError("blocks", problem, f"choose one with --blocks NAME; the drawing's layers: {layers_drawn}")
     _refuse_depth(on, tolerance)
     flat = {role: [(name, points[:, :2]) for name, points in drawn] for role, drawn in on.items()}
     return drawing_of(flat, tolerance, [remark], curved)

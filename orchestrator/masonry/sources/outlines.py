@@ -37,8 +37,8 @@ def outlines(number: IntArray) -> tuple[IntArray, list[FloatArray], IntArray]:
     for chain, pair in enumerate(sides.tolist()):
         for stone in set(pair) - {0}:
             of[stone].append(chain)
-    found = {stone: _largest(simple[of[stone]]) for stone in sorted(of)}
-    kept = {stone: face for stone, face in found.items() if face is not None}
+    largest = {stone: _largest(simple[of[stone]]) for stone in sorted(of)}
+    kept = {stone: face for stone, face in largest.items() if face is not None}
     rings = [shapely.get_coordinates(face.exterior)[:-1] - 1.0 for face in kept.values()]
     return np.array(list(kept), np.int64), rings, np.array([len(face.interiors) for face in kept.values()], np.int64)
 

@@ -154,7 +154,7 @@ def _stones_by_lightness(pixels: Pixels, settings: PictureSettings, kind: str) -
     number, dirt = large_patches(is_stone, settings.smallest_patch)
     if not number.any():
         raise CaseError("", f"no {kind} stones found", "see --scale, --smallest and --stones black|white|colours")
-    found, remarks = int(number.max()), []
+    stones, remarks = int(number.max()), []
     if settings.split:
         number, more = split(number, settings.split, settings.smallest_patch)
         remarks.append(f"{more} stones more by parting patches with --split {settings.split}")
@@ -163,20 +163,20 @@ def _stones_by_lightness(pixels: Pixels, settings: PictureSettings, kind: str) -
         dirt,
         [
             *remarks,
-            *_said_other_colour(~is_stone, settings, kind, found),
+            *_said_other_colour(~is_stone, settings, kind, stones),
             *_said_together(number, settings),
-            *_said_threshold(pixels, settings, kind, found),
+            *_said_threshold(pixels, settings, kind, stones),
         ],
     )
 
 
-def _said_other_colour(rest: npt.NDArray[np.bool_], settings: PictureSettings, kind: str, found: int) -> list[str]:
+def _said_other_colour(rest: npt.NDArray[np.bool_], settings: PictureSettings, kind: str, stones: int) -> list[str]:
     """Return a warning if the stones seem to have the other colour: mortar hangs together, stones do not."""
     others = int(large_patches(rest, settings.smallest_patch)[0].max())
     other = "white" if kind == "black" else "black"
-    if others <= 3 * found:
+    if others <= 3 * stones:
         return []
-    return [f"WARNING: {found} {kind} patches, {others} {other} ones: if those are the stones, give --stones {other}"]
+    return [f"WARNING: {stones} {kind} patches, {others} {other} ones: if those are the stones, give --stones {other}"]
 
 
 def _is_stone(pixels: Pixels, threshold: int, kind: str) -> npt.NDArray[np.bool_]:
@@ -189,23 +189,26 @@ def _said_together(number: IntArray, settings: PictureSettings) -> list[str]:
     area = np.bincount(number.ravel())[1:]
     times = float(area.max() / np.median(area))
     said = [f"WARNING: the largest patch is {times:.0f} times the median one: are joints missing?"] * int(times > HUGE)
-    found = run_together(number, settings.smallest_patch)
-    if found is None:
+    joined = run_together(number, settings.smallest_patch)
+    if joined is None:
         return said
-    x, y = upright(found.largest, lower_left(number), settings.scale)
-    patches, again = ("1 patch looks", "") if found.patches == 1 else (f"{found.patches} patches look", "the largest ")
-    missing = f"joints are missing over up to {2 * found.reach} pixels there"
-    remedy = f"use a finer picture, or --split {found.reach}"
-    if settings.split >= found.reach:
+    x, y = upright(joined.largest, lower_left(number), settings.scale)
+    patches, again = (
+        ("1 patch looks", "") if joined.patches == 1 else (f"{joined.patches} patches look", "the largest ")
+    )
+    missing = f"joints are missing over up to {2 * joined.reach} pixels there"
+    remedy = f"use a finer picture, or --split {joined.reach}"
+    if settings.split >= joined.reach:
         remedy = "paint them"
     return [
-        f"WARNING: {patches} like several stones run together ({found.stones} stones, {again}at ({x:.4g}, {y:.4g}) m): "
+        f"WARNING: {patches} like several stones run together ({joined.stones} stones, {again}at "
+        f"({x:.4g}, {y:.4g}) m): "
         f"{missing}; {remedy}",
         *said,
     ]
 
 
-def _said_threshold(pixels: Pixels, settings: PictureSettings, kind: str, found: int) -> list[str]:
+def _said_threshold(pixels: Pixels, settings: PictureSettings, kind: str, stones: int) -> list[str]:
     """Return a warning if another threshold would part more stones, as thin grey joints need it."""
     greys = np.bincount(pixels.lightness.ravel(), minlength=256)[NEAR_GREY : 256 - NEAR_GREY].sum()
     if greys < GREYS * pixels.lightness.size:
@@ -215,6 +218,6 @@ def _said_threshold(pixels: Pixels, settings: PictureSettings, kind: str, found:
         for threshold in THRESHOLDS
     }
     best = max(count, key=lambda threshold: (count[threshold], -abs(threshold - settings.threshold)))
-    if count[best] <= found:
+    if count[best] <= stones:
         return []
-    return [f"WARNING: {found} stones at threshold {settings.threshold}, but {count[best]} with --threshold {best}"]
+    return [f"WARNING: {stones} stones at threshold {settings.threshold}, but {count[best]} with --threshold {best}"]

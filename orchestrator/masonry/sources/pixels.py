@@ -18,6 +18,7 @@ LARGEST_FILE = 1_000_000_000
 LARGEST_PICTURE = 25_000_000
 """pixels"""
 SMALLER = "reduce it; a joint needs about 3 pixels"
+"""remedy for a picture that is too large"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

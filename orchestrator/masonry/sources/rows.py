@@ -54,7 +54,7 @@ def _text(path: Path) -> str:
 
 def parse_rows(text: str, name: str) -> Wall:
     """Return the wall that `text` describes (see above); blocks are numbered from 1, the support is 0."""
-    unit, given, courses = "", dict[str, float](), list[Course]()
+    unit, header, courses = "", dict[str, float](), list[Course]()
     for number, line in enumerate(text.split("\n"), 1):
         words, place = line.partition("#")[0].strip(), f"line {number}"
         if "=" in words:
@@ -62,15 +62,15 @@ def parse_rows(text: str, name: str) -> Wall:
             if key == "unit":
                 unit = _length_unit(value, place)
             else:
-                given[key] = _setting(key, value, unit, place)
+                header[key] = _setting(key, value, unit, place)
         elif words:
             courses.append(_course(words, unit, place))
     for key in UNITS:
-        if key not in given:
+        if key not in header:
             raise CaseError(key, "is missing", f"write it on a line of its own, as in {key} = ...")
     if not courses:
         raise CaseError("courses", "there are none", "write one line a course: height: width width ...")
-    return _stacked(name, courses, given)
+    return _stacked(name, courses, header)
 
 
 def uneven_courses(wall: Wall) -> list[str]:
@@ -91,7 +91,7 @@ def uneven_courses(wall: Wall) -> list[str]:
     ]
 
 
-def _stacked(name: str, courses: list[Course], given: dict[str, float]) -> Wall:
+def _stacked(name: str, courses: list[Course], header: dict[str, float]) -> Wall:
     polygons: list[FloatArray] = []
     materials: list[str] = []
     level = 0.0
@@ -104,11 +104,11 @@ def _stacked(name: str, courses: list[Course], given: dict[str, float]) -> Wall:
         if len(polygons) > LARGEST_COUNT:
             raise CaseError("courses", f"more than {LARGEST_COUNT} blocks", "divide the wall")
         level += height
-    length, beyond = max(sum(abs(width) for width, _ in stones) for _, stones in courses), given["support"]
+    length, beyond = max(sum(abs(width) for width, _ in stones) for _, stones in courses), header["support"]
     ground = _rectangle(-beyond, length + beyond, -courses[0][0], 0.0)
     of = zip([ground, *polygons], ["", *materials], strict=True)
-    blocks = tuple(Block(n, p, n == 0, given["unit_weight"], material) for n, (p, material) in enumerate(of))
-    return Wall(name, blocks, given["thickness"], given["friction"])
+    blocks = tuple(Block(n, p, n == 0, header["unit_weight"], material) for n, (p, material) in enumerate(of))
+    return Wall(name, blocks, header["thickness"], header["friction"])
 
 
 def _course(words: str, unit: str, place: str) -> Course:

@@ -79,10 +79,10 @@ def split(number: IntArray, reach: int, smallest: float) -> tuple[IntArray, int]
 
     Narrow bridges are cut first: what a wide erosion would swallow has its own number by then.
     """
-    found = int(number.max())
+    stones = int(number.max())
     for pixels in [*(pixels for pixels in REACHES if pixels < reach), reach]:
         number = _parted_by(number, pixels, smallest)
-    return number, int(number.max()) - found
+    return number, int(number.max()) - stones
 
 
 def _parted_by(number: IntArray, reach: int, smallest: float) -> IntArray:

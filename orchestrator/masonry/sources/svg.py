@@ -210,9 +210,9 @@ def _by_role(drawn: list[Drawn], layers: Layers) -> dict[str, list[tuple[str, Dr
         for role, name in [*chosen][:1]:
             on[role].append((name, one))
     if not on["blocks"]:
-        found = ", ".join(sorted({name for one in drawn for name in one.names})[:20]) or "none with paths"
+        groups = ", ".join(sorted({name for one in drawn for name in one.names})[:20]) or "none with paths"
         problem = f"nothing is drawn in a group {layers.blocks!r}"
-        raise CaseError("blocks", problem, f"choose one with --blocks NAME; the drawing's groups: {found}")
+        raise CaseError("blocks", problem, f"choose one with --blocks NAME; the drawing's groups: {groups}")
     return on
 
 

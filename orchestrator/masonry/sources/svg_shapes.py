@@ -25,13 +25,13 @@ def numbers(text: str, key: str) -> list[float]:
     """Return the numbers in a list separated by white space and commas."""
     if NUMBER.sub("", text).strip(" ,\t\r\n"):
         raise CaseError(key, f"{text[:40]!r} is not a list of numbers", "correct the drawing")
-    found = [float(number) for number in NUMBER.findall(text)]
-    _refuse_large(found, key)
-    return found
+    values = [float(number) for number in NUMBER.findall(text)]
+    _refuse_large(values, key)
+    return values
 
 
-def _refuse_large(found: list[float], key: str) -> None:
-    if not all(abs(number) < LARGEST_NUMBER for number in found):
+def _refuse_large(values: list[float], key: str) -> None:
+    if not all(abs(number) < LARGEST_NUMBER for number in values):
         raise CaseError(key, f"a number is not below {LARGEST_NUMBER:g}", "correct the drawing")
 
 
@@ -45,25 +45,25 @@ def transform(text: str) -> FloatArray:
     return matrix
 
 
-def _single(name: str, given: list[float]) -> FloatArray:
+def _single(name: str, values: list[float]) -> FloatArray:
     counts = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skewX": (1,), "skewY": (1,)}
-    if len(given) not in counts.get(name, ()):
-        raise CaseError("transform", f"{name[:20]!r} with {len(given)} numbers cannot be read", "save it as plain SVG")
+    if len(values) not in counts.get(name, ()):
+        raise CaseError("transform", f"{name[:20]!r} with {len(values)} numbers cannot be read", "save it as plain SVG")
     matrix = np.eye(3)
     if name == "matrix":
-        matrix[:2] = np.reshape(given, (3, 2)).T
+        matrix[:2] = np.reshape(values, (3, 2)).T
     elif name == "translate":
-        matrix[:2, 2] = [*given, 0.0][:2]
+        matrix[:2, 2] = [*values, 0.0][:2]
     elif name == "scale":
-        matrix[0, 0], matrix[1, 1] = given[0], given[-1]
+        matrix[0, 0], matrix[1, 1] = values[0], values[-1]
     elif name == "rotate":
-        c, s = math.cos(math.radians(given[0])), math.sin(math.radians(given[0]))
+        c, s = math.cos(math.radians(values[0])), math.sin(math.radians(values[0]))
         matrix[:2, :2] = [[c, -s], [s, c]]
-        if len(given) == 3:
-            centre = np.array(given[1:])
+        if len(values) == 3:
+            centre = np.array(values[1:])
             matrix[:2, 2] = centre - matrix[:2, :2] @ centre
     else:
-        matrix[(0, 1) if name == "skewX" else (1, 0)] = math.tan(math.radians(given[0]))
+        matrix[(0, 1) if name == "skewX" else (1, 0)] = math.tan(math.radians(values[0]))
     return matrix
 
 
@@ -84,14 +84,14 @@ def _shape_paths(element: Element, tag: str) -> list[list[Curve]]:
     if tag == "path":
         return _path(element.get("d", ""), place)
     if tag in ("polygon", "polyline"):
-        given = numbers(element.get("points", ""), place)
-        corners = np.array(given[: len(given) // 2 * 2]).reshape(-1, 2)
+        points = numbers(element.get("points", ""), place)
+        corners = np.array(points[: len(points) // 2 * 2]).reshape(-1, 2)
         closed = np.vstack([corners, corners[:1]]) if tag == "polygon" else corners
         return [_lines(closed)]
 
     def number(key: str, usual: float = 0.0) -> float:
-        given = numbers(element.get(key, "").strip().removesuffix("px"), place)
-        return given[0] if given else usual
+        values = numbers(element.get(key, "").strip().removesuffix("px"), place)
+        return values[0] if values else usual
 
     if tag == "line":
         return [_lines(np.array([[number("x1"), number("y1")], [number("x2"), number("y2")]]))]
@@ -128,28 +128,28 @@ def _path(d: str, place: str) -> list[list[Curve]]:
     paths: list[list[Curve]] = [[]]
     point = start = np.zeros(2)
     handle, before = point, ""
-    for letter, given in _commands(d, place):
+    for letter, values in _commands(d, place):
         kind = letter.upper()
         origin = point if letter.islower() else np.zeros(2)
         if kind == "M":
             paths.append([])
-            point = start = origin + given
+            point = start = origin + values
         elif kind == "Z":
             paths[-1] += _lines(np.array([point, start]))
             paths.append([])
             point = start
         elif kind == "A":
-            curves = _arc(point, given, origin + given[5:])
+            curves = _arc(point, values, origin + values[5:])
             paths[-1] += curves
-            point = origin + given[5:]
+            point = origin + values[5:]
         else:
             if kind in "HV":
                 axis = "HV".index(kind)
                 end = point.copy()
-                end[axis] = origin[axis] + given[0]
+                end[axis] = origin[axis] + values[0]
                 control = np.array([point, end])
             else:
-                control = np.vstack([point, origin + given.reshape(-1, 2)])
+                control = np.vstack([point, origin + values.reshape(-1, 2)])
             if kind in "ST":
                 mirrored = 2 * point - handle if before in ("CS" if kind == "S" else "QT") else point
                 control = np.insert(control, 1, mirrored, axis=0)
@@ -163,12 +163,12 @@ def _path(d: str, place: str) -> list[list[Curve]]:
 def _commands(d: str, place: str) -> Iterator[tuple[str, FloatArray]]:
     """Yield each command of path data with its numbers; a repeated one is written out, M goes on as L."""
     letter = ""
-    given: list[float] = []
-    for found, more in [*_tokens(d, place), ("M", [])]:
-        if found:
-            yield from _written_out(letter, given, place)
-            letter, given = found, []
-        given += more
+    values: list[float] = []
+    for command, more in [*_tokens(d, place), ("M", [])]:
+        if command:
+            yield from _written_out(letter, values, place)
+            letter, values = command, []
+        values += more
 
 
 def _tokens(d: str, place: str) -> Iterator[tuple[str, list[float]]]:
@@ -205,24 +205,24 @@ def _written_out(letter: str, numbers: list[float], place: str) -> Iterator[tupl
         letter = {"M": "L", "m": "l"}.get(letter, letter)
 
 
-def _arc(start: FloatArray, given: FloatArray, end: FloatArray) -> list[Curve]:
+def _arc(start: FloatArray, values: FloatArray, end: FloatArray) -> list[Curve]:
     """Return an elliptical arc as cubic curves of 45 degrees at most (off by 5e-6 of the radius).
 
-    given: rx, ry, rotation in degrees, large, sweep; formulas of SVG 1.1, appendix F.6.
+    values: rx, ry, rotation in degrees, large, sweep; formulas of SVG 1.1, appendix F.6.
     """
-    rx, ry = abs(given[0]), abs(given[1])
+    rx, ry = abs(values[0]), abs(values[1])
     if rx == 0 or ry == 0 or np.array_equal(start, end):
         return _lines(np.array([start, end]))
-    c, s = math.cos(math.radians(given[2])), math.sin(math.radians(given[2]))
+    c, s = math.cos(math.radians(values[2])), math.sin(math.radians(values[2]))
     turn = np.array([[c, -s], [s, c]])
     x, y = turn.T @ (start - end) / 2
     enlarged = max(1.0, math.hypot(x / rx, y / ry))
     rx, ry = rx * enlarged, ry * enlarged
     u, v = x / rx, y / ry
-    off = math.sqrt(max(0.0, 1.0 / (u * u + v * v) - 1.0)) * (-1.0 if bool(given[3]) == bool(given[4]) else 1.0)
+    off = math.sqrt(max(0.0, 1.0 / (u * u + v * v) - 1.0)) * (-1.0 if bool(values[3]) == bool(values[4]) else 1.0)
     cu, cv = off * v, -off * u
     first, last = math.atan2(v - cv, u - cu), math.atan2(-v - cv, -u - cu)
-    sweep = (last - first) % (2 * math.pi) if given[4] else -((first - last) % (2 * math.pi))
+    sweep = (last - first) % (2 * math.pi) if values[4] else -((first - last) % (2 * math.pi))
     angles = np.linspace(first, first + sweep, max(1, math.ceil(abs(sweep) / (math.pi / 4) - 1e-9)) + 1)
     reach = 4 / 3 * math.tan((angles[1] - angles[0]) / 4)
     on = np.column_stack([np.cos(angles), np.sin(angles)])

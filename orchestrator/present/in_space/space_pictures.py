@@ -24,11 +24,15 @@ from orchestrator.space.mechanism import AT_REST, SpaceMechanism, corner_speeds
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STONE, SUPPORT = (0.93, 0.89, 0.80), (0.80, 0.80, 0.80)
+STONE = (0.93, 0.89, 0.80)
+"""colour of stones at rest; red, green and blue from 0 to 1"""
+SUPPORT = (0.80, 0.80, 0.80)
+"""colour of supports"""
 BODIES = (
     (0.94, 0.66, 0.45), (0.55, 0.75, 0.92), (0.62, 0.83, 0.66), (0.93, 0.83, 0.48), (0.85, 0.68, 0.84),
     (0.70, 0.74, 0.62), (0.96, 0.72, 0.72), (0.62, 0.72, 0.72),
 )  # fmt: skip
+"""colours of stones that move as one body; after the last the first comes again"""
 KINDS = {
     "hinges": ((0.84, 0.37, 0.0), 3.0, "hinge"),
     "opens": ((0.90, 0.62, 0.0), 1.0, "opens"),
@@ -116,7 +120,7 @@ def joint_lines(
     blocks."""
     joints, wall = assemblage.joints, assemblage.wall
     centroids, limit = wall.centroids, AT_REST * float(corner_speeds(assemblage, velocities).max())
-    found = []
+    lines = []
     for k, kind in enumerate(mechanism.motion):
         if kind not in ("hinges", "slides", "twists"):
             continue
@@ -129,8 +133,8 @@ def joint_lines(
         else:
             line = np.vstack([corners, corners[:1]])
         colour, width, _ = KINDS[kind]
-        found.append(Line(_carried(line, wall.blocks[i].shape, bodies[i]), colour, width))
-    return found
+        lines.append(Line(_carried(line, wall.blocks[i].shape, bodies[i]), colour, width))
+    return lines
 
 
 def _carried(points: FloatArray, before: Polyhedron, after: Polyhedron) -> FloatArray:

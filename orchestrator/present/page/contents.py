@@ -76,7 +76,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         },
         "has_floors": has_floors(run.summary.wall),
         "limit_states": list(_limit_states(run)),
-        "headline": run.analysis.headline.flow_rule.replace("_", " "),
+        "headline": run.analysis.headline.name,
         "bodies": _bodies(run),
         "tolerances": run.partition.tolerances,
         "pictures": {path.stem: picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
@@ -160,33 +160,22 @@ def _as_set(value: Any) -> str:
         return "none"
     if isinstance(value, float):
         return f"{value:.10g}"
-    found = QUANTITY.fullmatch(str(value))
-    return quantity(float(found[1]), found[2]) if found and found[2] in FACTORS else str(value)
-
-
-REST = "last rest: no limit state was closed"
-"""name of a headline that is no limit state"""
-HEADLINES = {
-    "smoothed": "non-associative, of smoothed conditions",
-    "descent": "non-associative, beside the last rest",
-    "sequence": "non-associative, beside the last rest",
-}
-"""Names of headlines that loading itself did not come to."""
+    measured = QUANTITY.fullmatch(str(value))
+    return quantity(float(measured[1]), measured[2]) if measured and measured[2] in FACTORS else str(value)
 
 
 def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
     names = {
         "associative": "associative (upper bound)",
         "associative_left": "associative, without loose stones",
-        "path": HEADLINES.get(run.analysis.headline.flow_rule, "non-associative, met by loading"),
+        "path": run.analysis.headline.name,
         "sequence": "non-associative, the paper's value",
         "lowest": "lowest state found",
     }
     for key, name in names.items():
         if (state := getattr(run.analysis, key)) is not None:
-            rest = "peak in large displacements" if run.analysis.geometry_decides else REST
             yield {
-                "name": name if state.converged else rest,
+                "name": name,
                 "multiplier": state.load_multiplier,
                 "base_shear": state.load_multiplier * run.analysis.horizontal_load,
                 "programs": len(state.records),

@@ -46,14 +46,14 @@ def damage_sequence(increments: Iterable[Increment], contacts: ContactPlaces, li
     beyond = {"opens": limit, "slides": limit, "cracks": DAMAGED, "breaks": BROKEN}
     states = iter(increments)
     gravity = next(states)
-    found: dict[tuple[int, Kind], tuple[Increment, float]] = {}
+    first: dict[tuple[int, Kind], tuple[Increment, float]] = {}
     last: dict[tuple[int, Kind], float] = {}
     for state in states:
         for kind, values in _since(gravity, state, contacts).items():
             for interface in np.flatnonzero(values > beyond[kind]).tolist():
-                found.setdefault((interface, kind), (state, float(values[interface])))
-            last |= {(interface, kind): float(values[interface]) for interface, k in found if k == kind}
-    ordered = sorted(found.items(), key=lambda item: (item[1][0].number, -item[1][1]))
+                first.setdefault((interface, kind), (state, float(values[interface])))
+            last |= {(interface, kind): float(values[interface]) for interface, k in first if k == kind}
+    ordered = sorted(first.items(), key=lambda item: (item[1][0].number, -item[1][1]))
     return [
         Damage(
             interface, kind, state.number, state.load_multiplier, state.base_shear,

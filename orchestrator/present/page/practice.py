@@ -22,9 +22,9 @@ def practice_contents(run: StoredRun) -> dict[str, Any]:
     supports = reactions(run.assemblage, state.joint_forces)
     return {
         "materials": materials(run.case, run.assemblage.wall),
-        "joints": (found := joint_classes(run.assemblage)),
+        "joints": (classes := joint_classes(run.assemblage)),
         "elastic_joints": any(
-            isfinite(least) for one in found for least, _ in (one.normal_stiffness, one.shear_stiffness)
+            isfinite(least) for one in classes for least, _ in (one.normal_stiffness, one.shear_stiffness)
         ),
         "loads": load_sums(run.assemblage.wall, run.case.load),
         "limit_states": limit_states(run.case.seismic),
@@ -33,5 +33,6 @@ def practice_contents(run: StoredRun) -> dict[str, Any]:
         "more_reactions": max(len(supports) - SHOWN_REACTIONS, 0),
         "sums": (sum(one.horizontal for one in supports), sum(one.vertical for one in supports)),
         "multiplier": state.load_multiplier,
-        "only_at_rest": run.summary.limit_analysis.only_at_rest,
+        "state": state.name,
+        "in_brackets": run.summary.limit_analysis.in_brackets,
     }

@@ -14,16 +14,18 @@ from orchestrator.settings.case import Case
 from orchestrator.settings.project import Language
 
 
-def verdict_contents(found: Verdict, language: Language) -> dict[str, Any]:
+def verdict_contents(verdict: Verdict, language: Language) -> dict[str, Any]:
     """Return what the template of the verdict needs, in a language."""
     least = (
-        None if found.governing is None or found.governing["safety_ratio"] == "" else found.governing["safety_ratio"]
+        None
+        if verdict.governing is None or verdict.governing["safety_ratio"] == ""
+        else verdict.governing["safety_ratio"]
     )
     return {
-        "sentence": in_language(sentence(found, phrases(language)), language),
-        "state": found.state,
+        "sentence": in_language(sentence(verdict, phrases(language)), language),
+        "state": verdict.state,
         "ratio": least,
-        "rows": [_row(row, language) for row in found.rows],
+        "rows": [_row(row, language) for row in verdict.rows],
     }
 
 
@@ -34,10 +36,10 @@ def verdict_of(case: Case, summary: storage.Summary) -> Verdict:
     return verdict(summary.case, [Answered(name, load.direction, load.distribution, summary)])
 
 
-def write_verdict(folder: Path, found: Verdict) -> Path:
+def write_verdict(folder: Path, verdict: Verdict) -> Path:
     """Write verdict.csv into a run folder; return its path."""
     path = folder / "verdict.csv"
-    rows = (row | {"remarks": "; ".join(row["remarks"])} for row in found.rows)
+    rows = (row | {"remarks": "; ".join(row["remarks"])} for row in verdict.rows)
     storage.write_csv(path, COLUMNS, ([row[name] for name in COLUMNS] for row in rows))
     return path
 

@@ -20,6 +20,7 @@ from orchestrator.present.weights import Sums, multiplier_words
 from orchestrator.settings.project import Language, ProjectSettings
 from orchestrator.storage.files import plain, write_text
 from orchestrator.storage.stored_run import read_run
+from orchestrator.storage.summary import IN_BRACKETS
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -39,7 +40,7 @@ def write_index(
     folder: Path,
     case: str,
     rows: Sequence[dict[str, Any]],
-    found: Verdict,
+    verdict: Verdict,
     project: ProjectSettings,
     verified: dict[str, Any] | None,
 ) -> Path:
@@ -51,7 +52,7 @@ def write_index(
     reports = {row["load_case"]: f"{quote(row['load_case'])}/report.html" for row in rows if row["model"]}
     curves = picture(folder / "figures" / "curves.png")
     values: dict[str, Any] = {"case": case, "rows": rows, "reports": reports, "curves": curves, "language": language}
-    values["verdict"] = verdict_contents(found, language)
+    values["verdict"] = verdict_contents(verdict, language)
     seismic = verified and {"states": verified["limit_states"], "spectrum": spectrum_words(verified)}
     values |= {"weights": _weights(rows), "project": project, "seismic": seismic}
     write_text(path, _environment(language).get_template("load_cases.html.j2").render(values))
@@ -60,12 +61,12 @@ def write_index(
 
 def _weights(rows: Sequence[dict[str, Any]]) -> dict[str, list[str]]:
     """Return what λ is and the weights in words, with the load cases that have them."""
-    found: dict[str, list[str]] = {}
+    cases: dict[str, list[str]] = {}
     for row in rows:
         if row["model"]:
             words = multiplier_words(Sums(*(row[f"{field.name}_N"] for field in fields(Sums))))
-            found.setdefault(words, []).append(row["load_case"])
-    return {words: list(dict.fromkeys(names)) for words, names in found.items()}
+            cases.setdefault(words, []).append(row["load_case"])
+    return {words: list(dict.fromkeys(names)) for words, names in cases.items()}
 
 
 def render(values: dict[str, Any]) -> str:
@@ -84,7 +85,12 @@ def _environment(language: Language) -> Environment:
     }
     for name, filtering in filters.items():
         environment.filters[name] = _localised(filtering, language)
-    environment.globals |= {"t": _told(phrases(language)), "factor_of": _factor_of, "infinite": inf}
+    environment.globals |= {
+        "t": _told(phrases(language)),
+        "factor_of": _factor_of,
+        "infinite": inf,
+        "BRACKETS": IN_BRACKETS,
+    }
     return environment
 
 

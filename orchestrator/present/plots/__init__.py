@@ -59,6 +59,6 @@ def __getattr__(name: str) -> Any:
     """Load the module that has the function (PEP 562)."""
     if name in __all__:
         for module in MODULES:
-            if hasattr(found := import_module(f"{__name__}.{module}"), name):
-                return getattr(found, name)
+            if hasattr(loaded := import_module(f"{__name__}.{module}"), name):
+                return getattr(loaded, name)
     raise AttributeError(f"module {__name__} has no {name}")

@@ -29,8 +29,24 @@ from orchestrator.basis.atomic_files import write_bytes
 from orchestrator.present.plots.words import LINE, tell, write_title
 from orchestrator.settings.project import Language
 
-STONE, SUPPORT, FAINT, INK = "#f2ece1", "#d5d5d5", "#b5b5b5", "#333333"
-VERMILLION, BLUE, GREEN, ORANGE, PURPLE = "#d55e00", "#0072b2", "#009e73", "#e69f00", "#cc79a7"
+STONE = "#f2ece1"
+"""fill of stones"""
+SUPPORT = "#d5d5d5"
+"""fill of supports"""
+FAINT = "#b5b5b5"
+"""outlines of what is no longer there"""
+INK = "#333333"
+"""outlines and limit analysis"""
+VERMILLION = "#d55e00"
+"""this and the next four: Okabe and Ito, distinguishable by colour-blind readers"""
+BLUE = "#0072b2"
+"""of Okabe and Ito"""
+GREEN = "#009e73"
+"""of Okabe and Ito"""
+ORANGE = "#e69f00"
+"""of Okabe and Ito"""
+PURPLE = "#cc79a7"
+"""of Okabe and Ito"""
 DOTS_PER_INCH = 150
 """of PNG pictures"""
 QUICK = 3
@@ -39,8 +55,10 @@ LARGEST_DRAWING = (7.0, 7.5)
 """largest drawing of a wall, inches"""
 SMALLEST_NUMBER = 3.0
 """points"""
-DIGIT_WIDTH, DIGIT_HEIGHT = 0.636, 0.729
-"""of a font's size: from one digit to the next, and of a digit, in DejaVu Sans, which comes with matplotlib"""
+DIGIT_WIDTH = 0.636
+"""from one digit to the next, part of a font's size, in DejaVu Sans, which comes with matplotlib"""
+DIGIT_HEIGHT = 0.729
+"""of a digit, part of a font's size, in DejaVu Sans"""
 SMALLEST_WIDTH = 5.0
 """inches; a title and a legend need them"""
 

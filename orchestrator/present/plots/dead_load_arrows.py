@@ -59,9 +59,9 @@ def size_of(wall: Wall) -> float:
 
 def _along(edges: FloatArray, apart: float) -> FloatArray:
     """Return points (p, 2) on edges (e, 2, 2), about `apart` (m) apart."""
-    found = []
+    points = []
     for start, end in edges:
         many = max(1, round(float(abs(end[0] - start[0])) / apart))
         share = (np.arange(many) + 0.5) / many
-        found.append(start + share[:, None] * (end - start))
-    return np.vstack(found)
+        points.append(start + share[:, None] * (end - start))
+    return np.vstack(points)

@@ -93,8 +93,7 @@ def deformed(
     height = float(np.ptp(meshes.nodes[:, 1]))
     factor = amplification or readable_factor(DRAWN_DISPLACEMENT * height, float(np.abs(plane).max()))
     moved = meshes.nodes[:, :2] + factor * plane
-    state, drawn = _title_lines(increment, under_gravity, factor)
-    title = "\n".join(filter(None, [moment, state, loads, drawn]))
+    title = _title(moment, increment, loads, under_gravity, factor)
     bars = np.empty((0, 2, 2)) if ties is None else ties.ends + factor * ties.moved(increment)
     figure, axes = wall_figure(np.vstack([moved, *supports, bars.reshape(-1, 2)]), title, name)
     for number in range(bodies.moving):
@@ -190,12 +189,13 @@ def readable_factor(drawn: float, largest: float) -> float:
     return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= drawn / largest)
 
 
-def _title_lines(increment: Increment, under_gravity: float, factor: float) -> tuple[str, str]:
-    """Return what state is drawn, and how."""
+def _title(moment: str, increment: Increment, loads: str, under_gravity: float, factor: float) -> str:
+    """Return which moment is drawn, its state, the loads (none: not said), and how it is drawn."""
     multiplier, shear = printed("multiplier", increment.load_multiplier), printed("force", increment.base_shear)
     control = printed("displacement", increment.control_displacement - under_gravity)
     drawn = f"control displacement {control} mm, displacements drawn × {factor:g}"
-    return f"Load multiplier {multiplier}, base shear {shear} kN", drawn
+    state = f"Load multiplier {multiplier}, base shear {shear} kN"
+    return "\n".join(filter(None, [moment, state, loads, drawn]))
 
 
 def _carried_by(bodies: Bodies, meshes: BodyMeshes, moved: FloatArray) -> Callable[[int, FloatArray], FloatArray]:
@@ -292,13 +292,14 @@ def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     which = "" if analysis.associative_left is None else " (without loose stones)"
     said = f"micro-LA, associative{which}: λ = {printed('multiplier', associative.load_multiplier)}"
     axes.axhline(associative.load_multiplier * kilonewtons, color=INK, linestyle=":", linewidth=1.2, label=said)
-    found = analysis.non_associative_range
-    if found is None:
+    interval = analysis.non_associative_range
+    if interval is None:
         return
-    rule = f"non-associative ({headline.flow_rule})" if headline.converged else "last rest"
-    said = f"micro-LA, {rule}: λ = {marked('multiplier', headline.load_multiplier, headline.converged)}"
+    said = f"micro-LA, {headline.name}: λ = {marked('multiplier', headline.load_multiplier, headline.converged)}"
     axes.axhline(headline.load_multiplier * kilonewtons, color=INK, linestyle="--", linewidth=1.2, label=said)
-    low, high = (printed("multiplier", end) for end in found)
+    low, high = (printed("multiplier", end) for end in interval)
     if low != high:
         said = f"micro-LA, non-associative range: λ = {low} to {high}"
-        axes.axhspan(found[0] * kilonewtons, found[1] * kilonewtons, color=ORANGE, alpha=0.35, linewidth=0, label=said)
+        axes.axhspan(
+            interval[0] * kilonewtons, interval[1] * kilonewtons, color=ORANGE, alpha=0.35, linewidth=0, label=said
+        )

@@ -24,27 +24,29 @@ LABEL_MARGIN = 0.25
 def tornado(bars: Sequence[Mapping[str, Any]], base: float | None, quantity: str, name: str) -> Figure:
     """Draw a bar for every range from its capacity at the low end to that at the high end, the longest on top.
 
+    The low end is the upper half of a bar and the high end the lower half: both may lie on one side of the base.
     bars: name, low, high (SI), at_low, at_high, kind_low, kind_high; base: the capacity of the case as given. An end
     without a capacity that can be compared has its kind of answer written beside the bar.
     """
     figure = Figure(figsize=(7.0, 1.9 + 0.55 * len(bars)), layout="constrained")
     axes = figure.add_subplot()
     for place, bar in enumerate(reversed(bars)):
-        for end, colour in (("low", BLUE), ("high", ORANGE)):
+        for end, colour, height in (("low", BLUE, place + 0.16), ("high", ORANGE, place - 0.16)):
             value = bar[f"at_{end}"]
             if value is None or base is None:
                 _write_kind(axes, place, bar, end, base)
                 continue
-            axes.barh(place, value - base, left=base, height=0.6, color=colour, edgecolor=INK, linewidth=0.6)
+            axes.barh(height, value - base, left=base, height=0.32, color=colour, edgecolor=INK, linewidth=0.6)
             left = value < base - ALIKE * base or (value <= base + ALIKE * base and end == "low")
             offset, align = (-4, "right") if left else (4, "left")
             said = value_of_range(bar["name"], bar[end])
             axes.annotate(
-                said, (value, place), (offset, 0), textcoords="offset points", ha=align, va="center", fontsize=8
+                said, (value, height), (offset, 0), textcoords="offset points", ha=align, va="center", fontsize=8
             )
     if base is not None:
         axes.axvline(base, color=INK, linewidth=1.0)
     axes.set_yticks(range(len(bars)), [bar["name"].replace("_", " ") for bar in reversed(bars)])
+    axes.set_ylim(-0.5, len(bars) - 0.5)
     axes.set_xlabel(quantity)
     axes.ticklabel_format(axis="x", useOffset=False)
     if base:

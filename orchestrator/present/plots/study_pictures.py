@@ -73,7 +73,7 @@ def mechanism_panel(assemblage: Assemblage, state: LimitState) -> SmallWall:
     free = [k for k, block in enumerate(blocks) if not block.fixed]
     moved = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
     return SmallWall(
-        f"micro-LA ({state.flow_rule.replace('_', ' ')})",
+        f"micro-LA ({state.name})",
         tuple(_closed(moved[k]) for k in free),
         (STONE,) * len(free),
         tuple(block.polygon for block in blocks if block.fixed),

@@ -56,8 +56,10 @@ UPRIGHT = 0.05
 """slope of an arrow below which it is upright: its name is centred over it"""
 ARROW = 0.12
 """length of the load arrow, part of the wall's largest dimension"""
-WIDEST, THINNEST = 5.0, 0.5
-"""points; width of the largest resultant and least width of any"""
+WIDEST_THRUST = 5.0
+"""width of the largest resultant, points"""
+THINNEST_THRUST = 0.5
+"""least width of any resultant, points"""
 
 
 def blocks(wall: Wall, numbered: bool = False, marked: Sequence[int] = (), loose: Sequence[FloatArray] = ()) -> Figure:
@@ -130,27 +132,27 @@ def mechanism(
     factor = DRAWN_DISPLACEMENT * height / state.mechanism.largest_displacement
     velocities = factor * state.mechanism.velocities
     displaced = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
-    before = [block.polygon for block in wall.blocks]
     arrow = _arrow_of(wall, state, direction)
     title = _title_of_mechanism(state, answer, loads, height)
     bars = [_displaced_tie(wall, tie, velocities) for tie in ties]
     above = [np.array([0.0, LENGTH * size_of(wall)]) + np.vstack(displaced).max(axis=0)] * bool(dead)
-    shown = np.vstack([*before, *displaced, arrow, *bars, *above])
+    shown = np.vstack([*(block.polygon for block in wall.blocks), *displaced, arrow, *bars, *above])
     figure, axes = wall_figure(np.vstack([shown, load_label(shown, arrow, load_name)]), title, wall.name)
     _draw_displaced(axes, wall, displaced, loose)
     _draw_thrust(axes, assemblage, state, velocities)
     _mark_joints(axes, assemblage, state, velocities)
     if bars:
         draw_segments(axes, bars, INK, 2.0, "tie")
-    if dead:
-        _draw_floors(axes, wall, dead, velocities)
+    _draw_floors(axes, wall, dead, velocities)
     draw_load(axes, arrow, load_name)
     legend_below(axes, 3)
     return figure
 
 
 def _draw_floors(axes: Axes, wall: Wall, dead: Sequence[DeadLoad], velocities: FloatArray) -> None:
-    """Draw the arrows of extra dead loads where their blocks have moved to."""
+    """Draw the arrows of extra dead loads, if there are any, where their blocks have moved to."""
+    if not dead:
+        return
     drawn = draw_dead_load(axes, wall, dead, lambda k, at: at + rigid_displacement(wall.blocks[k], velocities[k], at))
     drawn.set_label("extra dead loads")
 
@@ -158,8 +160,8 @@ def _draw_floors(axes: Axes, wall: Wall, dead: Sequence[DeadLoad], velocities: F
 def _title_of_mechanism(state: LimitState, answer: str, loads: str, height: float) -> str:
     answer = answer or f"load multiplier {marked('multiplier', state.load_multiplier, state.converged)}"
     drawn = f"{DRAWN_DISPLACEMENT * height:.3g} m ({DRAWN_DISPLACEMENT:.0%} of the height)"
-    found = f"Mechanism of micro-LA ({state.flow_rule.replace('_', ' ')}): {answer}"
-    return "\n".join(filter(None, [found, loads, f"largest displacement drawn as {drawn}"]))
+    shown = f"Mechanism of micro-LA ({state.name}): {answer}"
+    return "\n".join(filter(None, [shown, loads, f"largest displacement drawn as {drawn}"]))
 
 
 def _arrow_of(wall: Wall, state: LimitState, direction: FloatArray) -> FloatArray:
@@ -318,8 +320,8 @@ def _draw_thrust(axes: Axes, assemblage: Assemblage, state: LimitState, displace
     largest = float(drawn.resultant.max())
     widest_first = np.argsort(-drawn.resultant)  # the legend shows the first
     segments = moved(assemblage, drawn, displacements)[widest_first]
-    lines = draw_segments(axes, segments, GREEN, WIDEST, f"thrust (widest: {largest / 1e3:.3g} kN)")
-    lines.set_linewidth(np.maximum(THINNEST, WIDEST * drawn.resultant[widest_first] / largest).tolist())
+    lines = draw_segments(axes, segments, GREEN, WIDEST_THRUST, f"thrust (widest: {largest / 1e3:.3g} kN)")
+    lines.set_linewidth(np.maximum(THINNEST_THRUST, WIDEST_THRUST * drawn.resultant[widest_first] / largest).tolist())
 
 
 def _mark_joints(axes: Axes, assemblage: Assemblage, state: LimitState, velocities: FloatArray) -> None:

@@ -155,6 +155,6 @@ def find_bond(bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: 
 
 def tributary(triangles: IntArray, nodes: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return the nodes (s,) of the triangles (t, 3), in ascending order, and their shares (s,) of the area in m2."""
-    found, place = np.unique(triangles, return_inverse=True)
+    used, place = np.unique(triangles, return_inverse=True)
     shares: FloatArray = np.bincount(place.ravel(), np.repeat(triangle_areas(nodes, triangles) / 3, 3)).astype(float)
-    return found, shares
+    return used, shares

@@ -122,6 +122,6 @@ def tolerances(
     if shear_stiffness is None:
         return np.full(len(limit), slip_tolerance), np.zeros(len(limit), bool)
     least = LEAST_TOLERANCE * slip_tolerance
-    given = np.isfinite(shear_stiffness)
-    of_mortar = np.divide(limit, shear_stiffness, out=np.zeros(len(limit)), where=given)
-    return np.where(given, np.maximum(of_mortar, least), slip_tolerance), given & (of_mortar > least)
+    elastic = np.isfinite(shear_stiffness)
+    of_mortar = np.divide(limit, shear_stiffness, out=np.zeros(len(limit)), where=elastic)
+    return np.where(elastic, np.maximum(of_mortar, least), slip_tolerance), elastic & (of_mortar > least)

@@ -51,11 +51,14 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.slave_node)
 
+    def chosen(self, kept: IntArray) -> Contacts:
+        """Return the contacts `kept` (k,)."""
+        of_each = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "moving"}
+        return replace(self, **{name: values[kept] for name, values in of_each.items()})
+
     def part(self, kept: IntArray, row: IntArray) -> Contacts:
         """Return the contacts `kept` (k,), nodes by their `row` (m,)."""
-        of_each = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "moving"}
-        chosen = replace(self, **{name: values[kept] for name, values in of_each.items()})
-        return chosen.renumbered(row)
+        return self.chosen(kept).renumbered(row)
 
     def renumbered(self, row: IntArray) -> Contacts:
         """Return the contacts with other numbers of nodes, `row` (m,)."""
@@ -84,9 +87,9 @@ class Contacts:
     @property
     def axes(self) -> FloatArray:
         """(c, 3, 3): normal, tangent, and across the wall."""
-        found = np.zeros((len(self), 3, 3))
-        found[:, 0, :2], found[:, 1, :2], found[:, 2, 2] = self.normal, self.tangent, 1.0
-        return found
+        frames = np.zeros((len(self), 3, 3))
+        frames[:, 0, :2], frames[:, 1, :2], frames[:, 2, 2] = self.normal, self.tangent, 1.0
+        return frames
 
     def normal_rows(self, nodes: int) -> sparse.csr_matrix:
         """Return B_n (c, 3 nodes): gap = B_n u."""

@@ -177,53 +177,82 @@ def track(
     Bodies turn in the wall's plane only, so that equilibrium out of it is that of the undeformed wall: points keep
     their z. (A slave's z taken with its displacement, its master's without, once made a leaning wall sway for ever.)
     """
-    possible, faces = tracking.possible, tracking.faces
     moved = of.nodes + displacement[: len(of.nodes)] * [1.0, 1.0, 0.0]
+    if known is None:
+        known = np.arange(len(tracking.pair)) < tracking.touching
+    points = _points(tracking, of, frames, moved)
+    near = _is_near(tracking, points, known, closed) & _overlaps(tracking, frames, known)
+    rows = np.flatnonzero(near if gone is None else near & ~gone)
+    size = tracking.size_of_pair[tracking.pair[rows]]
+    master_nodes, weights = _project(tracking, points.home[rows], rows, COVER * size)
+    contacts = _turned(tracking.possible.chosen(rows), frames, points.point[rows], master_nodes, weights)
+    on_master = np.einsum("cj,cji->ci", weights, moved[master_nodes])
+    apart = np.einsum("ci,ci->c", contacts.normal, (contacts.point - on_master)[:, :2])
+    gap = np.where(weights.any(axis=1), apart, points.height[rows])
+    off = points.inside[rows] < -END * size
+    rank = np.argsort(np.lexsort((rows, gap - DEEPER * size * known[rows], off)))
+    stays, heirs = _deepest(rank, off, *_at_one_place(tracking, rows, contacts.point))
+    return Tracked(rows[stays], contacts.chosen(stays), gap[stays], rows[heirs])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Points:
+    """Where the points of all possible contacts are in a displaced wall.
+
+    point, home (c, 3) in m: there, and in the undeformed frame of the master. height, inside (c,) in m: over the
+    master's face, and how far within its nearer end.
+    """
+
+    point: FloatArray
+    home: FloatArray
+    height: FloatArray
+    inside: FloatArray
+
+
+def _points(tracking: Tracking, of: BodyNodes, frames: Frames, moved: FloatArray) -> _Points:
+    """Return the points of all possible contacts of a wall with its nodes at `moved` (m, 3) in m."""
+    possible, faces, face = tracking.possible, tracking.faces, tracking.master_face
     on_support = possible.slave_node == SUPPORT_POINT
     point = np.where(on_support[:, None], possible.point, moved[possible.slave_node])
     home = _pulled_back(point, frames, possible.master_body)
-    face = tracking.master_face
     position = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.tangent[face])
     height = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.normal[face]) - tracking.rest
+    low, high = _shifted_ends(tracking, of, frames, moved)[face, :, tracking.level].T
+    return _Points(point, home, height, np.minimum(position - low, faces.length[face] + high - position))
+
+
+def _is_near(
+    tracking: Tracking, points: _Points, known: npt.NDArray[np.bool_], closed: FloatArray | None
+) -> npt.NDArray[np.bool_]:
+    """Return whether points (c,) are at the master's face: neither too far off, nor too deep, nor beyond its ends."""
     size = tracking.size_of_pair[tracking.pair]
     deepest = np.zeros(len(tracking.slave_of_pair))
     if closed is not None:
         np.maximum.at(deepest, tracking.pair, closed)
-    if known is None:
-        known = np.arange(len(size)) < tracking.touching
-    near = (known | (height > DEEPEST * size - deepest[tracking.pair])) & (height < REACH * size)
-    if gone is not None:
-        near &= ~gone
-    low, high = _shifted_ends(tracking, of, frames, moved)[face, :, tracking.level].T
-    inside = np.minimum(position - low, faces.length[face] + high - position)
+    near = (known | (points.height > DEEPEST * size - deepest[tracking.pair])) & (points.height < REACH * size)
+    return near & (points.inside >= -COVER * size)
+
+
+def _overlaps(tracking: Tracking, frames: Frames, known: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return whether the faces of contacts (c,) overlap far enough to touch."""
     least = np.where(_in_touch(tracking, known), END, ONTO) * tracking.size_of_pair
-    overlapping = (_overlap(tracking, frames) > least)[tracking.pair]
-    rows = np.flatnonzero(near & overlapping & (inside >= -COVER * size))
-    master_nodes, weights = _project(tracking, home[rows], rows, COVER * size[rows])
-    turn = frames.rotation[possible.master_body[rows]]
-    normal = np.einsum("cij,cj->ci", turn, possible.normal[rows])
-    on_master = np.einsum("cj,cji->ci", weights, moved[master_nodes])
-    fixed = ~weights.any(axis=1)
-    gap = np.where(fixed, height[rows], np.einsum("ci,ci->c", normal, (point[rows] - on_master)[:, :2]))
-    off = inside[rows] < -END * size[rows]
-    rank = np.argsort(np.lexsort((rows, gap - DEEPER * size[rows] * known[rows], off)))
-    stays, heirs = _deepest(rank, off, *_at_one_place(tracking, rows, point[rows]))
-    heirs = rows[heirs]
-    rows, turn = rows[stays], turn[stays]
-    contacts = Contacts(
-        slave_node=possible.slave_node[rows],
-        slave_body=possible.slave_body[rows],
-        master_body=possible.master_body[rows],
-        interface=possible.interface[rows],
-        master_nodes=master_nodes[stays],
-        weights=weights[stays],
-        normal=normal[stays],
-        tangent=np.einsum("cij,cj->ci", turn, possible.tangent[rows]),
-        friction=possible.friction[rows],
-        point=point[rows],
+    return (_overlap(tracking, frames) > least)[tracking.pair]
+
+
+def _turned(
+    contacts: Contacts, frames: Frames, point: FloatArray, master_nodes: IntArray, weights: FloatArray
+) -> Contacts:
+    """Return contacts at their points, with what their masters' nodes weigh, turned with their masters."""
+    turn = frames.rotation[contacts.master_body]
+    return replace(
+        contacts,
+        point=point,
+        master_nodes=master_nodes,
+        weights=weights,
+        normal=np.einsum("cij,cj->ci", turn, contacts.normal),
+        tangent=np.einsum("cij,cj->ci", turn, contacts.tangent),
         moving=True,
     )
-    return Tracked(rows, contacts, gap[stays], heirs)
 
 
 def _pulled_back(point: FloatArray, frames: Frames, body: IntArray) -> FloatArray:
@@ -326,10 +355,10 @@ def _project(tracking: Tracking, home: FloatArray, rows: IntArray, beyond: Float
     tangent, corners = tracking.faces.tangent[tracking.master_face[rows[point]]], tracking.corners[number]
     flat = np.stack([np.einsum("cai,ci->ca", corners[..., :2], tangent), corners[..., 2]], axis=-1)
     target = np.stack([np.einsum("ci,ci->c", home[point, :2], tangent), home[point, 2]], axis=-1)
-    found = barycentric(flat, target)
-    inside = found.min(axis=1) * np.ptp(flat[..., 0], axis=1)
+    coordinates = barycentric(flat, target)
+    inside = coordinates.min(axis=1) * np.ptp(flat[..., 0], axis=1)
     holds = inside >= -beyond[point]
     rank = np.lexsort((np.where(holds, 0.0, -inside), ~holds, point))  # stable: the first that holds, else the nearest
     chosen = rank[first]
-    nodes[connected], weights[connected] = tracking.triangle[number[chosen]], found[chosen]
+    nodes[connected], weights[connected] = tracking.triangle[number[chosen]], coordinates[chosen]
     return nodes, weights

@@ -174,8 +174,8 @@ def with_moments(
     values = np.linalg.eigvalsh(matrix)
     if values[0] < DETERMINED * values[-1]:
         return areas
-    found: FloatArray = areas * (terms @ np.linalg.solve(matrix, moments))
-    return found if found.min() > 0.0 else areas
+    corrected: FloatArray = areas * (terms @ np.linalg.solve(matrix, moments))
+    return corrected if corrected.min() > 0.0 else areas
 
 
 def _areas_of_nodes(faces: Faces, meshes: BodyMeshes, possible: Contacts, tracking: Tracking) -> FloatArray:
@@ -184,15 +184,15 @@ def _areas_of_nodes(faces: Faces, meshes: BodyMeshes, possible: Contacts, tracki
     slave = tracking.slave_of_pair[tracking.pair]
     master = tracking.master_of_pair[tracking.pair]
     own = np.where(tracking.corner == 0, slave, master)
-    found = np.zeros(len(possible))
+    shares = np.zeros(len(possible))
     for face, triangles in enumerate(sides_of_faces(faces, meshes)):
         if not len(triangles):
             continue
         nodes, areas = tributary(triangles, meshes.nodes)
         here = np.flatnonzero((own == face) & (possible.slave_node >= 0))
-        found[here] = areas[np.searchsorted(nodes, possible.slave_node[here])]
-        found[(tracking.master_face == face) & (possible.slave_node < 0)] = areas.mean()
-    return found
+        shares[here] = areas[np.searchsorted(nodes, possible.slave_node[here])]
+        shares[(tracking.master_face == face) & (possible.slave_node < 0)] = areas.mean()
+    return shares
 
 
 def largest_closing(mortar: Mortar | None, state: Increment) -> float:

@@ -41,19 +41,7 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
     columns = {name: values[order] for name, values in columns.items()}
     interface = surface.nearest_interface(columns)
     interface[: len(touching)] = touching.interface
-    possible = Contacts(
-        slave_node=read_only(columns["slave_node"], np.int64),
-        slave_body=read_only(columns["slave_body"], np.int64),
-        master_body=read_only(columns["master_body"], np.int64),
-        interface=read_only(interface, np.int64),
-        master_nodes=read_only(np.zeros((len(order), 3)), np.int64),
-        weights=read_only(np.zeros((len(order), 3))),
-        normal=read_only(columns["normal"]),
-        tangent=read_only(columns["tangent"]),
-        friction=read_only(bodies.interfaces.friction[interface]),
-        point=read_only(columns["point"]),
-        moving=True,
-    )
+    possible = _unconnected(columns, interface, bodies.interfaces.friction[interface])
     rest = np.einsum("ci,ci->c", possible.point[:, :2] - faces.start[columns["master_face"]], possible.normal)
     rest[len(touching) :] = 0.0
     triangle, first_triangle, triangles = surface.triangle_table(columns["master_face"])
@@ -73,6 +61,19 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
         level=read_only(columns["level"], np.int64),
         rest=read_only(rest),
         end_node=read_only(surface.end_nodes(), np.int64),
+    )
+
+
+def _unconnected(columns: dict[str, npt.NDArray], interface: IntArray, friction: FloatArray) -> Contacts:
+    """Return contacts by their columns, of no node of the master yet."""
+    return Contacts(
+        **{name: read_only(columns[name], np.int64) for name in ("slave_node", "slave_body", "master_body")},
+        interface=read_only(interface, np.int64),
+        master_nodes=read_only(np.zeros((len(interface), 3)), np.int64),
+        weights=read_only(np.zeros((len(interface), 3))),
+        **{name: read_only(columns[name]) for name in ("normal", "tangent", "point")},
+        friction=read_only(friction),
+        moving=True,
     )
 
 
@@ -143,12 +144,12 @@ class _Surface:
 
     def end_nodes(self) -> IntArray:
         """Return the nodes (f, 2, levels) at both ends of each face, -1 of supports."""
-        found = np.full((len(self.faces), 2, len(self.heights)), -1)
+        node_of_end = np.full((len(self.faces), 2, len(self.heights)), -1)
         for face, ends in enumerate(zip(self.faces.begin, self.faces.stop, strict=True)):
             for end, vertex in enumerate(ends):
                 nodes = self.nodes_of_vertex[vertex]
-                found[face, end, self.level[nodes]] = nodes
-        return found
+                node_of_end[face, end, self.level[nodes]] = nodes
+        return node_of_end
 
     def contacts(self, slave: int, nodes: IntArray, master: int, corner: int, pair: int) -> dict[str, npt.NDArray]:
         """Return the rows of `nodes` of the slave's face against the master's face."""

@@ -1,4 +1,4 @@
-"""What dolfinx calls differently from version to version (0.5 to 0.9), for elasticity.py alone.
+"""What dolfinx calls differently from version to version (0.5 to 0.10), for elasticity.py alone.
 
 0.7 replaced the classes of function spaces by `functionspace`, UFL's elements by basix's, and adjacency lists by plain
 arrays; 0.8 renamed the element of `create_mesh`, and 0.10 moves its place, which keywords do not mind.

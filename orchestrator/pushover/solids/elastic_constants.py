@@ -26,8 +26,8 @@ class ElasticConstants:
 
 def constants_of(bodies: Bodies, elastic: ElasticSettings) -> ElasticConstants:
     """Return the constants of every body; stones that have none of their own have those of the case."""
-    found = np.array([_of_body(body, elastic) for body in bodies.bodies])
-    return ElasticConstants(read_only(found[:, 0]), read_only(found[:, 1]))
+    constants = np.array([_of_body(body, elastic) for body in bodies.bodies])
+    return ElasticConstants(read_only(constants[:, 0]), read_only(constants[:, 1]))
 
 
 def _of_body(body: Body, elastic: ElasticSettings) -> tuple[float, float]:

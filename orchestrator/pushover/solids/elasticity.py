@@ -120,8 +120,8 @@ def _input_numbering(space: Any, edges: IntArray, nodes: int) -> IntArray:
     numbers = corners
     if len(edges):
         pairs = np.sort(corners[:, TETRAHEDRON_EDGES], axis=2)
-        found = np.searchsorted(edges @ [nodes, 1], pairs @ [nodes, 1])
-        numbers = np.column_stack([corners, nodes + found])
+        place = np.searchsorted(edges @ [nodes, 1], pairs @ [nodes, 1])
+        numbers = np.column_stack([corners, nodes + place])
     dof_of_cell = rows(space.dofmap.list, numbers.shape[1])
     number_of_dof = np.zeros(space.dofmap.index_map.size_local, np.int64)
     number_of_dof[dof_of_cell] = numbers

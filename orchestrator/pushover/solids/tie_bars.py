@@ -115,22 +115,22 @@ class TieResponse:
 
 def tightened(ties: TieBars, rest: FloatArray, gravity_share: float | None) -> TieHistory:
     """Return the history with which an increment begins; gravity_share: of the weight at its end, None after it."""
-    given = np.full(len(ties), np.nan)
+    stretch = np.full(len(ties), np.nan)
     if gravity_share is not None:
-        given = np.where(ties.pretension > 0.0, gravity_share * ties.pretension, given)
-    return TieHistory(rest, given)
+        stretch = np.where(ties.pretension > 0.0, gravity_share * ties.pretension, stretch)
+    return TieHistory(rest, stretch)
 
 
 def tie_response(ties: TieBars, history: TieHistory, displacement: FloatArray) -> TieResponse:
     """Return what ties do at a displacement (3 nodes,) in m."""
     elongation = ties.rows @ displacement + ties.offset
     trial = ties.stiffness * (elongation - history.rest)
-    given = ~np.isnan(history.tightened)
-    force = np.where(given, history.tightened, np.minimum(np.maximum(trial, ties.lowest), ties.strength))
-    elastic = ~given & (trial >= ties.lowest) & (trial <= ties.strength)
+    tight = ~np.isnan(history.tightened)
+    force = np.where(tight, history.tightened, np.minimum(np.maximum(trial, ties.lowest), ties.strength))
+    elastic = ~tight & (trial >= ties.lowest) & (trial <= ties.strength)
     yields = (trial > ties.strength) | ((trial < ties.lowest) & (ties.lowest < 0.0))
     stretched = np.divide(force, ties.stiffness, out=np.zeros(len(force)), where=ties.stiffness > 0.0)
-    rest = np.where(given | yields, elongation - stretched, history.rest)
+    rest = np.where(tight | yields, elongation - stretched, history.rest)
     return TieResponse(elongation, force, np.where(elastic, ties.stiffness, 0.0), rest)
 
 

@@ -104,11 +104,11 @@ def _around(cuts: list[float], holes: list[tuple[float, float]], length: float) 
     ends = [cuts[0], cuts[-1], *(x for hole in holes for x in hole)]
     inner = [x for x in cuts[1:-1] if min(abs(x - end) for end in ends) > SHORTEST_CUT_STONE * length]
     places = sorted({*ends, *inner})
-    found = []
+    stones = []
     for a, b in pairwise(places):
         if b - a > 1e-9 * length and not any(x0 <= 0.5 * (a + b) <= x1 for x0, x1 in holes):
-            found.append((a, b))
-    return found
+            stones.append((a, b))
+    return stones
 
 
 def gable(shape: Gable, stones: Stones) -> SpaceWall:

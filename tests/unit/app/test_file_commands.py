@@ -8,6 +8,7 @@ import shlex
 import subprocess
 import tomllib
 
+import ezdxf
 import fastjsonschema
 import pytest
 from PIL import Image
@@ -20,6 +21,7 @@ from orchestrator.masonry.joints import JointClass
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.settings import case as cases
 from orchestrator.settings import reference
+from tests.support.drawings import METRES, polylines
 from tests.support.intake import WALL_1, as_polylines, assert_same_wall, associative, painted, written
 from tests.support.paths import PROJECT
 
@@ -93,6 +95,31 @@ def test_import_that_is_refused(tmp_path, capsys, name, options, complaint):
     assert str(tmp_path / name) in line
     assert complaint in line
     assert not (tmp_path / "out.json").exists()
+
+
+@pytest.mark.parametrize("layer", ["0", "1e3", "12"])
+def test_a_layer_whose_name_is_a_number_is_a_layer(tmp_path, layer):
+    """What is drawn without choosing a layer is on layer 0 of a DXF file."""
+    drawing = ezdxf.new()
+    for x in (0, 500):
+        outline = [(x, 0), (x + 500, 0), (x + 500, 300), (x, 300)]
+        drawing.modelspace().add_lwpolyline(outline, close=True, dxfattribs={"layer": layer})
+    drawing.saveas(tmp_path / "two.dxf")
+    options = ["--thickness", "300 mm", "--ground", "200 mm", "--unit", "mm", "--blocks", layer]
+    assert call("import", tmp_path / "two.dxf", "--output", tmp_path / "two.json", *options) == 0
+    assert len(read_blocks(tmp_path / "two.json").blocks) == 3
+
+
+def test_a_drawing_in_millimetres_that_states_metres_is_asked_about_its_unit(tmp_path, capsys):
+    """Stones 3 mm apart look like stones 3 m apart: a tolerance of metres is no remedy."""
+    drawn = polylines(tmp_path / "wall.dxf", WALL_1, gap=0.003)
+    document = ezdxf.readfile(drawn)
+    document.header["$INSUNITS"] = METRES
+    document.saveas(drawn)
+    assert call("import", drawn, "--output", tmp_path / "wall.json", "--thickness", "300 mm") == 2
+    said = capsys.readouterr().err
+    assert "m: is the unit right?" in said
+    assert "--tolerance" not in said
 
 
 def test_a_refused_import_lists_three_warnings(tmp_path, capsys):

@@ -176,7 +176,7 @@ def test_a_load_case_without_a_curve_is_a_complaint_and_the_others_are_run(walls
 @pytest.mark.parametrize(("ranks", "shared"), [(2, 0), (3, 10**6)])
 def test_ranks_change_no_number(runs, tmp_path, ranks, shared):
     """Load cases are spread over the ranks, or all ranks share each one's linear system."""
-    command = ("-m", "orchestrator", "run", runs / "stone.toml", "--output", tmp_path)
+    command = ("-m", "tests.support.undrawn", "run", runs / "stone.toml", "--output", tmp_path)
     done = on_ranks(ranks, *command, "--set", f"newton.distribute_above={shared}")
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.count("load_cases.csv") == 1, "only one rank prints"

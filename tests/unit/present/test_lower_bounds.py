@@ -15,8 +15,8 @@ from orchestrator.limit_analysis import analyse
 from orchestrator.present import plots
 from orchestrator.present.answer import answer_of_limit
 from orchestrator.present.phrases import phrases
-from orchestrator.present.tables import load_cases_table, run_table
-from orchestrator.present.verdict import kind_of, sentence
+from orchestrator.present.tables import limit_table, load_cases_table, run_table
+from orchestrator.present.verdict import Answered, kind_of, sentence, verdict
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.storage.notes import COARSE_TOES
 from tests.support.limit_analysis_cases import assemblage_of, box
@@ -39,8 +39,9 @@ def test_a_peak_that_was_not_reached_is_at_least_that_only_of_a_valid_curve(push
     found = replace(summary(), pushover=(pushed,))
     row = {
         "load_case": "a", "model": "micro", "valid": pushed.valid, "peak_reached": pushed.peak_reached,
-        "associative": 0.3, "last_rest": False, "non_associative": 0.25, "peak_multiplier": pushed.peak_multiplier,
-        "peak_base_shear_N": pushed.peak_base_shear, "displacement_at_peak_m": 0.005, "initial_stiffness_N_per_m": 1e6,
+        "associative": 0.3, "kind": "collapse state", "non_associative": 0.25,
+        "peak_multiplier": pushed.peak_multiplier, "peak_base_shear_N": pushed.peak_base_shear,
+        "displacement_at_peak_m": 0.005, "initial_stiffness_N_per_m": 1e6,
     }  # fmt: skip
     for table in (run_table(found), load_cases_table("wall", [row])):
         assert ("≥ 0.2968" in text_of(table)) is said
@@ -59,10 +60,10 @@ def test_a_last_rest_is_no_collapse_multiplier():
     assert said.startswith("Loading met no limit state; the wall was at rest up to λ = (0.5")
     assert "counts" not in said
     limit = storage.limit_summary(rest)
-    assert limit.only_at_rest
-    assert not storage.limit_summary(found).only_at_rest
+    assert limit.kind == "last load at rest"
+    assert storage.limit_summary(found).kind == "collapse state"
     whole = replace(summary(), limit_analysis=limit)
-    assert "micro-LA last rest" in text_of(run_table(whole))
+    assert "micro-LA last at rest" in text_of(run_table(whole))
     assert "(0.5000)" in text_of(run_table(whole))
 
 
@@ -102,11 +103,12 @@ def test_pictures_and_page_bracket_a_last_rest_and_say_at_least_of_a_peak_that_w
     shear, none, counts = np.array([0.0, 5.0]), np.zeros(2), np.zeros(2, int)
     columns = (counts, none, shear, shear, shear, 1e-3 * shear, none, none, *4 * [counts], none, counts, counts, "")
     curve, capacity = PushoverCurve(*columns), Capacity(5.0, 0.5, 0.005, 0.005, 1e3, 0.0, False)
-    assert [line for line in limit_lines(found, capacity, curve) if "micro-LA, non-associative (path): λ = 0.5" in line]
-    (line,) = [line for line in limit_lines(rest, capacity, curve) if "non-assoc" in line or "rest" in line]
-    assert re.fullmatch(r"micro-LA, last rest: λ = \(0\.5\d+\)", line)
+    said = limit_lines(found, capacity, curve)
+    assert [line for line in said if "micro-LA, collapse state met by loading: λ = 0.5" in line]
+    (line,) = [line for line in limit_lines(rest, capacity, curve) if "collapse state" in line or "rest" in line]
+    assert re.fullmatch(r"micro-LA, last load at rest: λ = \(0\.5\d+\)", line)
     title = plots.mechanism(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]), rest.headline, np.array([1.0, 0]))
-    assert "(last rest): load multiplier (0.5" in title.axes[0].get_title()
+    assert "(last load at rest): load multiplier (0.5" in title.axes[0].get_title()
     assert any(line.startswith("peak ≥ 0.005") and "λ ≥ 0.5" in line for line in limit_lines(found, capacity, curve))
     for line in (*limit_lines(rest, capacity, curve), title.axes[0].get_title().splitlines()[1]):
         assert phrases("it")(line) != line
@@ -115,3 +117,21 @@ def test_pictures_and_page_bracket_a_last_rest_and_say_at_least_of_a_peak_that_w
 def limit_lines(analysis, capacity, curve):
     figure = plots.curves({"macroblock FE (3 bodies)": (curve, capacity)}, analysis, "")
     return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_a_peak_in_large_displacements_is_called_so_everywhere():
+    """Where geometry decides the wall was not at rest up to the answer: it bears it, and then gives way."""
+    assemblage = assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)])
+    found = analyse(assemblage)
+    peak = replace(found.headline, flow_rule="large_displacements", load_multiplier=0.47, converged=False)
+    decided = replace(found, path=peak, drawn=found.path, rigid_curve=np.array([[0.0, 0.0], [0.01, 0.47]]))
+    limit = storage.limit_summary(decided)
+    assert limit.kind == "peak in large displacements"
+    tables = text_of(run_table(replace(summary(), limit_analysis=limit))) + text_of(limit_table(decided))
+    title = plots.mechanism(assemblage, decided.headline, np.array([1.0, 0])).axes[0].get_title()
+    assert "micro-LA large displ." in tables
+    assert "peak in large displacements" in tables
+    assert "(peak in large displacements): load multiplier (0.4700" in title
+    verdict_of = verdict("wall", [Answered("a", "+x", "mass", replace(summary(), limit_analysis=limit, pushover=()))])
+    assert "(peak in large displacements)" in sentence(verdict_of)
+    assert not [said for said in (tables, title, sentence(verdict_of)) if "rest" in said.replace("interest", "")]

@@ -62,7 +62,7 @@ def test_mechanism_moves_blocks_by_their_velocities_scaled_to_8_percent_of_the_h
     np.testing.assert_allclose(moved[2], expected, atol=1e-12)
     assert max(np.linalg.norm(moved[2] - between(0.5, 0.5, 1.5, 1), axis=1)) == pytest.approx(0.096)
     assert figure.axes[0].get_title().splitlines()[1:] == [
-        "Mechanism of micro-LA (sequence): load multiplier 0.2963",
+        "Mechanism of micro-LA (the paper's sequence): load multiplier 0.2963",
         "largest displacement drawn as 0.096 m (8% of the height)",
     ]
 

@@ -219,7 +219,7 @@ def test_curves_are_in_kilonewtons_and_millimetres_from_gravity_on(curves_figure
 def test_curves_show_limit_analysis_as_lines_and_a_band(curves_figure):
     lines = {line.get_label(): line for line in curves_figure.axes[0].lines}
     associative = lines["micro-LA, associative: λ = 0.3478"]
-    headline = lines["micro-LA, non-associative (sequence): λ = 0.2963"]
+    headline = lines["micro-LA, the paper's sequence: λ = 0.2963"]
     assert associative.get_ydata()[0] == pytest.approx(0.3478 * 22.225)
     assert headline.get_ydata()[0] == pytest.approx(0.2963 * 22.225)
     (band,) = curves_figure.axes[0].patches

@@ -21,6 +21,7 @@ EQUILIBRIUM = "2.10e-03 (at most 0.001) of the peak is missing at the supports"
 ON_PAGES = [
     # limit analysis
     NO_PATH,
+    "from 0.2883 on displacements are large",
     "loading: no state of rest under the dead load was found",
     "the path was not followed to its end: state closed by smoothed conditions; at rest up to 0.4047, no rest found at "
     "0.4497",
@@ -66,6 +67,7 @@ ON_PAGES = [
     "under a horizontal load proportional to mass: the load multiplier has no upper bound",
     "a local failure: stones 3, 4 (0.12 of the weight) move, not the wall",
     "alpha_0 is the last load at which the wall rests: no limit state was closed",
+    "alpha_0 is the peak in large displacements: it lies below the collapse state of the wall as drawn",
     "the spectrum is that on the ground, not at mechanism_height",
     "the curve ends at 12.3 mm, short of 150% of the target displacement, 20 mm (EN 1998-1 4.3.3.4.2.3)",
     "top of block 3 does not move along the load: name another control point",

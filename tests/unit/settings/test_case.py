@@ -221,3 +221,10 @@ def test_block_classes_that_cannot_be(tmp_path, old, new, complaint):
     with pytest.raises(CaseError) as raised:
         cases.read_wall(cases.read(tmp_path / "door.toml"))
     assert f"door.toml: {complaint}" in str(raised.value)
+
+
+def test_a_misspelt_section_is_named_before_the_section_that_it_leaves_missing(tmp_path):
+    path = tmp_path / "wall.toml"
+    path.write_text('[wal]\nblocks = "wall.json"\n')
+    with pytest.raises(CaseError, match=r"wal: is not a known key; did you mean wall\?"):
+        cases.read(path)
