@@ -29,7 +29,7 @@ from orchestrator.settings.inventory import (
 )
 from orchestrator.settings.unusual import unusual
 
-STANDS = "It stands under its dead load, and the live load brings it down."
+STANDS = "Joint forces can balance its dead load, and the live load brings it down."
 RANGES = "kn\nN/mm3", "ks\nN/mm3"
 """columns of joints whose values may be ranges: these and words are wrapped where a terminal is narrow, no others"""
 

@@ -24,7 +24,7 @@ from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, ru
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions, coulomb
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER, Loaded, in_large_displacements, loaded
-from orchestrator.limit_analysis.search.loading_path import LoadPath
+from orchestrator.limit_analysis.search.loading_path import LoadPath, going_down
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.search.other_states import (
     closed_state,
@@ -97,11 +97,13 @@ class NonAssociative:
     """What is known of a problem beside its associative optimum.
 
     met: what loading meets, None where it is not loaded; drawn: the state there as drawn, before it is pushed in large
-    displacements; sequence: the paper's state, or None; other: the states of the search; remarks: why there is none.
+    displacements; falling: ids of the blocks that go down where it does not come to rest; sequence: the paper's state,
+    or None; other: the states of the search; remarks: why there is none.
     """
 
     met: Loaded | None
     drawn: LimitState | None
+    falling: tuple[int, ...]
     sequence: LimitState | None
     other: Others
     remarks: tuple[str, ...]
@@ -120,7 +122,8 @@ def non_associative_of(
     met = None if met is None else closed_by_others(met, other)
     drawn = None if met is None else met.state
     met = None if met is None else in_large_displacements(met, problem.assemblage)
-    return NonAssociative(met, drawn, sequence, other, remarks)
+    falling = going_down(problem) if met is None and has_path(problem.friction) else ()
+    return NonAssociative(met, drawn, falling, sequence, other, remarks)
 
 
 def answered(
@@ -137,7 +140,7 @@ def answered(
         associative=bound_of(problem, optimum),
         sequence=known.sequence,
         path=answer_of(met),
-        remarks=(*remarks_of(problem, met), *known.remarks),
+        remarks=(*remarks_of(problem, met, known.falling), *known.remarks),
         seconds=seconds,
         lowest=known.other.lowest,
         highest=known.other.highest,
@@ -150,6 +153,7 @@ def answered(
         rigid_curve=curve_of(met),
         ways_out=ways_out_of(met),
         drawn=known.drawn if met and geometry_decides(met) else None,
+        going_down=known.falling,
     )
 
 
@@ -221,12 +225,13 @@ def bound_left(problem: Problem, met: Loaded | None) -> LimitState | None:
     return met.of_whole(bound_of(met.part, met.optimum), problem.assemblage)
 
 
-def remarks_of(problem: Problem, met: Loaded | None) -> tuple[str, ...]:
-    """Return in words what loading met that a multiplier does not say."""
+def remarks_of(problem: Problem, met: Loaded | None, falling: tuple[int, ...]) -> tuple[str, ...]:
+    """Return in words what loading met that a multiplier does not say; falling: ids of blocks, as of NonAssociative."""
     if not has_path(problem.friction):
         return (NO_PATH,)
     if met is None:
-        return ("loading: no state of rest under the dead load was found",)
+        stones = ", ".join(map(str, falling))
+        return (f"loading: no state of rest under the dead load was found: stones {stones} go down unless wedged",)
     words = (local_failures_of, answer_words, mechanism_words, geometry_words, interval_words)
     return tuple(said for of in words for said in of(met))
 

@@ -15,6 +15,8 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     multiplier = state.load_multiplier
     shear = f"base shear {printed('force', multiplier * analysis.horizontal_load)} kN, "
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): "
+    if analysis.going_down:
+        counts = f"Whether it stands is open; if it does, {counts}"
     if not state.converged and state is not analysis.associative:
         rest = f"Loading met no limit state; the wall was at rest up to λ = ({_limit(multiplier)}): {shear}"
         if analysis.geometry_decides:

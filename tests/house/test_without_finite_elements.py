@@ -79,7 +79,8 @@ def test_the_report_of_a_run_that_another_machine_made(tmp_path):
     assert "macro_peak" not in figures, "the curve ends at its largest base shear: one picture, not two that are alike"
     assert b"at its end, with the largest base shear" in before
     written.unlink()
-    assert without_finite_elements(tmp_path, "report", "run") == (0, "run/report.html\n", "")
+    code, printed, complaint = without_finite_elements(tmp_path, "report", "run")
+    assert (code, printed.splitlines()[-1], complaint) == (0, "run/report.html", "")  # slow ones tell progress
     assert np.isclose(len(written.read_bytes()), len(before), rtol=1e-3, atol=0.0)
 
 

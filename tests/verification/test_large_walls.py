@@ -66,7 +66,7 @@ def test_a_very_large_wall_without_a_state_says_so_and_runs_no_sequence():
     assert found.path is None
     assert found.headline is found.associative
     assert found.remarks == (
-        "loading: no state of rest under the dead load was found",
+        "loading: no state of rest under the dead load was found: stones 75, 79 go down unless wedged",
         "the paper's sequence left out for so many blocks, more than 1",
     )
 

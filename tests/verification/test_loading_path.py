@@ -35,6 +35,7 @@ from orchestrator.limit_analysis.validation import validate
 from orchestrator.loads import loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
+from orchestrator.present.answer import answer_of_limit
 from tests.support.limit_analysis_cases import (
     analysed,
     answers,
@@ -302,7 +303,11 @@ def test_a_wall_that_hangs_by_friction_has_no_path():
     """keystone_wall: nothing but self-stress that no history brings about holds its middle stone."""
     found = answers("keystone_wall_13x9")
     assert found.path is None
-    assert "loading: no state of rest under the dead load was found" in found.remarks
+    assert len(found.going_down) == 2
+    stones = ", ".join(map(str, found.going_down))
+    said = f"loading: no state of rest under the dead load was found: stones {stones} go down unless wedged"
+    assert said in found.remarks
+    assert answer_of_limit(found).startswith("Whether it stands is open; if it does, λ = ")
 
 
 def test_a_limit_state_counts_before_a_lower_rest_that_none_closed():

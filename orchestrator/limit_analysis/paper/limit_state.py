@@ -139,8 +139,10 @@ class LimitAnalysis:
     geometry decides, or None. rigid_curve (s, 2): displacement along the live load in m and multiplier of rigid blocks
     in large displacements, of what local failures leave, for stones of elastic_modulus (Pa); None where not asked for.
     Where its peak is the answer, `path` is that peak, not converged, and `drawn` what the wall meets in small
-    displacements, with which the interval ends. ways_out: how often the path of what is left, and the push, needed
-    which: steps not found or not taken (`shorter`, `turned`, against a drag `slower`), loads `held` above a peak.
+    displacements, with which the interval ends. going_down: ids of the blocks that go on moving where loading finds no
+    rest under the dead load: no multiplier counts then, unless they are wedged. ways_out: how often the path of what is
+    left, and the push, needed which: steps not found or not taken (`shorter`, `turned`, against a drag `slower`), loads
+    `held` above a peak.
     """
 
     loads: Loads
@@ -164,6 +166,7 @@ class LimitAnalysis:
     rigid_curve: FloatArray | None = None
     ways_out: dict[str, int] = field(default_factory=dict)
     drawn: LimitState | None = None
+    going_down: tuple[int, ...] = ()
 
     def tilt_angle(self, state: LimitState) -> float | None:
         """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""

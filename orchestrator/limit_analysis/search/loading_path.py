@@ -38,6 +38,8 @@ from orchestrator.limit_analysis.search.pushing import HELD, STEPS, Pushing, Way
 
 LEAST = 1e-6
 """Live load, mean block weights, at the associative multiplier of a wall that is not on the verge of falling anyway."""
+GOES_DOWN = 0.1
+"""Part of the speed of the fastest block above which a block goes down under the dead load."""
 SOFT = 10.0
 """Displacement over the elastic one from which on a wall is called soft."""
 
@@ -153,6 +155,14 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
         return LoadPath(read_only([0.0]), read_only([1.0]), (), None, search.spent, perf_counter() - started)
     way = search.pushed(stands, associative)
     return _path_of(search, way, perf_counter() - started)
+
+
+def going_down(problem: Problem, stiffness: Stiffness = STIFFNESSES[0]) -> tuple[int, ...]:
+    """Return the ids of the blocks that go on moving under the dead load of a wall that does not come to rest."""
+    search = StateSearch(problem, stiffness)
+    speed = np.abs(search.gravity().change.reshape(-1, 3)).max(axis=1)
+    moving = problem.equilibrium.free_blocks[speed > GOES_DOWN * speed.max()]
+    return tuple(sorted(problem.assemblage.wall.blocks[block].id for block in moving))
 
 
 def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:

@@ -22,7 +22,7 @@ ON_PAGES = [
     # limit analysis
     NO_PATH,
     "from 0.2883 on displacements are large",
-    "loading: no state of rest under the dead load was found",
+    "loading: no state of rest under the dead load was found: stones 65, 66 go down unless wedged",
     "the path was not followed to its end: state closed by smoothed conditions; at rest up to 0.4047, no rest found at "
     "0.4497",
     "the path was not followed to its end: state closed by two programs from the mechanism at its last rest; at rest "
