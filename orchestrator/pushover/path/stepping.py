@@ -87,6 +87,10 @@ class Trial:
     cuts: int = 0
     attempts: tuple[Attempt, ...] = ()
 
+    def after(self, *rows: Increment) -> Trial:
+        """Return the same trial with the attempts of increments that were solved in it, whatever becomes of them."""
+        return replace(self, attempts=self.attempts + tuple(attempt for row in rows for attempt in row.attempts))
+
     def then(self, why: str, action: str, iterations: int, state: Increment | None = None) -> Trial:
         """Return the next trial after this one failed: from the same state, or anew from another one."""
         attempts = (*self.attempts, Attempt(why, self.size, action, iterations))
@@ -150,6 +154,7 @@ class Pushover:
             solved = self.solver.static(state, aim)
         except ConvergenceError as error:
             return self._not_static(trial, aim, str(error), error.iterations)
+        trial = trial.after(solved)
         goes_back = solved.base_shear < state.base_shear
         alone = self._left_alone(state, solved.change.ravel()) if goes_back else None
         if alone is not None:
@@ -168,19 +173,19 @@ class Pushover:
             trial = trial.then(why, f"retried with {smaller:g}", spent)
             return replace(trial, size=smaller, cuts=trial.cuts + 1)
         rows = motion(self.solver, state, aim)
-        last = rows[-1]
-        total = spent + sum(row.iterations + sum(one.iterations for one in row.attempts) for row in rows)
+        last, moved = rows[-1], trial.after(*rows)
+        total = spent + sum(row.iterations for row in rows)
         alone = self._left_alone(state, (last.displacement - state.displacement).ravel())
         if alone is not None:
-            return trial.then("a local part moves", UNDRIVEN, total, alone)
+            return moved.then("a local part moves", UNDRIVEN, total, alone)
         if not last.moving:
-            attempts = trial.then(why, RESTED, total - last.iterations).attempts
+            attempts = moved.then(why, RESTED, total - last.iterations).attempts
             return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim))]
         driving = self._driving_what_moves(state, last.change.ravel())
         if driving is not None:
-            return replace(trial.then(why, "what moves is driven", total, driving), size=driving.step[0])
+            return replace(moved.then(why, "what moves is driven", total, driving), size=driving.step[0])
         if state.phase == "load" and trial.size > onset:
-            return replace(trial.then(why, f"a local part moves; retried with {smaller:g}", total), size=smaller)
+            return replace(moved.then(why, f"a local part moves; retried with {smaller:g}", total), size=smaller)
         attempts = trial.then(why, "a local part moves", spent).attempts + rows[0].attempts
         return [replace(rows[0], attempts=attempts), *rows[1:]]
 
