@@ -161,6 +161,10 @@ class Pushover:
             return trial.then("a local part moves and the wall goes back", UNDRIVEN, solved.iterations, alone)
         if solved.moving:
             return self._not_static(trial, aim, "a part of the wall moves", solved.iterations)
+        if self._passes_a_peak(state, solved) and aim.size > self.model.slip_tolerance:
+            smaller = SHRINK * aim.size
+            trial = trial.then("the base shear falls from its highest", f"retried with {smaller:g}", solved.iterations)
+            return replace(trial, size=smaller, cuts=trial.cuts + 1)
         growth = 1.0 if trial.cuts else self._growth(state, solved, aim)
         grown = min(growth * aim.size, self._resolved(state, solved))
         return [replace(solved, attempts=trial.attempts, step=(grown, aim.size))]
@@ -188,6 +192,12 @@ class Pushover:
             return replace(moved.then(why, f"a local part moves; retried with {smaller:g}", total), size=smaller)
         attempts = trial.then(why, "a local part moves", spent).attempts + rows[0].attempts
         return [replace(rows[0], attempts=attempts), *rows[1:]]
+
+    def _passes_a_peak(self, state: Increment, solved: Increment) -> bool:
+        """Return whether the base shear falls, in one increment of displacement, from the highest so far by more than
+        a static state may be out of balance: somewhere between the two it may have been higher."""
+        fallen = solved.base_shear < (1 - self.stepping.out_of_balance) * state.base_shear
+        return state.phase == "displacement" and state.base_shear >= state.largest_base_shear and fallen
 
     def _without_what_fell(self, state: Increment) -> Increment:
         """Return the state without the bodies that have lost their hold. Raises CollapseError for a large part."""
