@@ -23,7 +23,7 @@ import path as study  # noqa: E402
 
 from orchestrator.pushover.path import increment_solver, motion, stepping  # noqa: E402
 from orchestrator.pushover.settings import NewtonSettings  # noqa: E402
-from orchestrator.pushover.solve import newton  # noqa: E402
+from orchestrator.pushover.solve import contact_path, newton  # noqa: E402
 
 LIMIT = 90.0
 RUNS = (22, 73, 30, 69, 65, 46, 92, 3, 52, 71, 38, 55, 37, 94, 12, 82)
@@ -40,46 +40,63 @@ def _set(module: Any, **values: Any) -> None:
         setattr(module, name, value)
 
 
-def _from_the_expected_state(solver: Any, model: Any, problem: Any, first: Any) -> Any:
+def _from_the_expected_state(solver: Any, model: Any, problem: Any, first: Any, *_: Any) -> Any:
     return newton.solve_increment(model, solver.system, problem, first, solver.newton)
 
 
 WITHOUT = {
     "nothing": _nothing,
-    "a quarter of an increment that fails": lambda: _set(stepping, CUTS=dict.fromkeys(stepping.CUTS, 0)),
-    "a local part that moves is no longer driven": lambda: _set(stepping.Pushover, _left_alone=lambda *_: None),
-    "elastic slip as first increment after a motion": lambda: _set(
-        stepping.Pushover, _anew=lambda self, aim: (self._largest(aim.phase) / 16, 0.0)
-    ),
     "path from kink to kink": lambda: _set(newton, followed=lambda _model, _system, _kinks, solution: (solution, True)),
+    "that path may turn": lambda: _set(contact_path, LONGEST_BACK=0.0),
+    "a path that leads back is left": lambda: _set(contact_path, LONGEST_BACK=np.inf, FARTHEST_BACK=-np.inf),
     "a second path, from the state before": lambda: _set(
         increment_solver.IncrementSolver, _converged=_from_the_expected_state
     ),
     "100 tolerances are accepted": lambda: _set(
         study, NewtonSettings=lambda: replace(NewtonSettings(), acceptable=1.0)
     ),
+    "a quarter of an increment that fails": lambda: _set(stepping, CUTS=dict.fromkeys(stepping.CUTS, 0)),
+    "a quarter of an increment that falls from the peak": lambda: _set(
+        stepping.Pushover, _passes_a_peak=lambda *_: False
+    ),
+    "a local part that moves is no longer driven": lambda: _set(stepping.Pushover, _left_alone=lambda *_: None),
+    "elastic slip as first increment after a motion": lambda: _set(
+        stepping.Pushover, _anew=lambda self, aim: (self._largest(aim.phase) / 16, 0.0)
+    ),
+    "no growth after an increment that bends": lambda: _set(stepping, BENT=np.inf),
+    "a part that slides inside goes farther": lambda: _set(
+        stepping.Pushover, _resolved=lambda self, _state, solved: self._largest(solved.phase)
+    ),
+    "a step of motion may turn by a share of its turn": lambda: _set(increment_solver, TURN_SHARE=0.0),
+    "geometries that come no nearer are left": lambda: _set(increment_solver, NEARER=1.0),
     "first step of motion a tenth of the increment": lambda: _set(motion, FIRST=1.0),
     "motion goes on from its last step": lambda: _set(motion, carried_on=lambda _m, here, _c, _s: here),
     "a step of motion is made shorter": lambda: _set(motion, TRIES=1),
+    "steps of motion recover slowly": lambda: _set(motion, RECOVERY=np.inf),
+    "steps of motion grow less where they are hard": lambda: _set(motion, EASY=np.inf),
+    "rest is looked for only near it": lambda: _set(motion, NEAR_REST=np.inf),
 }
 """what is taken away -> how"""
 
 
-def run(job: tuple[str, int]) -> dict[str, Any]:
-    """Return the row of one pushover without one thing."""
-    without, number = job
+def pushed_without(without: str) -> list[dict[str, Any]]:
+    """Return the rows of all pushovers without one thing, which stays away in this process."""
     WITHOUT[without]()
-    family, wall = study.wall_of(number // 2)
-    return {"without": without, "run": number, **study.pushed_wall(family, wall, 1 - 2 * (number % 2), LIMIT)}
+    rows = []
+    for number in RUNS:
+        family, wall = study.wall_of(number // 2)
+        row = study.pushed_wall(family, wall, 1 - 2 * (number % 2), LIMIT)
+        rows.append({"without": without, "run": number, **row})
+        print(rows[-1], flush=True)
+    return rows
 
 
 def main(processes: int) -> None:
     """Run all and write the table."""
     rows: list[dict[str, Any]] = []
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
-        for row in pool.map(run, [(without, number) for without in WITHOUT for number in RUNS]):
-            rows.append(row)
-            print(row, flush=True)
+        for of in pool.map(pushed_without, WITHOUT):
+            rows.extend(of)
             write(rows)
 
 

@@ -98,6 +98,11 @@ class Increment:
     step: tuple[float, ...]
     attempts: tuple[Attempt, ...] = ()
 
+    @property
+    def all_iterations(self) -> int:
+        """Newton iterations of the increment and of all attempts before it."""
+        return self.iterations + sum(attempt.iterations for attempt in self.attempts)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PushoverCurve:

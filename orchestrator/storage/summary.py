@@ -64,7 +64,7 @@ def effort_of(increments: Iterable[Increment], names: Sequence[str], mass: Float
     fallen = np.zeros(len(mass), bool)
     for increment in increments:
         steps, moving = steps + 1, moving + increment.moving
-        iterations += increment.iterations + sum(attempt.iterations for attempt in increment.attempts)
+        iterations += increment.all_iterations
         rescues.update(attempt.action for attempt in increment.attempts)
         turned_over = increment.internal_energy + increment.dissipated_energy
         driven = max(driven, abs(increment.live_work))

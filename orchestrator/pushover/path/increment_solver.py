@@ -11,7 +11,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
-from orchestrator.pushover.increments import Increment, Phase
+from orchestrator.pushover.increments import Attempt, Increment, Phase
 from orchestrator.pushover.model import ContactModel, displaced, driven_by, largest_turn, without
 from orchestrator.pushover.path.increment_record import increment_of, scattered, without_jumps
 from orchestrator.pushover.path.moving import body_motion
@@ -29,6 +29,8 @@ inclined by theta, in this increment only. (With 5e-4, loose stones at the limit
 geometry of the other made walls creep: 4,950 and more than 14,442 iterations in place of 2,429 and 6,341.)"""
 TURN_SHARE = 0.05
 """so is one that moves, where they turn by more than this share of what they turn in it"""
+FROM_BEFORE = "a second path, from the state before"
+"""what an attempt says where no path led on from the expected state"""
 NEARER = 0.5
 """each solution on its own geometry must turn by less than this share of what the one before it turned: passes that do
 not come nearer swing between two states (none of those seen in three pushovers of rubble settled within six)"""
@@ -119,7 +121,7 @@ class IncrementSolver:
         if undeformed.ties is not None:
             share = aim.value if phase == "gravity" else None
             problem = replace(problem, ties=tightened(undeformed.ties, state.tie_rest, share))
-        force, spent = state.normal_force, 0
+        force, attempts, spent = state.normal_force, list[Attempt](), 0
         opening, closed = state.gap, None
         if undeformed.mortar is not None:
             mortar = replace(undeformed.mortar, closing=state.closing)
@@ -138,7 +140,10 @@ class IncrementSolver:
                 damped=touch if touch.any() else None,
             )
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
-            iterate = self._converged(model, here, first)
+            try:
+                iterate = self._converged(model, here, first, aim, attempts)
+            except ConvergenceError as error:
+                raise ConvergenceError(error.stage, error.where, spent + error.iterations) from error
             spent += iterate.number
             turned = largest_turn(self.model, predicted, iterate.displacement)
             allowed = (
@@ -152,19 +157,28 @@ class IncrementSolver:
             predicted, multiplier = iterate.displacement, iterate.load_multiplier
             force = scattered(state.normal_force, model.rows, iterate.normal_force)
         bound = self.stepping.out_of_balance * (abs(multiplier) if phase == "load" else 1.0)
-        return increment_of(model, state, here, replace(iterate, number=spent), phase, time, bound)
+        own = spent - sum(attempt.iterations for attempt in attempts)
+        found = increment_of(model, state, here, replace(iterate, number=own), phase, time, bound)
+        return replace(found, attempts=tuple(attempts))
 
-    def _converged(self, model: ContactModel, problem: Target, first: Iterate) -> Iterate:
-        """Return the solution to which a path leads from the expected state, or else from the one before it."""
+    def _converged(
+        self, model: ContactModel, problem: Target, first: Iterate, aim: Aim, attempts: list[Attempt]
+    ) -> Iterate:
+        """Return the solution to which a path leads from the expected state, or else from the one before it.
+
+        The path that leads nowhere is added to `attempts`; its iterations count in the number of the iterate, too.
+        """
         try:
             return solve_increment(model, self.system, problem, first, self.newton)
         except ConvergenceError as error:
             if np.array_equal(first.displacement, problem.displacement):
                 raise
-            spent = error.iterations
+            cause, spent = str(error), error.iterations
         first = evaluate(model, problem, problem.displacement, first.normal_force, first.load_multiplier)
         try:
             found = solve_increment(model, self.system, problem, first, self.newton)
         except ConvergenceError as error:
-            raise ConvergenceError(error.stage, error.where, spent + error.iterations) from error
+            where = f"neither from the expected state nor from the one before: {error.where}"
+            raise ConvergenceError(error.stage, where, spent + error.iterations) from error
+        attempts.append(Attempt(cause, aim.size, FROM_BEFORE, spent))
         return replace(found, number=spent + found.number)

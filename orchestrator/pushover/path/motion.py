@@ -79,6 +79,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             reached = replace(aim, value=min(aim.value, state.mean_displacement + length))
         try:
             moved = solver.solved(state, reached, predicted, viscosity, time_step)
+            attempts.extend(replace(attempt, tried=length) for attempt in moved.attempts)
             break
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "a shorter step", error.iterations))
@@ -90,6 +91,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
     if slows and reached == aim and moved.out_of_balance <= NEAR_REST * solver.stepping.out_of_balance:
         try:
             rest = solver.static(moved, replace(aim, size=0.0))
+            attempts.extend(rest.attempts)
             if not rest.moving:
                 iterations = moved.iterations + rest.iterations
                 return replace(rest, number=moved.number, attempts=tuple(attempts), iterations=iterations)
@@ -99,7 +101,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
     motions = body_motion(solver.model, moved.change.ravel())
     far = float(np.max(motions / body_size(solver.model)))
     if far < FASTEST / FASTER and length >= state.step[0]:
-        easy = moved.iterations <= EASY
+        easy = moved.all_iterations <= EASY
         length, faster = length * (faster if easy else GROW), min(RECOVERY * faster, FASTER) if easy else faster
     length *= min(1.0, FASTEST / far) if far else 1.0
     gone = read_only(state.gone + motions)

@@ -87,6 +87,10 @@ class Trial:
     cuts: int = 0
     attempts: tuple[Attempt, ...] = ()
 
+    def after(self, *rows: Increment) -> Trial:
+        """Return the same trial with the attempts of increments that were solved in it, whatever becomes of them."""
+        return replace(self, attempts=self.attempts + tuple(attempt for row in rows for attempt in row.attempts))
+
     def then(self, why: str, action: str, iterations: int, state: Increment | None = None) -> Trial:
         """Return the next trial after this one failed: from the same state, or anew from another one."""
         attempts = (*self.attempts, Attempt(why, self.size, action, iterations))
@@ -151,12 +155,17 @@ class Pushover:
             solved = self.solver.static(state, aim)
         except ConvergenceError as error:
             return self._not_static(trial, aim, str(error), error.iterations)
+        trial = trial.after(solved)
         goes_back = solved.base_shear < state.base_shear
         alone = self._left_alone(state, solved.change.ravel()) if goes_back else None
         if alone is not None:
             return trial.then("a local part moves and the wall goes back", UNDRIVEN, solved.iterations, alone)
         if solved.moving:
             return self._not_static(trial, aim, "a part of the wall moves", solved.iterations)
+        if self._passes_a_peak(state, solved) and aim.size > self.model.slip_tolerance:
+            smaller = SHRINK * aim.size
+            trial = trial.then("the base shear falls from its highest", f"retried with {smaller:g}", solved.iterations)
+            return replace(trial, size=smaller, cuts=trial.cuts + 1)
         growth = 1.0 if trial.cuts else self._growth(state, solved, aim)
         grown = min(growth * aim.size, self._resolved(state, solved))
         return [replace(solved, attempts=trial.attempts, step=(grown, aim.size))]
@@ -169,21 +178,27 @@ class Pushover:
             trial = trial.then(why, f"retried with {smaller:g}", spent)
             return replace(trial, size=smaller, cuts=trial.cuts + 1)
         rows = motion(self.solver, state, aim)
-        last = rows[-1]
-        total = spent + sum(row.iterations + sum(one.iterations for one in row.attempts) for row in rows)
+        last, moved = rows[-1], trial.after(*rows)
+        total = spent + sum(row.iterations for row in rows)
         alone = self._left_alone(state, (last.displacement - state.displacement).ravel())
         if alone is not None:
-            return trial.then("a local part moves", UNDRIVEN, total, alone)
+            return moved.then("a local part moves", UNDRIVEN, total, alone)
         if not last.moving:
-            attempts = trial.then(why, RESTED, total - last.iterations).attempts
+            attempts = moved.then(why, RESTED, total - last.iterations).attempts
             return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim))]
         driving = self._driving_what_moves(state, last.change.ravel())
         if driving is not None:
-            return replace(trial.then(why, "what moves is driven", total, driving), size=driving.step[0])
+            return replace(moved.then(why, "what moves is driven", total, driving), size=driving.step[0])
         if state.phase == "load" and trial.size > onset:
-            return replace(trial.then(why, f"a local part moves; retried with {smaller:g}", total), size=smaller)
+            return replace(moved.then(why, f"a local part moves; retried with {smaller:g}", total), size=smaller)
         attempts = trial.then(why, "a local part moves", spent).attempts + rows[0].attempts
         return [replace(rows[0], attempts=attempts), *rows[1:]]
+
+    def _passes_a_peak(self, state: Increment, solved: Increment) -> bool:
+        """Return whether the base shear falls, in one increment of displacement, from the highest so far by more than
+        a static state may be out of balance: somewhere between the two it may have been higher."""
+        fallen = solved.base_shear < (1 - self.stepping.out_of_balance) * state.base_shear
+        return state.phase == "displacement" and state.base_shear >= state.largest_base_shear and fallen
 
     def _without_what_fell(self, state: Increment) -> Increment:
         """Return the state without the bodies that have lost their hold. Raises CollapseError for a large part."""
