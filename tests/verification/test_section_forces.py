@@ -7,7 +7,7 @@ import pytest
 
 from orchestrator.assessment.panels import piers, rows
 from orchestrator.assessment.section_forces import reactions, section_forces
-from orchestrator.limit_analysis import analyse
+from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
 from orchestrator.loads import DeadLoad, LoadSettings, loads_on
 from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import JointSettings, find_joints
@@ -22,7 +22,7 @@ FLOOR = LoadSettings(direction="-x", dead=(DeadLoad(level=1.925, line_load=8e3, 
 def solved(name, settings):
     assemblage = find_joints(read_blocks(MESHES / name), JointSettings())
     loads = loads_on(assemblage.wall, settings)
-    state = analyse(assemblage, loads=loads).associative
+    state = refuse_what_cannot_be_analysed(assemblage, loads)
     return assemblage, loads.dead + state.load_multiplier * loads.live, state
 
 
@@ -68,7 +68,7 @@ def test_the_supports_carry_weight_and_base_shear(facade):
 def test_a_block_about_to_overturn_stands_on_its_toe():
     """0.5 m x 1 m x 1 m at 20 kN/m3: W = 10 kN, lambda = 0.5; all of it at the right corner, b/2 = 0.25 m off."""
     assemblage = assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)], friction=0.7)
-    state = analyse(assemblage).associative
+    state = refuse_what_cannot_be_analysed(assemblage, loads_on(assemblage.wall))
     (reaction,) = reactions(assemblage, state.joint_forces)
     assert (reaction.x, reaction.y) == pytest.approx((0.25, 0.0))
     assert (reaction.horizontal, reaction.vertical) == pytest.approx((-5e3, 10e3), rel=1e-6)

@@ -16,6 +16,7 @@ from orchestrator.geometry.polyhedra import Polyhedron, prism, reversed_faces, v
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
 BOX_FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
+"""corners of each face of a body of eight, all seen from outside or, of a mirrored body, all from inside"""
 
 
 @dataclass(frozen=True, slots=True)

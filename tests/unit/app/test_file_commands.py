@@ -24,6 +24,7 @@ from orchestrator.settings import reference
 from tests.support.drawings import METRES, polylines
 from tests.support.intake import WALL_1, as_polylines, assert_same_wall, associative, painted, written
 from tests.support.paths import PROJECT
+from tests.support.undrawn import undrawn
 
 COMMANDS = ("run", "check", "limit", "segment", "import", "new", "schema", "export")
 PUBLISHED = 0.643
@@ -233,7 +234,8 @@ def test_examples_of_help_work_when_pasted(capsys, monkeypatch, tmp_path, comman
     text = help_of(capsys, command)
     (example,) = re.findall(r"^  \.venv/bin/python -m orchestrator (.*)$", text, re.M)
     assert example.startswith(command)
-    assert cli.main(shlex.split(example)) == 0
+    with undrawn():
+        assert cli.main(shlex.split(example)) == 0
 
 
 @pytest.mark.parametrize("command", [(), *((command,) for command in COMMANDS)])
