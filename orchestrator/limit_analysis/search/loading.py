@@ -186,12 +186,13 @@ def in_large_displacements(found: Loaded, whole: Assemblage) -> Loaded:
 def is_another(found: Loaded, pushed: RigidPushover) -> bool:
     """Whether the peak in large displacements lies off (GEOMETRY) the state in small ones, and is the answer.
 
-    So it is, however near, where no limit state was closed. A peak that was not passed counts only above the answer
-    without it.
+    So it is, however near and whether it was passed or not, where no limit state was closed: what is known then is up to
+    which load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed.
     """
-    near = GEOMETRY if found.closed else 0.0
-    below = pushed.is_past and pushed.peak < (1.0 - near) * found.multiplier
-    return below or pushed.peak > (1.0 + near) * found.multiplier
+    if not found.closed:
+        return pushed.peak != found.multiplier
+    below = pushed.is_past and pushed.peak < (1.0 - GEOMETRY) * found.multiplier
+    return below or pushed.peak > (1.0 + GEOMETRY) * found.multiplier
 
 
 def road(stiffness: Stiffness) -> Road:
