@@ -186,7 +186,7 @@ def in_large_displacements(found: Loaded, whole: Assemblage) -> Loaded:
 def is_another(found: Loaded, pushed: RigidPushover) -> bool:
     """Whether the peak in large displacements lies off (GEOMETRY) the state in small ones, and is the answer.
 
-    So it is, however near and whether it was passed or not, where no limit state was closed: what is known then is up to
+    So it is, however near and passed or not, where no limit state was closed: what is known then is up to
     which load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed.
     """
     if not found.closed:
