@@ -66,13 +66,12 @@ def test_a_block_that_slides_bears_the_same_wherever_it_is():
     assert found.displacement[-1] > 0.4 * np.sqrt(0.5)
 
 
-def test_a_block_on_a_springy_base_loses_what_its_turn_takes():
-    """lambda h/2 = e - theta h/2, with the weight at a distance e from the middle of a base on three springs without
-    tension (1/6, 2/3, 1/6 of the area): the largest over turns of the base, each balanced by bisection."""
-    width, height, modulus = 0.5, 2.0, 8e6
-    found = pushed_rigid(tower(width, height), modulus)
+def springy(width, height, modulus, distance):
+    """Return the largest multiplier of a block that rocks on a springy base: lambda h/2 = e - theta h/2, with the weight
+    at a distance e from the middle of a base on three springs without tension (1/6, 2/3, 1/6 of the area); over turns
+    of the base, each balanced by bisection. distance: that from centroid to centroid, which the springs stand for."""
     weight = 20e3 * width * height  # N per m of thickness
-    springs = SPREAD * modulus * width / (height / 2) * np.array([1.0, 4.0, 1.0]) / 6.0
+    springs = SPREAD * modulus * width / distance * np.array([1.0, 4.0, 1.0]) / 6.0
     places = width * np.array([-0.5, 0.0, 0.5])
 
     def bears(turn):
@@ -83,9 +82,30 @@ def test_a_block_on_a_springy_base_loses_what_its_turn_takes():
             low, high = (low, sinks) if carried.sum() > weight else (sinks, high)
         return carried @ places / weight / (height / 2) - turn
 
-    most = max(bears(turn) for turn in np.geomspace(1e-4, 0.2, 2000))
-    assert most < 0.9 * width / height
+    return max(bears(turn) for turn in np.geomspace(1e-4, 0.2, 2000))
+
+
+def test_a_block_on_a_springy_base_loses_what_its_turn_takes():
+    most = springy(0.5, 2.0, 8e6, 1.0)
+    found = pushed_rigid(tower(0.5, 2.0), 8e6)
+    assert most < 0.9 * 0.25
     assert found.peak == pytest.approx(most, abs=0.5 * 0.25 / STEPS), "a sharp peak is met to half a load step"
+
+
+def test_a_stone_that_overturns_before_the_wall_slides_is_a_local_failure():
+    """In small displacements it would overturn at 0.25, and the block under it slides on the floor at 0.24 before."""
+    wall = assemblage_of([FLOOR, box(-2.5, 0.0, 5.0, 1.0), box(-0.1, 1.0, 0.2, 0.8)]).wall
+    materials = ("floor", "stone", "stone")
+    blocks = tuple(replace(block, material=name) for block, name in zip(wall.blocks, materials, strict=True))
+    sliding = JointSettings(classes=(JointClass(between=("floor", "stone"), friction=0.24),))
+    found = analyse(find_joints(replace(wall, blocks=blocks), sliding), elastic_modulus=4e6)
+    (failure,) = found.local_failures
+    assert failure.stones == (2,)
+    assert failure.share == pytest.approx(0.16 / 5.16, rel=1e-9)
+    most = springy(0.2, 0.8, 4e6, 0.9)
+    assert most < 0.95 * 0.24
+    assert failure.multipliers == pytest.approx((most, most), abs=0.5 * 0.24 / STEPS)
+    assert found.headline.load_multiplier == pytest.approx(0.24, rel=1e-6), "what is left slides"
 
 
 def irregular():
