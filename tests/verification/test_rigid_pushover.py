@@ -67,9 +67,9 @@ def test_a_block_that_slides_bears_the_same_wherever_it_is():
 
 
 def springy(width, height, modulus, distance):
-    """Return the largest multiplier of a block that rocks on a springy base: lambda h/2 = e - theta h/2, with the weight
-    at a distance e from the middle of a base on three springs without tension (1/6, 2/3, 1/6 of the area); over turns
-    of the base, each balanced by bisection. distance: that from centroid to centroid, which the springs stand for."""
+    """Return the largest multiplier of a block on a springy base: lambda h/2 = e - theta h/2, with the weight at a
+    distance e from the middle of a base on three springs without tension (1/6, 2/3, 1/6 of the area); over turns of the
+    base, each balanced by bisection. distance: that from centroid to centroid, which the springs stand for."""
     weight = 20e3 * width * height  # N per m of thickness
     springs = SPREAD * modulus * width / distance * np.array([1.0, 4.0, 1.0]) / 6.0
     places = width * np.array([-0.5, 0.0, 0.5])
