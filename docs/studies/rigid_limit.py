@@ -150,10 +150,10 @@ def rows() -> Iterator[dict[str, Any]]:
 
 
 def first_maximum(curve: list[list[float]]) -> float:
-    """Return the largest base shear of static rows before it falls below that by what a static row may be wrong by."""
+    """Return the largest base shear of static rows before it first falls by what a static row may be wrong by."""
     share = np.array([row[1] for row in curve if not row[3]])
     largest = np.maximum.accumulate(share)
-    fell = np.flatnonzero(share < (1 - SteppingSettings().out_of_balance) * largest)
+    fell = np.flatnonzero(share < largest - SteppingSettings().out_of_balance * largest[-1])
     return float(largest[fell[0]] if fell.size else largest[-1])
 
 
