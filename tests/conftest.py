@@ -24,8 +24,8 @@ from tests.support.seconds import LEDGER
 from tests.support.undrawn import undrawn
 
 TABLE = Path(__file__).parent / "seconds.csv"
-SLOW = 0.5
-"""CPU seconds of all cases of a fast test together at the most; with 1.0 `make quick` would last twice as long"""
+SLOW = 0.35
+"""CPU seconds of all cases of a fast test together at the most; with 0.5 `make quick` would last a minute"""
 
 
 class Seconds(NamedTuple):
