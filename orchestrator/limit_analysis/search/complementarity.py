@@ -28,9 +28,11 @@ from orchestrator.limit_analysis.search.wall_stiffness import Factors, joint_pro
 
 MAXIMUM_ITERATIONS = 300
 """iterations of the interior-point method at most"""
-STALL, STANDSTILL = 10, 1e-4
-"""Iterations in which the gap changes by less than this part of it before a run gives up. A running bond wall of 2,950
-blocks stands still from iteration 64 on."""
+STALL = 10
+"""Iterations without a change of the gap (STANDSTILL) after which a run gives up. A running bond wall of 2,950 blocks
+stands still from iteration 64 on."""
+STANDSTILL = 1e-4
+"""Part of the gap that is no change of it."""
 STEP = 0.98
 """Part of the way to the nearest bound."""
 LARGEST_RATIO = 1e11

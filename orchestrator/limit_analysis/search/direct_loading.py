@@ -15,11 +15,17 @@ from orchestrator.limit_analysis.search.elastic_contact import Position, elastic
 from orchestrator.limit_analysis.search.loading_path import LoadPath
 from orchestrator.limit_analysis.search.overdamped import Overdamped
 
-TOWARDS, DRAG, PATIENCE = (0.5, 0.9, 1.0), 1e-5, 800
-"""Loads at which a rest is asked for, parts of the last; the drag of these few steps, and their factorisations."""
-BUDGET, WORTH = 350_000, 80
+TOWARDS = (0.5, 0.9, 1.0)
+"""Loads at which a rest is asked for, parts of the last."""
+DRAG = 1e-5
+"""Drag of these few steps."""
+PATIENCE = 800
+"""Their factorisations at most."""
+BUDGET = 350_000
 """Factorisations times blocks that are spent on the way to a state that is known: about what the state itself took
-(997 blocks, 3.5 s); and fewest factorisations that lead anywhere, gravity and one load."""
+(997 blocks, 3.5 s)."""
+WORTH = 80
+"""Fewest factorisations that lead anywhere: gravity and one load."""
 
 
 def as_far_as(problem: Problem, multiplier: float, state: LimitState) -> LoadPath:

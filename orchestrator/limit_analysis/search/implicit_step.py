@@ -21,11 +21,16 @@ from orchestrator.limit_analysis.search.wall_stiffness import Factors, point_pro
 
 FORCE_LEFT = 1e-10
 """Force out of balance that ends a step, mean block weights."""
-NEWTON_STEPS, LEAST_PART = 10, 0.1
-"""Newton's method is left after so many factorisations, or when less than this part of one leads on."""
-INTERIOR_STEPS, CENTRE, PRODUCT = 30, 3.0, 1e-8
-"""Factorisations of the interior-point method at most; the force it begins with in open joints (mean block weights);
-largest product of force and gap (times stiffness) at its end, the square of SMOOTHING."""
+NEWTON_STEPS = 10
+"""Factorisations after which Newton's method is left."""
+LEAST_PART = 0.1
+"""Part of a Newton step below which the method is left."""
+INTERIOR_STEPS = 30
+"""Factorisations of the interior-point method at most."""
+CENTRE = 3.0
+"""Force that it begins with in open joints, mean block weights."""
+PRODUCT = 1e-8
+"""Largest product of force and gap (times stiffness) at its end: the square of JOINT_SMOOTHING."""
 INTERIOR_GAP = 0.01
 """Part of the displacement expected that gaps begin with."""
 SHORTEST = 1e-4

@@ -27,10 +27,12 @@ from orchestrator.limit_analysis.paper.linear_program import LimitProgram, Limit
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.search.moving_part import MovingPart
 
-FACE_WEIGHT, LEAST_FACE_WEIGHT = 1e-3, 1e-6
-"""w above at first and at least. What it costs is power that does not balance, at most w times the range of the face:
-with the weight kept at 1e-3 a wall of 290 irregular blocks (random 25 of docs/studies) stays out of balance by 7e-7, at
-whatever turn. A descent that stands still out of balance therefore goes on with a tenth of it: there 2e-9 at 1e-4."""
+FACE_WEIGHT = 1e-3
+"""w above at first. What it costs is power that does not balance, at most w times the range of the face: with the
+weight kept at 1e-3 a wall of 290 irregular blocks (random 25 of docs/studies) stays out of balance by 7e-7, at whatever
+turn. A descent that stands still out of balance therefore goes on with a tenth of it: there 2e-9 at 1e-4."""
+LEAST_FACE_WEIGHT = 1e-6
+"""w above at least."""
 CLOSE_FACE_WEIGHT = 1e-5
 """w for slips that are those of a state already, to within what is to be closed: at FACE_WEIGHT what stays out of
 balance is 2.7e-7 at 2,979 blocks and 6.0e-7 at 997, here it is 9e-9 and 4.5e-9."""

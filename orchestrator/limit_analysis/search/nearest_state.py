@@ -27,8 +27,10 @@ from orchestrator.limit_analysis.paper.linear_program import LimitProgram, Limit
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.search.lower_states import CLOSING_TOLERANCE, ClosedState, TwoPrograms
 
-FIRST_MOTION, LONGER = 1e3, 10.0
-"""h at first, mean block weights over the mean stiffness of the joints; factor on it where power balances no better."""
+FIRST_MOTION = 1e3
+"""h at first, mean block weights over the mean stiffness of the joints."""
+LONGER = 10.0
+"""Factor on h where power balances no better."""
 TURNS_TO_A_STATE = 7
 """Turns at most: h comes to a million where none of them leads on."""
 BETTER = 0.3

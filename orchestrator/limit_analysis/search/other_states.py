@@ -19,8 +19,10 @@ from orchestrator.limit_analysis.search.loading_path import LoadPath
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms, descent
 from orchestrator.limit_analysis.search.scattered_starts import scattered_starts, scattered_states
 
-REACHED, TOUCHED = 1.0, 1e-2
-"""Largest `reach` of a state that loading could lead to (8 to 66 for single wedged stones); of one that it meets."""
+REACHED = 1.0
+"""Largest `reach` of a state that loading could lead to (8 to 66 for single wedged stones)."""
+TOUCHED = 1e-2
+"""Largest `reach` of a state that loading meets."""
 
 
 def states_around(problem: Problem, slips: Sequence[FloatArray], scattered: int) -> list[ClosedState]:

@@ -18,17 +18,33 @@ from orchestrator.limit_analysis.search.implicit_step import Step, Task, implici
 
 REST = 1e-6
 """Force that drag takes, mean block weights, below which a wall rests."""
-GRAVITY_DRAG, FIRST_DRAG, MOST_DRAG = 1.0, 1e-4, 1e4
-"""Force per displacement, mean block weights over elastic displacement: where gravity and a load step begin, and where
-it is given up."""
-SLOWER, FASTER = 4.0, ((11, 0.1), (13, 0.3))
-"""Factor on the drag after a step that was not found; and after one that took at most so many factorisations."""
-MOTION, FARTHER, LOST = 1e-3, 10.0, 1e3
-"""Flow error of a motion that is that of a mechanism, and times the displacement it began with that it is followed: as
-far as that, joints that opened on the way to it may close again; displacement over the elastic one from which on no
-motion is followed."""
-REST_BUDGET, GRAVITY_BUDGET, BUDGET, SMALLEST_BUDGET, MOST_IN_ALL = 600, 800, 1_000_000, 1500, 6_000
-"""Factorisations: of a rest, of gravity; in all, times blocks, and in all at least and at most."""
+GRAVITY_DRAG = 1.0
+"""Drag with which gravity begins: force per displacement, mean block weights over elastic displacement."""
+FIRST_DRAG = 1e-4
+"""Drag with which a held load begins."""
+MOST_DRAG = 1e4
+"""Drag at which a motion is given up."""
+SLOWER = 4.0
+"""Factor on the drag after a step that was not found."""
+FASTER = ((11, 0.1), (13, 0.3))
+"""Factorisations that a step took at most, and factor on the drag after it."""
+MOTION = 1e-3
+"""Flow error of a motion that is that of a mechanism."""
+FARTHER = 10.0
+"""Displacement over that with which a motion began up to which it is followed: until then joints that opened on the way
+to a mechanism may close again."""
+LOST = 1e3
+"""Displacement over the elastic one from which on no motion is followed."""
+REST_BUDGET = 600
+"""Factorisations of a rest."""
+GRAVITY_BUDGET = 800
+"""Factorisations of gravity."""
+BUDGET = 1_000_000
+"""Factorisations in all, times blocks."""
+SMALLEST_BUDGET = 1500
+"""Factorisations in all at least, however many blocks."""
+MOST_IN_ALL = 6_000
+"""Factorisations in all at most, however few blocks."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -33,17 +33,30 @@ HELD = 1e-3
 and no displacement leads on from there, up to a step of the load the next times."""
 DROP = 0.2
 """Part of its peak by which a load has fallen where prescribed displacements end."""
-GROWTH, FASTER_GROWTH, SHORTER = 2.0, 10.0, 0.3
-"""Growth of the displacement prescribed after each step at most, and once forces nearly stand still (NEAR); factor
-after one that was not found or not taken."""
-TURNED, JUMP = 0.3, 1.5
+GROWTH = 2.0
+"""Growth of the displacement prescribed after each step, at most."""
+FASTER_GROWTH = 10.0
+"""Growth once forces nearly stand still (NEAR)."""
+SHORTER = 0.3
+"""Factor after a step that was not found or not taken."""
+TURNED = 0.3
 """Part of its change of displacements by which a step longer than the elastic displacement may differ from the step
-before, and change of its load in load steps, to be taken: where several solutions exist, another path begins there."""
-FAILURES, SHORTEST, FIRST = 8, (1e-2, 1e-3), 10.0
-"""Steps in a row that are not found before prescribed displacements are given up; parts of the elastic displacement and
-of all displacement so far below which a step leads nowhere: the wall snaps back; and times that a first step has."""
-SHARP, CLOSE, NEAR = 1e-8, 1e-5, 1e-4
-"""Flow errors of a limit state that is sharp enough, of a motion that is worth checking, and of one that is soon."""
+before to be taken: where several solutions exist, another path begins there."""
+JUMP = 1.5
+"""Change of its load, in load steps, up to which it is taken."""
+FAILURES = 8
+"""Steps in a row that are not found before prescribed displacements are given up."""
+SHORTEST = (1e-2, 1e-3)
+"""Parts of the elastic displacement and of all displacement so far below which a step leads nowhere: the wall snaps
+back."""
+FIRST = 10.0
+"""Times the shortest step that a first one has at least."""
+SHARP = 1e-8
+"""Flow error of a limit state that is sharp enough."""
+CLOSE = 1e-5
+"""Flow error of a motion that is worth checking."""
+NEAR = 1e-4
+"""Flow error of a motion that is soon worth it."""
 FARTHEST = 1e5
 """Displacement over the elastic one from which on a mechanism is not followed any further."""
 

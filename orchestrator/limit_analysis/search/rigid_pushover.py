@@ -22,14 +22,21 @@ from orchestrator.limit_analysis.search.loading_path import LEAST, StateSearch
 from orchestrator.limit_analysis.search.overdamped import REST_BUDGET, Moved
 from orchestrator.limit_analysis.search.pushing import DROP
 
-PAST, FAR = 0.02, 0.5
-"""Part of its peak by which a curve has fallen where the peak is passed; and motion of the fastest block since the
-peak, block lengths (turns times one), where it is passed and prescribed displacements end, too."""
-TRUE, PRESSED, TURNS = 1e-2, 1e-3, 4
-"""Force that gaps and slips may be wrong by, mean block weights, in joints that carry PRESSED; and how often a step is
-solved at most until they are true."""
-SAME_ARMS, LONGEST = 1e-3, 0.02
-"""Motion, block lengths: since joints were linearised, up to which forces act where they did; and in one step."""
+PAST = 0.02
+"""Part of its peak by which a curve has fallen where the peak is passed."""
+FAR = 0.5
+"""Motion of the fastest block since the peak, block lengths (turns times one), where the peak is passed and prescribed
+displacements end, too."""
+TRUE = 1e-2
+"""Force that gaps and slips may be wrong by in pressed joints, mean block weights."""
+PRESSED = 1e-3
+"""Normal force of joints that are pressed, mean block weights."""
+TURNS = 4
+"""Times that a step is solved at most until gaps and slips are true."""
+SAME_ARMS = 1e-3
+"""Motion since joints were linearised up to which forces act where they did, block lengths."""
+LONGEST = 0.02
+"""Motion in one step, block lengths."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -41,39 +41,65 @@ from orchestrator.limit_analysis.search.moving_part import MovingPart
 from orchestrator.limit_analysis.search.scaled_problem import ScaledProblem, scaled_problem
 from orchestrator.limit_analysis.search.wall_stiffness import kept_memory
 
-FIRST_GAP, LAST_GAP = 0.2, 1e-7
-"""Gap (parts of the live load's power) at which the interior-point program hands over, and at the end."""
+FIRST_GAP = 0.2
+"""Gap (part of the live load's power) at which the interior-point program hands over."""
+LAST_GAP = 1e-7
+"""Gap at the end."""
 TARGET_SPREAD = 100.0
 """Products of the interior-point program are kept as targets t as far as they are within this factor of their mean."""
-FALL, FASTER, FLATTER = 0.75, 0.8, 0.2
-"""Factor of all t from one state to the next; its own factor where Newton's method alone gets there; power with which
-they approach their mean."""
+FALL = 0.75
+"""Factor of all t from one state to the next."""
+FASTER = 0.8
+"""Factor of FALL where Newton's method alone gets there."""
+FLATTER = 0.2
+"""Power with which all t approach their mean."""
 SCALES = (300.0, 1000.0, 100.0, 30.0)
 """sigma: typical force (mean block weights) over typical rate of a joint. Any of them gets stuck on some wall; after a
 failure the next one takes its turn."""
 OFF = 1.0
 """Residual of a smoothed condition, over 2 sqrt(sigma t), above which a joint is off. Blocks that may be off by more
 have interpenetrated: from there even much drag leads to no state, and a long motion comes to an early end."""
-WELL_OFF, MANY, FEW, FAR_OFF = 3.0, 0.003, 3, 1e8
-"""Newton's method has failed where more joints than this part of them, and more than so few, have a residual above the
-first, or one above the last."""
-NEWTON_STEPS, DRAG_STEPS = 8, 8
-"""Newton steps at most without drag and with it."""
-DRAG, MORE_DRAG, FAILURES = 1.0, 5.0, 5
-"""First drag (mean block weights per scaled velocity), its factor after a failure, failures in a row at most."""
-AT_REST, FAR_FROM_REST, FAR = 1e-5, 20.0, 1e-2
-"""Force out of balance (mean block weights) that may be left when nothing moves on; this times the gap while the gap is
-larger than FAR: those states are only on the way."""
+WELL_OFF = 3.0
+"""Residual of a joint that is off. Newton's method has failed where more joints than MANY and than FEW are, or one has
+FAR_OFF."""
+MANY = 0.003
+"""Part of all joints."""
+FEW = 3
+"""Number of joints."""
+FAR_OFF = 1e8
+"""Residual of one joint."""
+NEWTON_STEPS = 8
+"""Newton steps at most without drag."""
+DRAG_STEPS = 8
+"""Newton steps at most with it."""
+DRAG = 1.0
+"""First drag, mean block weights per scaled velocity."""
+MORE_DRAG = 5.0
+"""Factor on it after a failure."""
+FAILURES = 5
+"""Failures in a row at most."""
+AT_REST = 1e-5
+"""Force out of balance (mean block weights) that may be left when nothing moves on."""
+FAR_FROM_REST = 20.0
+"""This times the gap may be left while the gap is larger than FAR: those states are only on the way."""
+FAR = 1e-2
+"""Gap from which on states are only on the way."""
 LOST_MOTION = 10.0
 """Force out of balance (mean block weights) with which a motion is lost: one that ended at rest stayed below 2 (10,050
 blocks)."""
 FACTORISATIONS_AT_ONE_SIGMA = 700
 """Factorisations at most before sigma is changed on the way to rest."""
-FACTORISATIONS, A_BLOCK, WORK = 500, 2, 2.5e7
-"""Factorisations at most, with so many more a block; blocks times factorisations at most."""
-CLOSEST, BACK = 0.9, 3
-"""Where not even a fall by the first factor leads to a state, the search goes back by so many states, and by twice as
-many each time that it gets no further."""
+FACTORISATIONS = 500
+"""Factorisations at most of a wall of no blocks."""
+A_BLOCK = 2
+"""So many more a block."""
+WORK = 2.5e7
+"""Blocks times factorisations at most."""
+CLOSEST = 0.9
+"""Factor of all t with which a state is looked for last."""
+BACK = 3
+"""States by which the search goes back where not even a fall by CLOSEST leads to one, twice as many each time that it
+gets no further."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -37,12 +37,14 @@ PIVOT = {"diag_pivot_thresh": 0.01, "options": {"SymmetricMode": True}}
 SUPERLU_PANELS = {"relax": 1, "panel_size": 4}
 """Of SuperLU: short panels, 10 to 20 % less time than its own choice (146 and 2,979 blocks)."""
 
-M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
-"""Of the GNU C library's mallopt: free memory at the end of the heap that goes back to the system, and the least block
-that comes from the system and goes back to it."""
-KEEPS, AFTERWARDS = 2**31 - 1, 2**25
-"""Bytes, for both: while walls are factorised again and again, and from then on (the most that the C library comes to
-by itself)."""
+M_TRIM_THRESHOLD = -1
+"""Of the GNU C library's mallopt: free memory at the end of the heap that goes back to the system."""
+M_MMAP_THRESHOLD = -3
+"""Of mallopt: the least block that comes from the system and goes back to it."""
+KEEPS = 2**31 - 1
+"""Bytes, for both, while walls are factorised again and again."""
+AFTERWARDS = 2**25
+"""Bytes, for both, from then on: the most that the C library comes to by itself."""
 
 
 @contextmanager
