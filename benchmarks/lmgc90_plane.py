@@ -73,8 +73,8 @@ def walls() -> dict[str, Wall]:
     return {
         "block": column(0.2, 1.0, 1),
         **{f"rubble {k}": wall for k, wall in walls.items()},
-        "rubble 1, friction 0.4": replace(walls[1], friction=0.4),
-        "coursed, friction 0.45": irregular_courses(IrregularCourses(0.8, 0.6, seed=2, friction=0.45)),
+        "rubble 1 friction 0.4": replace(walls[1], friction=0.4),
+        "coursed friction 0.45": irregular_courses(IrregularCourses(0.8, 0.6, seed=2, friction=0.45)),
         "wall 4": read_blocks(HERE.parent / "tests" / "data" / "ferris_tinloi_wall4.json"),
         "arch": arch_on_piers(Arch(13, 1.0, 0.15, angle=2.4, friction=0.7, thickness=0.3)),
     }
