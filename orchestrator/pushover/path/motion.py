@@ -36,10 +36,6 @@ FIRST = 0.1
 """length of the first step of a motion over the last increment"""
 TRIES = 20
 """times that a step of motion is made shorter"""
-EASY = 8
-"""iterations up to which an increment or a step is easy"""
-GROW = 1.4
-"""how much larger the next increment is after an easy one, and the next step after one that was not"""
 
 
 def motion(solver: IncrementSolver, state: Increment, aim: Aim) -> list[Increment]:
@@ -100,8 +96,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
     motions = body_motion(solver.model, moved.change.ravel())
     far = float(np.max(motions / body_size(solver.model)))
     if far < FASTEST / FASTER and length >= state.step[0]:
-        easy = moved.all_iterations <= EASY
-        length, faster = length * (faster if easy else GROW), min(RECOVERY * faster, FASTER) if easy else faster
+        length, faster = length * faster, min(RECOVERY * faster, FASTER)
     length *= min(1.0, FASTEST / far) if far else 1.0
     gone = read_only(state.gone + motions)
     return replace(moved, moving=True, gone=gone, attempts=tuple(attempts), step=(length, faster))
