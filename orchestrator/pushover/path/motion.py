@@ -26,8 +26,6 @@ INERTIA = 0.1
 """a body that moves by the length of a step of motion resists with this share of its weight"""
 FASTER = 5.0
 """largest ratio of the lengths of two steps of motion"""
-RECOVERY = 1.7
-"""after a failure that ratio begins at 1 and grows by this factor from step to step"""
 SHORTER_STEP = 3.0
 """a step of motion that fails is made shorter by this factor"""
 NEAR_REST = 10.0
@@ -41,7 +39,7 @@ TRIES = 20
 def motion(solver: IncrementSolver, state: Increment, aim: Aim) -> list[Increment]:
     """Return the states of a motion from a static state: until it rests, or is more than a slip."""
     length = aim.size if aim.phase == "displacement" else float(body_motion(solver.model, state.change.ravel()).max())
-    moved = replace(state, step=(max(FIRST * length, solver.model.slip_tolerance), FASTER), moving=True)
+    moved = replace(state, step=(max(FIRST * length, solver.model.slip_tolerance), 0.0), moving=True)
     rows: list[Increment] = []
     while moved.moving and not is_real(solver.model, state, (moved.displacement - state.displacement).ravel()):
         moved = step_of_motion(solver, moved, aim, goes_on=bool(rows))
@@ -61,7 +59,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
 
     goes_on: the last change is a step of the same motion, from which this one is expected to go on.
     """
-    length, faster = state.step
+    length = state.step[0]
     model, attempts = solver.model_of(state), list[Attempt]()
     here = state.displacement.ravel()
     predicted = carried_on(solver.model, here, state.change.ravel(), 1.0) if goes_on else here
@@ -78,7 +76,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             break
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "a shorter step", error.iterations))
-            length, faster, predicted = length / SHORTER_STEP, 1.0, here
+            length, predicted = length / SHORTER_STEP, here
     else:
         spent = sum(attempt.iterations for attempt in attempts)
         raise ConvergenceError("Newton", f"no motion is found: {attempts[-1].cause}", spent)
@@ -96,7 +94,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
     motions = body_motion(solver.model, moved.change.ravel())
     far = float(np.max(motions / body_size(solver.model)))
     if far < FASTEST / FASTER and length >= state.step[0]:
-        length, faster = length * faster, min(RECOVERY * faster, FASTER)
+        length *= FASTER
     length *= min(1.0, FASTEST / far) if far else 1.0
     gone = read_only(state.gone + motions)
-    return replace(moved, moving=True, gone=gone, attempts=tuple(attempts), step=(length, faster))
+    return replace(moved, moving=True, gone=gone, attempts=tuple(attempts), step=(length, 0.0))
