@@ -30,8 +30,6 @@ SHORTER_STEP = 3.0
 """a step of motion that fails is made shorter by this factor"""
 NEAR_REST = 10.0
 """rest is looked for when the out-of-balance forces have fallen to this many times what counts as static"""
-FIRST = 0.1
-"""length of the first step of a motion over the last increment"""
 TRIES = 20
 """times that a step of motion is made shorter"""
 
@@ -39,7 +37,7 @@ TRIES = 20
 def motion(solver: IncrementSolver, state: Increment, aim: Aim) -> list[Increment]:
     """Return the states of a motion from a static state: until it rests, or is more than a slip."""
     length = aim.size if aim.phase == "displacement" else float(body_motion(solver.model, state.change.ravel()).max())
-    moved = replace(state, step=(max(FIRST * length, solver.model.slip_tolerance), 0.0), moving=True)
+    moved = replace(state, step=(max(length, solver.model.slip_tolerance), 0.0), moving=True)
     rows: list[Increment] = []
     while moved.moving and not is_real(solver.model, state, (moved.displacement - state.displacement).ravel()):
         moved = step_of_motion(solver, moved, aim, goes_on=bool(rows))
