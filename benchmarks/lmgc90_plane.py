@@ -1,7 +1,7 @@
-"""Micro-FE against LMGC90 (rigid blocks, dynamic, exact Coulomb friction): onset of three rubble walls and an arch.
+"""Micro-FE against LMGC90 (rigid blocks, dynamic, exact Coulomb friction): onset of rubble, an arch, walls that slide.
 
     python -m venv build/lmgc90 && build/lmgc90/bin/pip install compas_lmgc90
-    .venv/bin/python benchmarks/lmgc90_plane.py build/lmgc90/bin/python [block "rubble 1" "rubble 2" "rubble 4" arch]
+    .venv/bin/python benchmarks/lmgc90_plane.py build/lmgc90/bin/python [names of `walls`, default all]
 
 Every wall is pushed along +x. Micro-FE: every stone a body, default mode (large displacements); its onset is the
 largest load multiplier of a static state. LMGC90 gets the stones as prisms (they must be convex), REST s under their
@@ -21,6 +21,7 @@ from __future__ import annotations
 import csv
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,15 @@ from orchestrator.geometry.polyhedra import prism  # noqa: E402
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed  # noqa: E402
 from orchestrator.loads.block_loads import loads_on  # noqa: E402
 from orchestrator.masonry.joints import JointSettings, find_joints  # noqa: E402
-from orchestrator.masonry.patterns import Arch, Rubble, arch_on_piers, rubble  # noqa: E402
+from orchestrator.masonry.patterns import (  # noqa: E402
+    Arch,
+    IrregularCourses,
+    Rubble,
+    arch_on_piers,
+    irregular_courses,
+    rubble,
+)
+from orchestrator.masonry.sources.block_files import read_blocks  # noqa: E402
 from orchestrator.masonry.wall import Wall  # noqa: E402
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall  # noqa: E402
 
@@ -54,11 +63,19 @@ SMOOTH = 5
 
 
 def walls() -> dict[str, Wall]:
-    """Return the walls: a block that rocks at 0.2, rubble of 24, 28 and 30 stones, 13 voussoirs over 2.4 rad."""
+    """Return the walls: a block that rocks at 0.2, rubble of 24, 28 and 30 stones, 13 voussoirs over 2.4 rad.
+
+    And three whose sliding decides: the first rubble and a coursed wall with little friction, and wall 4 of Ferris and
+    Tin-Loi, whose published multipliers are 0.331 with dilatancy and 0.264 without.
+    """
     flatness = {1: 1.3, 2: 1.6, 4: 1.6}
+    walls = {k: rubble(Rubble(1.5, 1.2, stone=0.32, flatness=f, seed=k)) for k, f in flatness.items()}
     return {
         "block": column(0.2, 1.0, 1),
-        **{f"rubble {k}": rubble(Rubble(1.5, 1.2, stone=0.32, flatness=f, seed=k)) for k, f in flatness.items()},
+        **{f"rubble {k}": wall for k, wall in walls.items()},
+        "rubble 1 friction 0.4": replace(walls[1], friction=0.4),
+        "coursed friction 0.45": irregular_courses(IrregularCourses(0.8, 0.6, seed=2, friction=0.45)),
+        "wall 4": read_blocks(HERE.parent / "tests" / "data" / "ferris_tinloi_wall4.json"),
         "arch": arch_on_piers(Arch(13, 1.0, 0.15, angle=2.4, friction=0.7, thickness=0.3)),
     }
 

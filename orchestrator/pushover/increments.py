@@ -57,7 +57,8 @@ class Increment:
     driven, fallen (b,): bodies whose mean displacement is prescribed, and those that have been taken out. gone (b,) in
     m: how far bodies have moved since the wall was static.
     time: s; under gravity the share of the weight that acts. step: size of the next increment and of this one in the
-    unit of the phase. attempts: the journal of failed tries before this increment.
+    unit of the phase; in motion the length of the next step in m, and 0. attempts: the journal of failed tries before
+    this increment.
     """
 
     number: int

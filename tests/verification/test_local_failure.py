@@ -16,6 +16,7 @@ from mpi4py import MPI
 from orchestrator.app.pushed import Pushed, push
 from orchestrator.assessment.capacity import find_capacity
 from orchestrator.limit_analysis import analyse
+from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
@@ -127,6 +128,18 @@ def test_the_chimney_falls_and_the_facade_goes_on_to_its_own_peak():
     assert largest == pytest.approx(bare.curve.static.load_multiplier.max(), rel=1e-2)
     assert largest > 1.02 * events[0].load_multiplier
     assert result.curve.static.fallen_bodies[result.curve.static.load_multiplier.argmax()] >= 2
+
+
+def test_macroblocks_bear_until_the_chimney_overturns():
+    """In macroblocks nothing is local: the curve follows the chimney down."""
+    assemblage = find_joints(chimney(), JointSettings())
+    analysis = analyse(assemblage)
+    bodies = macroblocks_of(assemblage, analysis)
+    assert bodies.count < 10
+    done = push(assemblage, analysis, bodies, stepping=SteppingSettings(final_displacement=0.1))
+    assert done.summary.valid
+    assert done.curve.static.load_multiplier.max() == pytest.approx(1 / 3, rel=5e-3)
+    assert done.curve.stopped_because.startswith("base shear 20 %")
 
 
 def test_a_stone_that_falls_while_the_part_around_it_is_driven_does_not_unload_the_wall():

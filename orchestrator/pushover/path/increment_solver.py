@@ -27,13 +27,8 @@ TURN = 2e-3
 contacts of a body that turns by theta more than expected close to theta^2 / 2 of its size (2e-6), and their forces are
 inclined by theta, in this increment only. (With 5e-4, loose stones at the limit of friction that turn one way on the
 geometry of the other made walls creep: 4,950 and more than 14,442 iterations in place of 2,429 and 6,341.)"""
-TURN_SHARE = 0.05
-"""so is one that moves, where they turn by more than this share of what they turn in it"""
 FROM_BEFORE = "a second path, from the state before"
 """what an attempt says where no path led on from the expected state"""
-NEARER = 0.5
-"""each solution on its own geometry must turn by less than this share of what the one before it turned: passes that do
-not come nearer swing between two states (none of those seen in three pushovers of rubble settled within six)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,12 +141,9 @@ class IncrementSolver:
                 raise ConvergenceError(error.stage, error.where, spent + error.iterations) from error
             spent += iterate.number
             turned = largest_turn(self.model, predicted, iterate.displacement)
-            allowed = (
-                TURN_SHARE * largest_turn(self.model, problem.displacement, iterate.displacement) * (viscosity > 0.0)
-            )
-            if turned < max(TURN, allowed):
+            if turned < TURN:
                 break
-            if turned > NEARER * turned_before:
+            if turned >= turned_before:  # passes that come no nearer swing between two states
                 raise ConvergenceError("geometry", f"bodies turn by {turned:.1e} more than expected", spent)
             turned_before = turned
             predicted, multiplier = iterate.displacement, iterate.load_multiplier

@@ -27,26 +27,18 @@ INERTIA = 0.1
 """a body that moves by the length of a step of motion resists with this share of its weight"""
 FASTER = 5.0
 """largest ratio of the lengths of two steps of motion"""
-RECOVERY = 1.7
-"""after a failure that ratio begins at 1 and grows by this factor from step to step"""
 SHORTER_STEP = 3.0
 """a step of motion that fails is made shorter by this factor"""
 NEAR_REST = 10.0
 """rest is looked for when the out-of-balance forces have fallen to this many times what counts as static"""
-FIRST = 0.1
-"""length of the first step of a motion over the last increment"""
 TRIES = 20
 """times that a step of motion is made shorter"""
-EASY = 8
-"""iterations up to which an increment or a step is easy"""
-GROW = 1.4
-"""how much larger the next increment is after an easy one, and the next step after one that was not"""
 
 
 def motion(solver: IncrementSolver, state: Increment, aim: Aim) -> list[Increment]:
     """Return the states of a motion from a static state: until it rests, or a body has gone FASTEST of its size."""
     length = aim.size if aim.phase == "displacement" else float(body_motion(solver.model, state.change.ravel()).max())
-    moved = replace(state, step=(max(FIRST * length, solver.model.slip_tolerance), FASTER), moving=True)
+    moved = replace(state, step=(max(length, solver.model.slip_tolerance), 0.0), moving=True)
     rows: list[Increment] = []
     while moved.moving and farthest(solver.model, state, (moved.displacement - state.displacement).ravel()) < FASTEST:
         moved = step_of_motion(solver, moved, aim, goes_on=bool(rows))
@@ -66,7 +58,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
 
     goes_on: the last change is a step of the same motion, from which this one is expected to go on.
     """
-    length, faster = state.step
+    length = state.step[0]
     model, attempts = solver.model_of(state), list[Attempt]()
     here = state.displacement.ravel()
     predicted = carried_on(solver.model, here, state.change.ravel(), 1.0) if goes_on else here
@@ -83,7 +75,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             break
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "a shorter step", error.iterations))
-            length, faster, predicted = length / SHORTER_STEP, 1.0, here
+            length, predicted = length / SHORTER_STEP, here
     else:
         spent = sum(attempt.iterations for attempt in attempts)
         raise ConvergenceError("Newton", f"no motion is found: {attempts[-1].cause}", spent)
@@ -101,8 +93,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
     motions = body_motion(solver.model, moved.change.ravel())
     far = float(np.max(motions / body_size(solver.model)))
     if far < FASTEST / FASTER and length >= state.step[0]:
-        easy = moved.all_iterations <= EASY
-        length, faster = length * (faster if easy else GROW), min(RECOVERY * faster, FASTER) if easy else faster
+        length *= FASTER
     length *= min(1.0, FASTEST / far) if far else 1.0
     gone = read_only(state.gone + motions)
-    return replace(moved, moving=True, gone=gone, attempts=tuple(attempts), step=(length, faster))
+    return replace(moved, moving=True, gone=gone, attempts=tuple(attempts), step=(length, 0.0))

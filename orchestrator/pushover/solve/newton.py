@@ -37,7 +37,10 @@ def iterates(model: ContactModel, system: LinearSystem, problem: Target, first: 
     while leads_on:
         yield current
         matrix = newton_coefficients(model, problem, current)
-        solution = system.solve(matrix, problem.time_step, _right_side(model, problem, current))
+        try:
+            solution = system.solve(matrix, problem.time_step, _right_side(model, problem, current))
+        except ConvergenceError as error:
+            raise ConvergenceError(error.stage, error.where, current.number + 1) from error
         kinks = Kinks.at(model, problem, current, _friction(model, problem, current))
         change, leads_on = followed(model, system, kinks, solution)
         current = replace(_advanced(model, problem, current, change), number=current.number + 1)
