@@ -16,11 +16,14 @@ from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.patterns import Rubble, rubble, running_bond
+from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
+from tests.support.paths import DATA
+from tests.support.pushover_chain import model_of, run
 
 WALLS = {"bond": running_bond(2, 4), "rubble": rubble(Rubble(0.8, 0.8, stone=0.35, seed=1))}
 
@@ -55,6 +58,19 @@ def curve(wall, scale, mortar=None):
 def test_a_scaled_wall_has_the_same_curve(name, scale):
     original, scaled = curve(WALLS[name], 1.0), curve(WALLS[name], scale)
     assert np.array_equal(scaled, original)  # powers of two: not a single bit may differ
+
+
+def test_a_tenth_of_wall_4_has_the_same_peak_with_every_setting_left_at_its_default():
+    """Mesh size, slip tolerance, tolerances of Newton's method and of joints stay: they do not matter at a tenth."""
+    peaks = []
+    for scale in (1.0, 0.1):
+        wall = read_blocks(DATA / "ferris_tinloi_wall4.json")
+        blocks = tuple(replace(block, polygon=scale * block.polygon) for block in wall.blocks)
+        wall = replace(wall, blocks=blocks, thickness=scale * wall.thickness)
+        elastic = ElasticSettings(elastic_modulus=scale * ElasticSettings().elastic_modulus)
+        model = model_of(wall, large_displacement=True, elastic=elastic)
+        peaks.append(run(model, scale * 10e-3).peak)
+    assert peaks[1] == pytest.approx(peaks[0], rel=5e-3)
 
 
 @pytest.mark.parametrize("scale", [1 / 16, 16.0])
