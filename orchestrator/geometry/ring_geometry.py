@@ -48,8 +48,9 @@ def area_of(points: list[list[float]]) -> float:
 
 def without_spikes(ring: FloatArray, within: float) -> FloatArray:
     """Return an outline (n, 2) without the corners from which it goes back on itself, no farther than `within` (m) from
-    where it came: boolean operations on outlines leave such spikes."""
-    while len(ring) > 3:
+    where it came: boolean operations on outlines leave such spikes. What would keep less than three corners is left."""
+    drawn = ring
+    while len(ring) > 2:
         back, on = np.roll(ring, 1, axis=0) - ring, np.roll(ring, -1, axis=0) - ring
         lengths = np.linalg.norm([back, on], axis=2)
         apart = np.abs(cross(back, on))  # over the longer edge: how far the end of the shorter one lies off it
@@ -58,7 +59,10 @@ def without_spikes(ring: FloatArray, within: float) -> FloatArray:
         if not len(spikes):
             break
         ring = np.delete(ring, spikes[0], axis=0)
-    return ring
+        after = spikes[0] % len(ring)
+        if np.linalg.norm(ring[after] - ring[after - 1]) <= within:  # the spike ended where it began
+            ring = np.delete(ring, after, axis=0)
+    return ring if len(ring) > 2 else drawn
 
 
 def kept_of_chain(chain: FloatArray, within: float, bend: float, most: float) -> npt.NDArray[np.bool_]:
