@@ -67,13 +67,8 @@ WITHOUT = {
     "a part that slides inside goes farther": lambda: _set(
         stepping.Pushover, _resolved=lambda self, _state, solved: self._largest(solved.phase)
     ),
-    "a step of motion may turn by a share of its turn": lambda: _set(increment_solver, TURN_SHARE=0.0),
-    "geometries that come no nearer are left": lambda: _set(increment_solver, NEARER=1.0),
-    "first step of motion a tenth of the increment": lambda: _set(motion, FIRST=1.0),
     "motion goes on from its last step": lambda: _set(motion, carried_on=lambda _m, here, _c, _s: here),
     "a step of motion is made shorter": lambda: _set(motion, TRIES=1),
-    "steps of motion recover slowly": lambda: _set(motion, RECOVERY=np.inf),
-    "steps of motion grow less where they are hard": lambda: _set(motion, EASY=np.inf),
     "rest is looked for only near it": lambda: _set(motion, NEAR_REST=np.inf),
 }
 """what is taken away -> how"""
