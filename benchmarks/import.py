@@ -14,11 +14,11 @@ from time import process_time
 PROJECT = Path(__file__).parents[1]
 sys.path.insert(0, str(PROJECT))
 
-from orchestrator.app import driver  # noqa: E402
-from orchestrator.app.intake import import_wall, write_wall  # noqa: E402
-from orchestrator.masonry.patterns import IrregularCourses, irregular_courses  # noqa: E402
-from orchestrator.settings import case as cases  # noqa: E402
-from tests.support.drawings import polylines  # noqa: E402
+from orchestrator.app import driver
+from orchestrator.app.intake import import_wall, write_wall
+from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
+from orchestrator.settings import case as cases
+from tests.support.drawings import polylines
 
 
 def main() -> None:

@@ -31,16 +31,16 @@ import shapely
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "docs" / "studies")]
 
-from lmgc90 import STEP, simulated  # noqa: E402
-from rigid_limit import column, pushed  # noqa: E402
-from stored import RESULTS, stored  # noqa: E402
+from lmgc90 import STEP, simulated
+from rigid_limit import column, pushed
+from stored import RESULTS, stored
 
-from orchestrator.basis.arrays import read_only  # noqa: E402
-from orchestrator.geometry.polyhedra import prism  # noqa: E402
-from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed  # noqa: E402
-from orchestrator.loads.block_loads import loads_on  # noqa: E402
-from orchestrator.masonry.joints import JointSettings, find_joints  # noqa: E402
-from orchestrator.masonry.patterns import (  # noqa: E402
+from orchestrator.basis.arrays import read_only
+from orchestrator.geometry.polyhedra import prism
+from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
+from orchestrator.loads.block_loads import loads_on
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.patterns import (
     Arch,
     IrregularCourses,
     Rubble,
@@ -48,9 +48,9 @@ from orchestrator.masonry.patterns import (  # noqa: E402
     irregular_courses,
     rubble,
 )
-from orchestrator.masonry.sources.block_files import read_blocks  # noqa: E402
-from orchestrator.masonry.wall import Wall  # noqa: E402
-from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall  # noqa: E402
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Wall
+from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
 REST, SECONDS = 0.1, 1.5
 """s under the weight alone, and of the ramp"""

@@ -26,27 +26,27 @@ import numpy as np
 PROJECT = Path(__file__).parents[2]
 sys.path.insert(0, str(PROJECT))
 
-from mpi4py import MPI  # noqa: E402
+from mpi4py import MPI
 
-from orchestrator.app import driver  # noqa: E402
-from orchestrator.app.intake import import_wall  # noqa: E402
-from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError  # noqa: E402
-from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed  # noqa: E402
-from orchestrator.loads import loads_on  # noqa: E402
-from orchestrator.macroblocks.bodies import make_bodies  # noqa: E402
-from orchestrator.macroblocks.criteria import Partition, one_body_per_block  # noqa: E402
-from orchestrator.masonry.joints import Assemblage  # noqa: E402
-from orchestrator.masonry.patterns import ArchedOpening, ArchedWall, IrregularCourses, Rubble, arched_wall, rubble  # noqa: E402
-from orchestrator.masonry.wall import Wall  # noqa: E402
-from orchestrator.pushover.meshing import mesh_bodies  # noqa: E402
-from orchestrator.pushover.model import build_model  # noqa: E402
-from orchestrator.pushover.path.stepping import Pushover, end_of_curve  # noqa: E402
-from orchestrator.pushover.solids.nodal_loads import nodal_loads  # noqa: E402
-from orchestrator.pushover.solve.linear_system import LinearSystem  # noqa: E402
-from orchestrator.settings import case as cases  # noqa: E402
-from orchestrator.storage.files import write_json  # noqa: E402
-from orchestrator.storage.values import blocks_record  # noqa: E402
-from tests.support.drawings import polylines  # noqa: E402
+from orchestrator.app import driver
+from orchestrator.app.intake import import_wall
+from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError
+from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
+from orchestrator.loads import loads_on
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import Partition, one_body_per_block
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.patterns import ArchedOpening, ArchedWall, IrregularCourses, Rubble, arched_wall, rubble
+from orchestrator.masonry.wall import Wall
+from orchestrator.pushover.meshing import mesh_bodies
+from orchestrator.pushover.model import build_model
+from orchestrator.pushover.path.stepping import Pushover, end_of_curve
+from orchestrator.pushover.solids.nodal_loads import nodal_loads
+from orchestrator.pushover.solve.linear_system import LinearSystem
+from orchestrator.settings import case as cases
+from orchestrator.storage.files import write_json
+from orchestrator.storage.values import blocks_record
+from tests.support.drawings import polylines
 
 FOLDER = Path(__file__).parent
 LIMIT = 240.0

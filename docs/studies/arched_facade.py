@@ -21,18 +21,18 @@ from typing import Any
 PROJECT = Path(__file__).parents[2]
 sys.path.insert(0, str(PROJECT))
 
-from mpi4py import MPI  # noqa: E402
+from mpi4py import MPI
 
-from orchestrator.app import driver  # noqa: E402
-from orchestrator.app.intake import import_wall, write_wall  # noqa: E402
-from orchestrator.masonry.patterns import ARCHED_FACADE, arched_wall  # noqa: E402
-from orchestrator.pushover.meshing import mesh_bodies  # noqa: E402
-from orchestrator.pushover.model import build_model  # noqa: E402
-from orchestrator.pushover.path.stepping import Pushover  # noqa: E402
-from orchestrator.pushover.solids.nodal_loads import nodal_loads  # noqa: E402
-from orchestrator.pushover.solve.linear_system import LinearSystem  # noqa: E402
-from orchestrator.settings import case as cases  # noqa: E402
-from tests.support.drawings import CENTIMETRES, lines_and_arcs, polylines  # noqa: E402
+from orchestrator.app import driver
+from orchestrator.app.intake import import_wall, write_wall
+from orchestrator.masonry.patterns import ARCHED_FACADE, arched_wall
+from orchestrator.pushover.meshing import mesh_bodies
+from orchestrator.pushover.model import build_model
+from orchestrator.pushover.path.stepping import Pushover
+from orchestrator.pushover.solids.nodal_loads import nodal_loads
+from orchestrator.pushover.solve.linear_system import LinearSystem
+from orchestrator.settings import case as cases
+from tests.support.drawings import CENTIMETRES, lines_and_arcs, polylines
 
 FOLDER = Path(__file__).parent
 CASE = PROJECT / "templates" / "arched_facade.toml"

@@ -28,26 +28,26 @@ from orchestrator.pushover.solids.nodal_loads import own_weight
 PROJECT, FOLDER = Path(__file__).parents[2], Path(__file__).parent
 sys.path[:0] = [str(PROJECT), str(FOLDER)]
 
-import any_wall  # noqa: E402
-import robustness  # noqa: E402
-from mpi4py import MPI  # noqa: E402
+import any_wall
+import robustness
+from mpi4py import MPI
 
-from orchestrator.basis.errors import CollapseError, ConvergenceError  # noqa: E402
-from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed  # noqa: E402
-from orchestrator.loads.block_loads import loads_on  # noqa: E402
-from orchestrator.macroblocks.bodies import make_bodies  # noqa: E402
-from orchestrator.macroblocks.criteria import one_body_per_block  # noqa: E402
-from orchestrator.masonry.joints import JointSettings, find_joints  # noqa: E402
-from orchestrator.masonry.patterns import Rubble, irregular_courses, rubble  # noqa: E402
-from orchestrator.masonry.sources.block_files import read_blocks  # noqa: E402
-from orchestrator.masonry.wall import Wall  # noqa: E402
-from orchestrator.pushover.increments import Increment  # noqa: E402
-from orchestrator.pushover.meshing import MeshSettings, mesh_bodies  # noqa: E402
-from orchestrator.pushover.model import build_model  # noqa: E402
-from orchestrator.pushover.path.stepping import Pushover, end_of_curve  # noqa: E402
-from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings  # noqa: E402
-from orchestrator.pushover.solve.linear_system import LinearSystem  # noqa: E402
-from orchestrator.storage.summary import effort_of  # noqa: E402
+from orchestrator.basis.errors import CollapseError, ConvergenceError
+from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
+from orchestrator.loads.block_loads import loads_on
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.masonry.joints import JointSettings, find_joints
+from orchestrator.masonry.patterns import Rubble, irregular_courses, rubble
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Wall
+from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
+from orchestrator.pushover.model import build_model
+from orchestrator.pushover.path.stepping import Pushover, end_of_curve
+from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
+from orchestrator.pushover.solve.linear_system import LinearSystem
+from orchestrator.storage.summary import effort_of
 
 LIMIT = 120.0
 COURSES, DRAWN = 24, 50
