@@ -20,7 +20,7 @@ import path
 from robustness import WALLS
 
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
-from orchestrator.limit_analysis.analysis import closes_joints
+from orchestrator.limit_analysis.remarks import closes_joints
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import irregular_courses

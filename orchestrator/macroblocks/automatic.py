@@ -13,7 +13,8 @@ which costs a few milliseconds.
 
 That a state exists does not say that loading leads to it. So the bodies are loaded from gravity (path_of_bodies.py).
 Where they fail elsewhere than the stones do, where no limit state of the stones was closed, or where few bodies are
-saved, others are looked for that do not: TRIALS loadings at most. Bodies are joined in halves of what is left to join.
+saved, others are looked for that do not, for as much work as loading the stones was: factorisations times bodies.
+Bodies are joined in halves of what is left to join.
 Stones that come loose before stay bodies of their own; bodies are chosen for the wall without them.
 """
 
@@ -41,9 +42,6 @@ logger = logging.getLogger(__name__)
 
 ANOTHER = 1e-4
 """Part of the multiplier by which another state differs at least."""
-TRIALS = 60
-"""Loadings of bodies at most, half of them to find any that fail where the stones do: a fifth of a second each for 10
-bodies, a second for 100."""
 
 ELSEWHERE = (
     "loaded from gravity these bodies fail at another multiplier than every stone: compare with run --model micro"
@@ -147,7 +145,7 @@ def _by_path(
 ) -> tuple[Partition, list[str]]:
     """Return bodies that have the states of the stones, or others that fail where these do or nearer to it, and why."""
     stones = sum(not block.fixed for block in assemblage.wall.blocks)
-    off = off_headline(assemblage, analysis, partition, np.inf)
+    off, _ = off_headline(assemblage, analysis, partition, np.inf)
     alike = off <= as_far_apart(margin)
     if alike and 2 * partition.count <= stones:
         return partition, [said]
@@ -169,30 +167,30 @@ def _said_of_loading(analysis: LimitAnalysis, margin: float) -> str:
 def _by_loading(
     assemblage: Assemblage, analysis: LimitAnalysis, margin: float, off: float
 ) -> tuple[Partition | None, Partition | None]:
-    """Return bodies that fail where the stones do when they are loaded, None where TRIALS find none; and those of at
-    most half the stones that fail nearest to it, None where none do nearer than `off`."""
+    """Return bodies that fail where the stones do when they are loaded, None where none were found for as much work as
+    loading the stones was; and those of at most half the stones that fail nearest to it, None where none do nearer than
+    `off`."""
     mechanisms = [state.mechanism for state in states_to_keep(analysis)]
-    trials, nearest = 0, None
+    groups = hierarchy(assemblage, mechanisms)[::-1]  # from one body to every stone
+    work, alike, nearest = analysis.factorisations * len(groups), None, None
 
     def fails_alike(partition: Partition) -> bool:
-        nonlocal trials, nearest, off
-        trials += 1
-        if trials > TRIALS or partition.count < 2:
+        nonlocal work, alike, nearest, off
+        if work <= 0 or partition.count < 2:
             return False
-        distance = off_headline(assemblage, analysis, partition, max(off, as_far_apart(margin)))
+        distance, spent = off_headline(assemblage, analysis, partition, max(off, as_far_apart(margin)))
+        work -= spent
         if distance < off and 2 * partition.count <= len(groups):
             off, nearest = distance, partition
-        return distance <= as_far_apart(margin)
+        if distance > as_far_apart(margin):
+            return False
+        alike = partition
+        return True
 
-    groups = hierarchy(assemblage, mechanisms)[::-1]  # from one body to every stone
-    size = 2
-    while 4 * size <= 3 * len(groups) and 2 * trials < TRIALS:
-        partition = partition_of(assemblage, groups[size - 1])
-        if fails_alike(partition):
-            pairs = pairs_by_loss(partition, assemblage, mechanisms)
-            return _joined_in_halves(fails_alike, partition, assemblage, pairs), None
-        size += 1 + size // 8
-    return None, nearest
+    _coarsest([partition_of(assemblage, group) for group in groups[1 : max(2, 3 * len(groups) // 4)]], fails_alike)
+    if alike is None:
+        return None, nearest
+    return _joined_in_halves(fails_alike, alike, assemblage, pairs_by_loss(alike, assemblage, mechanisms)), None
 
 
 def _joined_in_halves(
@@ -237,14 +235,16 @@ def _chosen_without_loose_stones(
     of_left = replace(state, joint_forces=state.joint_forces[joints], mechanism=mechanism)
     part = chosen(
         part_of(assemblage, left),
-        replace(analysis, loads=analysis.loads.of_blocks(left), path=of_left, sequence=None, local_failures=()),
+        replace(
+            analysis, loads=analysis.loads.of_blocks(left), path=of_left, drawn=None, sequence=None, local_failures=()
+        ),
         margin,
         part_of(tied, left),
     )
     group = len(left) + np.arange(len(left))
     group[left] = part.body_of_block
     partition = partition_of(assemblage, group)
-    said = f"{len(loose)} stones that come loose before the wall fails stay bodies of their own"
+    said = f"come loose before the wall fails and stay bodies of their own: {', '.join(map(str, sorted(loose)))}"
     return replace(partition, remarks=(*part.remarks, said))
 
 

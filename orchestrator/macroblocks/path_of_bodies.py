@@ -8,12 +8,14 @@ down at 0.208, the stack at the edge sliding by itself, in finite elements as we
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 
 from orchestrator.limit_analysis import LimitAnalysis
-from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, elastic_wall
+from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, ElasticWall, elastic_wall
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER
+from orchestrator.limit_analysis.search.overdamped import FIRST_DRAG, REST_BUDGET, Moved
 from orchestrator.limit_analysis.search.pushing import Pushing
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.macroblocks.merged_blocks import merged_problem
@@ -30,13 +32,36 @@ def as_far_apart(margin: float) -> float:
     return margin + SAME_ANSWER
 
 
-def bodies_fail_alike(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition, margin: float) -> bool:
-    """Whether bodies rest up to the headline less what it may differ by, and no longer above it."""
-    return off_headline(assemblage, analysis, partition, as_far_apart(margin)) <= as_far_apart(margin)
+class Bodies(Pushing):
+    """Bodies that are pushed to find out whether they fail between two loads (scaled).
+
+    Where they lose equilibrium they are held under the lower load, unless they have borne it, and then under the upper.
+    """
+
+    def __init__(self, wall: ElasticWall, lower: float, upper: float) -> None:
+        """Nothing has moved yet."""
+        super().__init__(wall)
+        self.lower, self.upper = lower, upper
+
+    def is_followed(self, here: Moved, peak: Moved) -> bool:
+        """Whether bodies are pushed any further than where they are."""
+        return peak.multiplier <= self.upper and super().is_followed(here, peak)
+
+    def held(self, peak: Moved, last: Moved, more: float, fine: float) -> Moved:
+        """Return the rest under the next of the two loads, or the motion there; nothing is held beyond the upper."""
+        if not np.isfinite(self.upper):
+            return super().held(peak, last, more, fine)
+        if peak.multiplier > self.upper:
+            return replace(peak, rests=False)
+        load = self.lower if peak.multiplier < self.lower else self.upper + fine
+        return self.rest(peak.position, load, FIRST_DRAG, REST_BUDGET)
 
 
-def off_headline(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition, most: float) -> float:
-    """Return by what part of the headline the last rests of bodies lie off it, with joints of both stiffnesses.
+def off_headline(
+    assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition, most: float
+) -> tuple[float, int]:
+    """Return by what part of the headline the last rests of bodies lie off it, with joints of both stiffnesses, and
+    what that took: factorisations times bodies.
 
     Where the headline is an interval it is one for the bodies, too; before a last rest that no state closed bodies may
     stop UNSHARP earlier. What is off by more than `most` is not looked at any further.
@@ -45,16 +70,19 @@ def off_headline(assemblage: Assemblage, analysis: LimitAnalysis, partition: Par
     low, high = analysis.interval or (analysis.headline.load_multiplier,) * 2
     low -= 0.0 if analysis.headline.converged else UNSHARP * analysis.associative.load_multiplier
     logger.info("macroblocks: loading %d bodies", partition.count)
-    off = 0.0
+    off, spent = 0.0, 0
     bodies, modulus = partition.body_of_block, analysis.elastic_modulus
     for stiffness in STIFFNESSES:
-        pushing = Pushing(elastic_wall(assemblage, equilibrium, friction, stiffness, bodies, modulus))
+        wall = elastic_wall(assemblage, equilibrium, friction, stiffness, bodies, modulus)
+        scale = wall.problem.per_multiplier
+        pushing = Bodies(wall, (1.0 - most) * low * scale, (1.0 + most) * high * scale)
         stands = pushing.gravity()
-        if not stands.rests:
-            return np.inf
-        way = pushing.pushed(stands, analysis.associative.load_multiplier)
-        last = way.peak.multiplier / pushing.wall.problem.per_multiplier
+        last = 0.0
+        if stands.rests:
+            way = pushing.pushed(stands, analysis.associative.load_multiplier)
+            last = way.peak.multiplier / scale
+        spent += pushing.spent * partition.count
         off = max(off, 1.0 - last / low, last / high - 1.0)
-        if off > most:
+        if off > most or not stands.rests:
             break
-    return off
+    return off if stands.rests else np.inf, spent

@@ -14,7 +14,7 @@ import pytest
 from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
-from orchestrator.limit_analysis.analysis import NO_PATH
+from orchestrator.limit_analysis.remarks import NO_PATH
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from tests.support.limit_analysis_cases import analysed, answers, assemblage_of, box, case, mirrored

@@ -142,7 +142,7 @@ class LimitAnalysis:
     displacements, with which the interval ends. going_down: ids of the blocks that go on moving where loading finds no
     rest under the dead load: no multiplier counts then, unless they are wedged. ways_out: how often the path of what is
     left, and the push, needed which: steps not found or not taken (`shorter`, `turned`, against a drag `slower`), loads
-    `held` above a peak.
+    `held` above a peak. factorisations: of all loading.
     """
 
     loads: Loads
@@ -167,6 +167,7 @@ class LimitAnalysis:
     ways_out: dict[str, int] = field(default_factory=dict)
     drawn: LimitState | None = None
     going_down: tuple[int, ...] = ()
+    factorisations: int = 0
 
     def tilt_angle(self, state: LimitState) -> float | None:
         """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""

@@ -26,7 +26,7 @@ from orchestrator.limit_analysis.gravity import associative_optimum, falling_blo
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitState, LocalFailure
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
-from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions, coulomb
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Stiffness
 from orchestrator.limit_analysis.search.large_walls import large_path
@@ -60,7 +60,7 @@ class Loaded:
     The state's arrays are those of the whole wall: stones that came loose are at rest in it, their joints carry
     nothing. left (n,): the blocks that are still there, `part` their problem and `optimum` its associative one. spread:
     lowest and highest multiplier with joints of different stiffness, or in small and large displacements. pushed: the
-    curve of what is left in large displacements, where the wall was pushed.
+    curve of what is left in large displacements, where the wall was pushed. factorisations: of all loading so far.
     """
 
     state: LimitState | None
@@ -71,6 +71,7 @@ class Loaded:
     optimum: LimitSolution
     spread: tuple[float, float] | None = None
     pushed: RigidPushover | None = None
+    factorisations: int = 0
 
     @property
     def multiplier(self) -> float:
@@ -82,6 +83,16 @@ class Loaded:
         """Whether there is a limit state, and not a last rest alone."""
         return self.state is not None and self.state.converged
 
+    @property
+    def geometry_decides(self) -> bool:
+        """Whether the answer is the peak in large displacements, and not the limit state of the wall as drawn."""
+        return self.pushed is not None and self.state is not None and self.multiplier == self.pushed.peak
+
+    @property
+    def is_unloaded(self) -> bool:
+        """Whether a wall with a state was not loaded at all."""
+        return self.state is not None and not self.path.forces
+
     def slip(self, state: LimitState, whole: Assemblage) -> FloatArray:
         """Return the slips of a state of the whole wall in the joints that are left."""
         return state.mechanism.slip[joints_left(whole, self.left)]
@@ -89,6 +100,11 @@ class Loaded:
     def of_whole(self, state: LimitState, whole: Assemblage) -> LimitState:
         """Return a state of the blocks that are left with the arrays of the whole wall, zeros elsewhere."""
         return of_whole(state, whole, self.left)
+
+
+def has_path(friction: YieldConditions) -> bool:
+    """Whether joints follow the law of elastic_contact.py: a point in tension bears shear, and none crushes."""
+    return not (friction.crushes.any() or (friction.slope * friction.tension > friction.cohesion).any())
 
 
 def loaded(
@@ -103,7 +119,9 @@ def loaded(
     found = in_small_displacements(problem, loads, optimum, local_share, most_blocks)
     while found is not None and pushes and is_pushed(found, most_blocks):
         logger.info("pushing rigid blocks in large displacements")
-        found = replace(found, pushed=rigid_pushover(found.part, found.optimum.load_multiplier))
+        pushed = rigid_pushover(found.part, found.optimum.load_multiplier)
+        spent = found.factorisations + (pushed.factorisations if pushed else 0)
+        found = replace(found, pushed=pushed, factorisations=spent)
         failure = come_loose(found, problem, loads, local_share)
         if failure is None:
             return found
@@ -112,7 +130,7 @@ def loaded(
         rest = in_small_displacements(problem, loads, optimum, local_share, most_blocks, before)
         if rest is None:
             return found
-        found = rest
+        found = replace(rest, factorisations=rest.factorisations + spent)
     return found
 
 
@@ -131,9 +149,10 @@ def in_small_displacements(
             return large
     found = [peeled(problem, loads, optimum, local_share, road(stiffness), before) for stiffness in STIFFNESSES]
     known = [one for one in found if one is not None and one.state is not None]
-    if len(known) < len(STIFFNESSES):
-        return known[0] if known else found[0] or found[1]
-    return lower_of(known)
+    answer = lower_of(known) if len(known) == len(STIFFNESSES) else next(iter(known), found[0] or found[1])
+    if answer is None:
+        return None
+    return replace(answer, factorisations=sum(one.factorisations for one in found if one is not None))
 
 
 def is_pushed(found: Loaded, most_blocks: int) -> bool:
@@ -216,6 +235,7 @@ def peeled(
     whole = problem.assemblage
     left, failures = before or (np.ones(len(whole.wall.blocks), dtype=bool), ())
     found: Loaded | None = None
+    spent = 0
     while (standing := _standing(problem, loads, left)) is not None:
         part, left = standing
         try:
@@ -223,10 +243,12 @@ def peeled(
         except (CaseError, ConvergenceError):  # what is left is wedged between supports
             return found
         path = road(part, optimum)
+        spent += path.factorisations if path else 0
         if path is None or path.state is None:
-            return found or (None if path is None else Loaded(None, path, failures, left, part, optimum))
+            nothing = None if path is None else Loaded(None, path, failures, left, part, optimum)
+            return replace(found, factorisations=spent) if found else nothing
         state = of_whole(path.state, whole, left)
-        found = Loaded(state, path, failures, left, part, optimum)
+        found = Loaded(state, path, failures, left, part, optimum, factorisations=spent)
         moving, share, gone = _moving_share(problem, loads, state, left)
         if share >= local_share or not state.converged or gone + share > MOST_LOCAL:
             return found

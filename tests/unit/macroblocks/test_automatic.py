@@ -16,7 +16,7 @@ from orchestrator.macroblocks.automatic import (
 )
 from orchestrator.macroblocks.criteria import MacroblockSettings, partition_of
 from orchestrator.macroblocks.merged_blocks import merged_multiplier
-from orchestrator.macroblocks.path_of_bodies import bodies_fail_alike
+from orchestrator.macroblocks.path_of_bodies import as_far_apart, off_headline
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.settings import case as cases
@@ -139,4 +139,17 @@ def test_bodies_that_are_loaded_fail_where_equilibrium_says(wall_1):
     partition = chosen(assemblage, analysis, 0.01)
     for multiplier, alike in ((0.2, True), (0.19, False), (0.21, False)):
         asked = replace(analysis, path=replace(analysis.path, load_multiplier=multiplier))
-        assert bodies_fail_alike(assemblage, asked, partition, 0.01) == alike
+        off, _ = off_headline(assemblage, asked, partition, np.inf)
+        assert (off <= as_far_apart(0.01)) == alike
+
+
+def test_a_stone_that_comes_loose_stays_a_body_where_geometry_decides_too():
+    """Both remarks at once stopped with an index error: forces of the whole wall on the joints that are left."""
+    sizes = {"thickness": 0.3, "widths": (0.12, 0.26), "heights": (0.09, 0.13), "overlap": 0.03}
+    assemblage, analysis = random_wall(1.4, 1.0, **sizes, bearing=0.15, unit_weight=19.4e3, friction=0.75, seed=3)
+    assert analysis.geometry_decides
+    ((loose,),) = (failure.stones for failure in analysis.local_failures)
+    partition = macroblocks_of(assemblage, analysis)
+    (index,) = (k for k, block in enumerate(assemblage.wall.blocks) if block.id == loose)
+    assert (partition.body_of_block == partition.body_of_block[index]).sum() == 1
+    assert 1 < partition.count < 20

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from orchestrator.assessment.seismic.local_mechanism import NOT_TURNING, UPPER_BOUND
-from orchestrator.limit_analysis.analysis import NO_PATH
+from orchestrator.limit_analysis.remarks import NO_PATH
 from orchestrator.present.page.verdict_page import verdict_contents
 from orchestrator.present.phrases import phrases
 from orchestrator.present.verdict import Answered, verdict

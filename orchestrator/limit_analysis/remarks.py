@@ -1,0 +1,118 @@
+"""What loading met that a multiplier does not say, in words: local failures, how sure it is, where it moves far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+
+from orchestrator.limit_analysis.paper.limit_state import LimitState
+from orchestrator.limit_analysis.problem import Problem
+from orchestrator.limit_analysis.search.loading import Loaded, has_path
+from orchestrator.limit_analysis.search.loading_path import LoadPath
+from orchestrator.limit_analysis.validation import LIMITS
+
+RELEASE = 0.01
+"""Part of the multiplier by which a state may lie off the last load at rest without a remark."""
+SOFT_END = 0.02
+"""Part of the last load at rest, below it, in which large displacements are not told: near a limit state they are."""
+
+NO_PATH = (
+    "joints that crush, or whose tensile strength exceeds cohesion over friction, and ties, have no path of loading: "
+    "the headline is the paper's sequence"
+)
+"""What is said of walls that are not loaded."""
+CLOSED_BY = {
+    "smoothed": "smoothed conditions",
+    "descent": "two programs from the mechanism at its last rest",
+    "sequence": "the paper's sequence",
+}
+"""How a state was closed that the path itself did not come to."""
+
+
+def is_soft(path: LoadPath) -> bool:
+    """Whether displacements are large before the last rest, and not only next to it."""
+    return path.soft_from is not None and path.soft_from < (1.0 - SOFT_END) * path.last_rest
+
+
+def remarks_of(problem: Problem, met: Loaded | None, falling: tuple[int, ...]) -> tuple[str, ...]:
+    """Return in words what loading met that a multiplier does not say; falling: ids of blocks, as of NonAssociative."""
+    if not has_path(problem.friction):
+        return (NO_PATH,)
+    if met is None:
+        stones = ", ".join(map(str, falling))
+        return (f"loading: no state of rest under the dead load was found: stones {stones} go down unless wedged",)
+    words = (local_failures_of, answer_words, mechanism_words, geometry_words, interval_words)
+    return tuple(said for of in words for said in of(met))
+
+
+def local_failures_of(met: Loaded) -> Iterator[str]:
+    """Yield what came loose before the wall fails."""
+    for failure in met.local_failures:
+        low, high = failure.multipliers
+        at = f"{high:.4f}" if high - low <= RELEASE * high else f"{low:.4f} to {high:.4f}"
+        stones = ", ".join(map(str, failure.stones))
+        yield f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose"
+
+
+def answer_words(met: Loaded) -> Iterator[str]:
+    """Yield what the answer is where it is no limit state that the path came to by itself."""
+    path, state = met.path, met.state
+    if met.geometry_decides:
+        bears, drawn = met.multiplier, path.last_rest if path.state is None else path.state.load_multiplier
+        least = "" if met.pushed is not None and met.pushed.is_past else "at least "
+        blocks = f"rigid blocks in large displacements bear {least}{bears:.4f}"
+        yield f"geometry decides: {blocks}, in small ones {drawn:.4f}"
+    elif state is not None and state.flow_rule in CLOSED_BY:
+        how = CLOSED_BY[state.flow_rule]
+        yield f"the path was not followed to its end: state closed by {how}; {loaded_to(met)}"
+    elif state is None or not state.converged:
+        creeps = "" if path.not_at_rest == inf else f" and not at {path.not_at_rest:.4f}"
+        headline = "" if state is None else ": the headline is that rest"
+        yield f"loading: at rest up to {path.last_rest:.4f}{creeps}, but no limit state was closed there{headline}"
+        if path.given_up:
+            upper = "the bound" if path.not_at_rest == inf else f"{path.not_at_rest:.4f}"
+            yield f"given up for the number of blocks: between that rest and {upper} nothing is known"
+
+
+def mechanism_words(met: Loaded) -> Iterator[str]:
+    """Yield how the wall comes from its last load at rest to the state that is the answer, and how long this lasts."""
+    rest, state = met.path.last_rest, met.state
+    if state is None:
+        return
+    if not met.spread and state.flow_rule not in CLOSED_BY:
+        if state.load_multiplier < (1.0 - RELEASE) * rest:
+            yield f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}"
+        elif state.load_multiplier > (1.0 + RELEASE) * rest:
+            yield f"at rest up to {rest:.4f}; it moves far before it bears the {state.load_multiplier:.4f} found"
+    if state.converged and closes_joints(state):
+        yield "joints that had opened close in this state: it lasts until they have, and may bear more then"
+
+
+def geometry_words(met: Loaded) -> Iterator[str]:
+    """Yield from where on displacements are large, and what rigid blocks bear in large ones."""
+    if is_soft(met.path):
+        yield f"from {met.path.soft_from:.4f} on displacements are large"
+    if met.pushed is not None and not met.geometry_decides:
+        most = "bear at most" if met.pushed.is_past else "bear at least"
+        yield f"in large displacements rigid blocks {most} {met.pushed.peak:.4f}"
+
+
+def interval_words(met: Loaded) -> Iterator[str]:
+    """Yield between which multipliers the answer lies where it depends on what nobody knows."""
+    if met.spread:
+        low, high = met.spread
+        yield f"which state is met depends on the joints' stiffness, or on how it moves: {low:.4f} to {high:.4f}"
+
+
+def loaded_to(met: Loaded) -> str:
+    """Return in words how far a wall was loaded towards a state found otherwise."""
+    if met.is_unloaded:
+        return "the wall was not loaded, for the number of blocks"
+    lost = met.path.not_at_rest
+    return f"at rest up to {met.path.last_rest:.4f}" + ("" if lost == inf else f", no rest found at {lost:.4f}")
+
+
+def closes_joints(state: LimitState) -> bool:
+    """Whether joints that stand open in a state close in its mechanism."""
+    opening, least = state.mechanism.opening, LIMITS["interpenetration"] * state.mechanism.largest_displacement
+    return state.open_ends is not None and bool((state.open_ends & (opening < -least)).any())
