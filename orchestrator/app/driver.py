@@ -235,8 +235,8 @@ def push(
         for model in dict.fromkeys(case.run.models):
             began = perf_counter()
             wall, bodies = segmented.assemblage.wall, _bodies(model, segmented)
-            expected = segmented.analysis.associative.load_multiplier
-            pushed[model] = push_model(model, case, wall, bodies, output / model, resume, comm, report, expected)
+            arguments = (output / model, resume, comm, report, segmented.analysis)
+            pushed[model] = push_model(model, case, wall, bodies, *arguments)
             report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
         report(StageBegun("report", "curves, verification where asked for, and report.html"))
         outcome = on_root(comm, _finished, case, segmented, pushed, output)

@@ -20,6 +20,7 @@ from orchestrator import storage
 from orchestrator.app.broken_off import SolverSettings, located, place
 from orchestrator.app.progress import IncrementDone, Report
 from orchestrator.assessment.capacity import Capacity, find_capacity
+from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError, ResultError
 from orchestrator.basis.parallel import this_rank
 from orchestrator.limit_analysis import LimitAnalysis
@@ -27,8 +28,9 @@ from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.contact.mortar import refuse_bonded_mortar
-from orchestrator.pushover.increments import Increment, PushoverCurve
+from orchestrator.pushover.increments import BodyMask, Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.settings.case import ModelName
@@ -86,7 +88,8 @@ def push(
     assembled = perf_counter()
     increments: list[Increment] = []
     reported = _reported(increments, report, model, stepping, contact_model.weight)
-    complaint, factorise = follow(contact_model, this_rank(), strict.newton, stepping, expected, None, reported)
+    loose = loose_of(model, assemblage.wall, bodies, analysis)
+    complaint, factorise = follow(contact_model, this_rank(), strict.newton, stepping, expected, loose, None, reported)
     ended = perf_counter()
     seconds = {"mesh": meshes.seconds, "assembly": assembled - began - meshes.seconds, "factorise": factorise}
     seconds |= {"contact": ended - assembled - factorise, "total": ended - began}
@@ -129,6 +132,7 @@ def follow(
     newton: NewtonSettings,
     stepping: SteppingSettings,
     expected: float,
+    loose: BodyMask | None,
     last: Increment | None,
     keep: Callable[[Increment], None],
 ) -> tuple[ConvergenceError | CollapseError | None, float]:
@@ -141,7 +145,7 @@ def follow(
 
     with LinearSystem(contact_model, comm) as system:
         try:
-            for increment in Pushover(contact_model, system, newton, stepping, expected).increments(last):
+            for increment in Pushover(contact_model, system, newton, stepping, expected, loose).increments(last):
                 keep(increment)
         except (ConvergenceError, CollapseError) as error:
             return error, system.seconds
@@ -221,8 +225,23 @@ def peak_memory() -> int:
 
 
 def stepping_of(model: ModelName, stepping: SteppingSettings) -> SteppingSettings:
-    """Return how a path is followed: macroblocks are those of one mechanism, and know no other once it has fallen."""
+    """Return how a path is followed: macroblocks are those of one mechanism, and know no other once it has fallen.
+
+    Local then are only the stones of `loose_of`.
+    """
     return stepping if model == "micro" else replace(stepping, local_share=0.0)
+
+
+def loose_of(model: ModelName, wall: Wall, bodies: Bodies, analysis: LimitAnalysis) -> BodyMask | None:
+    """Return the macroblocks (b,) that are stones which limit analysis found to come loose before the wall fails.
+
+    None for micro-FE, the reference, to which limit analysis says nothing of the kind.
+    """
+    if model == "micro":
+        return None
+    stones = {stone for failure in analysis.local_failures for stone in failure.stones}
+    moving = [body.blocks for body in bodies.bodies if not body.fixed]
+    return read_only([stones.issuperset(wall.blocks[block].id for block in blocks) for blocks in moving], np.bool_)
 
 
 def progress_of(

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING
 from orchestrator import storage
 from orchestrator.app.broken_off import SolverSettings
 from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
-from orchestrator.app.pushed import Pushed, follow, judged, peak_memory, progress_of, stepping_of
+from orchestrator.app.pushed import Pushed, follow, judged, loose_of, peak_memory, progress_of, stepping_of
 from orchestrator.basis.errors import CollapseError, ConvergenceError, naming
 from orchestrator.basis.parallel import on_root, this_rank
+from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.estimate import Estimate, estimate, free_memory, time_in_words, warning_of
@@ -46,13 +47,14 @@ def push_model(
     resume: bool,
     comm: MPI.Comm | None,
     report: Report,
-    expected: float,
+    analysis: LimitAnalysis,
 ) -> Pushed:
     """Mesh the bodies of one model and push them, on rank 0 or, if they are many, on all ranks.
 
-    expected: associative load multiplier of limit analysis, the measure of load increments. Results go into `folder`;
-    with `resume` the pushover goes on after the last increment stored there. Raises CaseError
-    for what does not fit into the memory, ConvergenceError for a pushover without a curve.
+    analysis: its associative load multiplier is the measure of load increments, and macroblocks have the stones that
+    come loose as bodies of their own. Results go into `folder`; with `resume` the pushover goes on after the last
+    increment stored there. Raises CaseError for what does not fit into the memory, ConvergenceError for a pushover
+    without a curve.
     """
     from orchestrator.pushover.solids.nodal_loads import nodal_loads
     from orchestrator.pushover.solids.tie_bars import find_ties
@@ -66,7 +68,7 @@ def push_model(
     meshes = on_root(comm, _meshed, bodies, case, folder)
     loads = nodal_loads(wall, bodies, meshes, case.load)
     ties = find_ties(wall, bodies, meshes, case.reinforcement.ties)
-    arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, expected)
+    arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, analysis)
     if size.unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
     return on_root(comm, _follow, *arguments, None, report)
@@ -102,7 +104,7 @@ def _follow(
     ties: TieBars | None,
     folder: Path,
     resume: bool,
-    expected: float,
+    analysis: LimitAnalysis,
     comm: MPI.Comm | None,
     report: Report,
 ) -> Pushed:
@@ -110,6 +112,7 @@ def _follow(
     from orchestrator.pushover.model import build_model
 
     working, stepping = comm or this_rank(), stepping_of(model, case.stepping)
+    expected, loose = analysis.associative.load_multiplier, loose_of(model, wall, bodies, analysis)
     store = storage.StateStore(folder, _fingerprint(case, wall, bodies, meshes), storage.IN_MEMORY)
     last = on_root(comm, _opened, store, resume)
     began = perf_counter()
@@ -121,7 +124,7 @@ def _follow(
         on_root(comm, store.append, increment)
         report(_told(progress_of(model, increment, stepping, contact_model.weight, perf_counter() - assembled)))
 
-    complaint, factorise = follow(contact_model, working, case.newton, stepping, expected, last, keep)
+    complaint, factorise = follow(contact_model, working, case.newton, stepping, expected, loose, last, keep)
     seconds = {"assembly": assembled - began, "factorise": factorise}
     seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - factorise}
     seconds["total"] = meshes.seconds + perf_counter() - began

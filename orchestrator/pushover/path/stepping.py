@@ -99,13 +99,17 @@ class Trial:
 
 @dataclass(frozen=True)
 class Pushover:
-    """A contact model, its linear system and the settings; expected_multiplier: what limit analysis expects."""
+    """A contact model, its linear system and the settings; expected_multiplier: what limit analysis expects.
+
+    loose (b,): bodies of which any part that moves is a local failure, None where there are none.
+    """
 
     model: ContactModel
     system: LinearSystem
     newton: NewtonSettings
     stepping: SteppingSettings
     expected_multiplier: float = 0.3
+    loose: BodyMask | None = None
 
     @cached_property
     def solver(self) -> IncrementSolver:
@@ -215,14 +219,21 @@ class Pushover:
             return state
         names = [self.model.body_names[body] for body in np.flatnonzero(lost)]
         logger.info("%s fell at a multiplier of %.5f", ", ".join(names), state.load_multiplier)
-        mass = self.model.body_mass
-        if mass[lost].sum() >= self.stepping.local_share * mass.sum() or (lost | state.fallen).all():
+        mass, stays = self.model.body_mass, lost if self.loose is None else lost & ~self.loose
+        too_much = stays.any() and mass[lost].sum() >= self.stepping.local_share * mass.sum()
+        if too_much or (lost | state.fallen).all():
             raise CollapseError(", ".join(names), 1e3 * state.control_displacement)
         fallen = read_only(state.fallen | lost, np.bool_)
         force = np.where(self._touching(fallen), 0.0, state.normal_force)
         driven = state.driven & ~fallen
         state = replace(state, fallen=fallen, normal_force=read_only(force))
         return self._driving(state, driven if driven.any() else ~fallen)
+
+    def _is_local(self, motion: FloatArray) -> bool:
+        """Whether what moves, by a motion of the bodies (b,), is a local part of the wall."""
+        if self.loose is not None and not (moving_part(self.model, motion) & ~self.loose).any():
+            return True
+        return participation(self.model, motion) < self.stepping.local_share
 
     def _touching(self, fallen: BodyMask) -> BodyMask:
         slave, master = (np.minimum(body, self.model.bodies) for body in self.model.pairs)
@@ -238,7 +249,7 @@ class Pushover:
         if state.phase == "gravity":
             return None
         motion = body_motion(self.model, change) * ~state.fallen
-        if participation(self.model, motion) < self.stepping.local_share:
+        if self._is_local(motion):
             return None
         part = moving_part(self.model, motion) & ~state.fallen & state.driven
         mass = self.model.body_mass
@@ -265,7 +276,7 @@ class Pushover:
         While the mean of all is prescribed, the rest of the wall goes back as far as such a part goes on.
         """
         motion = body_motion(self.model, change) * ~state.fallen
-        if state.phase != "displacement" or participation(self.model, motion) >= self.stepping.local_share:
+        if state.phase != "displacement" or not self._is_local(motion):
             return None
         driven = state.driven & (motion < TAKES_PART * motion.max())
         mass = self.model.body_mass
