@@ -268,15 +268,21 @@ def _checks(summary: storage.PushoverSummary) -> list[dict[str, Any]]:
 
 
 def _points(model: StoredModel) -> dict[str, Any]:
-    """Return the curve for the page: displacement in mm, base shear in kN."""
+    """Return the curve for the page: displacement in mm, base shear in kN; and how far the wall went at rest, mm.
+
+    The control point may belong to a stone that falls: what it does then does not say how wide the chart is.
+    """
     curve, bilinear = model.curve, bilinear_of(model.curve)
-    moved = 1e3 * (curve.control_displacement_m - curve.control_displacement_m[0])
+    moved, still = (
+        1e3 * (one.control_displacement_m - curve.control_displacement_m[0]) for one in (curve, curve.static)
+    )
     corners: list[list[float]] = []
     if bilinear:
         force = bilinear.yield_force / 1e3
         yields, ends = 1e3 * bilinear.yield_displacement, 1e3 * bilinear.ultimate_displacement
         corners = [[0.0, 0.0], [yields, force], [ends, force]]
-    return {"x": np.round(moved, 6), "y": np.round(curve.base_shear_N / 1e3, 6), "bilinear": corners}
+    shear = np.round(curve.base_shear_N / 1e3, 6)
+    return {"x": np.round(moved, 6), "y": shear, "at_rest": float(still.max()), "bilinear": corners}
 
 
 def picture(png: Path) -> str:

@@ -108,10 +108,10 @@
   const limits = Object.entries(data.limit), dashes = { associative: "2 3", headline: "7 3" };
   const box = { left: 58, right: 426, top: 14, bottom: 284 };
   const axes = (() => {
-    const all = data.curves.flatMap((curve) => curve.y), ends = data.curves.flatMap((curve) => curve.x);
+    const all = data.curves.flatMap((curve) => curve.y), ends = data.curves.map((curve) => curve.at_rest);
     return { x: Math.max(...ends) * 1.02 || 1, y: Math.max(...all, ...limits.map(([, shear]) => shear / 1e3)) * 1.08 || 1 };
   })();
-  const across = (x) => box.left + (x / axes.x) * (box.right - box.left);
+  const across = (x) => box.left + Math.min(x / axes.x, 1) * (box.right - box.left);
   const up = (y) => box.bottom - (y / axes.y) * (box.bottom - box.top);
 
   function ticks(most) {
