@@ -133,20 +133,23 @@
     element(chart, "text", { x: 0.5 * (box.left + box.right), y: 320, "text-anchor": "middle" }, words.across);
     element(chart, "text", { transform: `translate(14 ${0.5 * (box.top + box.bottom)}) rotate(-90)`, "text-anchor": "middle" }, words.up);
     const names = [...data.models.map((shown) => shown.name), ...limits.map(([name]) => words[name])];
-    const start = box.right - Math.max(162, 34 + 6.6 * Math.max(...names.map((name) => name.length)));
+    const wide = (name) => 6.6 * name.length;
+    const start = Math.max(box.right - Math.max(162, 34 + Math.max(...names.map(wide))), box.left + 10);
+    const room = box.right - start - 32;
+    const fitted = (name) => (wide(name) > room ? { textLength: room, lengthAdjust: "spacingAndGlyphs" } : {});
     const entry = (row) => box.bottom - 14 - 16 * (data.curves.length + limits.length - 1 - row);
     data.curves.forEach((curve, k) => {
       const line = curve.x.map((x, row) => `${across(x).toFixed(2)} ${up(curve.y[row]).toFixed(2)}`).join("L");
       element(chart, "path", { d: "M" + line, fill: "none", stroke: colours[k % 2], "stroke-width": 2, "stroke-dasharray": k ? "6 3" : "none" });
       const y = entry(k);
       element(chart, "path", { d: `M${start} ${y - 4}h26`, fill: "none", stroke: colours[k % 2], "stroke-width": 2, "stroke-dasharray": k ? "6 3" : "none" });
-      element(chart, "text", { x: start + 32, y }, data.models[k].name);
+      element(chart, "text", { x: start + 32, y, ...fitted(data.models[k].name) }, data.models[k].name);
     });
     limits.forEach(([name, shear], k) => {
       const line = { stroke: "#333", "stroke-dasharray": dashes[name], fill: "none", class: name }, y = entry(data.curves.length + k);
       element(chart, "path", { d: `M${box.left} ${up(shear / 1e3)}H${box.right}`, ...line });
       element(chart, "path", { d: `M${start} ${y - 4}h26`, ...line });
-      element(chart, "text", { x: start + 32, y }, words[name]);
+      element(chart, "text", { x: start + 32, y, ...fitted(words[name]) }, words[name]);
     });
     return element(chart, "circle", { id: "point", r: 6, stroke: "#fff", "stroke-width": 2 });
   }
