@@ -225,6 +225,20 @@ def test_no_english_phrase_is_left_in_a_report_of_another_language(spoken, brows
     assert english & told - EQUAL == set()
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_names_of_the_curves_stay_inside_their_chart(spoken, browser, language):
+    """Long ones ran over its right end, and before that over its left one."""
+    opened(browser, spoken[language])
+    ends = browser.execute_script(
+        "const box = (e) => e.getBBox(); const frame = box(document.querySelector('#chart path'));"
+        "const names = [...document.querySelectorAll('#chart text')].filter((t) => t.textContent.length > 20).map(box);"
+        "return names.map((b) => [b.x - frame.x, frame.x + frame.width - b.x - b.width])"
+    )
+    inside = [end for end in ends if end[0] > 0.0]
+    assert len(inside) >= 2
+    assert min(right for _, right in inside) > -1.0
+
+
 def test_rows_of_damage_and_settings_print_on_one_line_in_every_language(spoken, browser):
     """Longer heads of columns must not squeeze what stands below them: it made the Italian PDF two pages longer."""
     rows = "return [...document.querySelectorAll('#damage tbody tr, #input tbody tr')].map((r) => r.offsetHeight)"
