@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ sys.path[:0] = [str(FOLDER)]
 import path as study
 
 from orchestrator.pushover.path import increment_solver, motion, stepping
+from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve import contact_path, newton
 
 LIMIT = 90.0
@@ -49,6 +51,9 @@ WITHOUT = {
     "a path that leads back is left": lambda: _set(contact_path, LONGEST_BACK=np.inf, FARTHEST_BACK=-np.inf),
     "a second path, from the state before": lambda: _set(
         increment_solver.IncrementSolver, _converged=_from_the_expected_state
+    ),
+    "100 tolerances are accepted": lambda: _set(
+        study, NewtonSettings=lambda: replace(NewtonSettings(), acceptable=1.0)
     ),
     "a quarter of an increment that fails": lambda: _set(stepping, CUTS=dict.fromkeys(stepping.CUTS, 0)),
     "a quarter of an increment that falls from the peak": lambda: _set(

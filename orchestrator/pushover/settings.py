@@ -50,6 +50,8 @@ class NewtonSettings:
     """largest gap of a closed contact"""
     iterations: Annotated[int, Ge(3), Le(200)] = 20
     """Newton iterations at most; then the increment is made smaller, or the wall moves"""
+    acceptable: Annotated[float, Ge(1), Le(1e4)] = 100.0
+    """an iteration that goes no further is accepted when it is within so many tolerances"""
     distribute_above: Annotated[int, Ge(0)] = 50_000
     """unknowns above which all ranks share one linear system; below, one rank is faster and the others wait"""
 

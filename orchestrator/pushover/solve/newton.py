@@ -99,16 +99,24 @@ def solve_increment(
     first: Iterate,
     settings: NewtonSettings,
 ) -> Iterate:
-    """Return the converged iterate. Raises ConvergenceError when no path leads to one within the allowed iterations."""
+    """Return the converged iterate.
+
+    Rounding may hold the error just above the tolerance: the best iterate is then accepted within `settings.acceptable`
+    tolerances (its residual is recorded in the increment). Raises ConvergenceError when none comes that near.
+    """
+    best, least = first, np.inf
     earlier = iterate = first
     for following in iterates(model, system, problem, first):
         earlier, iterate = iterate, following
         error = _error(iterate, settings)
-        if iterate.number and error < 1.0:
-            return iterate
-        if iterate.number >= settings.iterations or not np.isfinite(error):
+        goes_no_further = error >= least and least < settings.acceptable
+        if iterate.number and error < least:
+            best, least = iterate, error
+        if least < 1.0 or iterate.number >= settings.iterations or goes_no_further or not np.isfinite(error):
             break
-    where = f"out-of-balance force {iterate.norms[0]:.1e} of the weight after {iterate.number} iterations"
+    if least < settings.acceptable:
+        return replace(best, number=iterate.number)
+    where = f"out-of-balance force {best.norms[0]:.1e} of the weight after {iterate.number} iterations"
     raise ConvergenceError("Newton", where + _restless_joints(model, earlier, iterate), iterate.number)
 
 
