@@ -1,8 +1,10 @@
 """Every state checked without the solver: statics, Coulomb's law, kinematics, flow rule, power (`audit`).
 
 Tolerances: equilibrium 1e-10 of the total weight and yield 1e-9 mean block weights are what linear programs solved to
-1e-12 must keep. Flow rules: associative 1e-8 (exact but for rounding), all others 1e-6: whatever found them, their
-forces and mechanism come from two programs that close them.
+1e-12 must keep. Flow rules: associative 1e-8 (exact but for rounding), those that two programs close 1e-6. A state
+that loading meets is no program's: its power is right to 1e-6 of the live load's, so that an end under a small force
+may open by 1e-4, which validation.py promises. How sharp it is depends on the rounding of the processor: wall 6 has
+less than 1e-6 with AVX-512, and 3e-5 without.
 """
 
 from __future__ import annotations
@@ -63,9 +65,10 @@ def test_non_associative_mechanism_without_dilation(name, rule):
     assert state.converged
     assert found.power == pytest.approx(found.friction_power, abs=1e-6)
     assert found.penetration < 1e-9
-    assert found.loaded_gap < 1e-6
+    opens = 1e-4 if rule == "path" else 1e-6
+    assert found.loaded_gap < opens
     assert found.backward < 1e-9
-    assert found.idle < 1e-6
+    assert found.idle < opens
     assert state.dilation == pytest.approx(found.loaded_gap, abs=1e-12)
 
 
