@@ -32,7 +32,7 @@ def as_far_apart(margin: float) -> float:
     return margin + SAME_ANSWER
 
 
-class Bodies(Pushing):
+class PushedBodies(Pushing):
     """Bodies that are pushed until they bear more than `enough` (scaled)."""
 
     def __init__(self, wall: ElasticWall, enough: float) -> None:
@@ -73,7 +73,7 @@ def off_headline(
     for stiffness in STIFFNESSES:
         wall = elastic_wall(assemblage, equilibrium, friction, stiffness, bodies, modulus)
         scale = wall.problem.per_multiplier
-        pushing = Bodies(wall, (1.0 + most) * high * scale)
+        pushing = PushedBodies(wall, (1.0 + most) * high * scale)
         stands = pushing.gravity()
         last = 0.0
         if stands.rests:
