@@ -18,6 +18,7 @@ from typing import Any
 
 PUBLIC = {
     "app.pushed": ("Pushed", "push"),
+    "app.refining": ("push_and_refine",),
     "assessment.capacity": ("Capacity", "find_capacity"),
     "basis.errors": ("CaseError", "CollapseError", "ConvergenceError", "ResultError"),
     "limit_analysis": (

@@ -2,6 +2,7 @@
 
 from orchestrator.app.pushed import Pushed as Pushed
 from orchestrator.app.pushed import push as push
+from orchestrator.app.refining import push_and_refine as push_and_refine
 from orchestrator.assessment.capacity import Capacity as Capacity
 from orchestrator.assessment.capacity import find_capacity as find_capacity
 from orchestrator.basis.errors import CaseError as CaseError

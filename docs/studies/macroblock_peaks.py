@@ -4,7 +4,7 @@
 
 writes macroblock_peaks.csv and macroblock_peaks.md (after macroblock_peaks_head.md) beside this file. The peaks of
 micro-FE, base shear over the weight of the wall as drawn, are read from path.csv. Macroblocks are those of the
-automatic choice, pushed to a thirtieth of the height. Two runs go side by side.
+automatic choice, refined as `run` does, and pushed to a thirtieth of the height. Two runs go side by side.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from orchestrator import (
     loads_on,
     macroblocks_of,
     push,
+    push_and_refine,
 )
 
 FOLDER = Path(__file__).parent
@@ -52,16 +53,20 @@ def compared(run: int, peak: float) -> dict[str, Any]:
         partition = macroblocks_of(assemblage, analysis)
         row |= {
             "blocks": sum(not block.fixed for block in wall.blocks),
-            "bodies": partition.count,
+            "chosen": partition.count,
             "local": sum(len(failure.stones) for failure in analysis.local_failures),
             "analysis_s": round(process_time() - began, 1),
         }
         began = process_time()
-        done = push(assemblage, analysis, partition, load, stepping=SteppingSettings(final_displacement=height / 30))
+        stepping = SteppingSettings(final_displacement=height / 30)
+        partition, done = push_and_refine(
+            assemblage, analysis, partition, lambda bodies: push(assemblage, analysis, bodies, load, stepping=stepping)
+        )
     except (CaseError, ConvergenceError) as error:
         return row | {"ended": f"STOPPED: {error}"}
     shear = done.capacity.peak_base_shear / analysis.horizontal_load
     return row | {
+        "bodies": partition.count,
         "macroblocks": f"{shear:.4f}",
         "off": f"{shear / peak - 1:+.2%}",
         "iterations": done.summary.newton_iterations,

@@ -19,6 +19,7 @@ from orchestrator import storage
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import last_state, push_model
+from orchestrator.app.refining import push_and_refine
 from orchestrator.basis.atomic_files import locked, sweep
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
@@ -30,6 +31,7 @@ from orchestrator.loads import loads_on
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, one_body_per_block
+from orchestrator.macroblocks.refinement import finer
 from orchestrator.masonry.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.masonry.sources.drawing import implausible, refuse_implausible_size
 from orchestrator.masonry.ties import idle_ties, with_ties
@@ -217,7 +219,7 @@ def push(
     )
 
     if resume:
-        on_root(comm, _refuse_another_run, case, segmented, output)
+        segmented = on_root(comm, _left_off, case, segmented, output)
     with on_root_while(comm, locked(output), storage.logging_to(output / "run.log")):
         on_root(comm, sweep, output)
         report(StageBegun("pictures", "wall, mechanism and macroblocks"))
@@ -233,11 +235,7 @@ def push(
             logger.info("micro-LA and macroblocks: %s", _words(segmented))
         pushed: dict[ModelName, Pushed] = {}
         for model in dict.fromkeys(case.run.models):
-            began = perf_counter()
-            wall, bodies = segmented.assemblage.wall, _bodies(model, segmented)
-            arguments = (output / model, resume, comm, report, segmented.analysis)
-            pushed[model] = push_model(model, case, wall, bodies, *arguments)
-            report(StageDone(f"{model} FE", perf_counter() - began, pushed[model].curve.stopped_because))
+            segmented, pushed[model] = _pushed(model, case, segmented, output, resume, comm, report)
         report(StageBegun("report", "curves, verification where asked for, and report.html"))
         outcome = on_root(comm, _finished, case, segmented, pushed, output)
         for model, done in pushed.items():
@@ -249,11 +247,73 @@ def push(
         return outcome
 
 
-def _refuse_another_run(case: Case, segmented: Segmented, output: Path) -> None:
-    """Raise CaseError where `output` holds increments of another run, before anything of it is overwritten."""
-    for model in dict.fromkeys(case.run.models):
+def _pushed(
+    model: ModelName,
+    case: Case,
+    segmented: Segmented,
+    output: Path,
+    resume: bool,
+    comm: MPI.Comm | None,
+    report: Report,
+) -> tuple[Segmented, Pushed]:
+    """Push one model; macroblocks that were chosen automatically until finite elements and limit analysis agree."""
+    from orchestrator.present import report as reporting
+
+    wall, analysis = segmented.assemblage.wall, segmented.analysis
+
+    def push_bodies(bodies: Bodies, resume: bool) -> Pushed:
+        began = perf_counter()
+        done = push_model(model, case, wall, bodies, output / model, resume, comm, report, analysis)
+        report(StageDone(f"{model} FE", perf_counter() - began, done.curve.stopped_because))
+        return done
+
+    def push_macroblocks(partition: Partition) -> Pushed:
+        first = partition is segmented.partition
+        return push_bodies(_with(partition, segmented).bodies, resume and first)
+
+    if model == "micro" or segmented.partition.tolerances is not None:
+        return segmented, push_bodies(_bodies(model, segmented), resume)
+    margin, chosen = case.macroblocks.margin, segmented.partition
+    partition, done = push_and_refine(segmented.assemblage, analysis, chosen, push_macroblocks, margin)
+    if partition.remarks == chosen.remarks:
+        return segmented, done
+    before, now = (idle_ties(wall, case.reinforcement.ties, p.body_of_block) for p in (chosen, partition))
+    remarks = [remark for remark in partition.remarks if remark not in before]
+    segmented = _with(replace(partition, remarks=(*remarks, *now)), segmented)
+    on_root(comm, reporting.write_partition, output, case, segmented.assemblage, segmented.partition, segmented.bodies)
+    return segmented, done
+
+
+def _with(partition: Partition, segmented: Segmented) -> Segmented:
+    """Return a segmented wall with another partition."""
+    forces = segmented.analysis.headline.joint_forces
+    return replace(segmented, partition=partition, bodies=make_bodies(segmented.assemblage, partition, forces))
+
+
+def _left_off(case: Case, segmented: Segmented, output: Path) -> Segmented:
+    """Return the segmented wall with the macroblocks that `output` holds increments of, as chosen or refined.
+
+    Raises CaseError where it holds those of another run, before anything of it is overwritten.
+    """
+
+    def refuse_another(model: ModelName, one: Segmented) -> None:
         if storage.StateStore(output / model, "").numbers():
-            last_state(case, segmented.assemblage.wall, _bodies(model, segmented), output / model)
+            last_state(case, one.assemblage.wall, _bodies(model, one), output / model)
+
+    if "micro" in case.run.models:
+        refuse_another("micro", segmented)
+    left = segmented
+    while "macro" in case.run.models:
+        try:
+            refuse_another("macro", left)
+            break
+        except CaseError:
+            automatic = left.partition.tolerances is None
+            more = finer(left.assemblage, left.analysis, left.partition) if automatic else None
+            if more is None:
+                raise
+            left = _with(replace(more, remarks=segmented.partition.remarks), segmented)
+    return left
 
 
 def rebuild_report(run_folder: Path) -> Path:

@@ -66,11 +66,17 @@ def motion_of_blocks(assemblage: Assemblage, mechanism: Mechanism) -> list[Motio
     ]
 
 
-def hierarchy(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> list[IntArray]:
-    """Return the group of every block (n,), first every stone its own, then with two groups joined each time."""
+def hierarchy(
+    assemblage: Assemblage, mechanisms: Sequence[Mechanism], within: IntArray | None = None
+) -> list[IntArray]:
+    """Return the group of every block (n,), first every stone its own, then with two groups joined each time.
+
+    within (n,): bodies across which nothing is joined: they are the last groups. None: all free blocks are one.
+    """
     group = np.arange(len(assemblage.wall.blocks))
     groups = [group]
-    for kept, joined in _joined_in_order(assemblage, mechanisms):
+    within = np.zeros_like(group) if within is None else within
+    for kept, joined in _joined_in_order(assemblage, mechanisms, within):
         group = np.where(group == joined, kept, group)
         groups.append(group)
     return groups
@@ -99,10 +105,12 @@ def _loss(first: Motions, second: Motions) -> float:
     return sum(locked(one, other)[1] for one, other in zip(first, second, strict=True))
 
 
-def _joined_in_order(assemblage: Assemblage, mechanisms: Sequence[Mechanism]) -> Iterator[tuple[int, int]]:
+def _joined_in_order(
+    assemblage: Assemblage, mechanisms: Sequence[Mechanism], within: IntArray
+) -> Iterator[tuple[int, int]]:
     """Yield (new group, old group) twice a join: numbers of groups are those of one of their blocks."""
     motions = dict(enumerate(_motions_of_blocks(assemblage, mechanisms)))
-    neighbours = _neighbours(assemblage)
+    neighbours = _neighbours(assemblage, within)
     version = dict.fromkeys(motions, 0)
     queue = [_priced(motions, version, i, j) for i, others in neighbours.items() for j in others if i < j]
     heapq.heapify(queue)
@@ -126,11 +134,11 @@ def _priced(
     return _loss(motions[i], motions[j]), i, j, (version[i], version[j])
 
 
-def _neighbours(assemblage: Assemblage) -> dict[int, set[int]]:
-    """Return for every free block the free blocks that it shares a joint with."""
+def _neighbours(assemblage: Assemblage, within: IntArray) -> dict[int, set[int]]:
+    """Return for every free block the free blocks of the same body that it shares a joint with."""
     neighbours: dict[int, set[int]] = {k: set() for k, block in enumerate(assemblage.wall.blocks) if not block.fixed}
     for i, j in assemblage.joints.pairs:
-        if i in neighbours and j in neighbours:
+        if i in neighbours and j in neighbours and within[i] == within[j]:
             neighbours[i].add(j)
             neighbours[j].add(i)
     return neighbours

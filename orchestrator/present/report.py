@@ -45,11 +45,15 @@ def write_segmentation(
     storage.write_blocks(output, assemblage.wall)
     storage.write_joints(output, assemblage)
     storage.write_limit_analysis(output, assemblage.wall, analysis)
+    write_given(output / "figures", case, assemblage)
+    write_mechanism(output / "figures", case, assemblage, analysis)
+    write_partition(output, case, assemblage, partition, bodies)
+
+
+def write_partition(output: Path, case: Case, assemblage: Assemblage, partition: Partition, bodies: Bodies) -> None:
+    """Write and draw the macroblocks."""
     storage.write_macroblocks(output, assemblage.wall, partition, bodies)
-    figures, language = output / "figures", case.project.language
-    write_given(figures, case, assemblage)
-    write_mechanism(figures, case, assemblage, analysis)
-    plots.save(plots.macroblocks(assemblage, partition), figures, "macroblocks", language)
+    plots.save(plots.macroblocks(assemblage, partition), output / "figures", "macroblocks", case.project.language)
 
 
 def write_given(figures: Path, case: Case, assemblage: Assemblage, name: str = "blocks") -> list[Path]:

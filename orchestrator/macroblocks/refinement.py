@@ -1,0 +1,87 @@
+"""More macroblocks, where finite elements do not bear what limit analysis found.
+
+Joining stones only takes motions away from a wall. Bodies that fail as rigid ones where the stones do may still bear
+another load in finite elements: without dilation states are not unique, and elastic bodies come to another one (8
+bodies of 36 stones of rubble bear 0.505; every stone 0.452, limit analysis 0.453). Which of two roads that should agree
+is right more bodies tell, since in the end they are the stones. Each body is divided, so that there are twice as many:
+of all ways to join its stones by the one that loses least energy (locking.py). Here 16 bodies bear 0.457.
+
+It ends where finite elements and limit analysis agree. Where bodies bear less than limit analysis, which is no fault of
+joining (soft stones, crushing, the path of friction), it ends as well where twice as many bear the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.macroblocks.automatic import ELSEWHERE, states_to_keep
+from orchestrator.macroblocks.criteria import Partition, partition_of
+from orchestrator.macroblocks.locking import hierarchy
+from orchestrator.macroblocks.path_of_bodies import as_far_apart
+from orchestrator.masonry.joints import Assemblage
+
+MOST = 0.5
+"""bodies over stones at most: more save little"""
+MORE = 1.25
+"""bodies over those before at least: fewer change little"""
+
+
+@dataclass(frozen=True, slots=True)
+class Borne:
+    """What macroblocks bore in finite elements.
+
+    multiplier: at the peak of the base shear; is_peak: whether the curve shows that it is one, else they bear at least
+    as much; is_valid: whether the curve passed its checks.
+    """
+
+    bodies: int
+    multiplier: float
+    is_peak: bool
+    is_valid: bool
+
+
+def finer(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition) -> Partition | None:
+    """Return twice as many bodies, each a part of one of `partition`, but no more than MOST allows; None where these
+    are hardly more."""
+    stones = sum(not block.fixed for block in assemblage.wall.blocks)
+    count = min(2 * partition.count, int(MOST * stones))
+    if count < MORE * partition.count:
+        return None
+    mechanisms = [state.mechanism for state in states_to_keep(analysis)]
+    groups = hierarchy(assemblage, mechanisms, partition.body_of_block)[::-1]  # from these bodies to every stone
+    return partition_of(assemblage, groups[count - partition.count])
+
+
+def off_limit_analysis(analysis: LimitAnalysis, multiplier: float) -> float:
+    """Return by what part a multiplier lies above the headline of limit analysis (> 0) or below (< 0); 0 within the
+    interval where the headline is one."""
+    low, high = analysis.interval or (analysis.headline.load_multiplier,) * 2
+    return max(multiplier / high - 1.0, 0.0) + min(multiplier / low - 1.0, 0.0)
+
+
+def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne]) -> bool:
+    """Return whether the last of the macroblocks that were pushed, each finer than those before, need no others."""
+    last = borne[-1]
+    if not last.is_valid:
+        return False
+    apart, off = as_far_apart(margin), off_limit_analysis(analysis, last.multiplier)
+    if abs(off) <= apart or (off < 0.0 and not last.is_peak):
+        return True
+    return off < 0.0 and len(borne) > 1 and abs(last.multiplier / borne[-2].multiplier - 1.0) <= apart
+
+
+def remarked(analysis: LimitAnalysis, margin: float, partition: Partition, borne: list[Borne]) -> Partition:
+    """Return the partition pushed last with what is to be said of it: those before, and whether it agrees."""
+    last, headline = borne[-1], f"limit analysis {analysis.headline.load_multiplier:.4f}"
+    off, said = off_limit_analysis(analysis, last.multiplier), list(partition.remarks)
+    if len(borne) > 1:
+        said = [remark for remark in said if remark != ELSEWHERE]  # that was of the first
+        pushed = ", ".join(f"{one.bodies} bear {one.multiplier:.4f}" for one in borne)
+        said.append(f"refined, for in finite elements {pushed} ({headline})")
+    if abs(off) > as_far_apart(margin) and (off > 0.0 or last.is_peak):
+        said.append(
+            f"these macroblocks bear {abs(off):.1%} {'more' if off > 0.0 else 'less'} in finite elements than in limit "
+            "analysis: compare with run --model micro"
+        )
+    return replace(partition, remarks=tuple(said))
