@@ -312,7 +312,8 @@ def _left_off(case: Case, segmented: Segmented, output: Path) -> Segmented:
             more = finer(left.assemblage, left.analysis, left.partition) if automatic else None
             if more is None:
                 raise
-            left = _with(replace(more, remarks=segmented.partition.remarks), segmented)
+            said = f"refined from {segmented.partition.count} macroblocks before the run was stopped"
+            left = _with(replace(more, remarks=(*segmented.partition.remarks, said)), segmented)
     return left
 
 

@@ -73,7 +73,7 @@ def wall_from(record: Any, name: str) -> SpaceWall:
     if not isinstance(record, dict) or not isinstance(record.get("blocks"), list):
         raise CaseError("blocks", "is missing or not a list", "list the blocks, each with id, vertices and faces")
     refuse_unknown(record, (*TOP_KEYS, *INFORMATION), "")
-    for key in ("units", "unit_weight", "friction"):
+    for key in ("units", "friction"):
         if key not in record:
             raise CaseError(key, "is missing", "see docs/space.md for blocks in space")
     length, weight = (unit_factor(record["units"], kind) for kind in UNIT_OF)
@@ -84,7 +84,7 @@ def wall_from(record: Any, name: str) -> SpaceWall:
     name = str(record.get("name", name))
     refuse_what_is_not_utf8(name, "name")
     thickness = number_in(record, "thickness", "") * length if "thickness" in record else None
-    unit_weight = number_in(record, "unit_weight", "") * weight
+    unit_weight = number_in(record, "unit_weight", "") * weight if "unit_weight" in record else None
     blocks = tuple(
         _block(row, k, unit_weight, weight, lambda row, number: _shape(row, f"block {number}", thickness, up, length))
         for k, row in enumerate(record["blocks"])
@@ -93,7 +93,7 @@ def wall_from(record: Any, name: str) -> SpaceWall:
 
 
 def _block(
-    row: Any, number: int, unit_weight: float, weight: float, shape: Callable[[dict[str, Any], int], Polyhedron]
+    row: Any, number: int, unit_weight: float | None, weight: float, shape: Callable[[dict[str, Any], int], Polyhedron]
 ) -> SpaceBlock:
     own_id, fixed, own, material = what_every_block_has(row, number, BLOCK_KEYS, unit_weight, weight)
     friction = number_in(row, "friction", f"block {own_id}.") if "friction" in row else None

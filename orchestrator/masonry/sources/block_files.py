@@ -3,8 +3,8 @@
     {"name": "...", "units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.1, "unit_weight": 25.0,
      "friction": 0.65, "blocks": [{"id": 1, "polygon": [[x, y], ...], "fixed": false}, ...]}
 
-Numbers are in the file's own units; polygons are made counter-clockwise. A block may have its own unit_weight,
-and a material: a name that the joint classes of a case refer to. "mortar": [[id, id, thickness], ...] says how thick
+Numbers are in the file's own units; polygons are made counter-clockwise. A block may have its own unit_weight (if
+all have, the wall needs none), and a material: a name that the joint classes of a case refer to. "mortar": [[id, id, thickness], ...] says how thick
 the joints between two blocks were drawn.
 """
 
@@ -26,12 +26,12 @@ from orchestrator.geometry.ring_geometry import without_spikes
 from orchestrator.masonry.wall import Block, MortarGap, Wall
 
 UNIT_OF = {"length": Unit("m"), "unit_weight": Unit("N/m3")}
-REQUIRED = ("units", "thickness", "unit_weight", "friction", "blocks")
+REQUIRED = ("units", "thickness", "friction", "blocks")
 INFORMATION = (
     "name", "source", "licence", "license", "remark", "load", "expected", "free_blocks", "interfaces", "weight_kN",
 )  # fmt: skip
 """keys that may stand in a block file without changing the wall"""
-OPTIONAL = ("mortar",)
+OPTIONAL = ("unit_weight", "mortar")
 BLOCK_KEYS = ("id", "polygon", "fixed", "unit_weight", "material")
 LARGEST_FILE = 200_000_000
 """bytes; a wall of 100,000 blocks has about 10 MB"""
@@ -78,7 +78,7 @@ def wall_from(record: dict[str, Any], name: str) -> Wall:
         if key not in record:
             raise CaseError(key, "is missing", "see the block file format in the README")
     length, weight = (unit_factor(record["units"], kind) for kind in ("length", "unit_weight"))
-    unit_weight = number_in(record, "unit_weight", "") * weight
+    unit_weight = number_in(record, "unit_weight", "") * weight if "unit_weight" in record else None
     if not isinstance(record["blocks"], list):
         raise CaseError("blocks", "is not a list", "list the blocks, each with id and polygon")
     name = str(record.get("name", name))
@@ -125,16 +125,16 @@ def unit_factor(units: Any, kind: str) -> float:
         raise CaseError(f"units.{kind}", problem, remedy) from None
 
 
-def _block(row: Any, number: int, unit_weight: float, length: float, weight: float) -> Block:
+def _block(row: Any, number: int, unit_weight: float | None, length: float, weight: float) -> Block:
     number_of_block, fixed, own, material = what_every_block_has(row, number, BLOCK_KEYS, unit_weight, weight)
     return Block(number_of_block, polygon_of(row, number_of_block) * length, fixed, own, material)
 
 
 def what_every_block_has(
-    row: Any, number: int, known: tuple[str, ...], unit_weight: float, weight: float
+    row: Any, number: int, known: tuple[str, ...], unit_weight: float | None, weight: float
 ) -> tuple[int, bool, float, str]:
     """Return id, whether it is a support, unit weight (N/m3) and material of the block in row `number`, which may have
-    the keys `known`. unit_weight: the file's own, N/m3; weight: the file's unit of it. Raises CaseError."""
+    the keys `known`. unit_weight: the file's own, N/m3, or None; weight: the file's unit of it. Raises CaseError."""
     if not isinstance(row, dict) or type(row.get("id")) is not int:
         raise CaseError(f"blocks[{number}].id", "is missing or not a whole number", "give every block its own id")
     key = f"block {row['id']}"
@@ -146,6 +146,8 @@ def what_every_block_has(
         raise CaseError(f"{key}.material", f"{material!r} is not a name", 'write a text, in "quotes"')
     refuse_what_is_not_utf8(material, f"{key}.material")
     own = number_in(row, "unit_weight", f"{key}.") * weight if "unit_weight" in row else unit_weight
+    if own is None:
+        raise CaseError("unit_weight", f"is missing, and {key} has none", "give the wall one, or every block its own")
     return row["id"], fixed, own, material
 
 

@@ -169,3 +169,13 @@ def test_a_spike_without_area_is_no_corner(spike):
 def test_a_tip_with_an_area_stays():
     row = {"polygon": [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [1.4, 0.501], [0.0, 0.5]]}
     assert len(polygon_of(row, 1)) == 5
+
+
+def test_the_wall_needs_no_unit_weight_where_every_block_has_its_own():
+    ground, stone = record()["blocks"]
+    given = record(blocks=[ground | {"unit_weight": 18}, stone])
+    del given["unit_weight"]
+    assert [block.unit_weight for block in wall_from(given, "stem").blocks] == [18e3, 30e3]
+    given["blocks"] = [ground, stone]
+    with pytest.raises(CaseError, match="unit_weight: is missing, and block 7 has none; give the wall one, or every"):
+        wall_from(given, "stem")

@@ -1,0 +1,101 @@
+"""Finer macroblocks, and when they are asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orchestrator.limit_analysis import analyse
+from orchestrator.macroblocks.automatic import ELSEWHERE
+from orchestrator.macroblocks.criteria import one_body, one_body_per_block, partition_of
+from orchestrator.macroblocks.refinement import Borne, finer, is_enough, remarked
+from tests.support.walls import of_file
+
+MARGIN = 0.01
+
+
+@pytest.fixture(scope="module")
+def wall_1():
+    assemblage = of_file("ferris_tinloi_wall1")
+    return assemblage, analyse(assemblage)
+
+
+def test_finer_bodies_are_parts_of_the_bodies_and_twice_as_many(wall_1):
+    assemblage, analysis = wall_1
+    coarse = one_body(assemblage)
+    for count in (2, 4, 8):
+        fine = finer(assemblage, analysis, coarse)
+        assert fine.count == count
+        for number in range(fine.count):
+            parents = coarse.body_of_block[fine.body_of_block == number]
+            assert len(set(parents)) == 1
+        coarse = fine
+
+
+def test_no_more_than_half_as_many_bodies_as_stones(wall_1):
+    assemblage, analysis = wall_1
+    partition, stones = one_body(assemblage), one_body_per_block(assemblage).count
+    while (fine := finer(assemblage, analysis, partition)) is not None:
+        partition = fine
+    assert 0.4 * stones <= partition.count <= 0.5 * stones
+    assert finer(assemblage, analysis, one_body_per_block(assemblage)) is None
+
+
+def test_two_bodies_of_a_mechanism_of_two_are_these():
+    """A stack of which the upper part slides: parts that move as one lose no energy when they lock."""
+    assemblage = of_file("tower_5_blocks")
+    analysis = analyse(assemblage)
+    velocities = np.zeros_like(analysis.headline.mechanism.velocities)
+    free = np.flatnonzero([not block.fixed for block in assemblage.wall.blocks])
+    velocities[free[3:], 0] = 1.0
+    state = replace(analysis.headline, mechanism=replace(analysis.headline.mechanism, velocities=velocities))
+    fine = finer(assemblage, replace(analysis, path=state, sequence=None), one_body(assemblage))
+    assert fine.count == 2
+    assert len(set(fine.body_of_block[free[3:]])) == len(set(fine.body_of_block[free[:3]])) == 1
+
+
+def bears(*shares, is_peak=True, is_valid=True):
+    """Bodies 2, 4, 8 ... that bear shares of the headline."""
+    return lambda headline: [Borne(2 ** (k + 1), share * headline, is_peak, is_valid) for k, share in enumerate(shares)]
+
+
+@pytest.mark.parametrize(
+    ("borne", "enough"),
+    [
+        (bears(1.015), True),  # within the margin, and what two paths may differ by
+        (bears(1.05), False),
+        (bears(1.05, 1.05), False),  # bodies that bear more hold what the stones do not, however many
+        (bears(1.05, 1.01), True),
+        (bears(0.95), False),
+        (bears(0.80, 0.95), False),
+        (bears(0.80, 0.81), True),  # soft stones: not for want of bodies
+        (bears(0.60, is_peak=False), True),  # pushed no further: nothing is known
+        (bears(1.00, is_valid=False), False),
+    ],
+)
+def test_which_bodies_are_enough(wall_1, borne, enough):
+    analysis = wall_1[1]
+    assert is_enough(analysis, MARGIN, borne(analysis.headline.load_multiplier)) is enough
+
+
+def test_an_interval_of_limit_analysis_is_no_disagreement(wall_1):
+    analysis = wall_1[1]
+    headline = analysis.headline.load_multiplier
+    wide = replace(analysis, interval=(0.9 * headline, headline))
+    assert is_enough(wide, MARGIN, bears(0.9)(headline))
+    assert not is_enough(analysis, MARGIN, bears(0.9)(headline))
+
+
+def test_what_is_said(wall_1):
+    assemblage, analysis = wall_1
+    headline = analysis.headline.load_multiplier
+    partition = replace(partition_of(assemblage, np.arange(len(assemblage.wall.blocks))), remarks=("chosen", ELSEWHERE))
+    said = remarked(analysis, MARGIN, partition, bears(1.0)(headline)).remarks
+    assert said == ("chosen", ELSEWHERE)
+    said = remarked(analysis, MARGIN, partition, bears(1.1, 1.0)(headline)).remarks
+    expected = f"2 bear {1.1 * headline:.4f}, 4 bear {headline:.4f} (limit analysis {headline:.4f})"
+    assert said == ("chosen", f"refined, for in finite elements {expected}")
+    said = remarked(analysis, MARGIN, partition, bears(1.1, 1.06)(headline)).remarks
+    assert said[-1].startswith("these macroblocks bear 6.0% more in finite elements than in limit analysis")
