@@ -3,8 +3,8 @@
     {"name": "...", "units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.1, "unit_weight": 25.0,
      "friction": 0.65, "blocks": [{"id": 1, "polygon": [[x, y], ...], "fixed": false}, ...]}
 
-Numbers are in the file's own units; polygons are made counter-clockwise. A block may have its own unit_weight (where all
-have, the wall needs none), and a material: a name that the joint classes of a case refer to. "mortar":
+Numbers are in the file's own units; polygons are made counter-clockwise. A block may have its own unit_weight (the
+wall needs none where all have), and a material: a name that the joint classes of a case refer to. "mortar":
 [[id, id, thickness], ...] says how thick the joints between two blocks were drawn.
 """
 
