@@ -269,6 +269,9 @@ def _pushed(
 
     def push_macroblocks(partition: Partition) -> Pushed:
         first = partition is segmented.partition
+        if not first:
+            why = "those before do not bear in finite elements what limit analysis found"
+            report(StageBegun("macroblocks", f"{partition.count}: {why}"))
         return push_bodies(_with(partition, segmented).bodies, resume and first)
 
     if model == "micro" or segmented.partition.tolerances is not None:
