@@ -270,8 +270,8 @@ def _pushed(
     def push_macroblocks(partition: Partition) -> Pushed:
         first = partition is segmented.partition
         if not first:
-            why = "those before do not bear in finite elements what limit analysis found"
-            report(StageBegun("macroblocks", f"{partition.count}: {why}"))
+            why = "those before do not bear what limit analysis found, or their curve is not valid"
+            report(StageBegun("macroblocks", f"{partition.count} in their place: {why}"))
         return push_bodies(_with(partition, segmented).bodies, resume and first)
 
     if model == "micro" or segmented.partition.tolerances is not None:
@@ -350,7 +350,4 @@ def _words(segmented: Segmented) -> str:
 
 
 def _bodies(model: ModelName, segmented: Segmented) -> Bodies:
-    if model == "macro":
-        return segmented.bodies
-    partition = one_body_per_block(segmented.assemblage)
-    return make_bodies(segmented.assemblage, partition, segmented.analysis.headline.joint_forces)
+    return segmented.bodies if model == "macro" else _with(one_body_per_block(segmented.assemblage), segmented).bodies

@@ -6,8 +6,9 @@ bodies of 36 stones of rubble bear 0.505; every stone 0.452, limit analysis 0.45
 is right more bodies tell, since in the end they are the stones. Each body is divided, so that there are twice as many:
 of all ways to join its stones by the one that loses least energy (locking.py). Here 16 bodies bear 0.457.
 
-It ends where finite elements and limit analysis agree. Where bodies bear less than limit analysis, which is no fault of
-joining (soft stones, crushing, the path of friction), it ends as well where twice as many bear the same.
+It ends where finite elements and limit analysis agree. Neither then confirms the other any more: micro-FE does. A curve
+that is not valid counts as no agreement. Where bodies bear less than limit analysis, which is no fault of joining (soft
+stones, crushing, the path of friction), it ends as well where twice as many bear the same.
 """
 
 from __future__ import annotations
@@ -39,6 +40,11 @@ class Borne:
     multiplier: float
     is_peak: bool
     is_valid: bool
+
+    @property
+    def words(self) -> str:
+        """How many bodies bear which multiplier."""
+        return f"{self.bodies} bear {self.multiplier:.4f}{'' if self.is_valid else ' (not valid)'}"
 
 
 def finer(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition) -> Partition | None:
@@ -77,8 +83,8 @@ def remarked(analysis: LimitAnalysis, margin: float, partition: Partition, borne
     off, said = off_limit_analysis(analysis, last.multiplier), list(partition.remarks)
     if len(borne) > 1:
         said = [remark for remark in said if remark != ELSEWHERE]  # that was of the first
-        pushed = ", ".join(f"{one.bodies} bear {one.multiplier:.4f}" for one in borne)
-        said.append(f"refined, for in finite elements {pushed} ({headline})")
+        pushed = ", ".join(one.words for one in borne)
+        said.append(f"refined: in finite elements {pushed} ({headline})")
     if abs(off) > as_far_apart(margin) and (off > 0.0 or last.is_peak):
         said.append(
             f"these macroblocks bear {abs(off):.1%} {'more' if off > 0.0 else 'less'} in finite elements than in limit "

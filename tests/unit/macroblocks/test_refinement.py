@@ -96,6 +96,8 @@ def test_what_is_said(wall_1):
     assert said == ("chosen", ELSEWHERE)
     said = remarked(analysis, MARGIN, partition, bears(1.1, 1.0)(headline)).remarks
     expected = f"2 bear {1.1 * headline:.4f}, 4 bear {headline:.4f} (limit analysis {headline:.4f})"
-    assert said == ("chosen", f"refined, for in finite elements {expected}")
+    assert said == ("chosen", f"refined: in finite elements {expected}")
+    said = remarked(analysis, MARGIN, partition, bears(1.0, is_valid=False)(headline) + bears(1.0)(headline)).remarks
+    assert f"2 bear {headline:.4f} (not valid), 2 bear" in said[-1]
     said = remarked(analysis, MARGIN, partition, bears(1.1, 1.06)(headline)).remarks
     assert said[-1].startswith("these macroblocks bear 6.0% more in finite elements than in limit analysis")
