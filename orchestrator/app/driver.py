@@ -270,7 +270,7 @@ def _pushed(
     def push_macroblocks(partition: Partition) -> Pushed:
         first = partition is segmented.partition
         if not first:
-            why = "those before do not bear what limit analysis found, or their curve is not valid"
+            why = "to see whether more bodies bear another load"
             report(StageBegun("macroblocks", f"{partition.count} in their place: {why}"))
         return push_bodies(_with(partition, segmented).bodies, resume and first)
 

@@ -32,7 +32,7 @@ from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.search.loading import joints_left, part_of
 from orchestrator.limit_analysis.search.lower_states import POWER_LEFT, TwoPrograms, descent
-from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings, Partition, merged, partition_of
+from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings, Partition, merged, partition_of, stones_of
 from orchestrator.macroblocks.locking import hierarchy, pairs_by_loss
 from orchestrator.macroblocks.merged_blocks import merged_problem
 from orchestrator.macroblocks.path_of_bodies import as_far_apart, off_headline
@@ -95,7 +95,7 @@ def chosen(
         return _chosen_without_loose_stones(assemblage, analysis, margin, tied)
     partition, said = _of_states(assemblage, analysis, margin, tied)
     remarks = [said]
-    stones = sum(not block.fixed for block in assemblage.wall.blocks)
+    stones = stones_of(assemblage)
     if analysis.path is not None and 1 < partition.count < stones:
         partition, remarks = _by_path(assemblage, analysis, margin, partition, said)
     elif analysis.path is not None and stones > 1:
@@ -144,7 +144,7 @@ def _by_path(
     assemblage: Assemblage, analysis: LimitAnalysis, margin: float, partition: Partition, said: str
 ) -> tuple[Partition, list[str]]:
     """Return bodies that have the states of the stones, or others that fail where these do or nearer to it, and why."""
-    stones = sum(not block.fixed for block in assemblage.wall.blocks)
+    stones = stones_of(assemblage)
     off, _ = off_headline(assemblage, analysis, partition, np.inf)
     alike = off <= as_far_apart(margin)
     if alike and 2 * partition.count <= stones:

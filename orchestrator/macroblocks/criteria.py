@@ -89,6 +89,11 @@ class Partition:
     remarks: tuple[str, ...] = ()
 
 
+def stones_of(assemblage: Assemblage) -> int:
+    """Return the number of blocks that are no support."""
+    return sum(not block.fixed for block in assemblage.wall.blocks)
+
+
 def one_body_per_block(assemblage: Assemblage) -> Partition:
     """Return the partition in which every stone is a body (micro-FE)."""
     return _partition(assemblage, np.zeros(assemblage.joints.count, bool), None)

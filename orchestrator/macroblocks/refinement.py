@@ -1,4 +1,4 @@
-"""More macroblocks, where finite elements do not bear what limit analysis found.
+"""More macroblocks, where more may tell another peak.
 
 Joining stones only takes motions away from a wall. Bodies that fail as rigid ones where the stones do may still bear
 another load in finite elements: without dilation states are not unique, and elastic bodies come to another one (8
@@ -6,9 +6,10 @@ bodies of 36 stones of rubble bear 0.505; every stone 0.452, limit analysis 0.45
 is right more bodies tell, since in the end they are the stones. Each body is divided, so that there are twice as many:
 of all ways to join its stones by the one that loses least energy (locking.py). Here 16 bodies bear 0.457.
 
-It ends where finite elements and limit analysis agree. Neither then confirms the other any more: micro-FE does. A curve
-that is not valid counts as no agreement. Where bodies bear less than limit analysis, which is no fault of joining (soft
-stones, crushing, the path of friction), it ends as well where twice as many bear the same.
+It ends where finite elements and limit analysis agree, and, as with a mesh, twice as many bodies bear the same; where
+twice as many are more than FEW, agreement alone is enough. Neither road then confirms the other any more: micro-FE
+does. A curve that is not valid counts as no agreement. Where bodies bear less than limit analysis, which is no fault of
+joining (soft stones, crushing, the path of friction), it ends as well where twice as many bear the same.
 """
 
 from __future__ import annotations
@@ -17,13 +18,15 @@ from dataclasses import dataclass, replace
 
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.macroblocks.automatic import ELSEWHERE, states_to_keep
-from orchestrator.macroblocks.criteria import Partition, partition_of
+from orchestrator.macroblocks.criteria import Partition, partition_of, stones_of
 from orchestrator.macroblocks.locking import hierarchy
 from orchestrator.macroblocks.path_of_bodies import as_far_apart
 from orchestrator.masonry.joints import Assemblage
 
 MOST = 0.5
 """bodies over stones at most: more save little"""
+FEW = 0.2
+"""bodies over stones at most of which it is tried whether twice as many bear the same: they cost little"""
 MORE = 1.25
 """bodies over those before at least: fewer change little"""
 
@@ -50,8 +53,7 @@ class Borne:
 def finer(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition) -> Partition | None:
     """Return twice as many bodies, each a part of one of `partition`, but no more than MOST allows; None where these
     are hardly more."""
-    stones = sum(not block.fixed for block in assemblage.wall.blocks)
-    count = min(2 * partition.count, int(MOST * stones))
+    count = min(2 * partition.count, int(MOST * stones_of(assemblage)))
     if count < MORE * partition.count:
         return None
     mechanisms = [state.mechanism for state in states_to_keep(analysis)]
@@ -66,15 +68,21 @@ def off_limit_analysis(analysis: LimitAnalysis, multiplier: float) -> float:
     return max(multiplier / high - 1.0, 0.0) + min(multiplier / low - 1.0, 0.0)
 
 
-def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne]) -> bool:
-    """Return whether the last of the macroblocks that were pushed, each finer than those before, need no others."""
+def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones: int) -> bool:
+    """Return whether the last of the macroblocks that were pushed, each finer than those before, need no others.
+
+    stones: blocks that are no support.
+    """
     last = borne[-1]
     if not last.is_valid:
         return False
     apart, off = as_far_apart(margin), off_limit_analysis(analysis, last.multiplier)
-    if abs(off) <= apart or (off < 0.0 and not last.is_peak):
+    if off < 0.0 and not last.is_peak:
         return True
-    return off < 0.0 and len(borne) > 1 and abs(last.multiplier / borne[-2].multiplier - 1.0) <= apart
+    bear_the_same = len(borne) > 1 and abs(last.multiplier / borne[-2].multiplier - 1.0) <= apart
+    if abs(off) <= apart:
+        return bear_the_same or 2 * last.bodies > FEW * stones
+    return off < 0.0 and bear_the_same
 
 
 def remarked(analysis: LimitAnalysis, margin: float, partition: Partition, borne: list[Borne]) -> Partition:

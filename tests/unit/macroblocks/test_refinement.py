@@ -14,6 +14,7 @@ from orchestrator.macroblocks.refinement import Borne, finer, is_enough, remarke
 from tests.support.walls import of_file
 
 MARGIN = 0.01
+STONES = 40
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +65,14 @@ def bears(*shares, is_peak=True, is_valid=True):
 @pytest.mark.parametrize(
     ("borne", "enough"),
     [
-        (bears(1.015), True),  # within the margin, and what two paths may differ by
+        (bears(1.015), False),  # within the margin and what two paths may differ by, but 4 of 40 stones are few
+        (bears(1.015, 1.0), True),
+        (bears(1.0, 1.12), False),
+        (bears(1.12, 1.0), False),
+        (bears(1.12, 1.0, 1.0), True),
         (bears(1.05), False),
         (bears(1.05, 1.05), False),  # bodies that bear more hold what the stones do not, however many
-        (bears(1.05, 1.01), True),
+        (bears(1.05, 1.05, 1.05, 1.01), True),
         (bears(0.95), False),
         (bears(0.80, 0.95), False),
         (bears(0.80, 0.81), True),  # soft stones: not for want of bodies
@@ -77,15 +82,22 @@ def bears(*shares, is_peak=True, is_valid=True):
 )
 def test_which_bodies_are_enough(wall_1, borne, enough):
     analysis = wall_1[1]
-    assert is_enough(analysis, MARGIN, borne(analysis.headline.load_multiplier)) is enough
+    assert is_enough(analysis, MARGIN, borne(analysis.headline.load_multiplier), STONES) is enough
+
+
+@pytest.mark.parametrize(("bodies", "enough"), [(5, True), (4, False)])
+def test_twice_as_many_are_tried_only_where_they_are_few(wall_1, bodies, enough):
+    analysis = wall_1[1]
+    borne = [Borne(bodies, analysis.headline.load_multiplier, is_peak=True, is_valid=True)]
+    assert is_enough(analysis, MARGIN, borne, STONES) is enough
 
 
 def test_an_interval_of_limit_analysis_is_no_disagreement(wall_1):
     analysis = wall_1[1]
     headline = analysis.headline.load_multiplier
     wide = replace(analysis, interval=(0.9 * headline, headline))
-    assert is_enough(wide, MARGIN, bears(0.9)(headline))
-    assert not is_enough(analysis, MARGIN, bears(0.9)(headline))
+    assert is_enough(wide, MARGIN, bears(0.9)(headline), 2)
+    assert not is_enough(analysis, MARGIN, bears(0.9)(headline), 2)
 
 
 def test_what_is_said(wall_1):
