@@ -81,6 +81,17 @@ class IncrementSolver:
             return 0.0
         return min(aim.size / state.step[1], 2.0)
 
+    def bent(self, state: Increment, solved: Increment, aim: Aim) -> float:
+        """Return what an increment departs from the one before, over its length; 0 where that is of another kind.
+
+        How hard the next one is to solve is told by this, not by the number of iterations, which rounding changes where
+        Newton's matrix is nearly singular.
+        """
+        share, change = self.share(state, aim), solved.change.ravel()
+        if not share:
+            return 0.0
+        return float(np.linalg.norm(change - share * state.change.ravel())) / max(float(np.linalg.norm(change)), 1e-300)
+
     def time_step(self, aim: Aim, fastest: float = 0.0) -> float:
         """Return the time step of a static increment, s: the drag of the `fastest` body (m, expected) has one share."""
         moves = largest = self.largest_displacement

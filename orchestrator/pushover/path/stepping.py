@@ -56,7 +56,13 @@ ONSET = 1 / 64
 OUT = 0.5
 """a body that has moved by this share of its size since the wall was static has lost its hold"""
 BENT = 0.5
-"""an increment that departs from the one before by this share of its length, or more, is followed by one as large"""
+"""an increment that departs from the one before by this share of its length, or more, is followed by one as large; one
+that departs by half of it, or less, by one twice as large"""
+ASTRAY = 0.05
+"""past the highest base shear increments grow above the largest while they are expected to depart from the one before
+by less than this share of the largest (a curve drawn through them is off by an eighth of that)"""
+LONGEST_STRAIGHT = 4.0
+"""such an increment at most, over the largest"""
 UNDRIVEN = "no longer driven"
 """what an attempt says after which a local part goes its own way"""
 RESTED = "moved until it rested"
@@ -170,8 +176,9 @@ class Pushover:
             smaller = SHRINK * aim.size
             trial = trial.then("the base shear falls from its highest", f"retried with {smaller:g}", solved.iterations)
             return replace(trial, size=smaller, cuts=trial.cuts + 1)
-        growth = 1.0 if trial.cuts else self._growth(state, solved, aim)
-        grown = min(growth * aim.size, self._resolved(state, solved))
+        bent = self.solver.bent(state, solved, aim)
+        growth = 1.0 if trial.cuts or bent >= BENT else min(BENT / bent, 2.0) if bent else 2.0
+        grown = min(growth * aim.size, self._resolved(state, solved, bent))
         return [replace(solved, attempts=trial.attempts, step=(grown, aim.size))]
 
     def _not_static(self, trial: Trial, aim: Aim, why: str, spent: int) -> Trial | list[Increment]:
@@ -302,31 +309,25 @@ class Pushover:
         size = aim.size or SHRINK**2 * self._largest(aim.phase)
         return size, size
 
-    def _growth(self, state: Increment, solved: Increment, aim: Aim) -> float:
-        """Return by what factor the next increment is larger, at most 2: the less this one departs from the one before.
-
-        Not by the number of iterations, which rounding changes where Newton's matrix is nearly singular.
-        """
-        share = self.solver.share(state, aim)
-        if not share:
-            return 2.0
-        change = solved.change.ravel()
-        departed = float(np.linalg.norm(change - share * state.change.ravel()))
-        return float(np.clip(BENT * np.linalg.norm(change) / max(departed, 1e-300), 1.0, 2.0))
-
-    def _resolved(self, state: Increment, solved: Increment) -> float:
+    def _resolved(self, state: Increment, solved: Increment, bent: float) -> float:
         """Return the increment up to which the curve after a static increment is resolved, in its phase's unit.
 
         Under displacement control neither the top moves by more than the largest displacement nor the multiplier by
-        more than its largest increment; a part that slides without either, inside the wall, may go farther.
+        more than its largest increment; a part that slides without either, inside the wall, may go farther, and so may
+        a wall past its peak that moves on straight.
         """
         largest = self._largest(solved.phase)
         if solved.phase != "displacement":
             return largest
         mean_change, control_change = self.solver.last_changes(solved)
         carries_more = abs(solved.load_multiplier - state.load_multiplier) / self._largest("load")
-        share = max(abs(control_change) / largest, carries_more)
-        return max(largest, mean_change / share) if share > 0.0 else np.inf
+        length = max(abs(control_change) / largest, carries_more)  # over the largest
+        if length == 0.0:
+            return np.inf
+        straight = 1.0
+        if bent > 0.0 and solved.base_shear < state.largest_base_shear:
+            straight = min(max(float(np.sqrt(ASTRAY * length / bent)), 1.0), LONGEST_STRAIGHT)
+        return straight * max(largest, mean_change / length)
 
     def _aim(self, state: Increment, size: float) -> Aim:
         if state.phase == "gravity":
