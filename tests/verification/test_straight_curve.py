@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from orchestrator import LoadSettings, SteppingSettings, analyse, loads_on, one_body_per_block, push
-from orchestrator.pushover.path import stepping
 from tests.support.walls import of_file
 
 FINE = 8

@@ -49,8 +49,9 @@ FALLING = 0.05
 SHRINK = 0.25
 """an increment that is tried again is smaller by this factor"""
 CUTS = {"gravity": 1, "load": 0, "displacement": 2}
-"""times that an increment is made smaller before the wall is left to move (only once under displacement control: motion
-where the curve has a kink that a sixteenth of the increment follows, and up to three times the iterations)"""
+"""times that an increment is made smaller before the wall is left to move, once more where it begins above the largest
+(only once under displacement control: motion where the curve has a kink that a sixteenth of the increment follows, and
+up to three times the iterations)"""
 ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
 OUT = 0.5
@@ -101,6 +102,11 @@ class Trial:
         """Return the next trial after this one failed: from the same state, or anew from another one."""
         attempts = (*self.attempts, Attempt(why, self.size, action, iterations))
         return Trial(state or self.state, self.size, 0 if state else self.cuts, attempts)
+
+    def smaller(self, why: str, iterations: int) -> Trial:
+        """Return the next trial after this one failed: from the same state with a smaller increment."""
+        size = SHRINK * self.size
+        return replace(self.then(why, f"retried with {size:g}", iterations), size=size, cuts=self.cuts + 1)
 
 
 @dataclass(frozen=True)
@@ -173,21 +179,20 @@ class Pushover:
         if solved.moving:
             return self._not_static(trial, aim, "a part of the wall moves", solved.iterations)
         if self._passes_a_peak(state, solved) and aim.size > self.model.slip_tolerance:
-            smaller = SHRINK * aim.size
-            trial = trial.then("the base shear falls from its highest", f"retried with {smaller:g}", solved.iterations)
-            return replace(trial, size=smaller, cuts=trial.cuts + 1)
-        bent = self.solver.bent(state, solved, aim)
+            return trial.smaller("the base shear falls from its highest", solved.iterations)
+        bent, length = self.solver.bent(state, solved, aim), self._length(state, solved)
+        if aim.size > self._largest(aim.phase) and length > 1.0 and bent * length > BENT:
+            return trial.smaller("the curve is not straight", solved.iterations)
         growth = 1.0 if trial.cuts or bent >= BENT else min(BENT / bent, 2.0) if bent else 2.0
-        grown = min(growth * aim.size, self._resolved(state, solved, bent))
+        grown = min(growth * aim.size, self._resolved(solved, bent, length))
         return [replace(solved, attempts=trial.attempts, step=(grown, aim.size))]
 
     def _not_static(self, trial: Trial, aim: Aim, why: str, spent: int) -> Trial | list[Increment]:
         """Return a smaller increment to try, or what the wall does that is left to move; spent: iterations so far."""
-        state, smaller = trial.state, SHRINK * trial.size
-        onset = ONSET * self._largest(state.phase)
-        if trial.cuts < CUTS[state.phase] and trial.size > onset:
-            trial = trial.then(why, f"retried with {smaller:g}", spent)
-            return replace(trial, size=smaller, cuts=trial.cuts + 1)
+        state, smaller, largest = trial.state, SHRINK * trial.size, self._largest(trial.state.phase)
+        onset = ONSET * largest
+        if trial.cuts < CUTS[state.phase] + (state.step[0] > largest) and trial.size > onset:
+            return trial.smaller(why, spent)
         rows = motion(self.solver, state, aim)
         last, moved = rows[-1], trial.after(*rows)
         total = spent + sum(row.iterations for row in rows)
@@ -309,25 +314,30 @@ class Pushover:
         size = aim.size or SHRINK**2 * self._largest(aim.phase)
         return size, size
 
-    def _resolved(self, state: Increment, solved: Increment, bent: float) -> float:
+    def _length(self, state: Increment, solved: Increment) -> float:
+        """Return how far an increment under displacement control goes, over the largest: by the displacement of the
+        top, or by the multiplier where that is more; 0 in other phases."""
+        if solved.phase != "displacement":
+            return 0.0
+        _, control_change = self.solver.last_changes(solved)
+        carries_more = abs(solved.load_multiplier - state.load_multiplier) / self._largest("load")
+        return max(abs(control_change) / self._largest("displacement"), carries_more)
+
+    def _resolved(self, solved: Increment, bent: float, length: float) -> float:
         """Return the increment up to which the curve after a static increment is resolved, in its phase's unit.
 
-        Under displacement control neither the top moves by more than the largest displacement nor the multiplier by
-        more than its largest increment; a part that slides without either, inside the wall, may go farther, and so may
-        a wall past its peak that moves on straight.
+        Under displacement control it is that of the length 1. A part that slides inside the wall, which moves neither
+        the top nor the multiplier, may go farther, and so may a wall past its peak that moves on straight.
         """
         largest = self._largest(solved.phase)
         if solved.phase != "displacement":
             return largest
-        mean_change, control_change = self.solver.last_changes(solved)
-        carries_more = abs(solved.load_multiplier - state.load_multiplier) / self._largest("load")
-        length = max(abs(control_change) / largest, carries_more)  # over the largest
         if length == 0.0:
             return np.inf
         straight = 1.0
-        if bent > 0.0 and solved.base_shear < state.largest_base_shear:
+        if bent > 0.0 and solved.base_shear < solved.largest_base_shear:
             straight = min(max(float(np.sqrt(ASTRAY * length / bent)), 1.0), LONGEST_STRAIGHT)
-        return straight * max(largest, mean_change / length)
+        return straight * max(largest, self.solver.last_changes(solved)[0] / length)
 
     def _aim(self, state: Increment, size: float) -> Aim:
         if state.phase == "gravity":
