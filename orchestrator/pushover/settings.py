@@ -73,8 +73,8 @@ class SteppingSettings:
     """a part that moves is a local failure below this share of the wall's mass: it falls, and the wall goes on"""
     displacement_increment: Annotated[float, Gt(0), Le(1)] = 1 / 40
     """largest increment of the mean displacement along the live load, weighted by it, over the final displacement; a
-    part inside the wall goes farther while neither the top nor the multiplier moves by its largest increment, and past
-    the peak a curve that is straight has up to four times that"""
+    part inside the wall goes farther while neither the top nor the multiplier moves by its largest increment, and where
+    the base shear falls along a straight curve it goes up to four times as far"""
     final_displacement: Annotated[float, Gt(0), Unit("m")] = 0.02
     """the curve ends at this displacement of the top"""
     final_drop: Annotated[float, Gt(0), Le(1)] = 0.2

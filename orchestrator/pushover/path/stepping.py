@@ -60,8 +60,8 @@ BENT = 0.5
 """an increment that departs from the one before by this share of its length, or more, is followed by one as large; one
 that departs by half of it, or less, by one twice as large"""
 ASTRAY = 0.05
-"""past the highest base shear increments grow above the largest while they are expected to depart from the one before
-by less than this share of the largest (a curve drawn through them is off by an eighth of that)"""
+"""while the base shear falls increments grow above the largest, as long as they are expected to depart from the one
+before by less than this share of the largest (a curve drawn through them is off by an eighth of that)"""
 LONGEST_STRAIGHT = 4.0
 """such an increment at most, over the largest"""
 UNDRIVEN = "no longer driven"
@@ -82,6 +82,11 @@ def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
     if state.phase == "displacement" and dropped:
         return f"base shear {100 * stepping.final_drop:g} % below its peak"
     return None
+
+
+def _longer(bent: float, length: float) -> float:
+    """Return by what factor an increment may be longer than the largest, as the last one, so long and bent, was."""
+    return min(max(float(np.sqrt(ASTRAY * length / bent)), 1.0), LONGEST_STRAIGHT) if bent else 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,8 +177,8 @@ class Pushover:
         except ConvergenceError as error:
             return self._not_static(trial, aim, str(error), error.iterations)
         trial = trial.after(solved)
-        goes_back = solved.base_shear < state.base_shear
-        alone = self._left_alone(state, solved.change.ravel()) if goes_back else None
+        falls = solved.base_shear < state.base_shear
+        alone = self._left_alone(state, solved.change.ravel()) if falls else None
         if alone is not None:
             return trial.then("a local part moves and the wall goes back", UNDRIVEN, solved.iterations, alone)
         if solved.moving:
@@ -184,7 +189,7 @@ class Pushover:
         if aim.size > self._largest(aim.phase) and length > 1.0 and bent * length > BENT:
             return trial.smaller("the curve is not straight", solved.iterations)
         growth = 1.0 if trial.cuts or bent >= BENT else min(BENT / bent, 2.0) if bent else 2.0
-        grown = min(growth * aim.size, self._resolved(solved, bent, length))
+        grown = min(growth * aim.size, self._resolved(solved, length) * (_longer(bent, length) if falls else 1.0))
         return [replace(solved, attempts=trial.attempts, step=(grown, aim.size))]
 
     def _not_static(self, trial: Trial, aim: Aim, why: str, spent: int) -> Trial | list[Increment]:
@@ -323,21 +328,16 @@ class Pushover:
         carries_more = abs(solved.load_multiplier - state.load_multiplier) / self._largest("load")
         return max(abs(control_change) / self._largest("displacement"), carries_more)
 
-    def _resolved(self, solved: Increment, bent: float, length: float) -> float:
+    def _resolved(self, solved: Increment, length: float) -> float:
         """Return the increment up to which the curve after a static increment is resolved, in its phase's unit.
 
-        Under displacement control it is that of the length 1. A part that slides inside the wall, which moves neither
-        the top nor the multiplier, may go farther, and so may a wall past its peak that moves on straight.
+        Under displacement control it is that of the length 1; a part that slides inside the wall, which moves neither
+        the top nor the multiplier, may go farther.
         """
         largest = self._largest(solved.phase)
         if solved.phase != "displacement":
             return largest
-        if length == 0.0:
-            return np.inf
-        straight = 1.0
-        if bent > 0.0 and solved.base_shear < solved.largest_base_shear:
-            straight = min(max(float(np.sqrt(ASTRAY * length / bent)), 1.0), LONGEST_STRAIGHT)
-        return straight * max(largest, self.solver.last_changes(solved)[0] / length)
+        return max(largest, self.solver.last_changes(solved)[0] / length) if length else np.inf
 
     def _aim(self, state: Increment, size: float) -> Aim:
         if state.phase == "gravity":
