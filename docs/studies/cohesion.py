@@ -30,7 +30,8 @@ from orchestrator import (
     pushover_increments,
     read_case,
 )
-from orchestrator.app.driver import Segmented, segment
+from orchestrator.app.driver import segment
+from orchestrator.app.segmented import Segmented
 from orchestrator.assessment.capacity import initial_stiffness
 from orchestrator.storage import write_csv, write_text
 

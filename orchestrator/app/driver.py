@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 from orchestrator import storage
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
-from orchestrator.app.pushover_run import last_state, push_model
-from orchestrator.app.refining import push_and_refine
+from orchestrator.app.refining import left_off, push_segmented
+from orchestrator.app.segmented import Segmented
 from orchestrator.basis.atomic_files import locked, sweep
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
@@ -29,9 +29,7 @@ from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.loads import loads_on
 from orchestrator.macroblocks.automatic import macroblocks_of
-from orchestrator.macroblocks.bodies import Bodies, make_bodies
-from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, one_body_per_block
-from orchestrator.macroblocks.refinement import finer
+from orchestrator.macroblocks.criteria import MacroblockSettings
 from orchestrator.masonry.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.masonry.sources.drawing import implausible, refuse_implausible_size
 from orchestrator.masonry.ties import idle_ties, with_ties
@@ -50,16 +48,6 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 logger = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Segmented:
-    """Everything before the finite elements."""
-
-    assemblage: Assemblage
-    analysis: LimitAnalysis
-    partition: Partition
-    bodies: Bodies
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -189,9 +177,7 @@ def segment(case: Case) -> Segmented:
     idle = idle_ties(assemblage.wall, case.reinforcement.ties, partition.body_of_block)
     partition = replace(partition, remarks=(*partition.remarks, *idle))
     analysis = of_first_joints(analysis, assemblage.joints.count)
-    return Segmented(
-        assemblage, analysis, partition, make_bodies(assemblage, partition, analysis.headline.joint_forces)
-    )
+    return Segmented.into(assemblage, analysis, partition)
 
 
 def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:
@@ -219,7 +205,7 @@ def push(
     )
 
     if resume:
-        segmented = on_root(comm, _left_off, case, segmented, output)
+        segmented = on_root(comm, left_off, case, segmented, output)
     with on_root_while(comm, locked(output), storage.logging_to(output / "run.log")):
         on_root(comm, sweep, output)
         report(StageBegun("pictures", "wall, mechanism and macroblocks"))
@@ -235,7 +221,14 @@ def push(
             logger.info("micro-LA and macroblocks: %s", _words(segmented))
         pushed: dict[ModelName, Pushed] = {}
         for model in dict.fromkeys(case.run.models):
-            segmented, pushed[model] = _pushed(model, case, segmented, output, resume, comm, report)
+            chosen = segmented.partition
+            segmented, pushed[model] = push_segmented(model, case, segmented, output, resume, comm, report)
+            if segmented.partition is not chosen:
+                on_root(
+                    comm,
+                    reporting.write_partition,
+                    output, case, segmented.assemblage, segmented.partition, segmented.bodies,
+                )  # fmt: skip
         report(StageBegun("report", "curves, verification where asked for, and report.html"))
         outcome = on_root(comm, _finished, case, segmented, pushed, output)
         for model, done in pushed.items():
@@ -245,79 +238,6 @@ def push(
             logger.error("%s", complaint)
         logger.info("finished: %s", output / "summary.json")
         return outcome
-
-
-def _pushed(
-    model: ModelName,
-    case: Case,
-    segmented: Segmented,
-    output: Path,
-    resume: bool,
-    comm: MPI.Comm | None,
-    report: Report,
-) -> tuple[Segmented, Pushed]:
-    """Push one model; macroblocks that were chosen automatically until finite elements and limit analysis agree."""
-    from orchestrator.present import report as reporting
-
-    wall, analysis = segmented.assemblage.wall, segmented.analysis
-
-    def push_bodies(bodies: Bodies, resume: bool) -> Pushed:
-        began = perf_counter()
-        done = push_model(model, case, wall, bodies, output / model, resume, comm, report, analysis)
-        report(StageDone(f"{model} FE", perf_counter() - began, done.curve.stopped_because))
-        return done
-
-    def push_macroblocks(partition: Partition) -> Pushed:
-        first = partition is segmented.partition
-        if not first:
-            why = "to see whether more bodies bear another load"
-            report(StageBegun("macroblocks", f"{partition.count} in their place: {why}"))
-        return push_bodies(_with(partition, segmented).bodies, resume and first)
-
-    if model == "micro" or segmented.partition.tolerances is not None:
-        return segmented, push_bodies(_bodies(model, segmented), resume)
-    margin, chosen = case.macroblocks.margin, segmented.partition
-    partition, done = push_and_refine(segmented.assemblage, analysis, chosen, push_macroblocks, margin)
-    if partition.remarks == chosen.remarks:
-        return segmented, done
-    before, now = (idle_ties(wall, case.reinforcement.ties, p.body_of_block) for p in (chosen, partition))
-    remarks = [remark for remark in partition.remarks if remark not in before]
-    segmented = _with(replace(partition, remarks=(*remarks, *now)), segmented)
-    on_root(comm, reporting.write_partition, output, case, segmented.assemblage, segmented.partition, segmented.bodies)
-    return segmented, done
-
-
-def _with(partition: Partition, segmented: Segmented) -> Segmented:
-    """Return a segmented wall with another partition."""
-    forces = segmented.analysis.headline.joint_forces
-    return replace(segmented, partition=partition, bodies=make_bodies(segmented.assemblage, partition, forces))
-
-
-def _left_off(case: Case, segmented: Segmented, output: Path) -> Segmented:
-    """Return the segmented wall with the macroblocks that `output` holds increments of, as chosen or refined.
-
-    Raises CaseError where it holds those of another run, before anything of it is overwritten.
-    """
-
-    def refuse_another(model: ModelName, one: Segmented) -> None:
-        if storage.StateStore(output / model, "").numbers():
-            last_state(case, one.assemblage.wall, _bodies(model, one), output / model)
-
-    if "micro" in case.run.models:
-        refuse_another("micro", segmented)
-    left = segmented
-    while "macro" in case.run.models:
-        try:
-            refuse_another("macro", left)
-            break
-        except CaseError:
-            automatic = left.partition.tolerances is None
-            more = finer(left.assemblage, left.analysis, left.partition) if automatic else None
-            if more is None:
-                raise
-            said = f"refined from {segmented.partition.count} macroblocks before the run was stopped"
-            left = _with(replace(more, remarks=(*segmented.partition.remarks, said)), segmented)
-    return left
 
 
 def rebuild_report(run_folder: Path) -> Path:
@@ -347,7 +267,3 @@ def _words(segmented: Segmented) -> str:
     bodies = "1 macroblock" if partition.count == 1 else f"{partition.count} macroblocks"
     outcome = f"multiplier {analysis.headline.load_multiplier:.4f}, {bodies}"
     return "; ".join([outcome, *analysis.remarks, *partition.remarks, *implausible(segmented.assemblage.wall)])
-
-
-def _bodies(model: ModelName, segmented: Segmented) -> Bodies:
-    return segmented.bodies if model == "macro" else _with(one_body_per_block(segmented.assemblage), segmented).bodies

@@ -14,8 +14,8 @@ from typing import Literal
 
 import numpy as np
 
-from orchestrator.app.driver import Segmented
 from orchestrator.app.pushover_run import mesh_cache
+from orchestrator.app.segmented import Segmented
 from orchestrator.basis.arrays import IntArray
 from orchestrator.basis.atomic_files import replacing
 from orchestrator.basis.errors import CaseError

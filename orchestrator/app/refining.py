@@ -2,7 +2,8 @@
 
     partition, pushed = push_and_refine(assemblage, analysis, macroblocks_of(assemblage, analysis), push_partition)
 
-with `push_partition` a function of the partition, e.g. lambda p: push(assemblage, analysis, p, load).
+with `push_partition` a function of the partition, e.g. lambda p: push(assemblage, analysis, p, load). `push_segmented`
+does so for `run`, into its folder, and `left_off` finds the macroblocks at which a run was stopped.
 """
 
 from __future__ import annotations
@@ -10,12 +11,26 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
 
+from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
+from orchestrator.app.pushover_run import last_state, push_model
+from orchestrator.app.segmented import Segmented
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, stones_of
 from orchestrator.macroblocks.refinement import Borne, finer, is_enough, remarked
 from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.ties import idle_ties
+from orchestrator.settings.case import Case, ModelName
+from orchestrator.storage import StateStore
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 logger = logging.getLogger(__name__)
 
@@ -41,3 +56,68 @@ def push_and_refine(
             return remarked(analysis, margin, replace(partition, remarks=said), borne), done
         logger.info("%d macroblocks bear %.4f: %d are pushed", partition.count, peak, more.count)
         partition = more
+
+
+def push_segmented(
+    model: ModelName,
+    case: Case,
+    segmented: Segmented,
+    output: Path,
+    resume: bool,
+    comm: MPI.Comm | None,
+    report: Report,
+) -> tuple[Segmented, Pushed]:
+    """Push one model of a run into its folder; return the wall with the bodies pushed last.
+
+    Macroblocks by tolerances are pushed as they are, those that were chosen automatically are refined.
+    """
+    wall, analysis, chosen = segmented.assemblage.wall, segmented.analysis, segmented.partition
+
+    def push_bodies(bodies: Bodies, resume: bool) -> Pushed:
+        began = perf_counter()
+        done = push_model(model, case, wall, bodies, output / model, resume, comm, report, analysis)
+        report(StageDone(f"{model} FE", perf_counter() - began, done.curve.stopped_because))
+        return done
+
+    def push_macroblocks(partition: Partition) -> Pushed:
+        if partition is chosen:
+            return push_bodies(segmented.bodies, resume)
+        report(StageBegun("macroblocks", f"{partition.count} in their place: to see whether more bear another load"))
+        return push_bodies(segmented.divided(partition).bodies, False)
+
+    if model == "micro" or chosen.tolerances is not None:
+        return segmented, push_bodies(segmented.bodies_of(model), resume)
+    margin = case.macroblocks.margin
+    partition, done = push_and_refine(segmented.assemblage, analysis, chosen, push_macroblocks, margin)
+    if partition.remarks == chosen.remarks:
+        return segmented, done
+    before, now = (idle_ties(wall, case.reinforcement.ties, p.body_of_block) for p in (chosen, partition))
+    remarks = [remark for remark in partition.remarks if remark not in before]
+    return segmented.divided(replace(partition, remarks=(*remarks, *now))), done
+
+
+def left_off(case: Case, segmented: Segmented, output: Path) -> Segmented:
+    """Return the segmented wall with the macroblocks that `output` holds increments of, as chosen or refined.
+
+    Raises CaseError where it holds those of another run, before anything of it is overwritten.
+    """
+
+    def refuse_another(model: ModelName, one: Segmented) -> None:
+        if StateStore(output / model, "").numbers():
+            last_state(case, one.assemblage.wall, one.bodies_of(model), output / model)
+
+    if "micro" in case.run.models:
+        refuse_another("micro", segmented)
+    left = segmented
+    while "macro" in case.run.models:
+        try:
+            refuse_another("macro", left)
+            break
+        except CaseError:
+            automatic = left.partition.tolerances is None
+            more = finer(left.assemblage, left.analysis, left.partition) if automatic else None
+            if more is None:
+                raise
+            said = f"refined from {segmented.partition.count} macroblocks before the run was stopped"
+            left = segmented.divided(replace(more, remarks=(*segmented.partition.remarks, said)))
+    return left

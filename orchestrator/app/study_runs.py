@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 from orchestrator import storage
 from orchestrator.app import driver, pushover_run
-from orchestrator.app.driver import Segmented
 from orchestrator.app.progress import Report, StageBegun, StageDone
+from orchestrator.app.segmented import Segmented
 from orchestrator.basis.atomic_files import TEMPORARY
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.parallel import Spread, workers_into
@@ -82,7 +82,7 @@ def _study(case: Case, output: Path, spread: Spread, report: Report) -> StudyOut
         key_here = error.key.replace("macroblocks", "study")
         raise CaseError(key_here, error.problem, error.remedy, str(case.file)) from None
     micro = one_body_per_block(assemblage)
-    segmented = Segmented(assemblage, analysis, micro, make_bodies(assemblage, micro, analysis.headline.joint_forces))
+    segmented = Segmented.into(assemblage, analysis, micro)
     runs = [
         _run_of(partition, case, segmented, output) for partition in distinct([micro, *(c.partition for c in cells)])
     ]

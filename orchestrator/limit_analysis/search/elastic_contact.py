@@ -123,7 +123,7 @@ class Position:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Trial:
+class TriedPosition:
     """Forces (c, 2) of a position that is tried, its rates (c, 2) and the points' tangent stiffness (c, 3)."""
 
     displacements: FloatArray
@@ -201,7 +201,7 @@ def undeformed(wall: ElasticWall) -> Position:
     return Position(np.zeros(wall.problem.B.shape[0]), nothing, nothing)
 
 
-def tried(wall: ElasticWall, before: Position, displacements: FloatArray) -> Trial:
+def tried(wall: ElasticWall, before: Position, displacements: FloatArray) -> TriedPosition:
     """Return forces and tangent after displacements (3m,) that were reached from the position `before`."""
     rates = wall.rates(displacements)
     (k_n, k_t), (opening, slip) = wall.stiffness.T, rates.T
@@ -214,7 +214,7 @@ def tried(wall: ElasticWall, before: Position, displacements: FloatArray) -> Tri
     pressed, stick = k_n * np.maximum(d_normal, LEAST_STIFFNESS), k_t * np.maximum(d_above - d_below, LEAST_STIFFNESS)
     slide = wall.problem.friction * (d_above + d_below - 1.0)
     tangent = np.column_stack([pressed, slide * pressed, stick])
-    return Trial(displacements, np.column_stack([normal, above - below - limit]), rates, tangent)
+    return TriedPosition(displacements, np.column_stack([normal, above - below - limit]), rates, tangent)
 
 
 def positive(trial: FloatArray, smoothing: float = JOINT_SMOOTHING) -> tuple[FloatArray, FloatArray]:

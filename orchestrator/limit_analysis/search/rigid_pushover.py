@@ -62,7 +62,7 @@ class RigidPushover:
         return float(self.multiplier.max())
 
 
-class Pushed(StateSearch):
+class DisplacedWallSearch(StateSearch):
     """A wall whose joints move with its blocks."""
 
     def __init__(self, problem: Problem, stiffness: Stiffness) -> None:
@@ -144,7 +144,7 @@ def rigid_pushover(problem: Problem, associative: float, stiffness: Stiffness = 
     associative: the multiplier of Eq. (1). Returns None for a wall that does not come to rest under its dead load, or
     not under any live load.
     """
-    pushed = Pushed(problem, stiffness)
+    pushed = DisplacedWallSearch(problem, stiffness)
     stands = pushed.gravity()
     scale = pushed.wall.problem.per_multiplier
     if not stands.rests or scale * associative < LEAST:
