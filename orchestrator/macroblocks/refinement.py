@@ -7,10 +7,9 @@ is right more bodies tell, since in the end they are the stones. Each body is di
 of all ways to join its stones by the one that loses least energy (locking.py). Here 16 bodies bear 0.457.
 
 It ends where finite elements and limit analysis agree, and, as with a mesh, twice as many bodies bear the same; where
-twice as many are more than FEW, agreement alone is enough, unless it is with a wide interval. Neither road then
-confirms the other any more: micro-FE does. A curve that is not valid counts as no agreement. Where bodies bear less
-than limit analysis, which is no fault of joining (soft stones, crushing, the path of friction), it ends as well where
-twice as many bear the same.
+twice as many are more than FEW, agreement alone is enough. Neither road then confirms the other any more: micro-FE
+does. A curve that is not valid counts as no agreement. Where bodies bear less than limit analysis, which is no fault of
+joining (soft stones, crushing, the path of friction), it ends as well where twice as many bear the same.
 """
 
 from __future__ import annotations
@@ -81,10 +80,9 @@ def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones
     if off < 0.0 and not last.is_peak:
         return True
     bear_the_same = len(borne) > 1 and abs(last.multiplier / borne[-2].multiplier - 1.0) <= apart
-    if abs(off) > apart:
-        return off < 0.0 and bear_the_same
-    low, high = analysis.interval or (1.0, 1.0)
-    return bear_the_same or (high <= (1.0 + apart) * low and 2 * last.bodies > FEW * stones)
+    if abs(off) <= apart:
+        return bear_the_same or 2 * last.bodies > FEW * stones
+    return off < 0.0 and bear_the_same
 
 
 def remarked(analysis: LimitAnalysis, margin: float, partition: Partition, borne: list[Borne]) -> Partition:
