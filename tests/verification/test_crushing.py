@@ -92,7 +92,7 @@ def test_a_toe_in_large_displacements_goes_on_crushing():
     rotation = np.arcsin(result.curve.control_displacement_m / HEIGHT)
     expected = WIDTH * 0.9 / HEIGHT - np.tan(rotation)
     later = rotation > 0.005
-    assert np.count_nonzero(later) > 10
+    assert np.count_nonzero(later) > 5
     assert result.curve.base_shear_N[later] / WEIGHT == pytest.approx(expected[later], rel=0.02)
 
 
