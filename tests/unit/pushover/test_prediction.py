@@ -71,5 +71,5 @@ def test_most_increments_of_a_wall_that_turns_and_slides_take_two_iterations():
     wall = irregular_courses(IrregularCourses(0.7, 0.9, seed=2))
     result = run(model_of(wall, large_displacement=True, mesh_size=1.0), 0.03)
     turning = [i for i in result.increments if i.phase == "displacement" and i.control_displacement > 2e-3]
-    assert len(turning) > 15
+    assert len(turning) > 5
     assert np.median([i.iterations for i in turning]) <= 3
