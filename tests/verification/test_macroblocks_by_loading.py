@@ -18,9 +18,6 @@ from orchestrator import (
     push,
     push_and_refine,
 )
-from orchestrator.macroblocks.automatic import ELSEWHERE
-from orchestrator.macroblocks.criteria import stones_of
-from orchestrator.macroblocks.path_of_bodies import off_headline
 from orchestrator.masonry.patterns import ArchedOpening, ArchedWall, IrregularCourses, Rubble, arched_wall, rubble
 
 
@@ -40,8 +37,7 @@ def with_arch(seed, rise):
 
 
 def pushed(wall, direction):
-    """Return limit analysis, the macroblocks chosen and those pushed last, and the peak of their base shear over the
-    live load."""
+    """Return the macroblocks pushed last and the peak of their base shear over the live load."""
     assemblage, load = find_joints(wall, JointSettings()), LoadSettings(direction)
     analysis = analyse(assemblage, loads=loads_on(wall, load))
     chosen = macroblocks_of(assemblage, analysis)
@@ -50,7 +46,7 @@ def pushed(wall, direction):
     last, done = push_and_refine(
         assemblage, analysis, chosen, lambda bodies: push(assemblage, analysis, bodies, load, stepping=stepping)
     )
-    return assemblage, analysis, chosen, last, done.capacity.peak_base_shear / analysis.horizontal_load
+    return last, done.capacity.peak_base_shear / analysis.horizontal_load
 
 
 @pytest.mark.parametrize(
@@ -64,14 +60,10 @@ def pushed(wall, direction):
 def test_macroblocks_bear_what_every_stone_bears(wall, direction, micro_fe):
     """micro_fe: peak of `push` with `one_body_per_block`. Which bodies are chosen rounding may change, and so another
     processor (30 of the 47 stones of the arch bear 0.5454 on one): where they bear another load a remark says so."""
-    assemblage, analysis, chosen, last, peak = pushed(wall, direction)
-    saves_little = any("save little" in remark for remark in chosen.remarks)
-    assert saves_little == (2 * chosen.count > stones_of(assemblage))
+    last, peak = pushed(wall, direction)
     differ = any("in finite elements than in limit analysis" in remark for remark in last.remarks)
     assert differ or peak == pytest.approx(micro_fe, rel=0.02)
     assert peak == pytest.approx(micro_fe, rel=0.06)
-    fail_elsewhere = off_headline(assemblage, analysis, chosen, np.inf)[0] > 0.02
-    assert (ELSEWHERE in chosen.remarks) == fail_elsewhere
 
 
 def test_the_choice_takes_about_as_long_as_limit_analysis():
