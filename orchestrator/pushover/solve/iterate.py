@@ -137,7 +137,7 @@ def evaluate(
             / model.weight,
             abs(control_error(model, problem, displacement)),
         ),
-        rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(strained))) / weight,
+        rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(displacement))) / weight,
         pull=pull,
         pull_slope=pull_slope,
         bond=bond,
