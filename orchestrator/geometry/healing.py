@@ -48,7 +48,8 @@ def heal(
     closed before, between the lines of a drawing; curved: arcs came as chords, and a joint along an arc becomes
     straight (BEND). Raises OverlapError for blocks that lie on one another.
     """
-    joined = planar_map(outlines, tolerance, BEND if curved else 0.0, SHORT_EDGE, known_error)
+    drawn = [_corners(outline) for outline in outlines]
+    joined = planar_map(drawn, tolerance, BEND if curved else 0.0, SHORT_EDGE, known_error)
     return [_corners(joined.vertex[joined.ring(block)]) for block in range(len(outlines))], joined
 
 
@@ -56,7 +57,8 @@ def _corners(ring: FloatArray) -> FloatArray:
     """Return the ring (n, 2) without points on its straight edges, as the corners of other blocks are."""
     chord, arm = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0), ring - np.roll(ring, 1, axis=0)
     height = np.abs(cross(chord, arm))
-    return read_only(ring[~(height < SAME_POINT * np.sum(chord**2, axis=1))])
+    corners = ring[~(height < SAME_POINT * np.sum(chord**2, axis=1))]
+    return read_only(corners if len(corners) > 2 else ring)
 
 
 def closed_gaps(joined: PlanarMap) -> list[Gap]:

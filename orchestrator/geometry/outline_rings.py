@@ -30,7 +30,8 @@ class Rings:
     """Outlines as rings of vertex numbers, while they are being joined.
 
     One row for every corner of a block, block after block: vertex, block, and line, the drawn edge that begins there. A
-    row's edge runs to the row `following`. members: vertices and the points that blocks have there.
+    row's edge runs to the row `following`. members: vertices and the points that blocks have there. low, high (v, 2):
+    corners of the box round what collapsed into a vertex, NaN where nothing did.
     """
 
     def __init__(self, outlines: Sequence[FloatArray]) -> None:
@@ -45,6 +46,7 @@ class Rings:
         size = float(np.ptp(own, axis=0).max())
         self.rounding = SAME_POINT * size + 1e-14 * float(np.abs(own).max())
         self.spread = np.zeros(len(self.point))
+        self.low, self.high = np.full((2, *self.point.shape), np.nan)
         self.members = [(self.vertex.copy(), own)]
 
     def _link(self) -> None:
@@ -187,15 +189,23 @@ class Rings:
         order = order[distance[order] <= within]
         return self._unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
 
-    def _unite(self, pairs: Iterable[tuple[int, int, float]]) -> list[float]:
-        """Make one vertex of each pair, in this order, where outlines stay simple; return the distances joined."""
+    def _unite(self, pairs: Iterable[tuple[int, int, float]], most: Sequence[float] | None = None) -> list[float]:
+        """Make one vertex of each pair, in this order, where outlines stay simple; return the distances joined.
+
+        most: no vertex gathers others from farther apart than so (m), for each pair; None: however far.
+        """
         pairs = list(pairs)
         rows_of = self._rows_by_block(np.unique([vertex for p, q, _ in pairs for vertex in (p, q)]))
         to = np.arange(len(self.point))
         joined = []
-        for a, b, apart in pairs:
+        for pair, (a, b, apart) in enumerate(pairs):
             one, other = _root(to, a), _root(to, b)
-            if one != other and self._stays_simple(rows_of[one], rows_of[other]):
+            if one == other or (most is not None and self._gathered(one, other) > most[pair]):
+                continue
+            if self._stays_simple(rows_of[one], rows_of[other]):
+                if most is not None:
+                    low, high = self._box(one, other)
+                    self.low[one], self.high[one] = low, high
                 to[other] = one
                 for block, rows in rows_of.pop(other).items():
                     rows_of[one][block] = rows_of[one].get(block, []) + rows
@@ -203,6 +213,17 @@ class Rings:
         if joined:
             self._relabel(np.array([_root(to, a) for a in range(len(to))]))
         return joined
+
+    def _box(self, one: int, other: int) -> tuple[FloatArray, FloatArray]:
+        """Return the corners of the box round two vertices and what collapsed into them."""
+        two = [one, other]
+        low, high = (np.where(np.isnan(at[two]), self.point[two], at[two]) for at in (self.low, self.high))
+        return low.min(axis=0), high.max(axis=0)
+
+    def _gathered(self, one: int, other: int) -> float:
+        """Return how far apart what collapsed into two vertices lies at most, m."""
+        low, high = self._box(one, other)
+        return float(np.hypot(*(high - low)))
 
     def _rows_by_block(self, vertices: IntArray) -> dict[int, dict[int, list[int]]]:
         """Return the rows of each vertex, by block."""
@@ -322,7 +343,10 @@ class Rings:
 
     def collapse(self, error: float, short: float) -> list[float]:
         """Take short edges for points, the shortest first: those below `error` (m), over which outlines were joined,
-        and those between two blocks below `short` of the size of one of them. Return their lengths (m)."""
+        and those between two blocks below `short` of the size of one of them. Return their lengths (m).
+
+        Short edges in a row are the chords of a curve: no point takes the place of more than such a length.
+        """
         there = self.vertex[self.following]
         length = np.linalg.norm(self.point[there] - self.point[self.vertex], axis=1)
         begin = np.flatnonzero(np.diff(self.block, prepend=-1))
@@ -331,13 +355,16 @@ class Rings:
         size = np.sqrt(0.5 * np.abs(doubled_area))[self.block]
         key, reverse = self.keys()
         between_two = np.isin(reverse, key)
-        rows = np.flatnonzero(length < np.where(between_two, np.maximum(error, short * size), error))
+        most = np.where(between_two, np.maximum(error, short * size), error)
+        rows = np.flatnonzero(length < most)
+        rows = rows[np.argsort(-most[rows], kind="stable")]  # of the two blocks at an edge the larger one decides
         p, q = np.minimum(self.vertex[rows], there[rows]), np.maximum(self.vertex[rows], there[rows])
         pairs, index = np.unique(np.column_stack([p, q]), axis=0, return_index=True)
-        length = length[rows[index]]
+        length, most = length[rows[index]], most[rows[index]]
         order = np.lexsort((*pairs.T, length))
         return self._unite(
-            (*pair, apart) for pair, apart in zip(pairs[order].tolist(), length[order].tolist(), strict=True)
+            ((*pair, apart) for pair, apart in zip(pairs[order].tolist(), length[order].tolist(), strict=True)),
+            most[order].tolist(),
         )
 
     def measure(self) -> None:
@@ -352,9 +379,10 @@ class Rings:
         self.width = np.where((twin >= 0) & (np.abs(width) > self.rounding), width, 0.0)
 
     def straighten(self, within: float, tolerance: float, bend: float) -> float:
-        """Drop the vertices of chains between the same two blocks that lie within `within` (m) of a straight line, or
-        within `bend` of its length; where there is one block only, no more than `tolerance` (m) from it. Return the
-        largest distance (m) over which the line between two blocks changed."""
+        """Drop the vertices of chains between the same two blocks that lie within `within` (m) of a straight line,
+        `tolerance` (m) where the drawing has curves (bend > 0) or edges of the chain collapsed, or all of them where it
+        bends by no more than `bend` of its length; where there is one block only, no more than `tolerance` from it.
+        Return the largest distance (m) over which the line between two blocks changed."""
         key, reverse = self.keys()
         size = len(self.point)
         degree = np.bincount(np.unique(np.concatenate([key, reverse])) // size, minlength=size)
@@ -372,7 +400,8 @@ class Rings:
                 if end - begin > 1 and not second[rows[begin]]:
                     chain = self.vertex[np.append(rows[begin:end], rows[end % len(rows)])]
                     most = max(within, tolerance) if is_open[rows[begin]] else np.inf
-                    kept = kept_of_chain(self.point[chain], within, bend, most)
+                    curved = bend > 0.0 or not np.isnan(self.low[chain, 0]).all()
+                    kept = kept_of_chain(self.point[chain], max(within, tolerance) if curved else within, bend, most)
                     drop[chain[~kept]] = True
                     if not is_open[rows[begin]] and not kept.all():
                         straight = shapely.LineString(self.point[chain[kept]])

@@ -66,19 +66,39 @@ def without_spikes(ring: FloatArray, within: float) -> FloatArray:
 
 
 def kept_of_chain(chain: FloatArray, within: float, bend: float, most: float) -> npt.NDArray[np.bool_]:
-    """Return which points of a chain (p, 2) Douglas and Peucker's rule keeps: those farther from the line between two
-    kept ones than `within` (m) and than `bend` of its length, or than `most` (m). A closed chain keeps three."""
+    """Return which points of a chain (p, 2) Douglas and Peucker's rule keeps: those farther than `within` (m) from the
+    line between two kept ones. A closed chain keeps three.
+
+    None but its ends of a chain that bends by no more than `bend` of its length and `most` (m), and no part of it more
+    in proportion: an arc does, a hump on a long bed does not. (Were each part of a longer arc judged so, a curved joint
+    would hook into its own facets: four on a bed of 0.8 m and a radius of 1 m bear 14 % more than forty.)
+    """
     keep = np.zeros(len(chain), bool)
     keep[[0, -1]] = True
     stack = [(0, len(chain) - 1)]
     while stack:
         a, b = stack.pop()
-        if b - a < 2:
+        middle, off = _farthest(chain, a, b)
+        if off <= within:
             continue
-        line = chain[b] - chain[a]
-        off = shapely.distance(shapely.points(chain[a + 1 : b]), shapely.LineString(chain[[a, b]]))
-        if off.max() > min(max(within, bend * float(np.hypot(*line))), most):
-            middle = a + 1 + int(off.argmax())
-            keep[middle] = True
-            stack += [(a, middle), (middle, b)]
+        if b - a == len(chain) - 1 and off <= most:
+            whole = _bend(chain, a, b)
+            if max(_bend(chain, a, middle), _bend(chain, middle, b)) <= whole <= bend:
+                continue
+        keep[middle] = True
+        stack += [(a, middle), (middle, b)]
     return keep
+
+
+def _farthest(chain: FloatArray, a: int, b: int) -> tuple[int, float]:
+    """Return the point between two of a chain (p, 2) that is farthest from the line between them, and how far (m)."""
+    if b - a < 2:
+        return a, 0.0
+    off = shapely.distance(shapely.points(chain[a + 1 : b]), shapely.LineString(chain[[a, b]]))
+    return a + 1 + int(off.argmax()), float(off.max())
+
+
+def _bend(chain: FloatArray, a: int, b: int) -> float:
+    """Return by what part of its length a chain (p, 2) bends between two of its points; infinity where it is closed."""
+    length = float(np.hypot(*(chain[b] - chain[a])))
+    return _farthest(chain, a, b)[1] / length if length else np.inf

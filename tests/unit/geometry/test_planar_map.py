@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
+from orchestrator.geometry.healing import heal
 from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, planar_map
 from orchestrator.masonry.patterns import (
     ArchedOpening,
@@ -192,14 +193,64 @@ def test_a_stone_in_a_pocket_keeps_its_shape_where_bends_become_straight():
     assert_planar(made, outlines, 1e-3)
 
 
+def bowed(*points):
+    """Two blocks of 1 m on a bed through the points, from left to right."""
+    bow = np.array(points)
+    return np.vstack([[[0, 0], [1, 0]], bow[::-1]]), np.vstack([bow, [[1.0, 1.0], [0.0, 1.0]]])
+
+
 def test_a_bent_joint_of_two_blocks_is_judged_once():
     """Seen from either block, ties would keep one corner each, and neither would stay."""
-    bow = [[1.0, 0.5], [0.7, 0.555], [0.3, 0.555], [0.0, 0.5]]
-    lower, upper = np.array([[0, 0], [1, 0], *bow]), np.array([*bow[::-1], [1.0, 1.0], [0.0, 1.0]])
-    made = planar_map([lower, upper], 1e-3, bend=1 / 20)
-    assert joints(made) == {(0, 1): 2}
-    assert 0 < made.straightened < 0.035
-    assert_planar(made, [lower, upper], 6e-3)
+    blocks = bowed([0.0, 0.5], [0.3, 0.555], [0.301, 0.5558], [0.699, 0.5558], [0.7, 0.555], [1.0, 0.5])
+    made = planar_map(blocks, 1e-3, bend=1 / 20)
+    assert joints(made) == {(0, 1): 3}
+    assert 0 < made.straightened < 1e-3
+    assert_planar(made, blocks, 1e-3)
+
+
+def test_an_arc_becomes_straight_and_a_hump_on_a_long_bed_does_not():
+    angle = np.linspace(-0.19, 0.19, 30)
+    arc = np.column_stack([0.5 + np.sin(angle) / np.sin(0.19) / 2, 0.5 + (np.cos(angle) - np.cos(0.19)) / 0.4])
+    hump = [[0.0, 0.5], [0.4, 0.5], [0.45, 0.54], [0.55, 0.54], [0.6, 0.5], [1.0, 0.5]]
+    assert joints(planar_map(bowed(*arc), 1e-4, bend=1 / 20)) == {(0, 1): 1}
+    assert joints(planar_map(bowed(*hump), 1e-4, bend=1 / 20)) == {(0, 1): 5}
+
+
+def test_a_joint_that_bends_more_than_an_arc_that_is_taken_straight_becomes_chords_within_the_tolerance():
+    """Chords that bent by 1/20 themselves would be two here, hooked by 23 degrees."""
+    angle = np.linspace(-0.5, 0.5, 200)
+    bow = np.column_stack([0.5 + np.sin(angle) / np.sin(0.5) / 2, 0.5 + np.cos(angle) - np.cos(0.5)])
+    blocks = bowed(*bow)
+    made = planar_map(blocks, 1e-3, bend=1 / 20, short=0.01)
+    assert made.straightened < 1e-3
+    assert 8 < joints(made)[0, 1] < 30
+    assert_planar(made, blocks, 1e-3)
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-3, 5e-3])
+@pytest.mark.parametrize("spacing", [1e-3, 4e-3, 9e-3])
+def test_corners_drawn_close_to_each_other_along_straight_beds_change_nothing(tolerance, spacing):
+    """Each edge is shorter than 1/100 of a stone: one taken for a point after the other would eat the wall up."""
+    stones = [rectangle(0.9 * k + 0.45 * (course % 2), 0.45 * course, 0.9, 0.45) for course in (0, 1) for k in range(3)]
+    stones.append(rectangle(-1.0, -0.5, 5.0, 0.5))
+    healed, made = heal(
+        [shapely.get_coordinates(shapely.segmentize(shapely.Polygon(one), spacing))[:-1] for one in stones], tolerance
+    )
+    for drawn, one in zip(stones, healed, strict=True):
+        assert shapely.Polygon(drawn).symmetric_difference(shapely.Polygon(one)).area < 1e-9
+    assert set(joints(made)) == touching(stones)
+
+
+@pytest.mark.parametrize(("spacing", "most"), [(2e-3, 70), (6e-3, 70), (15e-3, 159)])
+def test_wavy_beds_stay_where_they_were_drawn_however_finely(spacing, most):
+    x = np.linspace(0.0, 2.4, int(2.4 / spacing))
+    bed = np.column_stack([x, 0.5 + 0.04 * np.sin(2 * np.pi * x / 0.6)])
+    lower = np.vstack([[[0.0, 0.0], [2.4, 0.0]], bed[::-1]])
+    upper = np.vstack([bed, [[2.4, 1.0], [0.0, 1.0]]])
+    healed, made = heal([lower, upper], 1e-3)
+    for drawn, one in zip((lower, upper), healed, strict=True):
+        assert shapely.hausdorff_distance(shapely.Polygon(drawn), shapely.Polygon(one)) < 1.5e-3
+    assert joints(made)[0, 1] <= most
 
 
 def test_a_vertex_where_lines_are_nearly_parallel_does_not_pass_the_next_one():
