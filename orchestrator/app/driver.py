@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from orchestrator import storage
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
+from orchestrator.app.pushover_run import room_for
 from orchestrator.app.refining import left_off, push_segmented
 from orchestrator.app.segmented import Segmented
 from orchestrator.basis.atomic_files import locked, sweep
@@ -29,7 +30,8 @@ from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.loads import loads_on
 from orchestrator.macroblocks.automatic import macroblocks_of
-from orchestrator.macroblocks.criteria import MacroblockSettings
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import MacroblockSettings, one_body_per_block
 from orchestrator.masonry.joints import Assemblage, JointSettings, check_assemblage, find_joints
 from orchestrator.masonry.sources.drawing import implausible, refuse_implausible_size
 from orchestrator.masonry.ties import idle_ties, with_ties
@@ -87,8 +89,11 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
         said.append("WARNING: check, limit, segment and run take ties; study and export do not yet")
     try:
         refuse_what_only_limit_analysis_takes(case)
+        refuse_ties_of_run(case)
         refuse_seismic(case)
         refuse_what_cannot_be_pushed(case, assemblage)
+        if "micro" in case.run.models:
+            room_for(make_bodies(assemblage, one_body_per_block(assemblage)), case)
     except CaseError as error:
         said.append(f"WARNING: check, limit and segment take this case, run does not: {error}")
     return said
@@ -183,7 +188,8 @@ def segment(case: Case) -> Segmented:
 def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:
     """Run the whole chain into the folder `output`; the same outcome on every rank.
 
-    With `resume` a pushover goes on after its last stored increment. Raises CaseError before anything is written.
+    With `resume` a pushover goes on after its last stored increment; else results of an earlier run are removed.
+    Raises CaseError before anything is written.
     """
     began = perf_counter()
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
@@ -191,6 +197,8 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     on_root(comm, refuse_seismic, case)
     segmented = on_root(comm, segment, case)
     on_root(comm, refuse_what_cannot_be_pushed, case, segmented.assemblage)
+    for model in case.run.models:
+        on_root(comm, room_for, segmented.bodies_of(model), case)
     on_root(comm, _refuse_own_input, case, output)
     report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
     return push(case, segmented, output, resume, comm, report)
@@ -208,6 +216,8 @@ def push(
         segmented = on_root(comm, left_off, case, segmented, output)
     with on_root_while(comm, locked(output), storage.logging_to(output / "run.log")):
         on_root(comm, sweep, output)
+        if not resume:
+            on_root(comm, storage.clear, output)
         report(StageBegun("pictures", "wall, mechanism and macroblocks"))
         on_root(
             comm,

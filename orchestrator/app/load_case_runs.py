@@ -99,6 +99,8 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, repo
     """
     assemblage = on_root(comm, check, case)
     runs = [LoadCaseRun(name, one, output / name, resume) for name, one in each(case).items()]
+    if not resume:
+        on_root(comm, storage.clear, output)
     if comm is not None and comm.size > 1:
         pushover_run.start_finite_elements()
         if not _is_large(case, assemblage):

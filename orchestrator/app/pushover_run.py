@@ -60,8 +60,8 @@ def push_model(
     from orchestrator.pushover.solids.tie_bars import find_ties
 
     start_finite_elements()
-    size = estimate(bodies, case.mesh, case.elastic.element_order)
-    warning = on_root(comm, _room_for, size, case)
+    size, warning = on_root(comm, room_for, bodies, case)
+    logger.info("expected: %s %s", size, warning)
     said = "; ".join(filter(None, (f"{size}, {time_in_words(size)}", warning)))
     report(StageDone(f"{model} FE, before it starts", 0.0, said))
     report(StageBegun(f"{model} FE", "meshes, contacts and matrices"))
@@ -74,12 +74,12 @@ def push_model(
     return on_root(comm, _follow, *arguments, None, report)
 
 
-def _room_for(expected: Estimate, case: Case) -> str:
-    """Return a warning about a large run, or "". Raises CaseError for one that does not fit into the memory."""
+def room_for(bodies: Bodies, case: Case) -> tuple[Estimate, str]:
+    """Return what the finite elements of bodies need, and a warning where that is much, or "". Raises CaseError where
+    it does not fit into the memory."""
+    expected = estimate(bodies, case.mesh, case.elastic.element_order)
     with naming(case.file):
-        warning = warning_of(expected, free_memory())
-    logger.info("expected: %s %s", expected, warning)
-    return warning
+        return expected, warning_of(expected, free_memory())
 
 
 def _meshed(bodies: Bodies, case: Case, folder: Path) -> BodyMeshes:

@@ -27,6 +27,7 @@ from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
 from orchestrator.space.ties import with_ties
 from orchestrator.space.wall import check_wall
 from orchestrator.storage.files import plain, write_json
+from orchestrator.storage.outputs import clear
 
 LISTED_JOINTS = 5
 """ignored joints that are named"""
@@ -50,7 +51,7 @@ def ignored_joints(assemblage: SpaceAssemblage) -> list[str]:
     return [f"WARNING: {many} too small for a joint (contact.smallest), between blocks {listed}"]
 
 
-def limit(path: Path, overrides: list[str], output: Path, as_json: bool, console: Console) -> int:
+def limit(path: Path, overrides: list[str], output: Path, force: bool, as_json: bool, console: Console) -> int:
     """Run the limit analysis of a wall in space; print it, draw its mechanism; return the exit code."""
     case = read(path, overrides)
     assemblage = assemblage_of(case)
@@ -68,6 +69,8 @@ def limit(path: Path, overrides: list[str], output: Path, as_json: bool, console
         print(json.dumps(plain(record(analysis)), indent=1))
         return 0
     console.print(table(analysis))
+    if force:
+        clear(output)
     _show_mechanism(case, assemblage, loads, analysis, output, say)
     return 0
 

@@ -52,7 +52,7 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
         return 0
     _try_output(options, case, output)
     answers = []
-    for name, one in load_case_runs.each(case).items():
+    for number, (name, one) in enumerate(load_case_runs.each(case).items()):
         with Reporter(console):
             assemblage, analysis = driver.limit(one)
         summary = storage.summarise(one.name, assemblage, analysis, None, [])
@@ -61,6 +61,8 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
         for remark in (*analysis.remarks, *implausible(assemblage.wall)):
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(analysis), soft_wrap=True, markup=False)
+        if options.force and not number:
+            storage.clear(output)
         with shown(console, "pictures", "mechanism"):
             picture = driver.draw_mechanism(one, assemblage, analysis, output / name)
         console.print(f"mechanism: {picture}", soft_wrap=True)
@@ -83,7 +85,7 @@ def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console
     """Find the macroblocks; return the exit code."""
     output = _output(options)
     _try_output(options, case, output)
-    for name, one in load_case_runs.each(case).items():
+    for number, (name, one) in enumerate(load_case_runs.each(case).items()):
         with Reporter(console):
             segmented = driver.segment(one)
         console.print(tables.limit_table(segmented.analysis, name))
@@ -92,6 +94,8 @@ def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console
         for remark in (*segmented.analysis.remarks, *segmented.partition.remarks, *implausible(wall)):
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True, markup=False)
+        if options.force and not number:
+            storage.clear(output)
         with shown(console, "pictures", "macroblocks and mechanism"):
             pictures = driver.draw_macroblocks(one, segmented, output / name)
         console.print(f"macroblocks: {pictures[0]}; mechanism: {pictures[1]}", soft_wrap=True)

@@ -62,6 +62,7 @@ class Problem:
             yield_residual=friction.excess(forces) / equilibrium.mean_weight,
             power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),
             dilation=dilation(equilibrium, friction, forces, mechanism),
+            horizontal_load=equilibrium.base_shear,
         )
 
 

@@ -13,7 +13,7 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     """Return the sentence on a limit analysis: the multiplier that counts, its base shear, and how sure it is."""
     state, bound = analysis.headline, analysis.bound.load_multiplier
     multiplier = state.load_multiplier
-    shear = f"base shear {printed('force', multiplier * analysis.horizontal_load)} kN, "
+    shear = f"base shear {printed('force', state.base_shear)} kN, {_without(analysis)}"
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): "
     if analysis.going_down:
         counts = f"Whether it stands is open; if it does, {counts}"
@@ -27,6 +27,13 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     low, high = analysis.non_associative_range or (multiplier, multiplier)
     low = min(low, analysis.lowest.load_multiplier if analysis.lowest else low)
     return f"{counts}{shear}{_why(low, high, bound)}"
+
+
+def _without(analysis: LimitAnalysis) -> str:
+    """Return which part of the weight has come loose before the wall reaches its state, if any."""
+    if not (loose := sum(failure.share for failure in analysis.local_failures)):
+        return ""
+    return f"of what is left when stones of {loose:.1%} of the weight have come loose, "
 
 
 def answer_in_space(analysis: SpaceAnalysis) -> str:

@@ -62,7 +62,7 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
 def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
     seconds = sum(record.seconds for record in state.records)
     residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
-    shear = printed("force", state.load_multiplier * analysis.horizontal_load)
+    shear = printed("force", state.base_shear)
     angle = analysis.tilt_angle(state)
     tilt = "" if angle is None else f"{math.degrees(angle):.2f}"
     multiplier = marked("limit multiplier", state.load_multiplier, state.converged)
@@ -120,16 +120,17 @@ def run_table(summary: Summary) -> Table:
     columns = ("", "bodies", "peak\nmultiplier", "base shear\nkN", "at\nmm", "stiffness\nkN/mm", "time\ns")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=True)
-    rows: dict[str, float | None] = {"micro-LA associative": limit.associative}
+    rows: dict[str, tuple[float | None, float | None]] = {
+        "micro-LA associative": (limit.associative, limit.associative * summary.wall.horizontal_load)
+    }
     if limit.associative_left is not None:
-        rows["  without loose stones"] = limit.associative_left
+        rows["  without loose stones"] = limit.associative_left, limit.base_shear_left
     others = {"last load at rest": "last at rest", "peak in large displacements": "large displ."}
-    rows[f"micro-LA {others.get(limit.kind, 'non-assoc.')}"] = limit.non_associative
-    for name, multiplier in rows.items():
+    rows[f"micro-LA {others.get(limit.kind, 'non-assoc.')}"] = limit.non_associative, limit.base_shear
+    for name, (multiplier, shear) in rows.items():
         cells = ["none found", ""]
-        if multiplier is not None:
+        if multiplier is not None and shear is not None:
             closed = multiplier != limit.non_associative or not limit.in_brackets
-            shear = multiplier * summary.wall.horizontal_load
             cells = [marked("multiplier", multiplier, closed), marked("force", shear, closed)]
         seconds = printed("seconds", limit.seconds) if name == "micro-LA associative" else ""
         table.add_row(name, str(summary.wall.blocks), *cells, "", "", seconds)

@@ -11,7 +11,7 @@ from .files import (
 from .force_tables import write_forces, write_rigid_curve
 from .model_geometry import ContactPlaces, read_geometry, write_geometry
 from .notes import reasons, remarks
-from .outputs import refuse_overwriting_run, try_file, try_folder
+from .outputs import clear, refuse_overwriting_run, try_file, try_folder
 from .paraview import stress_and_pressure, write_paraview
 from .reading import read_limit_analysis, read_macroblocks
 from .stored_increments import IN_MEMORY, StateStore, load_increments
@@ -47,6 +47,7 @@ __all__ = [
     "PushoverSummary",
     "StateStore",
     "Summary",
+    "clear",
     "effort_of",
     "hash_file",
     "limit_summary",

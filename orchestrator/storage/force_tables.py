@@ -51,7 +51,7 @@ def write_rigid_curve(folder: Path, analysis: LimitAnalysis) -> Path | None:
     if analysis.rigid_curve is None:
         path.unlink(missing_ok=True)
         return None
-    rows = ((moved, load, load * analysis.horizontal_load) for moved, load in analysis.rigid_curve.tolist())
+    rows = ((moved, load, load * analysis.headline.horizontal_load) for moved, load in analysis.rigid_curve.tolist())
     write_csv(path, RIGID_CURVE_COLUMNS, rows)
     return path
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -12,6 +14,12 @@ from orchestrator.basis.errors import CaseError
 OF_A_FINISHED_RUN = ("summary.json", "load_cases.json")
 OF_A_RUN = (*OF_A_FINISHED_RUN, "macro", "micro")
 """what only a run leaves in its folder; pictures of `check` and `limit` may be there before"""
+RESULTS = (
+    *OF_A_RUN, "figures", "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json",
+    "joint_forces.csv", "section_forces.csv", "reactions.csv", "rigid_pushover.csv", "mechanism.dxf", "verdict.csv",
+    "load_cases.csv", "report.html", "collapse.html", "directions.json",
+)  # fmt: skip
+"""all that a run or a limit analysis writes into its folder, but run.log, which goes on, and folders of load cases"""
 
 
 def try_folder(folder: Path) -> None:
@@ -35,6 +43,24 @@ def refuse_overwriting_run(folder: Path, resumable: bool = True) -> None:
     if any((folder / name).exists() for name in (OF_A_RUN if resumable else OF_A_FINISHED_RUN)):
         remedy = f"give another --output, {'go on with --resume, ' * resumable}or overwrite it with --force"
         raise CaseError("--output", "holds the results of a run", remedy, str(folder))
+
+
+def clear(folder: Path) -> None:
+    """Remove the results of an earlier run, of all its load cases too: beside others they would be taken for theirs."""
+    for path in (folder / name for name in (*_load_cases_in(folder), *RESULTS)):
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def _load_cases_in(folder: Path) -> list[str]:
+    """Return the names of the folders of load cases that an earlier run left in `folder`."""
+    try:
+        record = json.loads((folder / "load_cases.json").read_text(encoding="utf-8"))
+        return [entry["name"] for entry in record["load_cases"] if Path(entry["name"]).name == entry["name"]]
+    except (OSError, ValueError, KeyError, TypeError):  # none, or damaged
+        return []
 
 
 def try_file(path: Path, force: bool) -> None:

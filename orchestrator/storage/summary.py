@@ -169,6 +169,8 @@ class LimitSummary:
     """of the headline, N"""
     seconds: float
     associative_left: float | None = None
+    base_shear_left: float | None = None
+    """of the associative state of what local failures left, N"""
     path: float | None = None
     last_rest: float | None = None
     soft_from: float | None = None
@@ -315,7 +317,8 @@ def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
         iterations=len(headline.records),
         converged=interval is not None and headline.converged,
         equilibrium_residual=headline.equilibrium_residual,
-        base_shear=headline.load_multiplier * analysis.horizontal_load,
+        base_shear=headline.base_shear,
+        base_shear_left=None if analysis.associative_left is None else analysis.associative_left.base_shear,
         seconds=analysis.seconds,
     )
 

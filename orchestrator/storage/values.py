@@ -131,14 +131,14 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
                 "stones": failure.stones,
                 "share": failure.share,
                 "multipliers": failure.multipliers,
-                "state": _state_record(failure.state, analysis.horizontal_load),
+                "state": _state_record(failure.state),
             }
             for failure in analysis.local_failures
         ],
         "remarks": analysis.remarks,
         "seconds": analysis.seconds,
         "blocks": _ids(wall),
-        **{name: state and _state_record(state, analysis.horizontal_load) for name, state in states.items()},
+        **{name: state and _state_record(state) for name, state in states.items()},
     }
 
 
@@ -164,16 +164,17 @@ def macroblocks_record(wall: Wall, partition: Partition, bodies: Bodies) -> dict
     }
 
 
-def _state_record(state: LimitState, horizontal_load: float) -> dict[str, Any]:
+def _state_record(state: LimitState) -> dict[str, Any]:
     return {
         "flow_rule": state.flow_rule,
         "load_multiplier": state.load_multiplier,
-        "base_shear_N": state.load_multiplier * horizontal_load,
+        "base_shear_N": state.base_shear,
         "converged": state.converged,
         "equilibrium_residual": state.equilibrium_residual,
         "yield_residual": state.yield_residual,
         "power_residual": state.power_residual,
         "dilation": state.dilation,
+        "horizontal_load_N": state.horizontal_load,
         "records": [asdict(record) for record in state.records],
         "joint_forces_N": state.joint_forces,
         "mechanism": {

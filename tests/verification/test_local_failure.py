@@ -21,6 +21,7 @@ from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import Block, Wall
+from orchestrator.present.answer import answer_of_limit
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
@@ -31,6 +32,8 @@ from tests.support.pushover_chain import Run, model_of, rectangle, run
 from tests.support.seconds import shared
 
 BOUND = SteppingSettings().out_of_balance
+HEIGHTS = (0.8, 0.85, 0.9, 0.95, 1.0)
+"""of pinnacles 0.3 m wide, m"""
 PINS = {  # stone b, h and block B, H in m, mesh size in m
     0.30: (1.0, 3.0, 7.0, 1.0, 1.0),
     0.02: (0.5, 1.5, 9.0, 4.0, 2.0),
@@ -206,3 +209,21 @@ def test_a_run_that_is_resumed_in_the_middle_of_a_motion_has_the_same_increments
         assert found.normal_force.tobytes() == expected.normal_force.tobytes()
         assert found.base_shear == expected.base_shear
         assert found.load_multiplier == expected.load_multiplier
+
+
+def test_base_shear_of_a_wall_that_has_lost_stones_is_that_of_what_is_left():
+    """Pinnacles that overturn at b/h on a block that slides at 0.65: the live load acts on the block alone then."""
+    blocks = [
+        Block(0, rectangle(-2, -0.5, 10, 0.5), True, 25e3),
+        Block(1, rectangle(0, 0, 6, 2), False, 25e3),
+        *(Block(2 + k, rectangle(0.5 + k, 2, 0.3, height), False, 25e3) for k, height in enumerate(HEIGHTS)),
+    ]
+    analysis = analyse(find_joints(Wall("pinnacles", tuple(blocks), 0.4, 0.65), JointSettings()))
+    left, lost = 25e3 * 0.4 * 6 * 2, 25e3 * 0.4 * 0.3 * sum(HEIGHTS)
+    assert {stone for failure in analysis.local_failures for stone in failure.stones} == set(range(2, 7))
+    assert analysis.horizontal_load == pytest.approx(left + lost)
+    assert analysis.headline.load_multiplier == pytest.approx(0.65, rel=1e-6)
+    assert analysis.headline.base_shear == pytest.approx(0.65 * left, rel=1e-6)
+    assert analysis.bound.base_shear == pytest.approx(0.65 * left, rel=1e-6)
+    assert analysis.associative.base_shear == pytest.approx((left + lost) * 0.3 / max(HEIGHTS), rel=1e-6)
+    assert f"base shear {0.65 * left / 1e3:.2f} kN, of what is left" in answer_of_limit(analysis)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from orchestrator.app import driver
+from orchestrator.app import driver, load_case_runs
 from orchestrator.app.progress import IncrementDone
 from orchestrator.basis.errors import CaseError
 from orchestrator.settings import case
@@ -25,12 +25,18 @@ def micro_case(*overrides):
     return case.read(wall, settings)
 
 
-def run(folder, resume=False, killed_after=None, **changes):
+def killing(after):
+    """Return a report that kills a run after an increment, None: never."""
+
     def report(event):
-        if isinstance(event, IncrementDone) and event.increment.number == killed_after:
+        if isinstance(event, IncrementDone) and event.increment.number == after:
             raise Killed
 
-    return driver.run(replace(micro_case(), **changes), folder, resume, None, report)
+    return report
+
+
+def run(folder, resume=False, killed_after=None, **changes):
+    return driver.run(replace(micro_case(), **changes), folder, resume, None, killing(killed_after))
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +71,33 @@ def test_resume_with_another_wall_is_refused_and_nothing_is_lost(tmp_path):
         run(tmp_path, resume=True, load=case.LoadSettings("-x"))
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
     assert set(stored) <= set(before)
+
+
+def test_a_run_over_an_earlier_one_leaves_nothing_of_it_and_can_be_resumed(tmp_path):
+    """Pictures, pages and increments of another wall would be taken for results of this one."""
+    old = tmp_path / "over"
+    run(old)
+    (old / "notes.txt").write_text("of the user")
+    for stale in ("report.html", "verdict.csv", "figures/verification.png", "macro/curve.csv"):
+        (old / stale).parent.mkdir(exist_ok=True)
+        (old / stale).write_text("stale")
+    other = replace(case.read(DATA / "tower_5_blocks.json"), run=micro_case().run)
+    with pytest.raises(Killed):
+        driver.run(other, old, False, None, killing(4))
+    assert len([*(old / "micro" / "states").glob("*.h5")]) == 4
+    for stale in ("macro", "report.html", "verdict.csv", "summary.json", "figures/verification.png"):
+        assert not (old / stale).exists()
+    assert (old / "notes.txt").read_text() == "of the user"
+    outcome = driver.run(other, old, True, None, lambda event: None)
+    assert outcome.summary.wall.blocks == 5
+    assert not outcome.complaints
+
+
+def test_what_does_not_fit_into_the_memory_is_refused_before_anything_is_written(tmp_path):
+    run(tmp_path)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    with pytest.raises(CaseError, match=r"mesh\.size"):
+        run(tmp_path, mesh=replace(micro_case().mesh, size=1e-4))
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+    _, said = load_case_runs.examine(replace(micro_case(), mesh=replace(micro_case().mesh, size=1e-4)))
+    assert any("run does not: " in one and "mesh.size" in one for one in said)

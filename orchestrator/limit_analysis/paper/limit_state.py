@@ -80,6 +80,8 @@ class LimitState:
     Residuals are relative: equilibrium to the total weight, yield to the mean block weight, power to the live
     load's power (0 = exact balance); dilation is the largest |opening| at an end of a joint that carries load there,
     relative to the largest displacement (0 for a non-associative state, mu |slip| for an associative one).
+    horizontal_load: horizontal resultant in N, at a multiplier of 1, of the live load on the blocks that it is a state
+    of: those that have come loose before bear none.
     open_ends (k, 2): ends of joints that stand open when this state is met and may close in it, None where all joints
     are as drawn.
     """
@@ -94,7 +96,13 @@ class LimitState:
     yield_residual: float
     power_residual: float
     dilation: float
+    horizontal_load: float
     open_ends: BoolArray | None = None
+
+    @property
+    def base_shear(self) -> float:
+        """Its base shear, N."""
+        return self.load_multiplier * self.horizontal_load
 
     @property
     def name(self) -> str:
@@ -123,7 +131,7 @@ class LimitAnalysis:
 
     `loads` are those of the wall as given; `weight` the weight of the free blocks in N; `vertical_load` all their
     dead load in N, with floors; `horizontal_load` the horizontal resultant of the live load at a multiplier of 1, in N
-    (by default the weight): base shear = multiplier x this. tilting_table: whether tan(angle) of a table that tilts the
+    (by default the weight), of the wall as given. tilting_table: whether tan(angle) of a table that tilts the
     wall is just another way to state the multiplier.
 
     associative: an upper bound to every state of the wall as drawn (a theorem). path: the state that loading from

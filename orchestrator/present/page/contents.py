@@ -121,7 +121,7 @@ def _collapse(run: StoredRun) -> dict[str, Any]:
 def _limit_lines(run: StoredRun) -> dict[str, float]:
     """Return the base shears of limit analysis, N: the associative bound, and the headline where it is another."""
     limit = run.summary.limit_analysis
-    bound = {"associative": limit.bound * run.analysis.horizontal_load}
+    bound = {"associative": run.analysis.bound.base_shear}
     return bound if limit.non_associative is None else bound | {"headline": limit.base_shear}
 
 
@@ -177,7 +177,7 @@ def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
             yield {
                 "name": name,
                 "multiplier": state.load_multiplier,
-                "base_shear": state.load_multiplier * run.analysis.horizontal_load,
+                "base_shear": state.base_shear,
                 "programs": len(state.records),
                 "equilibrium": state.equilibrium_residual,
                 "yield_residual": state.yield_residual,

@@ -131,9 +131,10 @@ def curves(
         axes.plot(*peak, "o", color=colour, markeredgecolor="white", markersize=8, label=said, zorder=4)
     draw_limit_analysis(axes, analysis)
     _frame_curves(axes)
-    kilonewtons = analysis.horizontal_load / 1e3
+    kilonewtons = analysis.headline.horizontal_load / 1e3
     multiplier = axes.secondary_yaxis("right", functions=(_times(1.0 / kilonewtons), _times(kilonewtons)))
-    multiplier.set_ylabel(f"λ = base shear / {multiplied(analysis)}")
+    left = " of what is left" if analysis.local_failures else ""
+    multiplier.set_ylabel(f"λ = base shear / {multiplied(analysis)}{left}")
     direction = "+x" if analysis.loads.direction[0] > 0 else "−x"
     wrong = [f"NOT VALID: {reason}" for reason in not_valid]
     head = f"Pushover along {direction}: {weight_words(analysis)}"
@@ -169,7 +170,7 @@ def rigid_pushover(analysis: LimitAnalysis) -> Figure:
     axes = figure.add_subplot()
     moved, multiplier = analysis.rigid_curve.T
     peak = printed("multiplier", float(multiplier.max()))
-    shear = multiplier * analysis.horizontal_load / 1e3
+    shear = multiplier * analysis.headline.horizontal_load / 1e3
     axes.plot(1e3 * moved, shear, color=BLUE, linewidth=1.8, label=f"rigid blocks: λ = {peak} at most")
     draw_limit_analysis(axes, analysis)
     _frame_curves(axes)
@@ -287,7 +288,7 @@ def _times(factor: float) -> Callable[[npt.ArrayLike], npt.ArrayLike]:
 
 def draw_limit_analysis(axes: Axes, analysis: LimitAnalysis) -> None:
     """Draw the multipliers of micro limit analysis as base shear in kN."""
-    kilonewtons = analysis.horizontal_load / 1e3
+    kilonewtons = analysis.headline.horizontal_load / 1e3
     associative, headline = analysis.bound, analysis.headline
     which = "" if analysis.associative_left is None else " (without loose stones)"
     said = f"micro-LA, associative{which}: λ = {printed('multiplier', associative.load_multiplier)}"

@@ -242,7 +242,8 @@ def test_a_finished_run_is_not_overwritten_by_limit_and_segment(tmp_path, capsys
     if command[0] == "limit":
         assert cli.main([*call, "--json"]) == 0
     assert cli.main([*call, "--force"]) == 0
-    (tmp_path / left).unlink()
+    assert not (tmp_path / left).exists(), "results of one wall beside those of another would be taken for its own"
+    assert not (tmp_path / "macro").exists()
     assert cli.main(call) == 0
 
 

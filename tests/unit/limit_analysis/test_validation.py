@@ -45,6 +45,7 @@ def sliding():
         yield_residual=0.0,
         power_residual=0.0,
         dilation=0.0,
+        horizontal_load=WEIGHT,
     )
     return assemblage, equilibrium, coulomb(assemblage), state
 

@@ -180,6 +180,7 @@ def test_an_interface_is_shared_midway_between_its_contacts():
 
 @pytest.fixture
 def curves_figure(state):
+    state = replace(state, horizontal_load=22225.0)
     analysis = LimitAnalysis(
         loads=Loads(np.zeros((4, 3)), np.zeros((4, 3)), np.array([1.0, 0.0])),
         weight=22225.0,

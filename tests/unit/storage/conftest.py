@@ -37,6 +37,7 @@ def limit_state(rule, multiplier, programs):
         yield_residual=2e-12,
         power_residual=3e-12,
         dilation=0.0,
+        horizontal_load=3125.0,
     )
 
 
