@@ -53,7 +53,7 @@ def push_and_refine(
         borne.append(Borne(partition.count, peak, is_peak, done.summary.valid))
         more = None if is_enough(analysis, margin, borne, stones) else finer(assemblage, analysis, partition)
         if more is None:
-            return remarked(analysis, margin, replace(partition, remarks=said), borne), done
+            return remarked(analysis, margin, replace(partition, remarks=said), borne, stones), done
         logger.info("%d macroblocks bear %.4f: %d are pushed", partition.count, peak, more.count)
         partition = more
 

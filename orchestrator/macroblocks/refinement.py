@@ -6,29 +6,26 @@ bodies of 36 stones of rubble bear 0.505; every stone 0.452, limit analysis 0.45
 is right more bodies tell, since in the end they are the stones. Each body is divided, so that there are twice as many:
 of all ways to join its stones by the one that loses least energy (locking.py). Here 16 bodies bear 0.457.
 
-It ends where finite elements and limit analysis agree, and, as with a mesh, twice as many bodies bear the same; where
-twice as many are more than FEW, agreement alone is enough. Neither road then confirms the other any more: micro-FE
-does. A curve that is not valid counts as no agreement. Where bodies bear less than limit analysis, which is no fault of
-joining (soft stones, crushing, the path of friction), it ends as well where twice as many bear the same.
+It ends where finite elements and limit analysis agree and, as with a mesh, twice as many bodies bear the same; where
+twice as many are more than FEW, agreement alone is enough. It also ends where twice as many bear the same twice in a
+row, whatever limit analysis says, and with every stone. Neither road then confirms the other any more: micro-FE does. A
+curve that is not valid counts as no agreement.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.limit_analysis.search.loading import SAME_ANSWER
 from orchestrator.macroblocks.automatic import ELSEWHERE, states_to_keep
 from orchestrator.macroblocks.criteria import Partition, partition_of, stones_of
 from orchestrator.macroblocks.locking import hierarchy
-from orchestrator.macroblocks.path_of_bodies import as_far_apart
 from orchestrator.masonry.joints import Assemblage
 
-MOST = 0.5
-"""bodies over stones at most: more save little"""
 FEW = 0.2
 """bodies over stones at most of which it is tried whether twice as many bear the same: they cost little"""
-MORE = 1.25
-"""bodies over those before at least: fewer change little"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +48,9 @@ class Borne:
 
 
 def finer(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition) -> Partition | None:
-    """Return twice as many bodies, each a part of one of `partition`, but no more than MOST allows; None where these
-    are hardly more."""
-    count = min(2 * partition.count, int(MOST * stones_of(assemblage)))
-    if count < MORE * partition.count:
+    """Return twice as many bodies, each a part of one of `partition`, or every stone; None where they are that."""
+    count = min(2 * partition.count, stones_of(assemblage))
+    if count == partition.count:
         return None
     mechanisms = [state.mechanism for state in states_to_keep(analysis)]
     groups = hierarchy(assemblage, mechanisms, partition.body_of_block)[::-1]  # from these bodies to every stone
@@ -68,24 +64,31 @@ def off_limit_analysis(analysis: LimitAnalysis, multiplier: float) -> float:
     return max(multiplier / high - 1.0, 0.0) + min(multiplier / low - 1.0, 0.0)
 
 
+def alike(margin: float) -> float:
+    """Return by what part what macroblocks bear may differ."""
+    return max(margin, SAME_ANSWER)
+
+
 def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones: int) -> bool:
     """Return whether the last of the macroblocks that were pushed, each finer than those before, need no others.
 
     stones: blocks that are no support.
     """
-    last = borne[-1]
+    last, off = borne[-1], off_limit_analysis(analysis, borne[-1].multiplier)
     if not last.is_valid:
         return False
-    apart, off = as_far_apart(margin), off_limit_analysis(analysis, last.multiplier)
     if off < 0.0 and not last.is_peak:
         return True
-    bear_the_same = len(borne) > 1 and abs(last.multiplier / borne[-2].multiplier - 1.0) <= apart
-    if abs(off) <= apart:
-        return bear_the_same or 2 * last.bodies > FEW * stones
-    return off < 0.0 and bear_the_same
+    changes = [abs(fine.multiplier / coarse.multiplier - 1.0) for coarse, fine in pairwise(borne)]
+    same = [change <= alike(margin) for change in changes]
+    if abs(off) <= alike(margin):
+        return same[-1:] == [True] or 2 * last.bodies > FEW * stones
+    return same[-2:] == [True, True]
 
 
-def remarked(analysis: LimitAnalysis, margin: float, partition: Partition, borne: list[Borne]) -> Partition:
+def remarked(
+    analysis: LimitAnalysis, margin: float, partition: Partition, borne: list[Borne], stones: int
+) -> Partition:
     """Return the partition pushed last with what is to be said of it: those before, and whether it agrees."""
     last, headline = borne[-1], f"limit analysis {analysis.headline.load_multiplier:.4f}"
     off, said = off_limit_analysis(analysis, last.multiplier), list(partition.remarks)
@@ -93,9 +96,10 @@ def remarked(analysis: LimitAnalysis, margin: float, partition: Partition, borne
         said = [remark for remark in said if remark != ELSEWHERE]  # that was of the first
         pushed = ", ".join(one.words for one in borne)
         said.append(f"refined: in finite elements {pushed} ({headline})")
-    if abs(off) > as_far_apart(margin) and (off > 0.0 or last.is_peak):
+    if abs(off) > alike(margin) and (off > 0.0 or last.is_peak):
+        apart = f"bear {abs(off):.1%} {'more' if off > 0.0 else 'less'} in finite elements than in limit analysis"
+        are_stones = last.bodies == stones
         said.append(
-            f"these macroblocks bear {abs(off):.1%} {'more' if off > 0.0 else 'less'} in finite elements than in limit "
-            "analysis: compare with run --model micro"
+            f"all stones {apart}" if are_stones else f"these macroblocks {apart}: compare with run --model micro"
         )
     return replace(partition, remarks=tuple(said))
