@@ -34,9 +34,9 @@ RANGES = "kn\nN/mm3", "ks\nN/mm3"
 """columns of joints whose values may be ranges: these and words are wrapped where a terminal is narrow, no others"""
 
 
-def check(case: Case, place: str, figures: Path, console: Console) -> int:
-    """Print and draw what a case holds, under the name `place`; return the exit code. Raises CaseError for whatever
-    `limit` would refuse."""
+def check(case: Case, place: str, picture: Path, console: Console) -> int:
+    """Print what a case holds, under the name `place`, and draw it as `picture`; return the exit code. Raises CaseError
+    for whatever `limit` would refuse."""
     with shown(console, "check", "joints, and whether the wall stands"):
         assemblage, said = load_case_runs.examine(case)
     wall, cases = assemblage.wall, load_case_runs.each(case)
@@ -52,9 +52,11 @@ def check(case: Case, place: str, figures: Path, console: Console) -> int:
     warnings = [*said, *unusual(case, wall, list(loads.values()), of_materials, classes)]
     for remark in warnings:
         console.print(f"{place}: {remark}", soft_wrap=True, markup=False)
-    names = {name: "_".join(filter(None, ["blocks", name])) for name in cases}
+    names = {name: "_".join(filter(None, [picture.name, name])) for name in cases}
     with shown(console, "check", "picture"):
-        pictures = ", ".join(str(write_given(figures, one, assemblage, names[name])[0]) for name, one in cases.items())
+        pictures = ", ".join(
+            str(write_given(picture.parent, one, assemblage, names[name])[0]) for name, one in cases.items()
+        )
     free = sum(not block.fixed for block in wall.blocks)
     counted = f"{free} blocks, {assemblage.joints.count} joints"
     counted += f", {len(cases)} load cases" if case.load.cases else ""

@@ -28,6 +28,7 @@ def study(options: argparse.Namespace, case: cases.Case, comm: MPI.Intracomm | N
     cases.refuse_ties(case, "study")
     output = options.output or Path("results") / f"{options.case.stem}-study"
     on_root(comm, storage.try_folder, output)
+    on_root(comm, storage.refuse_run, output)
     logging.getLogger("orchestrator").propagate = False
     with Reporter(console) as report:
         outcome = study_runs.study(case, output, comm, report)
@@ -47,6 +48,7 @@ def sensitivity(options: argparse.Namespace, case: cases.Case, comm: MPI.Intraco
         refuse_missing("sensitivity")
     output = options.output or Path("results") / f"{options.case.stem}-sensitivity"
     on_root(comm, storage.try_folder, output)
+    on_root(comm, storage.refuse_run, output)
     logging.getLogger("orchestrator").propagate = False
     with Reporter(console) as report:
         outcome = sensitivity_runs.sensitivity(case, output, comm, report)

@@ -34,7 +34,8 @@ def check(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
     """Print and draw what a case holds; return the exit code."""
     output = _output(options)
     storage.try_folder(output)
-    return case_check.check(case, str(options.case), output / "figures", console)
+    picture = "checked" if storage.holds_run(output) else "blocks"  # a run's picture is of the wall that it was given
+    return case_check.check(case, str(options.case), output / "figures" / picture, console)
 
 
 def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: Console) -> int:

@@ -211,8 +211,8 @@ class _OnBlocks(Protocol):
 def refuse_blocks_that_cannot_move(
     free: Mapping[int, bool], live: Sequence[_OnBlocks], dead: Sequence[_OnBlocks]
 ) -> None:
-    """Raise CaseError for loads that name supports, or blocks that there are not; free: whether a block can move, by
-    its id."""
+    """Raise CaseError for loads that name supports, blocks that there are not, or one twice; free: whether a block can
+    move, by its id."""
     named = {f"load.live.{number}": load.blocks for number, load in enumerate(live)}
     named |= {f"load.dead.{number}": load.blocks for number, load in enumerate(dead)}
     for key, ids in named.items():
@@ -220,6 +220,8 @@ def refuse_blocks_that_cannot_move(
             if not free.get(wanted, False):
                 problem = f"block {wanted} is a support" if wanted in free else f"there is no block {wanted}"
                 raise CaseError(f"{key}.blocks", problem, "name blocks of the wall that can move")
+            if ids.count(wanted) > 1:
+                raise CaseError(f"{key}.blocks", f"names block {wanted} twice", "name each block once")
 
 
 def _masses(wall: Wall, settings: LoadSettings) -> Placed:

@@ -82,6 +82,12 @@ def answer_of_run(summary: Summary) -> str:
     text = f"{peak} kN counts (λ = {multiplier}, FE of {bodies})"
     if not pushed.peak_reached:
         text += ", a lower bound, as the curve ends before its peak"
+    off = ""
     if "macro" in valid and pushed.model == "micro":
-        text += f"; macroblocks ({printed('force', valid['macro'].peak_base_shear)} kN) are its fast approximation"
-    return f"{text}; limit analysis takes the stones as rigid and displacements as small."
+        approximate = valid["macro"]
+        if approximate.peak_reached and pushed.peak_reached:
+            off = f", {approximate.peak_base_shear / pushed.peak_base_shear - 1.0:+.1%}"
+        text += f"; macroblocks ({printed('force', approximate.peak_base_shear)} kN{off}) are its fast approximation"
+    limit = summary.limit_analysis.multiplier
+    off = f" ({limit / pushed.peak_multiplier - 1.0:+.1%})" if pushed.peak_reached and pushed.peak_multiplier else ""
+    return f"{text}; limit analysis{off} takes the stones as rigid and displacements as small."

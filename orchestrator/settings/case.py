@@ -230,7 +230,7 @@ def _toml_record(path: Path) -> dict[str, Any]:
     """Return what a case file holds, unchecked. Raises CaseError."""
     try:
         refuse_what_is_no_file(path, LARGEST_FILE, "is this a case file?")
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise CaseError("", "no such file", "give the path of a case file (.toml) or a block file (.json)") from None
     except (OSError, UnicodeDecodeError) as error:

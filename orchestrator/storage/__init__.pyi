@@ -11,7 +11,7 @@ from .files import (
 from .force_tables import write_forces, write_rigid_curve
 from .model_geometry import ContactPlaces, read_geometry, write_geometry
 from .notes import reasons, remarks
-from .outputs import clear, refuse_overwriting_run, try_file, try_folder
+from .outputs import clear, holds_run, refuse_overwriting_run, refuse_run, try_file, try_folder
 from .paraview import stress_and_pressure, write_paraview
 from .reading import read_limit_analysis, read_macroblocks
 from .stored_increments import IN_MEMORY, StateStore, load_increments
@@ -50,6 +50,7 @@ __all__ = [
     "clear",
     "effort_of",
     "hash_file",
+    "holds_run",
     "limit_summary",
     "load_increments",
     "logging_to",
@@ -64,6 +65,7 @@ __all__ = [
     "read_ties",
     "reasons",
     "refuse_overwriting_run",
+    "refuse_run",
     "remarks",
     "stress_and_pressure",
     "summarise",

@@ -14,6 +14,8 @@ from orchestrator.basis.errors import CaseError
 OF_A_FINISHED_RUN = ("summary.json", "load_cases.json")
 OF_A_RUN = (*OF_A_FINISHED_RUN, "macro", "micro")
 """what only a run leaves in its folder; pictures of `check` and `limit` may be there before"""
+OF_A_STUDY = ("table.csv", "sensitivity.csv", "runs", "points")
+"""what only a study or a sensitivity analysis leaves in its folder"""
 RESULTS = (
     *OF_A_RUN, "figures", "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json",
     "joint_forces.csv", "section_forces.csv", "reactions.csv", "rigid_pushover.csv", "mechanism.dxf", "verdict.csv",
@@ -38,11 +40,24 @@ def try_folder(folder: Path) -> None:
         raise CaseError("--output", f"cannot be written ({reason})", "give another folder", str(folder)) from None
 
 
+def holds_run(folder: Path, finished: bool = False) -> bool:
+    """Return whether a folder holds the results of a run, or of a `finished` one."""
+    return any((folder / name).exists() for name in (OF_A_FINISHED_RUN if finished else OF_A_RUN))
+
+
 def refuse_overwriting_run(folder: Path, resumable: bool = True) -> None:
-    """Raise CaseError for a folder that holds the results of a run; not resumable: of a finished one only."""
-    if any((folder / name).exists() for name in (OF_A_RUN if resumable else OF_A_FINISHED_RUN)):
+    """Raise CaseError for a folder that holds the results of a run or study; not resumable: of a finished run only."""
+    if holds_run(folder, finished=not resumable):
         remedy = f"give another --output, {'go on with --resume, ' * resumable}or overwrite it with --force"
         raise CaseError("--output", "holds the results of a run", remedy, str(folder))
+    if any((folder / name).exists() for name in OF_A_STUDY):
+        raise CaseError("--output", "holds the results of a study", "give another --output", str(folder))
+
+
+def refuse_run(folder: Path) -> None:
+    """Raise CaseError for a folder that holds the results of a run, which a study would write its own among."""
+    if holds_run(folder):
+        raise CaseError("--output", "holds the results of a run", "give another --output", str(folder))
 
 
 def clear(folder: Path) -> None:

@@ -55,13 +55,22 @@ def json_in(path: Path, kind: str, largest: int, remedy: str) -> Any:
     CaseError."""
     try:
         refuse_what_is_no_file(path, largest, remedy)
-        return json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(path.read_text(encoding="utf-8-sig"), object_pairs_hook=_each_key_once)
     except FileNotFoundError:
         raise CaseError("", "no such file", f"give the path of {kind}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise unreadable(error, f"give the path of {kind}") from None
     except (ValueError, RecursionError) as error:  # not only JSONDecodeError: numbers of 5000 digits, NUL in a path
         raise CaseError("", f"is not JSON ({str(error)[:100]})", remedy) from None
+
+
+def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a JSON object. Raises CaseError for a key that it has twice: one of its values would be lost."""
+    record = dict(pairs)
+    if len(record) < len(pairs):
+        twice = next(key for n, (key, _) in enumerate(pairs) if key in dict(pairs[:n]))
+        raise CaseError(f'"{twice}"', "is given twice in one object", "keep one of them")
+    return record
 
 
 def _record(path: Path) -> dict[str, Any]:

@@ -62,7 +62,7 @@ def holds_annotations(path: Path) -> bool:
     """Return whether the JSON file `path` is one of annotations, not of blocks; False for what cannot be read."""
     try:
         refuse_what_is_no_file(path, LARGEST_FILE, "")
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError, CaseError):
         return False
     return isinstance(record, dict) and "images" in record and "annotations" in record

@@ -45,7 +45,7 @@ def read_rows(path: Path) -> Wall:
 def _text(path: Path) -> str:
     try:
         refuse_what_is_no_file(path, LARGEST_FILE, "is this row notation?")
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise CaseError("", "no such file", "give the path of a text file in row notation") from None
     except (OSError, UnicodeDecodeError) as error:
@@ -59,6 +59,8 @@ def parse_rows(text: str, name: str) -> Wall:
         words, place = line.partition("#")[0].strip(), f"line {number}"
         if "=" in words:
             key, _, value = (part.strip() for part in words.partition("="))
+            if key in header or (key == "unit" and unit):
+                raise CaseError(f"{place}: {key}", "is given twice", "keep one of them")
             if key == "unit":
                 unit = _length_unit(value, place)
             else:

@@ -302,3 +302,28 @@ def test_an_export_is_not_overwritten_unasked(tmp_path):
         storage.try_file(tmp_path / "deck.inp", force=False)
     assert cli.main(["export", TOWER, "--format", "abaqus", "--output", str(tmp_path / "deck.inp")]) == 2
     assert (tmp_path / "deck.inp").read_text() == "mine"
+
+
+def test_no_command_writes_among_the_results_of_another(tmp_path, capsys):
+    """A run is not drawn over by the check of an edited case, nor mixed with a study."""
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "summary.json").write_text("{}")
+    (tmp_path / "figures" / "blocks.png").write_text("of the run")
+    assert cli.main(["check", TOWER, "--output", str(tmp_path)]) == 0
+    assert (tmp_path / "figures" / "blocks.png").read_text() == "of the run"
+    assert (tmp_path / "figures" / "checked.png").exists()
+    for command in ("study", "sensitivity"):
+        assert cli.main([command, TOWER, "--output", str(tmp_path)]) == 2
+        assert "holds the results of a run; give another --output" in capsys.readouterr().err
+    (tmp_path / "summary.json").unlink()
+    (tmp_path / "table.csv").write_text("")
+    assert cli.main(["run", TOWER, "--output", str(tmp_path)]) == 2
+    assert "holds the results of a study" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("suffix", ["json", "toml"])
+def test_a_byte_order_mark_is_read_over(tmp_path, suffix):
+    """Editors on Windows put one before UTF-8."""
+    text = Path(TOWER).read_text() if suffix == "json" else f'[wall]\nblocks = "{TOWER}"\n'
+    (tmp_path / f"wall.{suffix}").write_text("\ufeff" + text, encoding="utf-8")
+    assert cli.main(["check", str(tmp_path / f"wall.{suffix}"), "--output", str(tmp_path / "out")]) == 0

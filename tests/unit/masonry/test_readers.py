@@ -87,7 +87,7 @@ def test_no_block_file_gets_further_than_a_case_error(changes):
 
 
 def test_a_file_that_is_a_list_or_too_deep_is_refused(tmp_path):
-    for text in ("[]", "[" * 100_000, '{"blocks": 1e999}', "\ufeff{}"):
+    for text in ("[]", "[" * 100_000, '{"blocks": 1e999}', "\ufeff{}", '{"friction": 0.6, "friction": 0.1}'):
         (tmp_path / "wall.json").write_text(text)
         with pytest.raises(CaseError, match=r"wall\.json"):
             read_blocks(tmp_path / "wall.json")

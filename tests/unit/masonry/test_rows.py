@@ -69,6 +69,8 @@ def test_row_notation_names_materials(tmp_path):
         ("175: 200", "-175: 200", r"line 7: is not a course: '-175' is no size"),
         ("175: 200", "175: -0 200", r"line 7: is not a course: '-0' is no size"),
         ("unit = mm", ":", r"line 2: is not a course"),
+        ("unit = mm", "unit = mm\nunit = cm", r"line 3: unit: is given twice"),
+        ("friction = 0.65", "friction = 0.65\nfriction = 0.1", r"line 6: friction: is given twice"),
         ("175: 200", "175: 0 200", r"line 7: is not a course"),
     ],
 )
