@@ -19,6 +19,8 @@ LARGEST_COORDINATE = 1e7
 """largest coordinate, m: a double is exact to 2e-9 m there (UTM reaches it), ten times as far no longer to 1e-8"""
 
 
+LARGEST_TOLERANCE = 0.05
+"""m: the largest gap or overlap that may be taken for an error of a drawing"""
 DRAWN_TWICE = 0.9
 """part of the smaller of two blocks that they share where one block was drawn twice"""
 EXTREMES = (1e-9, 1e9)
@@ -148,9 +150,8 @@ def refuse_overlaps(wall: Wall, tolerance: float) -> None:
         problem = f"overlaps block {other.id} by {common[first]:.3g} m2, {millimetres(depth)} deep"
         twice = common[first] > DRAWN_TWICE * min(outlines[i[first]].area, outlines[j[first]].area)
         remedy = "drawn twice? remove one of them" if twice else "correct one of them"
-        remedy += (
-            "" if twice else f', or import the file with --tolerance "{np.ceil(1.2e3 * depth):g} mm" if it is an error'
-        )
+        if not twice and (wider := np.ceil(1.2e3 * depth) / 1e3) <= LARGEST_TOLERANCE:
+            remedy += f', or import the file with --tolerance "{1e3 * wider:g} mm" if it is an error'
         raise CaseError(f"block {one.id}", problem, remedy)
 
 

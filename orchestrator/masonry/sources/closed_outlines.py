@@ -6,6 +6,7 @@ several layers, the layer is a block's material.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
@@ -17,7 +18,8 @@ from orchestrator.basis.graphs import connected_groups
 from orchestrator.basis.printed import millimetres
 from orchestrator.masonry.block_properties import rounded_up
 from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, slenderness
-from orchestrator.masonry.sources.drawing import LARGEST_TOLERANCE, Drawing
+from orchestrator.masonry.sources.drawing import Drawing
+from orchestrator.masonry.wall import LARGEST_TOLERANCE
 
 CHORD = 0.1
 """part of the tolerance by which chords lie off an arc: what they add to the errors of a drawing must not count"""
@@ -28,6 +30,8 @@ LARGEST_CORNERS = 2_000_000
 """of all outlines of a file"""
 LISTED_ENDS = 5
 """open ends of lines that a remark names"""
+NEARLY = 0.1
+"""part of its size up to which a polyline that ends so close to where it begins was meant to be closed"""
 TRIED = 4
 """larger tolerances that are tried on lines that stay open"""
 OnLayer = tuple[str, FloatArray]
@@ -78,20 +82,38 @@ def drawing_of(on: dict[str, list[OnLayer]], tolerance: float, remarks: list[str
 def _closed(drawn: list[OnLayer], role: str, tolerance: float) -> tuple[list[OnLayer], list[str], float]:
     """Return the closed outlines (n, 2) in what is `drawn` and those its open lines form, remarks on the rest, and over
     what distance (m) ends had to be joined."""
+    apart = [float(np.linalg.norm(path[0] - path[-1])) for _, path in drawn]
+    size = [float(np.ptp(path, axis=0).max()) for _, path in drawn]
     is_closed = [
-        len(path) > 3 and np.linalg.norm(path[0] - path[-1]) <= tolerance < np.ptp(path, axis=0).max()
-        for _, path in drawn
+        len(path) > 3 and gap <= tolerance < extent for (_, path), gap, extent in zip(drawn, apart, size, strict=True)
     ]
+    nearly = [
+        k
+        for k, (_, path) in enumerate(drawn)
+        if len(path) > 3 and tolerance < apart[k] <= min(NEARLY * size[k], LARGEST_TOLERANCE)
+    ]
+    said = [*_said_open(role, [(apart[k], drawn[k][1]) for k in nearly])]
     named = [
         (name, _without_repeats(path[:-1])) for (name, path), closed in zip(drawn, is_closed, strict=True) if closed
     ]
     lines = [one for one, closed in zip(drawn, is_closed, strict=True) if not closed]
     if not lines:
-        return named, [], 0.0
+        return named, said, 0.0
     paths = [path for _, path in lines]
     network = _network(paths, tolerance)
     along = _layers_along(network.outlines, lines, tolerance)
-    return [*named, *zip(along, network.outlines, strict=True)], _said(network, paths, role), network.within
+    return [*named, *zip(along, network.outlines, strict=True)], [*said, *_said(network, paths, role)], network.within
+
+
+def _said_open(role: str, nearly: list[tuple[float, FloatArray]]) -> Iterator[str]:
+    """Yield a warning about polylines that end close to where they begin, by how much (m): they bound nothing alone."""
+    if nearly:
+        widest, (x, y) = max(gap for gap, _ in nearly), nearly[0][1][0]
+        many = f"{len(nearly)} polylines end" if len(nearly) > 1 else "1 polyline ends"
+        yield (
+            f"{role}: WARNING: {many} up to {millimetres(widest)} from the beginning, the first at ({x:.4g}, {y:.4g}) "
+            f'm: close what is open, or import the file with --tolerance "{rounded_up(1e3 * widest):g} mm"'
+        )
 
 
 def _layers_along(faces: list[FloatArray], lines: list[OnLayer], tolerance: float) -> list[str]:

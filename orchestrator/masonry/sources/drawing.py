@@ -21,14 +21,20 @@ from orchestrator.geometry.planar_map import OverlapError, PlanarMap
 from orchestrator.geometry.ring_geometry import without_spikes
 from orchestrator.masonry.sources.copies import without_copies
 from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, doubtful_stones, slenderness
-from orchestrator.masonry.wall import Block, MortarGap, Wall, check_blocks, check_wall, refuse_overlaps
+from orchestrator.masonry.wall import (
+    LARGEST_TOLERANCE,
+    Block,
+    MortarGap,
+    Wall,
+    check_blocks,
+    check_wall,
+    refuse_overlaps,
+)
 
 LARGEST_COUNT = 100_000
 """blocks of one drawing"""
 NOT_SEEN = 1e-6
 """m: what is nearer was drawn in one place"""
-LARGEST_TOLERANCE = 0.05
-"""m"""
 WIDER = (2.0, 4.0, 8.0)
 """times the tolerance that are tried on a drawing that is no wall with it"""
 FAR_FROM_ORIGIN = 1e4

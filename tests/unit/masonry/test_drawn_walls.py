@@ -249,3 +249,32 @@ def test_a_spike_thinner_than_the_tolerance_is_healed():
     drawn = Drawing((np.asarray(low), high), (np.asarray(ground),))
     wall, _ = wall_of(drawn, "spike", MATERIAL, HealingSettings(TOLERANCE))
     assert areas(wall) == pytest.approx([0.5, 1.0], rel=2e-3)
+
+
+def test_open_polylines_that_end_where_they_begin_but_for_an_error_are_pointed_out(tmp_path):
+    """Read as lines they would bound whatever their neighbours leave: stones with wedges between them."""
+
+    def draw(space, _):
+        for x, y in ((0, 0), (500, 0), (0, 300), (500, 300)):
+            corners = [(x, y), (x + 500, y), (x + 500, y + 300), (x, y + 300), (x, y + 3)]
+            space.add_lwpolyline(corners, dxfattribs={"layer": "blocks"})
+
+    file = written(tmp_path / "open.dxf", draw)
+    _, remarks = imported(file, ground=0.2)
+    said = "4 polylines end up to 3 mm from the beginning, the first at (0, 0) m: close what is open"
+    assert any(said in remark and '--tolerance "4 mm"' in remark for remark in remarks)
+    wall, remarks = imported(file, tolerance=4e-3, ground=0.2)
+    assert areas(wall) == pytest.approx(4 * [0.15], rel=0.02)
+    assert not any("WARNING" in remark for remark in remarks)
+
+
+@pytest.mark.parametrize(("overlap", "advised"), [(20, True), (60, False)])
+def test_no_tolerance_is_advised_that_import_refuses(tmp_path, overlap, advised):
+    def draw(space, _):
+        for left in (0, 500 - overlap):
+            corners = [(left, 0), (left + 500, 0), (left + 500, 300), (left, 300)]
+            space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "blocks"})
+
+    with pytest.raises(CaseError, match="overlaps") as refused:
+        imported(written(tmp_path / "over.dxf", draw), ground=0.2)
+    assert ("--tolerance" in str(refused.value)) is advised
