@@ -44,18 +44,25 @@ def push_and_refine(
 ) -> tuple[Partition, Pushed]:
     """Push macroblocks, and finer ones until finite elements, limit analysis and twice as many agree; return the last.
 
-    margin: as in MacroblockSettings. The remarks of the partition say what was pushed before.
+    margin: as in MacroblockSettings. The remarks of the partition say what was pushed before. Raises CaseError where
+    the first do not fit into the memory; where finer ones do not, those before them stand.
     """
     said, borne, stones = partition.remarks, list[Borne](), stones_of(assemblage)
-    while True:
-        done = push_partition(partition)
-        peak, is_peak = done.capacity.peak_multiplier, done.capacity.peak_reached
-        borne.append(Borne(partition.count, peak, is_peak, done.summary.valid))
-        more = None if is_enough(analysis, margin, borne, stones) else finer(assemblage, analysis, partition)
-        if more is None:
-            return remarked(analysis, margin, replace(partition, remarks=said), borne, stones), done
-        logger.info("%d macroblocks bear %.4f: %d are pushed", partition.count, peak, more.count)
-        partition = more
+    next_one: Partition | None = partition
+    while next_one is not None:
+        try:
+            done = push_partition(next_one)
+        except CaseError as error:
+            if not borne:
+                raise
+            said = (*said, f"{next_one.count} macroblocks could not be pushed: {error}")
+            break
+        partition, peak = next_one, done.capacity.peak_multiplier
+        borne.append(Borne(partition.count, peak, done.capacity.peak_reached, done.summary.valid))
+        next_one = None if is_enough(analysis, margin, borne, stones) else finer(assemblage, analysis, partition)
+        if next_one is not None:
+            logger.info("%d macroblocks bear %.4f: %d are pushed", partition.count, peak, next_one.count)
+    return remarked(analysis, margin, replace(partition, remarks=said), borne, stones), done
 
 
 def push_segmented(

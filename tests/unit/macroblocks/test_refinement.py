@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from orchestrator.app.refining import push_and_refine
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
 from orchestrator.macroblocks.automatic import ELSEWHERE
 from orchestrator.macroblocks.criteria import one_body, one_body_per_block, partition_of
@@ -102,6 +105,22 @@ def test_an_interval_of_limit_analysis_is_no_disagreement(wall_1):
     wide = replace(analysis, interval=(0.9 * headline, headline))
     assert is_enough(wide, MARGIN, bears(0.9)(headline), 2)
     assert not is_enough(analysis, MARGIN, bears(0.9)(headline), 2)
+
+
+def test_finer_macroblocks_that_do_not_fit_into_the_memory_leave_those_before_them(wall_1):
+    assemblage, analysis = wall_1
+
+    def push(partition):
+        if partition.count > 2:
+            raise CaseError("mesh.size", "needs more than there is", "choose larger elements")
+        capacity = SimpleNamespace(peak_multiplier=1.0, peak_reached=True)
+        return SimpleNamespace(capacity=capacity, summary=SimpleNamespace(valid=True), of=partition.count)
+
+    partition, done = push_and_refine(assemblage, analysis, one_body(assemblage), push)
+    assert partition.count == done.of == 2
+    assert any("4 macroblocks could not be pushed: mesh.size: needs more" in remark for remark in partition.remarks)
+    with pytest.raises(CaseError, match="needs more"):
+        push_and_refine(assemblage, analysis, one_body_per_block(assemblage), push)
 
 
 def test_a_larger_margin_asks_for_less(wall_1):
