@@ -45,7 +45,7 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
         "", "multiplier", "shear\nkN", "tilt\ndeg", "LPs", "time\ns", "residual\nbalance", "\nyield", "\npower",
     )  # fmt: skip
     for column in columns:
-        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+        table.add_column(column, justify="right" if column else "left", no_wrap=bool(column))
     path, left = analysis.path, analysis.associative_left
     names = {
         "associative, a bound": analysis.associative,

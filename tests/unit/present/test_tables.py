@@ -35,6 +35,8 @@ def test_the_table_of_limit_analysis_fits_a_terminal_of_80_columns():
     console = Console(width=80, record=True)
     heavy = replace(analysis, weight=1e7, **dict(zip(names, slow, strict=True)))
     console.print(limit_table(heavy))
+    rocks = replace(heavy.path, flow_rule="large_displacements", converged=False)
+    console.print(limit_table(replace(heavy, path=rocks)))
     printed = console.export_text()
     assert "…" not in printed
     assert "associative, a bound" in printed
