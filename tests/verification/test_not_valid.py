@@ -128,11 +128,11 @@ def test_every_picture_of_what_is_not_valid_is_stamped(tmp_path, monkeypatch):
     saved = {}
     monkeypatch.setattr(increment_solver, "increment_of", leaky)
     monkeypatch.setattr(plots, "save", lambda figure, folder, name, *_: saved.update({name: figure}) or [folder / name])
-    settings = ["--set", "stepping.final_displacement=1mm", "--output", str(tmp_path)]
-    assert cli.main(["run", str(TOWER), "--model", "micro", *settings]) == 3
+    short = ["--set", "stepping.final_displacement=1mm", "--output"]
+    assert cli.main(["run", str(TOWER), "--model", "micro", *short, str(tmp_path / "run")]) == 3
     grid = ["--set", "study.tol_n=['none']", "--set", "study.tol_d=['none']"]
     monkeypatch.setattr(plots, "save", lambda figure, folder, name, *_: saved.update({f"{folder.name} {name}": figure}))
-    assert cli.main(["study", str(TOWER), *grid, *settings]) == 3
+    assert cli.main(["study", str(TOWER), *grid, *short, str(tmp_path / "study")]) == 3
     stamped = {name for name, figure in saved.items() if "NOT VALID" in [t.get_text() for t in figure.findobj(Text)]}
     drawn_before = {"blocks", "mechanism", "macroblocks", "rigid_pushover"}
     assert {name.split()[-1] for name in stamped} == {name.split()[-1] for name in saved} - drawn_before

@@ -110,12 +110,12 @@ def summary_of(*pushovers):
     [
         (
             [entry("macro", 21e3), entry("micro", 20e3)],
-            ["20.00 kN counts (λ = 0.2000", "macroblocks (21.00 kN)"],
+            ["20.00 kN counts (λ = 0.2000", "macroblocks (21.00 kN, +5.0%)", "limit analysis (+25.0%)"],
             [],
         ),
         ([entry("macro", 21e3)], ["21.00 kN counts", "FE of macroblocks"], ["approximation"]),
         ([entry("macro", 21e3), entry("micro", 20e3, valid=False)], ["21.00 kN counts"], ["20.00"]),
-        ([entry("micro", 20e3, reached=False)], ["a lower bound"], []),
+        ([entry("micro", 20e3, reached=False)], ["a lower bound", "; limit analysis takes"], ["%"]),
         ([entry("micro", 20e3, valid=False)], ["No peak counts"], ["20.0"]),
     ],
 )
