@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, IntArray
@@ -18,8 +16,6 @@ HAIRLINE = 1e-5
 """m; a joint that is open by less is drawn thin: it is a crack in the model, none that anybody finds on the wall"""
 THIN = 3
 """status of such a joint in pictures, after those of ContactStatus"""
-RANK = np.array([0, 2, 3, 1])
-"""which status, by its number, stands for several in one place: the one with the highest rank"""
 DAMAGED = 0.01
 """degree of damage from which a bonded joint is shown as damaged; loading alone leaves less"""
 
@@ -63,40 +59,27 @@ def _leave(following: dict[int, list[int]], node: int) -> int:
     return end
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Pieces:
-    """The pieces (p,) that draw all interfaces: a contact of each, and its neighbours before and after.
+def shares_of_interface(along: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Share an interface among its contacts at `along` (c,), 0 at its start, 1 at its end.
+
+    Returns the contacts (d,) to use, one per position, in order, and the borders (d + 1,): contact a covers
+    borders[a] to borders[a + 1], the border between two lies midway.
+    """
+    order = np.argsort(along, kind="stable")
+    distinct = order[np.append(True, np.diff(along[order]) > 1e-6)]
+    middle = 0.5 * (along[distinct][1:] + along[distinct][:-1])
+    return distinct, np.concatenate([[0.0], middle, [1.0]])
+
+
+def interface_pieces(
+    bodies: Bodies, meshes: BodyMeshes, contacts: ContactPlaces
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the pieces (p,) that draw all interfaces: the contact of each, and its neighbours before and after.
 
     A piece reaches from midway to the neighbour before to midway to the one after; at the end of an interface the
-    neighbour is the contact itself. alike (c,): the contact of the piece that each contact belongs to: nodes of both
-    bodies, in front and behind, may lie in one place, and some of them may have nothing that they touch.
+    neighbour is the contact itself.
     """
-
-    contact: IntArray
-    before: IntArray
-    after: IntArray
-    alike: IntArray
-
-    def status(self, increment: Increment) -> IntArray:
-        """Return the status (p,) of the pieces: of contacts in one place that of one that is closed, if any is."""
-        rank = np.zeros(len(self.alike), np.int64)
-        np.maximum.at(rank, self.alike, RANK[shown_status(increment)[: len(self.alike)]])
-        return np.argsort(RANK)[rank[self.contact]]
-
-
-def shares_of_interface(along: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return which contacts of an interface at `along` (c,), 0 at its start, 1 at its end, to use (d,), one per place
-    and in order; and for each contact (c,) the one that is used in its place."""
-    order = np.argsort(along, kind="stable")
-    begins = np.append(True, np.diff(along[order]) > 1e-6)
-    alike = np.empty(len(along), np.int64)
-    alike[order] = order[begins][np.cumsum(begins) - 1]
-    return order[begins], alike
-
-
-def interface_pieces(bodies: Bodies, meshes: BodyMeshes, contacts: ContactPlaces) -> Pieces:
-    """Return the pieces that draw all interfaces."""
-    pieces, alike = list[tuple[int, int, int]](), np.arange(len(contacts.slave_node))
+    pieces: list[tuple[int, int, int]] = []
     faces, points = find_faces(bodies), meshes.nodes[contacts.slave_node, :2]
     sides = sides_of_edges(faces, meshes)
     touching = touching_faces(bodies, faces, sides)
@@ -104,9 +87,7 @@ def interface_pieces(bodies: Bodies, meshes: BodyMeshes, contacts: ContactPlaces
     starts, tangents, lengths = bodies.interfaces.start, bodies.interfaces.tangent, bodies.interfaces.length
     for here, start, tangent, length in zip(rows, starts, tangents, lengths, strict=True):
         along = (points[here] - start) @ tangent / length
-        used, same = shares_of_interface(along)
-        alike[here] = here[same]
-        row = here[used].tolist()
+        row = here[shares_of_interface(along)[0]].tolist()
         pieces.extend(zip(row, [row[0], *row[:-1]], [*row[1:], row[-1]], strict=True))
     contact, before, after = np.array(pieces, dtype=np.int64).reshape(-1, 3).T
-    return Pieces(contact, before, after, alike)
+    return contact, before, after

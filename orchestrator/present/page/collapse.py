@@ -14,7 +14,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.present.joint_pieces import DAMAGED, Pieces, front_loops, interface_pieces
+from orchestrator.present.joint_pieces import DAMAGED, front_loops, interface_pieces, shown_status
 from orchestrator.present.tie_states import ShownTies
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
@@ -37,12 +37,12 @@ def collapse(
 ) -> dict[str, Any]:
     """Return outlines, pieces of joints, ties and frames of at most about `room` bytes as JSON."""
     loops = [front_loops(meshes, body) for body in range(bodies.moving)]
-    joints = interface_pieces(bodies, meshes, contacts)
+    contact, before, after = interface_pieces(bodies, meshes, contacts)
     used = [node for body in loops for loop in body for node in loop]
     nodes, place = np.unique(np.concatenate([used, contacts.slave_node]).astype(np.int64), return_inverse=True)
     number = dict(zip(nodes.tolist(), range(len(nodes)), strict=True))
     at_contact = place[len(used) :]
-    frame_size = len(nodes) * 16 // 3 + len(joints.contact) + 150 + 100 * (0 if ties is None else len(ties.ends))
+    frame_size = len(nodes) * 16 // 3 + len(contact) + 150 + 100 * (0 if ties is None else len(ties.ends))
     rows = chosen_rows(
         len(curve.step), int(np.where(curve.moving == 0, curve.base_shear_N, -np.inf).argmax()), room // frame_size
     )
@@ -51,9 +51,9 @@ def collapse(
         "bodies": [[[number[node] for node in loop] for loop in body] for body in loops],
         "supports": [np.round(body.exterior, 5) for body in bodies.bodies[bodies.moving :]],
         "ties": [] if ties is None else ties.ends,
-        "pieces": np.column_stack([at_contact[k] for k in (joints.before, joints.contact, joints.after)]),
+        "pieces": np.column_stack([at_contact[before], at_contact[contact], at_contact[after]]),
         "frames": [
-            _frame(row, increment, curve, nodes, joints) | {"ties": _tied(ties, increment)}
+            _frame(row, increment, curve, nodes, contact) | {"ties": _tied(ties, increment)}
             for row, increment in zip(rows.tolist(), store.these(curve.step[rows].tolist()), strict=True)
         ],
         "increments": len(curve.step),
@@ -66,7 +66,7 @@ def chosen_rows(rows: int, peak: int, most: int) -> IntArray:
     return np.unique(np.append(wanted, peak))
 
 
-def _frame(row: int, increment: Increment, curve: PushoverCurve, nodes: IntArray, joints: Pieces) -> dict[str, Any]:
+def _frame(row: int, increment: Increment, curve: PushoverCurve, nodes: IntArray, contact: IntArray) -> dict[str, Any]:
     scale, text = packed(increment.displacement[nodes, :2])
     return {
         "row": row,
@@ -77,8 +77,8 @@ def _frame(row: int, increment: Increment, curve: PushoverCurve, nodes: IntArray
         "moved": float(curve.control_displacement_m[row] - curve.control_displacement_m[0]),
         "scale": scale,
         "displacements": text,
-        "status": "".join(map(str, joints.status(increment).tolist())),
-        "damage": ninths(increment.damage[joints.contact]),
+        "status": "".join(map(str, shown_status(increment)[contact].tolist())),
+        "damage": ninths(increment.damage[contact]),
     }
 
 

@@ -15,7 +15,7 @@ from matplotlib.path import Path
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from orchestrator.assessment.capacity import Bilinear, Capacity
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.printed import marked, printed
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis
 from orchestrator.loads.dead_loads import DeadLoad
@@ -25,9 +25,9 @@ from orchestrator.present.joint_pieces import (
     DAMAGED,
     HAIRLINE,
     THIN,
-    Pieces,
     front_loops,
     interface_pieces,
+    shown_status,
 )
 from orchestrator.present.plots.canvas import (
     BLUE,
@@ -235,11 +235,14 @@ def idealised(models: Mapping[str, tuple[PushoverCurve, Bilinear]], name: str) -
     return figure
 
 
-def _draw_contacts(axes: Axes, joints: Pieces, increment: Increment, drawn: FloatArray) -> None:
+def _draw_contacts(
+    axes: Axes, pieces_of_joints: tuple[IntArray, IntArray, IntArray], increment: Increment, drawn: FloatArray
+) -> None:
     """Draw every interface on its slave's displaced face (`drawn` (c, 2): displaced contacts), coloured by status."""
-    status, (contact, before, after) = joints.status(increment), (joints.contact, joints.before, joints.after)
+    status = shown_status(increment)
+    contact, before, after = pieces_of_joints
     corners = np.stack([0.5 * (drawn[before] + drawn[contact]), 0.5 * (drawn[contact] + drawn[after])], axis=1)
-    pieces = {name: corners[status == name] for name in LINES}
+    pieces = {name: corners[status[contact] == name] for name in LINES}
     for name, (colour, width, label) in LINES.items():
         draw_segments(axes, pieces[name], colour, width, label)
     damage = increment.damage[contact]

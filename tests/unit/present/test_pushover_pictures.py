@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,10 +20,10 @@ from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present import plots
-from orchestrator.present.joint_pieces import THIN, Pieces, closed_loops, shares_of_interface
+from orchestrator.present.joint_pieces import closed_loops, shares_of_interface
 from orchestrator.present.plots.canvas import BLUE, INK, STONE, VERMILLION
 from orchestrator.present.plots.pushover_pictures import outline, readable_factor
-from orchestrator.pushover.increments import ContactStatus, Increment, PushoverCurve
+from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces
 from tests.support.figures import drawn, pixel, polygons, segments, shown
@@ -174,21 +173,9 @@ def test_loops_close_also_where_an_outline_touches_itself():
 
 
 def test_an_interface_is_shared_midway_between_its_contacts():
-    used, alike = shares_of_interface(np.array([1.0, 0.0, 0.0, 0.4]))  # two contacts at 0: front and back
+    used, borders = shares_of_interface(np.array([1.0, 0.0, 0.0, 0.4]))  # two contacts at 0: front and back
     assert used.tolist() == [1, 3, 0]
-    assert alike.tolist() == [0, 1, 1, 3]
-
-
-def test_of_contacts_in_one_place_one_that_is_closed_is_shown():
-    """Of two nodes at the corner of a lintel that rocks one has nothing left to touch."""
-    index = np.array([0, 1])
-    pieces = Pieces(index, index, index, np.array([0, 1, 1, 0]))
-    status, gap = np.array([ContactStatus.OPEN] * 4), np.array([1e-3, np.nan, 2e-3, 1e-6])
-    assert pieces.status(SimpleNamespace(status=status, gap=gap)).tolist() == [THIN, ContactStatus.OPEN]
-    status[2] = ContactStatus.STICK
-    assert pieces.status(SimpleNamespace(status=status, gap=gap)).tolist() == [THIN, ContactStatus.STICK]
-    status[1] = ContactStatus.SLIP
-    assert pieces.status(SimpleNamespace(status=status, gap=gap)).tolist() == [THIN, ContactStatus.SLIP]
+    np.testing.assert_allclose(borders, [0, 0.2, 0.7, 1])
 
 
 @pytest.fixture
