@@ -217,7 +217,7 @@ def push(
     with on_root_while(comm, locked(output), storage.logging_to(output / "run.log")):
         on_root(comm, sweep, output)
         if not resume:
-            on_root(comm, storage.clear, output)
+            on_root(comm, storage.clear, output, (case.file, case.block_file))
         report(StageBegun("pictures", "wall, mechanism and macroblocks"))
         on_root(
             comm,

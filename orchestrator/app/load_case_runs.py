@@ -100,7 +100,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, repo
     assemblage = on_root(comm, check, case)
     runs = [LoadCaseRun(name, one, output / name, resume) for name, one in each(case).items()]
     if not resume:
-        on_root(comm, storage.clear, output)
+        on_root(comm, storage.clear, output, (case.file, case.block_file))
     if comm is not None and comm.size > 1:
         pushover_run.start_finite_elements()
         if not _is_large(case, assemblage):

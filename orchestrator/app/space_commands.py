@@ -70,7 +70,7 @@ def limit(path: Path, overrides: list[str], output: Path, force: bool, as_json: 
         return 0
     console.print(table(analysis))
     if force:
-        clear(output)
+        clear(output, (path,))
     _show_mechanism(case, assemblage, loads, analysis, output, say)
     return 0
 

@@ -42,6 +42,8 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
     """Find the multipliers of micro limit analysis; return the exit code."""
     output = _output(options)
     if options.settle is not None:
+        if options.json:
+            raise CaseError("--json", "does not go with --settle", "leave one of them out")
         if not math.isfinite(options.settle_angle):
             raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")
         storage.try_folder(output)
@@ -63,7 +65,7 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(analysis), soft_wrap=True, markup=False)
         if options.force and not number:
-            storage.clear(output)
+            storage.clear(output, (case.file, case.block_file))
         with shown(console, "pictures", "mechanism"):
             picture = driver.draw_mechanism(one, assemblage, analysis, output / name)
         console.print(f"mechanism: {picture}", soft_wrap=True)
@@ -96,7 +98,7 @@ def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True, markup=False)
         if options.force and not number:
-            storage.clear(output)
+            storage.clear(output, (case.file, case.block_file))
         with shown(console, "pictures", "macroblocks and mechanism"):
             pictures = driver.draw_macroblocks(one, segmented, output / name)
         console.print(f"macroblocks: {pictures[0]}; mechanism: {pictures[1]}", soft_wrap=True)

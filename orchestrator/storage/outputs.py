@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from orchestrator.basis.errors import CaseError
@@ -17,11 +18,11 @@ OF_A_RUN = (*OF_A_FINISHED_RUN, "macro", "micro")
 OF_A_STUDY = ("table.csv", "sensitivity.csv", "runs", "points")
 """what only a study or a sensitivity analysis leaves in its folder"""
 RESULTS = (
-    *OF_A_RUN, "figures", "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json",
-    "joint_forces.csv", "section_forces.csv", "reactions.csv", "rigid_pushover.csv", "mechanism.dxf", "verdict.csv",
-    "load_cases.csv", "report.html", "collapse.html", "directions.json",
+    *OF_A_RUN, "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "joint_forces.csv",
+    "section_forces.csv", "reactions.csv", "rigid_pushover.csv", "mechanism.dxf", "verdict.csv", "load_cases.csv",
+    "report.html", "collapse.html", "directions.json",
 )  # fmt: skip
-"""all that a run or a limit analysis writes into its folder, but run.log, which goes on, and folders of load cases"""
+"""all that a run or a limit analysis writes, but run.log, which goes on, pictures, and folders of load cases"""
 
 
 def try_folder(folder: Path) -> None:
@@ -60,13 +61,20 @@ def refuse_run(folder: Path) -> None:
         raise CaseError("--output", "holds the results of a run", "give another --output", str(folder))
 
 
-def clear(folder: Path) -> None:
-    """Remove the results of an earlier run, of all its load cases too: beside others they would be taken for theirs."""
-    for path in (folder / name for name in (*_load_cases_in(folder), *RESULTS)):
+def clear(folder: Path, given: Iterable[Path] = ()) -> None:
+    """Remove the results of an earlier run, of all its load cases too: beside others they would be taken for theirs.
+
+    Files that are `given`, and all that no run writes, stay.
+    """
+    if not holds_run(folder):
+        return
+    drawn = [path for path in (folder / "figures").glob("*.svg") if path.with_suffix(".png").exists()]
+    pictures = [path.with_suffix(suffix) for path in drawn for suffix in (".svg", ".png")]
+    for path in (*(folder / name for name in (*_load_cases_in(folder), *RESULTS)), *pictures):
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)
-        else:
-            path.unlink(missing_ok=True)
+        elif path.exists() and not any(path.samefile(one) for one in given if one.exists()):
+            path.unlink()
 
 
 def _load_cases_in(folder: Path) -> list[str]:

@@ -321,6 +321,17 @@ def test_no_command_writes_among_the_results_of_another(tmp_path, capsys):
     assert "holds the results of a study" in capsys.readouterr().err
 
 
+def test_force_removes_no_file_that_the_case_is_given(tmp_path, monkeypatch):
+    """`import` writes blocks.json, as a run does: here it is the wall itself."""
+    wall = tmp_path / "blocks.json"
+    wall.write_text(Path(TOWER).read_text())
+    (tmp_path / "summary.json").write_text("{}")
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["limit", "blocks.json", "--force", "--output", "."]) == 0
+    assert wall.read_text() == Path(TOWER).read_text()
+    assert not (tmp_path / "summary.json").exists()
+
+
 @pytest.mark.parametrize("suffix", ["json", "toml"])
 def test_a_byte_order_mark_is_read_over(tmp_path, suffix):
     """Editors on Windows put one before UTF-8."""
