@@ -1,23 +1,27 @@
 """Peak of the macroblocks against that of micro-FE, on the walls of path.py whose curves reached their end.
 
     python docs/studies/macroblock_peaks.py [number of pushovers]
+    python docs/studies/macroblock_peaks.py held-out    on the walls of held_out.py, on which no rule was ever tried
 
-writes macroblock_peaks.csv and macroblock_peaks.md (after macroblock_peaks_head.md) beside this file. The peaks of
-micro-FE, base shear over the weight of the wall as drawn, are read from path.csv. Macroblocks are those of the
-automatic choice, refined as `run` does, and pushed to a thirtieth of the height. Two runs go side by side.
+writes macroblock_peaks.csv and macroblock_peaks.md (after macroblock_peaks_head.md) beside this file, or
+macroblock_peaks_held_out.csv. The peaks of micro-FE, base shear over the weight of the wall as drawn, are read from
+path.csv or held_out_peaks.csv. Macroblocks are those of the automatic choice, refined as `run` does, and pushed to a
+thirtieth of the height. Two runs go side by side.
 """
 
 from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
 from time import process_time
 from typing import Any
 
+import held_out
 import numpy as np
 import path
 import states
@@ -35,15 +39,16 @@ from orchestrator import (
     push,
     push_and_refine,
 )
+from orchestrator.masonry.wall import Wall
 
 FOLDER = Path(__file__).parent
 NEAR, ABOVE, FEWER = 0.02, 0.04, 0.8
 """what macroblocks are to reach: a peak this near to micro-FE's, never further above, so many fewer bodies"""
 
 
-def compared(run: int, peak: float) -> dict[str, Any]:
-    """Return the row of one pushover of path.py: its macroblocks and their peak; `peak` is micro-FE's."""
-    family, wall = path.wall_of(run // 2)
+def compared(run: int, peak: float, of: Callable[[int], tuple[str, Wall]] = path.wall_of) -> dict[str, Any]:
+    """Return the row of one pushover, a wall along +x or -x: its macroblocks and their peak; `peak` is micro-FE's."""
+    family, wall = of(run // 2)
     load, began = LoadSettings("-x" if run % 2 else "+x"), process_time()
     assemblage = find_joints(wall, JointSettings())
     height = float(np.ptp(np.vstack([block.polygon for block in wall.blocks if not block.fixed])[:, 1]))
@@ -92,28 +97,54 @@ def said(rows: Sequence[dict[str, Any]]) -> str:
 
 def write(rows: list[dict[str, Any]]) -> None:
     """Write macroblock_peaks.csv and macroblock_peaks.md."""
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    with (FOLDER / "macroblock_peaks.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, names, restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    names = write_csv(rows, "macroblock_peaks.csv")
     head = (FOLDER / "macroblock_peaks_head.md").read_text()
     table = states.markdown([{name: row.get(name, "") for name in names} for row in rows])
     (FOLDER / "macroblock_peaks.md").write_text(f"{head}\n{said(rows)}\n\n{table}\n")
 
 
-def main(most: int | None) -> None:
-    """Run all and write the tables after each."""
-    peaks = states.peaks_of_path()
-    order = sorted(peaks, key=lambda run: 37 * run % 100)[:most]
+def write_csv(rows: list[dict[str, Any]], name: str) -> list[str]:
+    """Write a table beside this file; return the names of its columns."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    with (FOLDER / name).open("w", newline="") as file:
+        writer = csv.DictWriter(file, names, restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    return names
+
+
+def each(
+    peaks: dict[int, float], order: Sequence[int], of: Callable[[int], tuple[str, Wall]]
+) -> Iterator[list[dict[str, Any]]]:
+    """Push the macroblocks of all runs in this order; yield the rows so far after each."""
     rows: list[dict[str, Any]] = []
     context = get_context("spawn")
     with ProcessPoolExecutor(2, mp_context=context, max_tasks_per_child=1) as pool:
-        for row in pool.map(compared, order, [peaks[run] for run in order]):
+        for row in pool.map(compared, order, [peaks[run] for run in order], repeat(of)):
             rows.append(row)
             print(row, flush=True)
-            write(rows)
+            yield rows
+
+
+def main(most: int | None) -> None:
+    """Run all and write the tables after each."""
+    peaks = states.peaks_of_path()
+    for rows in each(peaks, sorted(peaks, key=lambda run: 37 * run % 100)[:most], path.wall_of):
+        write(rows)
+
+
+def main_held_out() -> None:
+    """Run the walls of held_out.py and write their table after each."""
+    with (FOLDER / "held_out_peaks.csv").open() as file:
+        known = [row for row in csv.DictReader(file) if not row["ended"].startswith(("left", "STOPPED"))]
+    peaks = {2 * int(row["wall"]) + (row["direction"] == "-x"): float(row["peak"]) for row in known}
+    for rows in each(peaks, sorted(peaks), held_out.wall_of):
+        write_csv(rows, "macroblock_peaks_held_out.csv")
+    print(said(rows))
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else None)
+    if sys.argv[1:] == ["held-out"]:
+        main_held_out()
+    else:
+        main(int(sys.argv[1]) if len(sys.argv) > 1 else None)
