@@ -137,9 +137,10 @@ def read_wall(case: Case) -> Wall:
 
     A block file that is the case keeps its own name. Raises CaseError.
     """
-    if case.file != case.block_file and not case.block_file.exists():
+    if case.file != case.block_file and not case.block_file.is_file():
         remedy = "give the path of a JSON block file, from the folder of the case file"
-        raise CaseError("wall.blocks", f"{case.block_file}: no such file", remedy, str(case.file))
+        what = "is a folder" if case.block_file.is_dir() else "no such file"
+        raise CaseError("wall.blocks", f"{case.block_file}: {what}", remedy, str(case.file))
     wall, replacements = read_blocks(case.block_file), case.wall
     if case.file != case.block_file:
         wall = replace(wall, name=case.name)

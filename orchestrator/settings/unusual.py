@@ -8,7 +8,7 @@ a_g = 0.39 m/s2 counts as very low (EN 1998-1, 3.2.1(5)). Sizes are compared wit
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -94,15 +94,15 @@ def _of_materials(materials: list[MaterialSums]) -> Iterator[str]:
             (ELASTIC_MODULUS, "elastic modulus", one.elastic_modulus),
         ):
             yield from filter(None, (usual.complaint(f"{text}{name}", value) for value in dict.fromkeys(values)))
-    for k, one in enumerate(materials):
-        for other in materials[:k]:
-            if (one.unit_weight, one.elastic_modulus) == (other.unit_weight, other.elastic_modulus):
-                names = f"{one.name or 'blocks without a material'} and {other.name or 'blocks without a material'}"
-                weight = f"{one.unit_weight[0] / 1e3:g} kN/m3, {one.elastic_modulus[0] / 1e9:g} GPa"
-                yield (
-                    f"UNUSUAL: {names} have the same unit weight and elastic modulus ({weight}); [[wall.classes]] "
-                    "gives a material its own"
-                )
+    alike = defaultdict[tuple[tuple[float, ...], tuple[float, ...]], list[str]](list)
+    for one in reversed(materials):
+        alike[one.unit_weight, one.elastic_modulus].append(one.name or "blocks without a material")
+    for (weight, modulus), names in alike.items():
+        if len(names) > 1:
+            yield (
+                f"UNUSUAL: {', '.join(names[:-1])} and {names[-1]} have the same unit weight and elastic modulus "
+                f"({weight[0] / 1e3:g} kN/m3, {modulus[0] / 1e9:g} GPa); [[wall.classes]] gives a material its own"
+            )
 
 
 def _of_joints(joints: list[JointSums]) -> Iterator[str]:
