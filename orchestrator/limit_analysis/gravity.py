@@ -47,11 +47,12 @@ def refuse_what_falls(problem: Problem) -> None:
     numbers = [str(number) for number in sorted(problem.assemblage.wall.blocks[i].id for i in falling)]
     named = ", ".join(numbers[:NAMED_BLOCKS])
     more = f" and {len(numbers) - NAMED_BLOCKS} more" if len(numbers) > NAMED_BLOCKS else ""
+    crushes = ", whether its joints crush (compressive_strength)" * bool(problem.friction.crushes.any())
     raise CaseError(
         "wall",
         f"cannot stand under its own weight: blocks {named}{more} move, unless held by a force of {missing:.2g} times "
         "the mean weight of a block",
-        "support these blocks, give them more bearing, or check friction and which blocks are fixed",
+        f"support these blocks, give them more bearing, or check friction{crushes} and which blocks are fixed",
     )
 
 
