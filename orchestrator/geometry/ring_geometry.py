@@ -70,8 +70,8 @@ def kept_of_chain(chain: FloatArray, within: float, bend: float, most: float) ->
     line between two kept ones. A closed chain keeps three.
 
     None but its ends of a chain that bends by no more than `bend` of its length and `most` (m), and no part of it more
-    in proportion: an arc does, a hump on a long bed does not. (Were each part of a longer arc judged so, a curved joint
-    would hook into its own facets: four on a bed of 0.8 m and a radius of 1 m bear 14 % more than forty.)
+    in proportion: an arc does, a hump on a long bed does not. (Were each part of a longer arc judged so, its chords
+    would meet at up to 23 degrees, and stones that slide along it would hook into them.)
     """
     keep = np.zeros(len(chain), bool)
     keep[[0, -1]] = True

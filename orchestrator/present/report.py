@@ -72,8 +72,9 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
         plots.save(plots.rigid_pushover(analysis), figures, "rigid_pushover", case.project.language)
     storage.write_text(figures.parent / "mechanism.dxf", plots.mechanism_dxf(assemblage, analysis.headline))
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
-    gone = sum(failure.share for failure in analysis.local_failures)
-    weight = weight_words(analysis) + f", {gone:.1%} of it come loose before" * bool(gone)
+    weight = weight_words(analysis)
+    if analysis.local_failures:
+        weight += f", {analysis.share_lost:.1%} of it come loose before"
     live = load_words(case.load.distribution, analysis), weight
     state, ties = analysis.headline, case.reinforcement.ties
     figure = plots.mechanism(assemblage, state, case.load.vector, *live, loose=loose, ties=ties, dead=case.load.dead)

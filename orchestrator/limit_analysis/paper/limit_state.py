@@ -182,6 +182,11 @@ class LimitAnalysis:
         return float(np.arctan(state.load_multiplier)) if self.tilting_table else None
 
     @property
+    def share_lost(self) -> float:
+        """Share of the weight that comes loose before the headline is met."""
+        return sum(failure.share for failure in self.local_failures)
+
+    @property
     def geometry_decides(self) -> bool:
         """Whether the headline is the peak in large displacements, and no limit state of the wall as drawn."""
         return self.path is not None and self.path.flow_rule == "large_displacements"

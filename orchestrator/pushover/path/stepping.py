@@ -177,7 +177,7 @@ class Pushover:
         except ConvergenceError as error:
             return self._not_static(trial, aim, str(error), error.iterations)
         trial = trial.after(solved)
-        falls = solved.base_shear < (1 - self.newton.residual) * state.base_shear
+        falls = solved.base_shear < (1 - self.newton.residual) * state.base_shear  # more than by rounding
         alone = self._left_alone(state, solved.change.ravel()) if falls else None
         if alone is not None:
             return trial.then("a local part moves and the wall goes back", UNDRIVEN, solved.iterations, alone)
