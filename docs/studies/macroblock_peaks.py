@@ -44,6 +44,8 @@ from orchestrator.masonry.wall import Wall
 FOLDER = Path(__file__).parent
 NEAR, ABOVE, FEWER = 0.02, 0.04, 0.8
 """what macroblocks are to reach: a peak this near to micro-FE's, never further above, so many fewer bodies"""
+HEADLINE_NEAR, HEADLINE_ABOVE = 0.015, 0.03
+"""what the headline of limit analysis is to reach: as near, never further above"""
 
 
 def compared(run: int, peak: float, of: Callable[[int], tuple[str, Wall]] = path.wall_of) -> dict[str, Any]:
@@ -55,12 +57,19 @@ def compared(run: int, peak: float, of: Callable[[int], tuple[str, Wall]] = path
     row: dict[str, Any] = {"run": run, "family": family, "direction": load.direction, "micro-FE": f"{peak:.4f}"}
     try:
         analysis = analyse(assemblage, loads=loads_on(wall, load))
+        analysed = process_time()
         partition = macroblocks_of(assemblage, analysis)
+        left = analysis.headline.horizontal_load / analysis.horizontal_load
+        low, high = analysis.interval or (analysis.headline.load_multiplier,) * 2
         row |= {
+            "headline": f"{left * analysis.headline.load_multiplier:.4f}",
+            "low": f"{left * low:.4f}",
+            "high": f"{left * high:.4f}",
             "blocks": sum(not block.fixed for block in wall.blocks),
             "chosen": partition.count,
             "local": sum(len(failure.stones) for failure in analysis.local_failures),
-            "analysis_s": round(process_time() - began, 1),
+            "analysis_s": round(analysed - began, 1),
+            "choice_s": round(process_time() - analysed, 1),
         }
         began = process_time()
         stepping = SteppingSettings(final_displacement=height / 30)
@@ -86,12 +95,24 @@ def said(rows: Sequence[dict[str, Any]]) -> str:
     pushed = [row for row in rows if "macroblocks" in row]
     off = np.array([float(row["macroblocks"]) / float(row["micro-FE"]) - 1 for row in pushed])
     fewer = np.array([1 - row["bodies"] / row["blocks"] for row in pushed])
+    headline, low, high = (
+        np.array([float(row[name]) / float(row["micro-FE"]) - 1 for row in pushed])
+        for name in ("headline", "low", "high")
+    )
+    near, within = np.abs(headline) <= HEADLINE_NEAR, (low <= HEADLINE_NEAR) & (high >= -HEADLINE_NEAR)
+    analysis, choice, solving = (
+        sum(row[name] for row in pushed) for name in ("analysis_s", "choice_s", "finite_elements_s")
+    )
     return (
         f"{len(pushed)} of {len(rows)} pushovers have a curve. Of these {np.sum(np.abs(off) <= NEAR)} have a peak "
         f"within {NEAR:.0%} of micro-FE, {np.sum(off > ABOVE)} one more than {ABOVE:.0%} above it; the highest is "
         f"{off.max():+.1%}, the lowest {off.min():+.1%}, the mean distance {np.abs(off).mean():.1%}. "
         f"{np.sum(fewer >= FEWER)} have at least {FEWER:.0%} fewer bodies than stones; the median is "
-        f"{np.median(fewer):.0%} fewer. The valid ones are {sum('NOT VALID' not in row['ended'] for row in pushed)}."
+        f"{np.median(fewer):.0%} fewer. The valid ones are {sum('NOT VALID' not in row['ended'] for row in pushed)}. "
+        f"The headline of limit analysis is within {HEADLINE_NEAR:.1%} of micro-FE in {near.sum()}, itself or its "
+        f"interval in {within.sum()}, more than {HEADLINE_ABOVE:.0%} above in {np.sum(headline > HEADLINE_ABOVE)} "
+        f"(highest {headline.max():+.1%}, lowest {headline.min():+.1%}). Limit analysis took {analysis:.0f} s, the "
+        f"choice of bodies {choice:.0f} s, all pushovers {solving:.0f} s."
     )
 
 

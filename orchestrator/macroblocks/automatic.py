@@ -13,8 +13,9 @@ which costs a few milliseconds.
 
 That a state exists does not say that loading leads to it. So the bodies are loaded from gravity (path_of_bodies.py).
 Where they fail elsewhere than the stones do, where no limit state of the stones was closed, or where few bodies are
-saved, others are looked for that do not, for as much work as loading the stones was: factorisations times bodies.
-Bodies are joined in halves of what is left to join.
+saved, others are looked for that do not, for as much work as loading the stones was. Bodies are joined in halves of
+what is left to join. Where none are found a tenth of the stones is what is begun with: macroblocks are refined when
+they are pushed (refinement.py).
 Stones that come loose before stay bodies of their own; bodies are chosen for the wall without them.
 """
 
@@ -35,7 +36,7 @@ from orchestrator.limit_analysis.search.lower_states import POWER_LEFT, TwoProgr
 from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings, Partition, merged, partition_of, stones_of
 from orchestrator.macroblocks.locking import hierarchy, pairs_by_loss
 from orchestrator.macroblocks.merged_blocks import merged_problem
-from orchestrator.macroblocks.path_of_bodies import as_far_apart, off_headline
+from orchestrator.macroblocks.path_of_bodies import as_far_apart, off_headline, work_of
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
@@ -47,6 +48,13 @@ ELSEWHERE = (
     "loaded from gravity these bodies fail at another multiplier than every stone: compare with run --model micro"
 )
 """remark on bodies that, as rigid ones, do not meet the state of the stones"""
+FIRST = 0.1
+"""bodies over stones where no bodies are known that keep a state of the stones or fail where these do"""
+UNPROVEN = (
+    "chosen automatically: one for ten stones, joined where least energy is lost; no bodies were found that fail where "
+    "every stone does: compare with run --model micro"
+)
+"""remark on such bodies"""
 NEAREST = "chosen automatically: of the bodies that were loaded, those that fail nearest to where every stone does"
 """remark on bodies of which none fail where the stones do"""
 
@@ -96,11 +104,8 @@ def chosen(
     partition, said = _of_states(assemblage, analysis, margin, tied)
     remarks = [said]
     stones = stones_of(assemblage)
-    if analysis.path is not None and 1 < partition.count < stones:
+    if analysis.path is not None and stones > 1:
         partition, remarks = _by_path(assemblage, analysis, margin, partition, said)
-    elif analysis.path is not None and stones > 1:
-        bodies, _ = _by_loading(assemblage, analysis, margin, np.inf)
-        partition, remarks = (partition, remarks) if bodies is None else (bodies, [_said_of_loading(analysis, margin)])
     if 2 * partition.count > stones > 2:
         remarks.append(
             f"{partition.count} macroblocks of {stones} stones save little: run --model micro has every stone"
@@ -145,16 +150,27 @@ def _by_path(
 ) -> tuple[Partition, list[str]]:
     """Return bodies that have the states of the stones, or others that fail where these do or nearer to it, and why."""
     stones = stones_of(assemblage)
-    off, _ = off_headline(assemblage, analysis, partition, np.inf)
+    work, off = analysis.factorisations * work_of(stones), np.inf
+    if partition.count < stones:
+        off, spent = off_headline(assemblage, analysis, partition, np.inf)
+        work -= spent
     alike = off <= as_far_apart(margin)
     if alike and 2 * partition.count <= stones:
         return partition, [said]
-    bodies, nearest = _by_loading(assemblage, analysis, margin, off)
+    bodies, nearest = _by_loading(assemblage, analysis, margin, off, work)
     if bodies is not None and (not alike or bodies.count < partition.count):
         return bodies, [_said_of_loading(analysis, margin)]
     if alike:
         return partition, [said]
-    return (nearest, [NEAREST, ELSEWHERE]) if nearest is not None else (partition, [said, ELSEWHERE])
+    if nearest is not None:
+        return nearest, [NEAREST, ELSEWHERE]
+    return (partition, [said, ELSEWHERE]) if partition.count < stones else (_first(assemblage, analysis), [UNPROVEN])
+
+
+def _first(assemblage: Assemblage, analysis: LimitAnalysis) -> Partition:
+    """Return the bodies, FIRST of the stones, that lose least energy when their stones lock."""
+    groups = hierarchy(assemblage, [state.mechanism for state in states_to_keep(analysis)])[::-1]
+    return partition_of(assemblage, groups[max(2, round(FIRST * len(groups))) - 1])
 
 
 def _said_of_loading(analysis: LimitAnalysis, margin: float) -> str:
@@ -165,14 +181,13 @@ def _said_of_loading(analysis: LimitAnalysis, margin: float) -> str:
 
 
 def _by_loading(
-    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, off: float
+    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, off: float, work: float
 ) -> tuple[Partition | None, Partition | None]:
-    """Return bodies that fail where the stones do when they are loaded, None where none were found for as much work as
-    loading the stones was; and those of at most half the stones that fail nearest to it, None where none do nearer than
-    `off`."""
+    """Return bodies that fail where the stones do when they are loaded, None where none were found for so much work
+    (`work_of`); and those of at most half the stones that fail nearest to it, None where none do nearer than `off`."""
     mechanisms = [state.mechanism for state in states_to_keep(analysis)]
     groups = hierarchy(assemblage, mechanisms)[::-1]  # from one body to every stone
-    work, alike, nearest = analysis.factorisations * len(groups), None, None
+    alike, nearest = None, None
 
     def fails_alike(partition: Partition) -> bool:
         nonlocal work, alike, nearest, off

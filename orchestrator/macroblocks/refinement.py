@@ -9,7 +9,8 @@ of all ways to join its stones by the one that loses least energy (locking.py). 
 It ends where finite elements and limit analysis agree and, as with a mesh, twice as many bodies bear the same; where
 twice as many are more than FEW, agreement alone is enough. It also ends where twice as many bear the same twice in a
 row, whatever limit analysis says, and with every stone. Neither road then confirms the other any more: micro-FE does. A
-curve that is not valid counts as no agreement.
+curve that is not valid counts as no agreement. Where the answer of limit analysis is an interval, its headline is what
+is to be agreed with: any number of bodies may bear something between its ends.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones
         return True
     changes = [abs(fine.multiplier / coarse.multiplier - 1.0) for coarse, fine in pairwise(borne)]
     same = [change <= alike(margin) for change in changes]
-    if abs(off) <= alike(margin):
+    if abs(last.multiplier / analysis.headline.load_multiplier - 1.0) <= alike(margin):
         return same[-1:] == [True] or 2 * last.bodies > FEW * stones
     return same[-2:] == [True, True]
 

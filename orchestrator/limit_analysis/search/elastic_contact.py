@@ -31,7 +31,7 @@ from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.search.moved_joints import PLACES, MovedJoints, moved_joints
 from orchestrator.limit_analysis.search.scaled_problem import ScaledProblem, scaled_problem
-from orchestrator.limit_analysis.search.wall_stiffness import POINT_ENTRIES, WallStiffness
+from orchestrator.limit_analysis.search.wall_stiffness import POINT_ENTRIES, WallStiffness, point_products
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS, block_centroids, block_moduli, block_weights
 from orchestrator.masonry.joints import Assemblage
 
@@ -115,26 +115,19 @@ def open_ends(wall: ElasticWall, rates: FloatArray) -> npt.NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Position:
-    """Where the blocks are and what they carry: displacements (3m,), points' forces and rates since drawing (c, 2)."""
+    """Where the blocks are and what they carry: displacements (3m,), points' forces and rates since drawing (c, 2).
 
-    displacements: FloatArray
-    forces: FloatArray
-    rates: FloatArray
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class TriedPosition:
-    """Forces (c, 2) of a position that is tried, its rates (c, 2) and the points' tangent stiffness (c, 3)."""
+    tangent (c, 3): stiffness of the points as the step that led there left it.
+    """
 
     displacements: FloatArray
     forces: FloatArray
     rates: FloatArray
     tangent: FloatArray
 
-    @property
-    def position(self) -> Position:
-        """The position without its tangent."""
-        return Position(self.displacements, self.forces, self.rates)
+    def goes_on(self, rates: FloatArray) -> FloatArray:
+        """Return forces (c, 2) at other rates (c, 2) if no point opens, closes, sticks or slides on the way."""
+        return self.forces - point_products(self.tangent, rates - self.rates)
 
 
 def elastic_wall(
@@ -198,10 +191,12 @@ def of_points(problem: ScaledProblem) -> ScaledProblem:
 def undeformed(wall: ElasticWall) -> Position:
     """Return the position in which the wall was drawn, without forces."""
     nothing = np.zeros_like(wall.stiffness)
-    return Position(np.zeros(wall.problem.B.shape[0]), nothing, nothing)
+    pressed, stick = wall.stiffness.T
+    tangent = np.column_stack([pressed, np.zeros_like(pressed), stick])
+    return Position(np.zeros(wall.problem.B.shape[0]), nothing, nothing, tangent)
 
 
-def tried(wall: ElasticWall, before: Position, displacements: FloatArray) -> TriedPosition:
+def tried(wall: ElasticWall, before: Position, displacements: FloatArray) -> Position:
     """Return forces and tangent after displacements (3m,) that were reached from the position `before`."""
     rates = wall.rates(displacements)
     (k_n, k_t), (opening, slip) = wall.stiffness.T, rates.T
@@ -214,7 +209,7 @@ def tried(wall: ElasticWall, before: Position, displacements: FloatArray) -> Tri
     pressed, stick = k_n * np.maximum(d_normal, LEAST_STIFFNESS), k_t * np.maximum(d_above - d_below, LEAST_STIFFNESS)
     slide = wall.problem.friction * (d_above + d_below - 1.0)
     tangent = np.column_stack([pressed, slide * pressed, stick])
-    return TriedPosition(displacements, np.column_stack([normal, above - below - limit]), rates, tangent)
+    return Position(displacements, np.column_stack([normal, above - below - limit]), rates, tangent)
 
 
 def positive(trial: FloatArray, smoothing: float = JOINT_SMOOTHING) -> tuple[FloatArray, FloatArray]:

@@ -27,12 +27,12 @@ LEAST_PART = 0.1
 """Part of a Newton step below which the method is left."""
 INTERIOR_STEPS = 30
 """Factorisations of the interior-point method at most."""
-CENTRE = 3.0
+CENTRE = 1.0
 """Force that it begins with in open joints, mean block weights."""
 PRODUCT = 1e-8
 """Largest product of force and gap (times stiffness) at its end: the square of JOINT_SMOOTHING."""
-INTERIOR_GAP = 0.01
-"""Part of the displacement expected that gaps begin with."""
+INTERIOR_PRODUCT = 1e-3
+"""Product of force and gap (times stiffness) that it begins with, over the displacement expected."""
 SHORTEST = 1e-4
 """Part of an interior-point step below which it gets nowhere."""
 
@@ -82,24 +82,42 @@ def _change(
     return change + more * along, more
 
 
+def _missing(wall: ElasticWall, task: Task, forces: FloatArray, moved: FloatArray, multiplier: float) -> FloatArray:
+    """Return what is missing from equilibrium (3m,) with forces (c, 2) after displacements `moved` (3m,)."""
+    problem = wall.problem
+    missing: FloatArray = problem.B @ forces.ravel() - multiplier * problem.live - problem.dead + task.drag * moved
+    return missing
+
+
+def going_on(wall: ElasticWall, before: Position, task: Task, expected: FloatArray) -> tuple[FloatArray, float]:
+    """Return the change of displacements (3m,) and the multiplier of a step in which no point opens, closes, sticks or
+    slides.
+
+    expected (3m,): about which it is looked for. Displacements that go on along a straight line press hinges of blocks
+    that turn into each other, by many times what is elastic; forces that go on do not.
+    """
+    forces = before.goes_on(wall.rates(before.displacements + expected))
+    missing = _missing(wall, task, forces, expected, task.multiplier)
+    try:
+        factors = wall.problem.stiffness.factorised(before.tangent, task.drag)
+    except RuntimeError:  # the matrix is singular to rounding
+        return expected, task.multiplier
+    change, more = _change(wall, factors, task, missing, expected)
+    return expected + change, task.multiplier + more
+
+
 def newton_step(wall: ElasticWall, before: Position, task: Task, expected: FloatArray) -> Step:
     """Solve one step by Newton's method, or leave it."""
-    problem, multiplier = wall.problem, task.multiplier
-
-    def unbalanced_of(forces: FloatArray, moved: FloatArray, multiplier: float) -> FloatArray:
-        missing: FloatArray = problem.B @ forces.ravel() - multiplier * problem.live - problem.dead + task.drag * moved
-        return missing
-
-    moved = expected
+    moved, multiplier = expected, task.multiplier
     trial = tried(wall, before, before.displacements + moved)
-    unbalanced = unbalanced_of(trial.forces, moved, multiplier)
+    unbalanced = _missing(wall, task, trial.forces, moved, multiplier)
     for spent in range(NEWTON_STEPS + 1):
         if np.abs(unbalanced).max() < FORCE_LEFT and (task.advance is None or spent):
-            return Step(trial.position, multiplier, spent, True, spent)
+            return Step(trial, multiplier, spent, True, spent)
         if spent == NEWTON_STEPS:
             break
         try:
-            factors = problem.stiffness.factorised(trial.tangent, task.drag)
+            factors = wall.problem.stiffness.factorised(trial.tangent, task.drag)
         except RuntimeError:  # the matrix is singular to rounding
             break
         change, more = _change(wall, factors, task, unbalanced, moved)
@@ -107,7 +125,7 @@ def newton_step(wall: ElasticWall, before: Position, task: Task, expected: Float
         while part > LEAST_PART:
             there = moved + part * change
             trial = tried(wall, before, before.displacements + there)
-            unbalanced = unbalanced_of(trial.forces, there, multiplier + part * more)
+            unbalanced = _missing(wall, task, trial.forces, there, multiplier + part * more)
             if np.linalg.norm(unbalanced) < (1.0 - 0.1 * part) * size:
                 break
             part *= 0.5
@@ -145,7 +163,7 @@ def _first_inside(wall: ElasticWall, before: Position, task: Task, expected: flo
     pressed = before.forces[:, 0] + wall.tension
     gap = np.maximum(wall.stiffness[:, 0] * before.rates[:, 0] + before.forces[:, 0], 0.0)
     normal, apart = (positive(sign * (pressed - gap), CENTRE)[0] for sign in (1.0, -1.0))
-    product = max(CENTRE**2, INTERIOR_GAP * expected) if task.advance is not None else CENTRE**2
+    product = max(CENTRE**2, INTERIOR_PRODUCT * expected)
     apart = np.maximum(apart, product / normal)
     limit = np.maximum(wall.strength(normal - wall.tension), CENTRE**2 * 1e-6)
     shear = 0.98 * np.clip(before.forces[:, 1], -limit, limit)
@@ -161,7 +179,7 @@ def interior_step(wall: ElasticWall, before: Position, task: Task, expected: flo
     at = _first_inside(wall, before, task, expected)
     for spent in range(INTERIOR_STEPS + 1):
         rates = wall.rates(before.displacements + at.moved)
-        unbalanced = problem.B @ at.forces.ravel() - at.multiplier * problem.live - problem.dead + task.drag * at.moved
+        unbalanced = _missing(wall, task, at.forces, at.moved, at.multiplier)
         gap, forth, back = (at.apart / k[:, [0, 1, 1]]).T
         slip = rates[:, 1] - before.rates[:, 1] + (at.forces[:, 1] - before.forces[:, 1]) / k[:, 1]
         incompatible = np.column_stack([rates[:, 0] + at.forces[:, 0] / k[:, 0] - gap, slip - forth + back])
@@ -169,7 +187,7 @@ def interior_step(wall: ElasticWall, before: Position, task: Task, expected: flo
         wrong = np.abs(k * incompatible).max() / max(1.0, np.abs(k * rates).max())
         if products.max() < PRODUCT and np.abs(unbalanced).max() < FORCE_LEFT and wrong < FORCE_LEFT:
             moved = before.displacements + at.moved
-            return Step(Position(moved, at.forces, rates), at.multiplier, spent, True, spent)
+            return Step(Position(moved, at.forces, rates, _flexible(wall, at)), at.multiplier, spent, True, spent)
         if spent == INTERIOR_STEPS:
             break
         flexible = _flexible(wall, at)
@@ -181,7 +199,7 @@ def interior_step(wall: ElasticWall, before: Position, task: Task, expected: flo
         mean = float(products.mean())
         along = system.direction(-products)
         reached = at.advanced(along, at.part_to_bound(along, 1.0))
-        centring = float(np.clip((float((reached.strength * reached.apart).mean()) / mean) ** 3, 1e-6, 0.9))
+        centring = float(np.clip((float((reached.strength * reached.apart).mean()) / mean) ** 4, 1e-6, 0.9))
         target = max(centring * mean, 0.1 * PRODUCT)
         along = system.direction(target - products - along.strength * along.apart)
         part = at.part_to_bound(along, 0.98)

@@ -17,7 +17,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Position, Stiffness, with_joints_that_move
-from orchestrator.limit_analysis.search.implicit_step import Step, Task, implicit_step
+from orchestrator.limit_analysis.search.implicit_step import Step, Task, going_on, implicit_step
 from orchestrator.limit_analysis.search.loading_path import LEAST, StateSearch
 from orchestrator.limit_analysis.search.overdamped import REST_BUDGET, Moved
 from orchestrator.limit_analysis.search.pushing import DROP
@@ -118,6 +118,9 @@ class DisplacedWallSearch(StateSearch):
         there = before.displacements + expected
         if self.motion(there - self.about) > SAME_ARMS:
             self.linearise(there)
+        expected, multiplier = going_on(self.linearised, before, task, expected)
+        task = replace(task, multiplier=multiplier)
+        self.spent += 1
         for _ in range(TURNS):
             found = implicit_step(self.linearised, before, task, expected)
             self.spent += found.factorisations
