@@ -19,7 +19,7 @@ from orchestrator.assessment.capacity import Bilinear, idealise
 from orchestrator.assessment.seismic.control import ControlPoint, control_point
 from orchestrator.assessment.seismic.drift import CLAUSES as DRIFT_CLAUSES
 from orchestrator.assessment.seismic.drift import GIVEN, allowed_displacement, drift_at, drifting_piers, is_limited
-from orchestrator.assessment.seismic.local_mechanism import kinematic_checks, loads_in_mechanism, safest_state
+from orchestrator.assessment.seismic.local_mechanism import kinematic_checks, loads_in_mechanism
 from orchestrator.assessment.seismic.n2 import (
     demand,
     displacement_at_force_ratio,
@@ -75,16 +75,15 @@ def verify(
     states = limit_states(settings)
     if not states:
         return None
-    mechanism = (safest_state(analysis) or analysis.associative).mechanism
-    point = control_point(settings, assemblage, load, mechanism)
-    observed, systems, checks, drifts = _of_curves(settings, states, load, assemblage, point, pushovers)
+    point = control_point(settings, assemblage, load, analysis)
+    observed, systems, checks, drifts = _of_curves(settings, states, load, assemblage, analysis, pushovers)
     kinematic, more = kinematic_checks(
         settings, states, loads_in_mechanism(assemblage, load, limit_analysis, analysis), analysis.loads.direction
     )
     record = {
         "spectrum": {"kind": settings.spectrum, "ground": settings.ground, "damping": settings.damping},
         "limit_states": [_spectrum(settings, state) for state in states],
-        "control_point": point.name,
+        "control_point": "; ".join(dict.fromkeys(system["control_point"] for system in systems)) or point.name,
         "systems": systems,
         "kinematic": kinematic,
         "checks": [*checks, *more, *(row for row in drifts if row)],
@@ -97,7 +96,7 @@ def _of_curves(
     states: Sequence[LimitStateSettings],
     load: LoadSettings,
     assemblage: Assemblage,
-    point: ControlPoint,
+    analysis: LimitAnalysis,
     pushovers: Sequence[StoredPushover],
 ) -> tuple[dict[str, Observed], list[dict[str, Any]], list[dict[str, Any]], list[dict[str, Any] | None]]:
     """Return what is observed of every curve that may be verified, its system, and the rows of N2 and of drifts."""
@@ -108,7 +107,7 @@ def _of_curves(
     for pushover in pushovers:
         label = LABELS[pushover.name]
         try:
-            seen, line = _idealised(pushover, assemblage, load, point)
+            point, seen, line = _idealised(pushover, settings, assemblage, load, analysis)
         except ResultError as error:
             refused = {"limit_state": "all", "refused": error.detail}
             checks.append({"approach": f"N2, {label}"} | refused)
@@ -124,13 +123,20 @@ def _of_curves(
 
 
 def _idealised(
-    pushover: StoredPushover, assemblage: Assemblage, load: LoadSettings, point: ControlPoint
-) -> tuple[Observed, Bilinear]:
-    """Return what is observed of a curve, and its bilinear. Raises ResultError where it may not be verified."""
+    pushover: StoredPushover,
+    settings: SeismicSettings,
+    assemblage: Assemblage,
+    load: LoadSettings,
+    analysis: LimitAnalysis,
+) -> tuple[ControlPoint, Observed, Bilinear]:
+    """Return the control point of a curve, what is observed of it, and its bilinear. Raises ResultError for a curve
+    that may not be verified."""
     if pushover.refused:
         raise ResultError("verification", pushover.refused)
-    seen = observe(pushover, assemblage.wall, load, point, drifting_piers(assemblage, point.blocks))
-    return seen, idealise(pushover.curve.base_shear_N, seen.displacement)
+    fallen = pushover.fallen
+    point = control_point(settings, assemblage, load, analysis, fallen)
+    seen = observe(pushover, assemblage.wall, load, point, drifting_piers(assemblage, point.blocks, fallen))
+    return point, seen, idealise(pushover.curve.base_shear_N, seen.displacement)
 
 
 def _spectrum(settings: SeismicSettings, state: LimitStateSettings) -> dict[str, Any]:
