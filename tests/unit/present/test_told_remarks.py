@@ -71,6 +71,10 @@ ON_PAGES = [
     "the spectrum is that on the ground, not at mechanism_height",
     "the curve ends at 12.3 mm, short of 150% of the target displacement, 20 mm (EN 1998-1 4.3.3.4.2.3)",
     "top of block 3 does not move along the load: name another control point",
+    "a bond that has opened bears nothing: alpha_0 = 0.5 then, 0.75 to open it",
+    f"once its bond has opened: {UPPER_BOUND}",
+    "friction or crushing of joints takes 33% of the live load's power, and is taken to do so to the end: d0* is an "
+    "upper bound",
     "top of block 4 has fallen: name stones that stand in seismic.control_blocks",
     "the curve ends before its peak: a lower bound",
     "the curve does not rise from the state under gravity",
