@@ -38,6 +38,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings
 from orchestrator.loads import LoadSettings
+from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.masonry.joints import Assemblage
 
 LABELS = {"macro": "macroblock FE", "micro": "micro-FE"}
@@ -80,13 +81,17 @@ def verify(
     kinematic, more = kinematic_checks(
         settings, states, loads_in_mechanism(assemblage, load, limit_analysis, analysis), analysis.loads.direction
     )
+    rows = [*checks, *more, *(row for row in drifts if row)]
+    for row in rows:
+        if "refused" not in row:
+            row["remarks"] += not_accelerated(assemblage.wall, load.dead)
     record = {
         "spectrum": {"kind": settings.spectrum, "ground": settings.ground, "damping": settings.damping},
         "limit_states": [_spectrum(settings, state) for state in states],
         "control_point": "; ".join(dict.fromkeys(system["control_point"] for system in systems)) or point.name,
         "systems": systems,
         "kinematic": kinematic,
-        "checks": [*checks, *more, *(row for row in drifts if row)],
+        "checks": rows,
     }
     return record, observed
 

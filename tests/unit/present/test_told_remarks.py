@@ -75,6 +75,8 @@ ON_PAGES = [
     f"once its bond has opened: {UPPER_BOUND}",
     "friction or crushing of joints takes 33% of the live load's power, and is taken to do so to the end: d0* is an "
     "upper bound",
+    "WARNING: 10.5 kN of dead load have weight, but no mass in the seismic verification; if they move with the wall, "
+    "give inertia = true to load.dead.0, load.dead.2",
     "top of block 4 has fallen: name stones that stand in seismic.control_blocks",
     "the curve ends before its peak: a lower bound",
     "the curve does not rise from the state under gravity",

@@ -16,6 +16,7 @@ from orchestrator.assessment.seismic.local_mechanism import (
     kinematic_checks,
     loads_in_mechanism,
 )
+from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
@@ -146,6 +147,26 @@ def test_a_floor_on_top_counts_in_participation_and_displacement():
     low, high = (level * sin(angle) + 0.25 * (1 - cos(angle)) for level in (0.5, 1.0))
     assert record["d0_star_m"] == pytest.approx((5 * low + 90 * high) / 95, rel=1e-4)
     assert record["d0_star_m"] == pytest.approx(0.256, abs=1e-4)
+
+
+def test_a_floor_without_mass_is_told_beside_every_row_that_leaves_it_out():
+    """By hand: 10 kN of stone and 90 kN of floor without inertia, given twice."""
+    dead = (DeadLoad(blocks=(1,), force=90e3), DeadLoad(blocks=(1,), force=1.0, inertia=True))
+    assemblage = rocking()
+
+    def remarks(*dead):
+        load = LoadSettings(dead=dead)
+        analysis = analyse(assemblage, loads=loads_on(assemblage.wall, load))
+        asked = SeismicSettings(AG, ground="B")
+        record, _ = verify(asked, load, LimitAnalysisSettings(), assemblage, analysis, [])
+        return [[text for text in row["remarks"] if text.startswith("WARNING")] for row in record["checks"]]
+
+    said = (
+        "WARNING: 90 kN of dead load have weight, but no mass in the seismic verification; if they move with the wall, "
+        "give inertia = true to load.dead.0"
+    )
+    assert remarks(*dead) == [[said], [said]]
+    assert remarks(replace(dead[0], inertia=True)) == [[], []]
 
 
 def test_a_floor_without_mass_does_work_only():
