@@ -77,10 +77,12 @@ def check(case: Case) -> Assemblage:
 
 
 def examine(case: Case, assemblage: Assemblage) -> list[str]:
-    """Refuse, of one load case, whatever `limit` and `run` would refuse (CaseError); return what else is to be said.
+    """Refuse, of one load case, whatever `limit` would refuse, and a verification that `run` would (CaseError); return
+    what else is to be said.
 
     assemblage: of the case, as `check` returns it.
     """
+    refuse_seismic(case)
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
         tied = with_ties(assemblage, case.reinforcement.ties)
@@ -89,12 +91,11 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
     if case.reinforcement.ties:
         said.append("WARNING: check, limit, segment and run take ties; study and export do not yet")
+    if limit_states(case.seismic):
+        said += not_accelerated(assemblage.wall, case.load.dead)
     try:
         refuse_what_only_limit_analysis_takes(case)
         refuse_ties_of_run(case)
-        refuse_seismic(case)
-        if limit_states(case.seismic):
-            said += not_accelerated(assemblage.wall, case.load.dead)
         refuse_what_cannot_be_pushed(case, assemblage)
         if "micro" in case.run.models:
             room_for(make_bodies(assemblage, one_body_per_block(assemblage)), case)

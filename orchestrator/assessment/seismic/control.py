@@ -92,6 +92,8 @@ def named_point(settings: SeismicSettings, wall: Wall) -> ControlPoint | None:
         if wanted not in free:
             remedy = "name blocks of the wall that can move"
             raise CaseError(BLOCKS, f"there is no block {wanted} that can move", remedy)
+        if settings.control_blocks.count(wanted) > 1:
+            raise CaseError(BLOCKS, f"names block {wanted} more than once", "name every block once")
     if settings.control_blocks:
         return _tops_of(wall, tuple(free[wanted] for wanted in settings.control_blocks))
     if settings.control_level is None:
