@@ -153,8 +153,9 @@ def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
             continue
         demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
         table.add_row(
-            row["approach"], row["limit_state"], f"{row['ag_m_per_s2']:.4g}", demand, capacity, ratio(row), said
-        )
+            row["approach"], row["limit_state"], printed("acceleration", row["ag_m_per_s2"]), demand, capacity,
+            ratio(row), said,
+        )  # fmt: skip
     return table
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from math import inf
 
 import pytest
@@ -61,6 +62,20 @@ def test_a_ratio_of_a_rocking_block_is_not_bare(pair):
     assert any("does not govern" in text for text in n2["remarks"])
     assert linear["safety_ratio"] == pytest.approx(4.115, abs=1e-3)
     assert rocks["safety_ratio"] == pytest.approx(1.804, abs=1e-3)
+
+
+def test_a_quantity_stands_on_the_page_in_one_rounding(pair):
+    """Four digits of every ground acceleration, demand and capacity, in verdict and in seismic section; never three."""
+    page = (pair[2] / "heavy" / "out" / "report.html").read_text(encoding="utf-8")
+    shown = re.findall(
+        r"(?<![\d.])\d+\.\d+(?= mm| m/s²| /|</span>)", re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
+    )
+    for row in pair[0]["seismic"]["checks"]:
+        factor = {"m": 1e3, "m/s2": 1.0, "drift": 1e2}[row["unit"]]
+        for value in (row["capacity_ag_m_per_s2"], factor * row["demand"], factor * row["capacity"]):
+            assert f"{value:.3g}" not in shown, value
+    linear = pair[0]["seismic"]["checks"][1]
+    assert shown.count(f"{linear['capacity_ag_m_per_s2']:#.4g}") >= 2, "in verdict and in seismic section"
 
 
 def test_the_limits_of_the_code_apply_by_default(pair, tmp_path):

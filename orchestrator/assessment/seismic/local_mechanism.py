@@ -36,6 +36,7 @@ from orchestrator.assessment.seismic.settings import LIKE, LimitStateName, Limit
 from orchestrator.assessment.seismic.spectrum import FloorSpectrum, Spectrum, spectrum_at_height
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.basis.printed import printed
 from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings, LimitState, Mechanism, analyse
 from orchestrator.loads import LoadSettings, loads_on
@@ -132,8 +133,8 @@ def _opened(
         return None
     if state is None or start is None:
         return f"{OPENED}: {UPPER_BOUND}"
-    then, first = state.load_multiplier, start.load_multiplier
-    said = f"a bond that has opened bears nothing: alpha_0 = {then:.4g} then, {first:.4g} to open it"
+    then, first = (printed("multiplier", one.load_multiplier) for one in (state, start))
+    said = f"a bond that has opened bears nothing: alpha_0 = {then} then, {first} to open it"
     return _mechanism_of(assemblage, by_mass, state, (*remarks, *said_of(state, analysis), said))
 
 
@@ -320,8 +321,8 @@ def _remarks_of_nonlinear(
     )
     said = []
     if starts > ground:
-        allows = f"C8.7.1.2.1.8 allows ratio {starts / state.peak_ground_acceleration:.3g}"
-        said.append(f"it starts to move at a_g = {starts:.3g} m/s2 only: {allows}")
+        allows = f"C8.7.1.2.1.8 allows ratio {printed('ratio', starts / state.peak_ground_acceleration)}"
+        said.append(f"it starts to move at a_g = {printed('acceleration', starts)} m/s2 only: {allows}")
     if has.friction_share > SLIDING:
         share = f"friction or crushing of joints takes {has.friction_share:.0%} of the live load's power"
         said.append(f"{share}, and is taken to do so to the end: d0* is an upper bound")

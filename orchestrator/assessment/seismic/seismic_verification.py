@@ -34,6 +34,7 @@ from orchestrator.assessment.seismic.settings import (
     limit_states,
 )
 from orchestrator.assessment.seismic.spectrum import Spectrum, spectrum_of
+from orchestrator.assessment.seismic.verification_record import in_its_unit
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings
@@ -232,8 +233,8 @@ def _remarks_of_n2(
         "the base shear has not dropped by 20 %: the end of the curve stands for it, a lower bound": (
             not line.dropped and state.name not in ("SLD", "DL")
         ),
-        f"the curve ends at {1e3 * seen.displacement[-1]:.3g} mm, short of {TARGET_REACH:.0%} of the target "
-        f"displacement, {1e3 * target:.3g} mm (EN 1998-1 4.3.3.4.2.3)": bool(seen.displacement[-1] < target),
+        f"the curve ends at {in_its_unit(seen.displacement[-1], 'm')}, short of {TARGET_REACH:.0%} of the target "
+        f"displacement, {in_its_unit(target, 'm')} (EN 1998-1 4.3.3.4.2.3)": bool(seen.displacement[-1] < target),
         "the spectrum is that on the ground, not at mechanism_height": settings.mechanism_height > 0.0,
     }
     return [said for said, holds in remarks.items() if holds]

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from orchestrator.basis.printed import printed
+from orchestrator.basis.printed import Figure, printed
+
+UNITS: dict[str, tuple[Figure, str]] = {
+    "m": ("displacement", "mm"), "m/s2": ("acceleration", "m/s²"), "drift": ("drift", "%")
+}  # fmt: skip
+"""of demand and capacity in the record: which figure they are, and the unit it is printed in"""
 
 
 def notes(record: Mapping[str, Any]) -> list[str]:
@@ -25,9 +30,8 @@ def numbers(row: Mapping[str, Any], of: list[str]) -> str:
 
 def in_its_unit(value: float, unit: str) -> str:
     """Return a displacement (m) in mm, an acceleration in m/s2, a drift in per cent, with its unit."""
-    if unit == "drift":
-        return f"{1e2 * value:.3g} %"
-    return f"{1e3 * value:.3g} mm" if unit == "m" else f"{value:.3g} m/s²"
+    figure, shown = UNITS[unit]
+    return f"{printed(figure, value)} {shown}"
 
 
 def verdict(record: Mapping[str, Any]) -> str:
