@@ -24,8 +24,8 @@ def said(row: Mapping[str, Any]) -> list[str]:
 
 
 def numbers(row: Mapping[str, Any], of: list[str]) -> str:
-    """Return the numbers of a row's notes, as in "1, 3"."""
-    return ", ".join(str(of.index(text) + 1) for text in said(row))
+    """Return the numbers of a row's notes in order, as in "1, 3"."""
+    return ", ".join(map(str, sorted(of.index(text) + 1 for text in said(row))))
 
 
 def in_its_unit(value: float, unit: str) -> str:
