@@ -164,7 +164,8 @@ def said_of(state: LimitState, analysis: LimitAnalysis) -> tuple[str, ...]:
     local = next((failure for failure in analysis.local_failures if failure.state is state), None)
     if local is not None:
         stones = ", ".join(map(str, local.stones))
-        return (f"a local failure: stones {stones} ({local.share:.2g} of the weight) move, not the wall",)
+        share = f"{100 * local.share:.2g} % of the dead load"
+        return (f"a local failure: stones {stones} ({share}) move, not the wall",)
     if state.converged:
         return ()
     if state.flow_rule == "large_displacements":

@@ -65,7 +65,7 @@ ON_PAGES = [
     NOT_TURNING,
     "analysed for a horizontal load proportional to mass, not for the load of this case",
     "under a horizontal load proportional to mass: the load multiplier has no upper bound",
-    "a local failure: stones 3, 4 (0.12 of the weight) move, not the wall",
+    "a local failure: stones 3, 4 (12 % of the dead load) move, not the wall",
     "alpha_0 is the last load at which the wall rests: no limit state was closed",
     "alpha_0 is the peak in large displacements: it lies below the collapse state of the wall as drawn",
     "the spectrum is that on the ground, not at mechanism_height",
