@@ -114,7 +114,7 @@ def pushed_wall(family: str, wall: Wall, direction: int, limit: float = LIMIT) -
         "in_motion": effort.moving_steps,
         "events": len(effort.events),
         "first_event": effort.events[0].load_multiplier if effort.events else "",
-        "fallen_share": sum(event.mass_share for event in effort.events),
+        "fallen_share": sum(event.dead_load_share for event in effort.events),
         "energy_error": effort.energy_error,
         "rescues": sum(effort.rescues.values()),
         **{kind: count for kind, count in Counter(_kinds(effort.rescues)).items()},

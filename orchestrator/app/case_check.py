@@ -36,7 +36,7 @@ RANGES = "kn\nN/mm3", "ks\nN/mm3"
 
 def check(case: Case, place: str, picture: Path, console: Console) -> int:
     """Print what a case holds, under the name `place`, and draw it as `picture`; return the exit code. Raises CaseError
-    for whatever `limit` would refuse."""
+    for whatever `limit` would refuse, and for a verification that `run` would."""
     with shown(console, "check", "joints, and whether the wall stands"):
         assemblage, said = load_case_runs.examine(case)
     wall, cases = assemblage.wall, load_case_runs.each(case)

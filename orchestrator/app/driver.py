@@ -21,6 +21,7 @@ from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import room_for
 from orchestrator.app.refining import left_off, push_segmented
 from orchestrator.app.segmented import Segmented
+from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.basis.atomic_files import locked, sweep
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
@@ -29,6 +30,7 @@ from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, sett
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.loads import loads_on
+from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, one_body_per_block
@@ -75,10 +77,12 @@ def check(case: Case) -> Assemblage:
 
 
 def examine(case: Case, assemblage: Assemblage) -> list[str]:
-    """Refuse, of one load case, whatever `limit` and `run` would refuse (CaseError); return what else is to be said.
+    """Refuse, of one load case, whatever `limit` would refuse, and a verification that `run` would (CaseError); return
+    what else is to be said.
 
     assemblage: of the case, as `check` returns it.
     """
+    refuse_seismic(case)
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
         tied = with_ties(assemblage, case.reinforcement.ties)
@@ -87,10 +91,11 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
     if case.reinforcement.ties:
         said.append("WARNING: check, limit, segment and run take ties; study and export do not yet")
+    if limit_states(case.seismic):
+        said += not_accelerated(assemblage.wall, case.load.dead)
     try:
         refuse_what_only_limit_analysis_takes(case)
         refuse_ties_of_run(case)
-        refuse_seismic(case)
         refuse_what_cannot_be_pushed(case, assemblage)
         if "micro" in case.run.models:
             room_for(make_bodies(assemblage, one_body_per_block(assemblage)), case)

@@ -86,7 +86,8 @@ def check(case: Case) -> Assemblage:
 
 
 def examine(case: Case) -> tuple[Assemblage, list[str]]:
-    """Refuse whatever `limit` and `run` would refuse (CaseError); return the assemblage and what else is to be said."""
+    """Refuse whatever `limit` would refuse, and a verification that `run` would (CaseError); return the assemblage and
+    what else is to be said."""
     assemblage = check(case)
     said = [remark for one in each(case).values() for remark in driver.examine(one, assemblage)]
     return assemblage, list(dict.fromkeys(said))

@@ -175,7 +175,7 @@ def judged(
     last = _after_gravity(model, last, complaint)
     stopped = str(complaint or end_of_curve(last, stepping))
     curve = PushoverCurve.from_increments(increments(), stopped)
-    effort = storage.effort_of(increments(), contact_model.body_names, contact_model.body_mass)
+    effort = storage.effort_of(increments(), contact_model.body_names, contact_model.body_weight)
     failures, capacity = [complaint] if isinstance(complaint, ConvergenceError) else [], find_capacity(curve)
     overlap = _overlap_of(bodies, contact_model, last) if (large := stepping.large_displacement) else (0.0, 0.0)
     peak = _peak(curve)

@@ -291,7 +291,12 @@ def words(outcome: SensitivityOutcome) -> list[str]:
         fit = outcome.fit
         said.append(f"Lognormal fit: median {fit.median:.4g}, beta {fit.beta:.3f}, off by up to {fit.distance:.2f}.")
     elif known and known[0] > 0.0 and max(known) - min(known) <= ALIKE * max(known):
-        said.append("All samples have one answer: these ranges do not matter.")
+        left_out = len(outcome.samples) - len(known)
+        said.append(
+            f"{len(known)} samples have one answer, {left_out} are left out: whether these ranges matter is not known."
+            if left_out
+            else "All samples have one answer: these ranges do not matter."
+        )
     if fallen := sum(capacity == 0.0 for capacity in known):
         said.append(f"{fallen} of them do not stand under their own weight: their capacity is 0, and there is no fit.")
     if missing := outcome.kinds.get(NO_ANSWER, 0):

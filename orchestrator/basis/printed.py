@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Literal
 
 Figure = Literal[
-    "multiplier", "limit multiplier", "ratio", "force", "displacement", "stiffness", "stress", "weight", "seconds",
-    "memory",
+    "multiplier", "limit multiplier", "ratio", "force", "displacement", "acceleration", "drift", "stiffness", "stress",
+    "weight", "seconds", "memory",
 ]  # fmt: skip
 FORMS: dict[Figure, tuple[float, str]] = {
     "multiplier": (1.0, ".4f"),
@@ -15,13 +15,15 @@ FORMS: dict[Figure, tuple[float, str]] = {
     "ratio": (1.0, ".3f"),
     "force": (1e-3, "#.4g"),
     "displacement": (1e3, "#.4g"),
+    "acceleration": (1.0, "#.4g"),
+    "drift": (1e2, "#.4g"),
     "stiffness": (1e-6, "#.4g"),
     "stress": (1e-6, ".2g"),
     "weight": (1e-3, ".3f"),
     "seconds": (1.0, "#.3g"),
     "memory": (1e-6, ".0f"),
 }
-"""factor from SI to -, kN, mm, kN/mm, MPa, s or MB, and form of each kind of figure"""
+"""factor from SI to -, kN, mm, m/s2, %, kN/mm, MPa, s or MB, and form of each kind of figure"""
 FEW = 3
 """things that a complaint lists"""
 

@@ -51,7 +51,7 @@ def local_failures_of(met: Loaded) -> Iterator[str]:
         low, high = failure.multipliers
         at = f"{high:.4f}" if high - low <= RELEASE * high else f"{low:.4f} to {high:.4f}"
         stones = ", ".join(map(str, failure.stones))
-        yield f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the weight) come loose"
+        yield f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the dead load) come loose"
 
 
 def answer_words(met: Loaded) -> Iterator[str]:

@@ -7,7 +7,7 @@ told.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -121,6 +121,19 @@ def loaded_blocks(wall: Wall, load: DeadLoad) -> list[int]:
         return blocks_at_level(wall, load.level)
     place = {block.id: position for position, block in enumerate(wall.blocks)}
     return [place[wanted] for wanted in load.blocks]
+
+
+def not_accelerated(wall: Wall, dead: Sequence[DeadLoad]) -> list[str]:
+    """Return a warning of dead loads whose mass an earthquake does not accelerate, as they are given; none if there are
+    none."""
+    keys = [f"load.dead.{number}" for number, load in enumerate(dead) if not load.inertia]
+    if not keys:
+        return []
+    force = extra_dead_loads(wall, tuple(load for load in dead if not load.inertia)).size.sum()
+    return [
+        f"WARNING: {force / 1e3:.4g} kN of dead load have weight, but no mass in the seismic verification; if they "
+        f"move with the wall, give inertia = true to {', '.join(keys)}"
+    ]
 
 
 def refuse_dead_load(wall: Wall, load: DeadLoad, key: str) -> None:

@@ -30,10 +30,10 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
 
 
 def _without(analysis: LimitAnalysis) -> str:
-    """Return which part of the weight has come loose before the wall reaches its state, if any."""
+    """Return which part of the dead load has come loose before the wall reaches its state, if any."""
     if not analysis.local_failures:
         return ""
-    return f"of what is left when stones of {analysis.share_lost:.1%} of the weight have come loose, "
+    return f"of what is left when stones of {analysis.share_lost:.1%} of the dead load have come loose, "
 
 
 def answer_in_space(analysis: SpaceAnalysis) -> str:

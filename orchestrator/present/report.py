@@ -195,13 +195,14 @@ def write_verification(
         bodies = make_bodies(assemblage, partition if name == "macro" else one_body_per_block(assemblage))
         refused = _refused(entries[name], capacity, curve.stopped_because)
         tolerance = case.contact.slip_tolerance
-        models.append(StoredPushover(name, bodies, meshes, contacts.interface, tolerance, curve, store.read, refused))
+        seen = (bodies, meshes, contacts.interface, tolerance, curve.static, store.read, refused)
+        models.append(StoredPushover(name, *seen))
     with naming(case.file):
         verified = verify(case.seismic, case.load, case.limit_analysis, assemblage, analysis, models)
     if verified is None:
         return None
     record, observed = verified
-    drawn = {name: (seen.displacement, curves[name][0].base_shear_N) for name, seen in observed.items()}
+    drawn = {name: (seen.displacement, curves[name][0].static.base_shear_N) for name, seen in observed.items()}
     for name, columns in drawn.items():
         storage.write_csv(output / name / "control_point.csv", CONTROL_COLUMNS, list(zip(*columns, strict=True)))
     plots.save(plots.verification(record, drawn), output / "figures", "verification", case.project.language)

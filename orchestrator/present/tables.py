@@ -144,7 +144,8 @@ def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
     title = f"Seismic verification{', ' * bool(load_case)}{escape(load_case)}"
     table = Table(box=SIMPLE_HEAD, padding=0, title=title)
     for column in ("", "limit\nstate", "ag\nm/s2", "demand", "capacity", "ratio\n(e* = 1)", "notes"):
-        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+        wraps = column in ("", "notes")  # words, and lists of numbers; no figure is cut, and none loses its unit
+        table.add_column(column, justify="right" if column else "left", no_wrap=not wraps, overflow="fold")
     listed = notes(record)
     for row in record["checks"]:
         said = numbers(row, listed)
@@ -153,8 +154,9 @@ def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
             continue
         demand, capacity = (in_its_unit(row[key], row["unit"]) for key in ("demand", "capacity"))
         table.add_row(
-            row["approach"], row["limit_state"], f"{row['ag_m_per_s2']:.4g}", demand, capacity, ratio(row), said
-        )
+            row["approach"], row["limit_state"], printed("acceleration", row["ag_m_per_s2"]), demand, capacity,
+            ratio(row), said,
+        )  # fmt: skip
     return table
 
 
@@ -162,7 +164,8 @@ def verdict_table(verdict: Verdict) -> Table:
     """Return all checks of all load cases; the row that governs is marked."""
     table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(verdict.case)}: verdict")
     for column in ("load case", "limit\nstate", "check", "demand", "capacity", "safety\nratio", "verified", ""):
-        table.add_column(column, justify="right" if column in ("demand", "capacity", "safety\nratio") else "left")
+        figures = column in ("demand", "capacity", "safety\nratio")
+        table.add_column(column, justify="right" if figures else "left", no_wrap=figures, overflow="fold")
     for row in verdict.rows:
         demand = capacity = ratio_said = ""
         if row["safety_ratio"] != "":

@@ -180,8 +180,10 @@ def refuse_ties_of_run(case: Case) -> None:
 def refuse_seismic(case: Case) -> None:
     """Raise CaseError for a verification that lacks a setting or names what is not there, before anything is run."""
     with naming(case.file):
-        for state in limit_states(case.seismic):
+        states = limit_states(case.seismic)
+        for state in states:
             spectrum_of(case.seismic, state, state.peak_ground_acceleration, case.seismic.damping)
+        if states:
             refuse_building(case.seismic)
             named_point(case.seismic, read_wall(case))
 

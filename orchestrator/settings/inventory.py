@@ -13,9 +13,8 @@ from math import dist, inf, isinf
 import numpy as np
 
 from orchestrator.assessment.seismic.control import candidates, named_point
-from orchestrator.assessment.seismic.settings import LimitStateSettings, limit_states
+from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.basis.errors import CaseError
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads
 from orchestrator.masonry.block_properties import block_areas, block_weights
@@ -257,18 +256,12 @@ def control_words(case: Case, assemblage: Assemblage) -> list[str]:
     """Return, in words, where the abscissa of the curves is measured, and that of N2 where a verification is asked."""
     top = max(float(block.polygon[:, 1].max()) for block in assemblage.wall.blocks if not block.fixed)
     said = [f"control displacement of the curves: mean of the top edge, y = {top:.4g} m"]
-    if asked_states(case):
-        said.append(f"control point of N2: {_control_point(case, assemblage)}")
-    return said
-
-
-def _control_point(case: Case, assemblage: Assemblage) -> str:
-    try:
+    if limit_states(case.seismic):
         named = named_point(case.seismic, assemblage.wall)
-    except CaseError as error:
-        return error.problem
-    places = "; ".join(point.name for point in candidates(assemblage, case.load))
-    return named.name if named else f"what moves most in the mechanism, of: {places}"
+        places = "; ".join(point.name for point in candidates(assemblage, case.load))
+        name = named.name if named else f"what moves most in the mechanism, of: {places}"
+        said.append(f"control point of N2: {name}")
+    return said
 
 
 def tie_words(case: Case) -> list[str]:
@@ -283,11 +276,3 @@ def tie_words(case: Case) -> list[str]:
         long += ", pushes too" if tie.pushes else ""
         said.append(f"tie {number}: block {tie.blocks[0]} to {other}, {long}")
     return said
-
-
-def asked_states(case: Case) -> tuple[LimitStateSettings, ...]:
-    """Return the limit states that are verified, none where `run` refuses what is asked."""
-    try:
-        return limit_states(case.seismic)
-    except CaseError:
-        return ()

@@ -14,10 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.basis.printed import counted
 from orchestrator.masonry.wall import Wall
 from orchestrator.settings.case import Case
-from orchestrator.settings.inventory import JointSums, LoadSums, MaterialSums, asked_states
+from orchestrator.settings.inventory import JointSums, LoadSums, MaterialSums
 
 LEAST_LOAD = 1e-3
 """part of the wall's weight below which an extra dead load is probably given in another unit"""
@@ -148,7 +149,7 @@ def unusual_loads(loads: LoadSums) -> Iterator[str]:
 
 
 def _of_earthquake(case: Case) -> Iterator[str]:
-    for state in asked_states(case):
+    for state in limit_states(case.seismic):
         name = f"ground acceleration a_g of {state.name}"
         if said := GROUND_ACCELERATION.complaint(name, state.peak_ground_acceleration):
             yield said

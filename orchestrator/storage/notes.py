@@ -63,9 +63,9 @@ def remarks(summary: Summary) -> list[str]:
     bound, said = summary.limit_analysis.bound, list[str]()
     for pushed in summary.pushover:
         for event in pushed.events[:TOLD]:
-            bodies, share = ", ".join(event.bodies), 100 * event.mass_share
+            bodies, share = ", ".join(event.bodies), 100 * event.dead_load_share
             said.append(
-                f"{pushed.model} FE: {bodies} ({share:.2g} % of the mass) fell at a load multiplier of "
+                f"{pushed.model} FE: {bodies} ({share:.2g} % of the dead load) fell at a load multiplier of "
                 f"{printed('multiplier', event.load_multiplier)}; the wall went on"
             )
         if (more := len(pushed.events) - TOLD) > 0:

@@ -26,11 +26,11 @@ TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Bodies that fell while the wall went on: their names, share of the mass, the load multiplier and base shear (N)
+    """Bodies that fell while the wall went on: their names, share of the dead load, load multiplier and base shear (N)
     of the last static state before, and in which increment they had left their neighbours."""
 
     bodies: tuple[str, ...]
-    mass_share: float
+    dead_load_share: float
     load_multiplier: float
     base_shear: float
     increment: int
@@ -54,14 +54,14 @@ class Effort:
     events: tuple[Event, ...]
 
 
-def effort_of(increments: Iterable[Increment], names: Sequence[str], mass: FloatArray) -> Effort:
-    """Fold increments, one at a time, into their effort; names and mass (b,) in kg of the bodies."""
+def effort_of(increments: Iterable[Increment], names: Sequence[str], weight: FloatArray) -> Effort:
+    """Fold increments, one at a time, into their effort; names and dead load (b,) in N of the bodies."""
     steps = moving = iterations = 0
     imbalance = turned_over = driven = 0.0
     rescues: Counter[str] = Counter()
     events: list[Event] = []
     static = (0.0, 0.0)
-    fallen = np.zeros(len(mass), bool)
+    fallen = np.zeros(len(weight), bool)
     for increment in increments:
         steps, moving = steps + 1, moving + increment.moving
         iterations += increment.all_iterations
@@ -70,7 +70,7 @@ def effort_of(increments: Iterable[Increment], names: Sequence[str], mass: Float
         driven = max(driven, abs(increment.live_work))
         imbalance = float(np.maximum(imbalance, abs(increment.energy_error)))  # max() would lose a nan
         if (gone := np.flatnonzero(increment.fallen & ~fallen)).size:
-            share = float(mass[gone].sum() / mass.sum())
+            share = float(weight[gone].sum() / weight.sum())
             events.append(Event(tuple(names[body] for body in gone), share, *static, increment.number))
         fallen = increment.fallen
         if not increment.moving:
@@ -139,7 +139,7 @@ class WallSummary:
 
 @dataclass(frozen=True, slots=True)
 class LooseStones:
-    """Stones (ids) that come loose before the wall fails, their share of the weight, and the lowest and highest
+    """Stones (ids) that come loose before the wall fails, their share of the dead load, and the lowest and highest
     multiplier at which they do."""
 
     stones: tuple[int, ...]

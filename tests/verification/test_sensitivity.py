@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import csv
 import json
+from collections import Counter
+from dataclasses import replace
 from math import exp, log, sqrt
 
 import numpy as np
@@ -62,6 +64,11 @@ def test_a_slender_block_overturns_at_b_over_h_whatever_weight_and_friction(tmp_
     assert outcome.samples == pytest.approx([0.5] * SAMPLES, rel=1e-6)
     assert outcome.fit is None, "one answer has no dispersion"
     assert "All samples have one answer: these ranges do not matter." in sensitivity_runs.words(outcome)
+    kinds = Counter({outcome.kind: SAMPLES - 2, "no answer": 1, "an upper bound only": 1})
+    left_out = replace(outcome, samples=(*outcome.samples[:-2], None, None), kinds=kinds)
+    said = sensitivity_runs.words(left_out)
+    assert "14 samples have one answer, 2 are left out: whether these ranges matter is not known." in said
+    assert not any("do not matter" in text for text in said)
 
 
 @pytest.fixture(scope="module")

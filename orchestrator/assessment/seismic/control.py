@@ -2,6 +2,8 @@
 
 It is named (`control_blocks`, `control_level`), or it is the roof or floor that moves most in the mechanism of micro
 limit analysis: of a tower beside a squat wall the tower's top, of a surveyed wall more than the one highest stone.
+Stones that fall while the wall goes on are no part of it, from the first row of the curve on: their last place is no
+displacement of the wall. Nor is one found among stones that limit analysis lists as local failures.
 """
 
 from __future__ import annotations
@@ -13,9 +15,9 @@ import numpy as np
 
 from orchestrator.assessment.seismic.settings import SeismicSettings
 from orchestrator.basis.arrays import FloatArray, IntArray
-from orchestrator.basis.errors import CaseError
+from orchestrator.basis.errors import CaseError, ResultError
 from orchestrator.geometry.rigid import velocity_of_points
-from orchestrator.limit_analysis import Mechanism
+from orchestrator.limit_analysis import LimitAnalysis, LimitState, Mechanism
 from orchestrator.loads import LoadSettings
 from orchestrator.loads.block_loads import horizontal
 from orchestrator.loads.dead_loads import AT_LEVEL, extra_dead_loads, top_of
@@ -23,41 +25,77 @@ from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 
+NONE = frozenset[int]()
+"""no blocks"""
+BLOCKS, LEVEL = "seismic.control_blocks", "seismic.control_level"
+"""keys that name a control point"""
 COVERED = 0.5
 """part of a block's top that other blocks cover where it is no roof"""
 
 
 @dataclass(frozen=True, slots=True)
 class ControlPoint:
-    """Blocks (positions in the wall) whose tops are the control point, and what it is called."""
+    """Blocks (positions in the wall) whose tops are the control point, what it is called, and the key that names it,
+    "" for none."""
 
     name: str
     blocks: tuple[int, ...]
+    key: str = ""
 
 
 def control_point(
-    settings: SeismicSettings, assemblage: Assemblage, load: LoadSettings, mechanism: Mechanism
+    settings: SeismicSettings,
+    assemblage: Assemblage,
+    load: LoadSettings,
+    analysis: LimitAnalysis,
+    fallen: frozenset[int] = NONE,
 ) -> ControlPoint:
-    """Return the control point asked for, else the roof or floor that moves most along the load. Raises CaseError."""
+    """Return the control point asked for, else the roof or floor that moves most along the load; fallen: positions of
+    the blocks that have fallen by the end of the curve.
+
+    Raises CaseError (key only), ResultError where nothing of the point stands.
+    """
     named = named_point(settings, assemblage.wall)
     if named is not None:
-        return named
-    velocity = velocity_of_tops(assemblage.wall, mechanism) @ horizontal(load.vector)
-    return max(candidates(assemblage, load), key=lambda point: float(velocity[list(point.blocks)].mean()))
+        return standing(named, assemblage.wall, fallen)
+    loose = {stone for failure in analysis.local_failures for stone in failure.stones}
+    gone = fallen | {position for position, block in enumerate(assemblage.wall.blocks) if block.id in loose}
+    velocity = velocity_of_tops(assemblage.wall, state_of_what_stands(analysis).mechanism) @ horizontal(load.vector)
+    points = candidates(assemblage, load, gone)
+    return max(points, key=lambda point: float(velocity[list(point.blocks)].mean()))
+
+
+def state_of_what_stands(analysis: LimitAnalysis) -> LimitState:
+    """Return the lowest state of the wall without the stones that come loose before it fails, the associative one where
+    no other is known."""
+    whole = None if analysis.local_failures else analysis.sequence  # the paper's is a state of the wall with them
+    others = [state for state in (analysis.lowest, whole) if state is not None and state.converged]
+    return min([*filter(None, [analysis.path]), *others], key=lambda s: s.load_multiplier, default=analysis.bound)
+
+
+def standing(point: ControlPoint, wall: Wall, fallen: frozenset[int]) -> ControlPoint:
+    """Return a named control point without the blocks that have `fallen`. Raises ResultError where none is left."""
+    left = tuple(block for block in point.blocks if block not in fallen)
+    if left == point.blocks:
+        return point
+    if not left:
+        raise ResultError("control point", f"{point.name} has fallen: name stones that stand in {point.key}")
+    return _tops_of(wall, left) if point.key == BLOCKS else _named("level", _tops(wall), left, LEVEL)
 
 
 def named_point(settings: SeismicSettings, wall: Wall) -> ControlPoint | None:
     """Return the control point that the settings name, None for none. Raises CaseError (key only)."""
     if settings.control_blocks and settings.control_level is not None:
-        raise CaseError("seismic.control_level", "is given beside control_blocks", "give one of the two")
+        raise CaseError(LEVEL, "is given beside control_blocks", "give one of the two")
     free = {block.id: position for position, block in enumerate(wall.blocks) if not block.fixed}
     for wanted in settings.control_blocks:
         if wanted not in free:
             remedy = "name blocks of the wall that can move"
-            raise CaseError("seismic.control_blocks", f"there is no block {wanted} that can move", remedy)
+            raise CaseError(BLOCKS, f"there is no block {wanted} that can move", remedy)
+        if settings.control_blocks.count(wanted) > 1:
+            raise CaseError(BLOCKS, f"names block {wanted} more than once", "name every block once")
     if settings.control_blocks:
-        names = ", ".join(map(str, settings.control_blocks))
-        return ControlPoint(f"top of block {names}", tuple(free[wanted] for wanted in settings.control_blocks))
+        return _tops_of(wall, tuple(free[wanted] for wanted in settings.control_blocks))
     if settings.control_level is None:
         return None
     tops = _tops(wall)
@@ -65,31 +103,33 @@ def named_point(settings: SeismicSettings, wall: Wall) -> ControlPoint | None:
     if not at_level:
         listed = ", ".join(f"{top:g}" for top in sorted({round(float(tops[k]), 3) for k in free.values()})[:20])
         problem = f"no block has its top at {settings.control_level:g} m"
-        raise CaseError("seismic.control_level", problem, f"tops are at {listed} m")
-    return _named("level", tops, at_level)
+        raise CaseError(LEVEL, problem, f"tops are at {listed} m")
+    return _named("level", tops, at_level, LEVEL)
 
 
-def candidates(assemblage: Assemblage, load: LoadSettings) -> list[ControlPoint]:
-    """Return floors (extra dead loads) and roofs (tops that no block covers, those of one height together)."""
+def candidates(assemblage: Assemblage, load: LoadSettings, gone: frozenset[int] = NONE) -> list[ControlPoint]:
+    """Return floors (extra dead loads) and roofs (tops that no block covers, those of one height together) of the
+    blocks that are not `gone` (positions)."""
     wall, tops = assemblage.wall, _tops(assemblage.wall)
     points = []
     for extra in load.dead:
-        carrying = np.unique(extra_dead_loads(wall, (extra,)).block)
+        carrying = np.setdiff1d(extra_dead_loads(wall, (extra,)).block, list(gone))
         points += [_named("floor", tops, level) for level in _levels(tops, carrying)]
-    return points + [_named("roof", tops, level) for level in _levels(tops, uncovered(assemblage))]
+    return points + [_named("roof", tops, level) for level in _levels(tops, uncovered(assemblage, gone))]
 
 
-def uncovered(assemblage: Assemblage) -> IntArray:
-    """Return the positions of the free blocks of whose tops others cover no more than COVERED, all where none is."""
+def uncovered(assemblage: Assemblage, gone: frozenset[int] = NONE) -> IntArray:
+    """Return the positions of the free blocks of whose tops others cover no more than COVERED, all where none is; those
+    that are `gone` are no roof and cover none."""
     wall = assemblage.wall
     centroids = block_centroids(wall)
     covered = np.zeros(len(wall.blocks))
     run = np.abs(assemblage.joints.end - assemblage.joints.start)
     for joint in np.flatnonzero(run[:, 0] > run[:, 1]):
         pair = (int(assemblage.joints.i[joint]), int(assemblage.joints.j[joint]))
-        lower = min(pair, key=lambda k: float(centroids[k, 1]))
-        covered[lower] += run[joint, 0]
-    free = [position for position, block in enumerate(wall.blocks) if not block.fixed]
+        lower, upper = sorted(pair, key=lambda k: float(centroids[k, 1]))
+        covered[lower] += run[joint, 0] * (upper not in gone)
+    free = [position for position, block in enumerate(wall.blocks) if not block.fixed and position not in gone]
     bare = [k for k in free if covered[k] <= COVERED * top_of(wall.blocks[k].polygon)[0]]
     return np.array(bare or free, dtype=np.int64)
 
@@ -111,7 +151,12 @@ def _levels(tops: FloatArray, blocks: IntArray) -> list[tuple[int, ...]]:
     return [tuple(sorted(group.tolist())) for group in np.split(ordered, breaks) if len(group)]
 
 
-def _named(kind: str, tops: FloatArray, blocks: Sequence[int]) -> ControlPoint:
+def _tops_of(wall: Wall, blocks: tuple[int, ...]) -> ControlPoint:
+    names = ", ".join(str(wall.blocks[block].id) for block in blocks)
+    return ControlPoint(f"top of block {names}", blocks, BLOCKS)
+
+
+def _named(kind: str, tops: FloatArray, blocks: Sequence[int], key: str = "") -> ControlPoint:
     height = float(tops[list(blocks)].max())
     many = f"{len(blocks)} block{'s' * (len(blocks) > 1)}"
-    return ControlPoint(f"{kind} at y = {height:.4g} m, {many}", tuple(blocks))
+    return ControlPoint(f"{kind} at y = {height:.4g} m, {many}", tuple(blocks), key)

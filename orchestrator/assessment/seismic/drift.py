@@ -62,21 +62,26 @@ class Drifts:
     drift: FloatArray
 
 
-def drifting_piers(assemblage: Assemblage, control_blocks: tuple[int, ...]) -> tuple[DriftingPier, ...]:
-    """Return the piers of a wall, or the whole wall up to the tops of `control_blocks` where it has no openings."""
+def drifting_piers(
+    assemblage: Assemblage, control_blocks: tuple[int, ...], fallen: frozenset[int] = frozenset()
+) -> tuple[DriftingPier, ...]:
+    """Return the piers of a wall, or the whole wall up to the tops of `control_blocks` where it has no openings.
+
+    Blocks that have `fallen` (positions) by the end of the curve are under no section: a pier is between those that
+    stand, and is left out where none does.
+    """
     wall = assemblage.wall
     drifting = []
     for row in rows(piers(wall)):
         feet, tops = cut(assemblage, row, row[0].bottom), cut(assemblage, row, row[0].top)
         for panel, foot, top in zip(row, feet, tops, strict=True):
-            if not len(foot.lower) or not len(top.lower):
+            under, head = (np.setdiff1d(section.lower, list(fallen)) for section in (foot, top))
+            if not len(under) or not len(head):
                 continue
-            height = _level(wall, top.lower) - _level(wall, foot.lower)
+            height = _level(wall, head) - _level(wall, under)
             friction = float(assemblage.joints.friction[foot.joints].min())
             drifting.append(
-                DriftingPier(
-                    panel.name, tuple(foot.lower), tuple(top.lower), height, panel.depth, 0.5 * height, friction
-                )
+                DriftingPier(panel.name, tuple(under), tuple(head), height, panel.depth, 0.5 * height, friction)
             )
     if drifting:
         return tuple(drifting)

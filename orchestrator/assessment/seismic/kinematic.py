@@ -49,7 +49,7 @@ class Moving:
 @dataclass(frozen=True, slots=True)
 class Kinematics:
     """What a mechanism has: alpha_0, participation e*, how many bodies move, d_0* in m where it rocks, and the part of
-    the live load's power that friction takes."""
+    the live load's power that friction takes (and crushing, where joints crush)."""
 
     multiplier: float
     participation: float
@@ -108,7 +108,7 @@ def rocking_period(state: LimitStateName, displacement: float, acceleration: flo
 
 
 def powers(multiplier: float, masses: Moving, dead: Moving, forward: FloatArray) -> tuple[float, float]:
-    """Return the power of the live load at alpha_0, and what friction takes of it: the rest lifts weights."""
+    """Return the power of the live load at alpha_0, and what joints dissipate of it: the rest lifts weights."""
     live = multiplier * float(masses.weight @ (masses.velocities[:, :2] @ forward))
     return live, live - float(dead.weight @ dead.velocities[:, 1])
 
@@ -116,9 +116,10 @@ def powers(multiplier: float, masses: Moving, dead: Moving, forward: FloatArray)
 def balance_displacement(friction: float, masses: Moving, dead: Moving) -> float | None:
     """Return d_0* in m, where the multiplier has fallen to zero, or None where it does not by turning [C8.7.1.4].
 
-    friction: what it dissipates, in the units of weight x velocity, to the end. Every body turns about its centre of
-    rotation, so the velocity of a point turns with it. d_0* = sum(W delta d) / sum(W delta) with d the displacements
-    there: d_C sum(W delta^2) / (delta_C sum(W delta)) of the clause, where d is proportional to delta.
+    friction: what it (and crushing) dissipates, in the units of weight x velocity, to the end; bond that has opened
+    dissipates nothing, and is none of it. Every body turns about its centre of rotation, so the velocity of a point
+    turns with it. d_0* = sum(W delta d) / sum(W delta) with d the displacements there: d_C sum(W delta^2) / (delta_C
+    sum(W delta)) of the clause, where d is proportional to delta.
     """
     u, v, w = dead.velocities.T
 

@@ -4,6 +4,11 @@ It rests on the lowest non-associative state found, that of stones which come lo
 under a horizontal load proportional to mass; another load is analysed anew for that one, because alpha_0 is a part of g
 only there. EN 1998-3 has no such approach: with a spectrum
 of EN 1998-1 its DL, SD and NC are taken as SLD, SLV and SLC of Circolare 7/2019, and the rows say so.
+
+Bond (cohesion and tensile strength of joints) bears until it opens: the mechanism starts (SLD) at alpha_0 with it. What
+rocks has opened its joints, and a bond that has opened bears nothing. So q at SLV, d_0* and a(d) are of the wall in
+which the joints that open or slip in the mechanism have neither cohesion nor tensile strength, analysed anew; joints
+that stay closed keep theirs.
 """
 
 from __future__ import annotations
@@ -29,8 +34,9 @@ from orchestrator.assessment.seismic.kinematic import (
 from orchestrator.assessment.seismic.n2 import largest_ground_acceleration
 from orchestrator.assessment.seismic.settings import LIKE, LimitStateName, LimitStateSettings, SeismicSettings
 from orchestrator.assessment.seismic.spectrum import FloorSpectrum, Spectrum, spectrum_at_height
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.basis.printed import printed
 from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings, LimitState, Mechanism, analyse
 from orchestrator.loads import LoadSettings, loads_on
@@ -46,6 +52,10 @@ UPPER_BOUND = (
     "own weight can have one"
 )
 NOT_TURNING = "the multiplier of this mechanism does not fall to zero by turning: it slides, and has no d0*"
+OPENED = "once its bond has opened"
+"""how a refusal begins of a wall of which no more is known than where it starts to move"""
+CHECKS = {"SLD": ("activation",), "SLV": ("linear", "non-linear"), "SLC": ("non-linear",)}
+"""of the kinematic approach, at the limit states of Circolare 7/2019"""
 SLIDING = 0.1
 """part of the live load's power taken by friction above which d_0* is called an upper bound"""
 STRONGER = 10.0
@@ -56,12 +66,14 @@ STRONGER = 10.0
 class InMechanism:
     """A mechanism with what moves in it: all masses the live load acts on, all dead loads; remarks say what was done.
 
-    state: what it is the mechanism of, in words.
+    state: what it is the mechanism of, in words. opened: the mechanism once the bond that it opens is gone, or why
+    there is none to rest on; None where it opens no bond.
     """
 
     state: str
     kinematics: Kinematics
     remarks: tuple[str, ...]
+    opened: InMechanism | str | None = None
 
 
 def safest_state(analysis: LimitAnalysis) -> LimitState | None:
@@ -92,12 +104,59 @@ def loads_in_mechanism(
     state = safest_state(analysis)
     if state is None:
         return UPPER_BOUND
-    remarks += said_of(state, analysis)
-    masses, dead = moving_loads(assemblage, by_mass, state.mechanism)
+    found = _mechanism_of(assemblage, by_mass, state, remarks + said_of(state, analysis))
+    return replace(found, opened=_opened(assemblage, by_mass, settings, analysis, remarks))
+
+
+def _opened(
+    assemblage: Assemblage,
+    by_mass: LoadSettings,
+    settings: LimitAnalysisSettings,
+    analysis: LimitAnalysis,
+    remarks: tuple[str, ...],
+) -> InMechanism | str | None:
+    """Return the mechanism of a wall once the bond that it opens is gone, or why there is none; None if it opens none.
+
+    The wall without it may fail another way, and open more: it is analysed until its mechanism opens no bond.
+    """
+    start = state = safest_state(analysis)
+    while state is not None and (parted := with_bond_opened(assemblage, state.mechanism)) is not None:
+        assemblage = parted
+        try:
+            analysis = analyse(parted, settings, loads_on(parted.wall, by_mass), analysis.elastic_modulus)
+        except CaseError as error:
+            return f"{OPENED}: {error.problem}"
+        except ConvergenceError as error:
+            return f"{OPENED}: {error}"
+        state = safest_state(analysis)
+    if state is start:
+        return None
+    if state is None or start is None:
+        return f"{OPENED}: {UPPER_BOUND}"
+    then, first = (printed("multiplier", one.load_multiplier) for one in (state, start))
+    said = f"a bond that has opened bears nothing: alpha_0 = {then} then, {first} to open it"
+    return _mechanism_of(assemblage, by_mass, state, (*remarks, *said_of(state, analysis), said))
+
+
+def _mechanism_of(
+    assemblage: Assemblage, load: LoadSettings, state: LimitState, remarks: tuple[str, ...]
+) -> InMechanism:
+    """Return the mechanism of a state under a load proportional to mass."""
+    masses, dead = moving_loads(assemblage, load, state.mechanism)
     stones = np.concatenate([block.polygon for block in assemblage.wall.blocks if not block.fixed])
     reach = float(np.hypot(*np.ptp(stones, axis=0)))
-    motion = kinematics(state.load_multiplier, masses, dead, by_mass.vector, reach)
-    return InMechanism(state.name, motion, remarks)
+    return InMechanism(state.name, kinematics(state.load_multiplier, masses, dead, load.vector, reach), remarks)
+
+
+def with_bond_opened(assemblage: Assemblage, mechanism: Mechanism) -> Assemblage | None:
+    """Return the wall in which joints that open or slip in a mechanism have neither cohesion nor tensile strength, None
+    where none of them had any."""
+    joints, body = assemblage.joints, merged(assemblage, mechanism, AS_ONE).body_of_block
+    parts = (body[joints.i] != body[joints.j]) & ((joints.cohesion > 0.0) | (joints.tensile_strength > 0.0))
+    if not parts.any():
+        return None
+    cohesion, tension = (read_only(np.where(parts, 0.0, one)) for one in (joints.cohesion, joints.tensile_strength))
+    return replace(assemblage, joints=replace(joints, cohesion=cohesion, tensile_strength=tension))
 
 
 def said_of(state: LimitState, analysis: LimitAnalysis) -> tuple[str, ...]:
@@ -105,7 +164,8 @@ def said_of(state: LimitState, analysis: LimitAnalysis) -> tuple[str, ...]:
     local = next((failure for failure in analysis.local_failures if failure.state is state), None)
     if local is not None:
         stones = ", ".join(map(str, local.stones))
-        return (f"a local failure: stones {stones} ({local.share:.2g} of the weight) move, not the wall",)
+        share = f"{100 * local.share:.2g} % of the dead load"
+        return (f"a local failure: stones {stones} ({share}) move, not the wall",)
     if state.converged:
         return ()
     if state.flow_rule == "large_displacements":
@@ -136,9 +196,10 @@ def kinematic_checks(
     """Return what the mechanism has, for the summary, and its rows: linear and non-linear at every limit state."""
     if isinstance(mechanism, str):
         return {"refused": mechanism}, [{"approach": "kinematic approach", "limit_state": "all", "refused": mechanism}]
-    has = mechanism.kinematics
-    acceleration = activation_acceleration(has.multiplier, has.participation, settings.confidence_factor)
+    has, rocks = mechanism.kinematics, mechanism.opened or mechanism
+    after = None if isinstance(rocks, str) else rocks.kinematics
     used = has.participation if has.participation >= LOW_PARTICIPATION else 1.0
+    onset = activation_acceleration(has.multiplier, used, settings.confidence_factor)
     record = {
         "state": mechanism.state,
         "direction": 1 if direction[0] > 0 else -1,
@@ -147,28 +208,36 @@ def kinematic_checks(
         "bodies": has.bodies,
         "e_star": has.participation,
         "e_star_used": used,
-        "a0_star_m_per_s2": activation_acceleration(has.multiplier, used, settings.confidence_factor),
-        "d0_star_m": has.displacement,
-        "friction_share": has.friction_share,
+        "a0_star_m_per_s2": onset,
+        "alpha0_opened": after and after.multiplier,
+        "d0_star_m": after and after.displacement,
+        "friction_share": after and after.friction_share,
         "z_m": settings.mechanism_height,
         "remarks": list(mechanism.remarks),
     }
     rows = []
     for state in states:
         like = LIKE.get(state.name, state.name)
-        if like != "SLC":
-            rows.append(_linear(settings, state, like, has, acceleration))
-        if like != "SLD":
-            rows.append(_nonlinear(settings, state, like, has, acceleration))
-    for row in rows:
-        row["remarks"] = [*mechanism.remarks, *row.get("remarks", ())]
+        rests_on = mechanism if like == "SLD" else rocks
+        if isinstance(rests_on, str):
+            rows += [_about(check, state) | {"refused": rests_on} for check in CHECKS[like]]
+            continue
+        for check in CHECKS[like]:
+            made = _nonlinear if check == "non-linear" else _linear
+            row = made(settings, state, like, rests_on.kinematics, onset)
+            rows.append(row | {"remarks": [*rests_on.remarks, *row.get("remarks", ())]})
     return record, rows
 
 
+def _about(check: str, state: LimitStateSettings) -> dict[str, Any]:
+    return {"approach": f"kinematic, {check}", "limit_state": state.name}
+
+
 def _linear(
-    settings: SeismicSettings, state: LimitStateSettings, like: LimitStateName, has: Kinematics, acceleration: float
+    settings: SeismicSettings, state: LimitStateSettings, like: LimitStateName, has: Kinematics, _: float
 ) -> dict[str, Any]:
-    """Return the check of SLD [C8.7.1.8], or of SLV with q (C8.7.1.2.1.7)."""
+    """Return the check of SLD [C8.7.1.8], or of SLV with q (C8.7.1.2.1.7) of what rocks."""
+    acceleration = activation_acceleration(has.multiplier, has.participation, settings.confidence_factor)
     divided = 1.0 if like == "SLD" else settings.behaviour_factor
 
     def needed(ground: float) -> float:
@@ -181,10 +250,7 @@ def _linear(
     start = _start_that_counts(has, acceleration, capacity)
     ground, without = capacity(start), capacity(acceleration * has.participation) / asked
     clause = "[C8.7.1.8]" if like == "SLD" else f"C8.7.1.2.1.7, q = {divided:g}"
-    name = "activation" if like == "SLD" else "linear"
-    row = {
-        "approach": f"kinematic, {name}",
-        "limit_state": state.name,
+    row = _about("activation" if like == "SLD" else "linear", state) | {
         "ag_m_per_s2": asked,
         "demand": needed(asked),
         "capacity": start,
@@ -205,12 +271,13 @@ def _start_that_counts(has: Kinematics, acceleration: float, capacity: Callable[
 
 
 def _nonlinear(
-    settings: SeismicSettings, state: LimitStateSettings, like: LimitStateName, has: Kinematics, acceleration: float
+    settings: SeismicSettings, state: LimitStateSettings, like: LimitStateName, has: Kinematics, onset: float
 ) -> dict[str, Any]:
-    """Return the check of displacements at SLV or SLC (C8.7.1.2.1.8).
+    """Return the check of displacements at SLV or SLC (C8.7.1.2.1.8) of what rocks; onset: m/s2 at which it starts to.
 
     The clause lets a_g of SLD, at which the mechanism starts, be taken where it is higher: said, not used."""
-    about = {"approach": "kinematic, non-linear", "limit_state": state.name}
+    about = _about("non-linear", state)
+    acceleration = activation_acceleration(has.multiplier, has.participation, settings.confidence_factor)
     if has.displacement is None:
         return about | {"refused": NOT_TURNING}
     balance = has.displacement
@@ -242,23 +309,23 @@ def _nonlinear(
         "damping": damping,
         "clause": f"Circ. 7/2019 C8.7.1.2.1.6, .8, [C8.7.1.1{'0' if like == 'SLV' else '1'}]",
     }
-    said = _remarks_of_nonlinear(settings, state, has, start, ground)
+    said = _remarks_of_nonlinear(settings, state, has, onset, ground)
     return row | {"remarks": [*said, *_cautions(state, has, row, start / acceleration)]}
 
 
 def _remarks_of_nonlinear(
-    settings: SeismicSettings, state: LimitStateSettings, has: Kinematics, start: float, ground: float
+    settings: SeismicSettings, state: LimitStateSettings, has: Kinematics, onset: float, ground: float
 ) -> list[str]:
     """Return what must be said of a mechanism that starts at an acceleration and passes a ground acceleration."""
     starts = largest_ground_acceleration(
-        lambda ground: _spectrum(settings, state, ground, settings.damping).peak_acceleration <= start
+        lambda ground: _spectrum(settings, state, ground, settings.damping).peak_acceleration <= onset
     )
     said = []
     if starts > ground:
-        allows = f"C8.7.1.2.1.8 allows ratio {starts / state.peak_ground_acceleration:.3g}"
-        said.append(f"it starts to move at a_g = {starts:.3g} m/s2 only: {allows}")
+        allows = f"C8.7.1.2.1.8 allows ratio {printed('ratio', starts / state.peak_ground_acceleration)}"
+        said.append(f"it starts to move at a_g = {printed('acceleration', starts)} m/s2 only: {allows}")
     if has.friction_share > SLIDING:
-        share = f"friction takes {has.friction_share:.0%} of the live load's power"
+        share = f"friction or crushing of joints takes {has.friction_share:.0%} of the live load's power"
         said.append(f"{share}, and is taken to do so to the end: d0* is an upper bound")
     return said
 

@@ -1,8 +1,10 @@
 """What N2 needs of a pushover: its control displacement, the shape it has, and the masses that move. SI units.
 
-All from stored states, so that a verification needs no finite elements. Masses are those of linear tetrahedra (the
-departures of curved edges of quadratic elements are left out: a wall's mass is the same, its shape to the square of
-their strain), and every mass that the live load acts on: floors with `inertia` as well as stones.
+All from stored states, so that a verification needs no finite elements; of static ones, as the curve that is
+idealised. What has fallen is no part of the wall: not of its shape, masses and load, nor the fastest of it. Masses are
+those of linear tetrahedra (the departures of curved edges of quadratic elements are left out: a wall's mass is the
+same, its shape to the square of their strain), and every mass that the live load acts on: floors with `inertia` as
+well as stones.
 """
 
 from __future__ import annotations
@@ -30,8 +32,8 @@ from orchestrator.pushover.solids.nodal_loads import nodal_loads
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StoredPushover:
-    """One stored pushover. `read` returns an increment by its number; interface (c,): those of the contacts that touch
-    at the start. refused: why it may not be verified, or ""."""
+    """One stored pushover. curve: its static rows; `read` returns an increment by its number; interface (c,): those of
+    the contacts that touch at the start. refused: why it may not be verified, or ""."""
 
     name: str
     bodies: Bodies
@@ -42,12 +44,19 @@ class StoredPushover:
     read: Callable[[int], Increment]
     refused: str
 
+    @property
+    def fallen(self) -> frozenset[int]:
+        """Positions of the blocks that have fallen by the end of the curve."""
+        bodies = np.flatnonzero(self.read(int(self.curve.step[-1])).fallen)
+        return frozenset(int(block) for body in bodies for block in self.bodies.bodies[body].blocks)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Observed:
     """displacement (s,) in m of the control point along the load since gravity, row by row of the curve; the system
     with the shape at SECANT of the peak; slip_share: part of the displacement there that the slip tolerance makes;
-    share_of_fastest: motion of the control point over that of the fastest node, at the end; drifts of its piers."""
+    share_of_fastest: motion of the control point over that of the fastest node that stands, at the end; drifts of its
+    piers."""
 
     displacement: FloatArray
     system: EquivalentSystem
@@ -72,10 +81,13 @@ def observe(
     if displacement[elastic_row(curve)] <= 0.0:
         raise ResultError("control point", f"{point.name} does not move along the load: name another control point")
     elastic = pushover.read(int(curve.step[elastic_row(curve)]))
+    stands = standing_nodes(elastic, bodies, meshes)
     mass, force = masses_and_load(wall, bodies, meshes, load)
+    mass, force = sparse.diags(stands) @ mass, stands * force
     along = _moved(elastic, gravity, len(meshes.nodes))[:, :2] @ forward
     shape = along / float(displacement[elastic_row(curve)])
-    last = _moved(pushover.read(int(curve.step[-1])), gravity, len(meshes.nodes))
+    end = pushover.read(int(curve.step[-1]))
+    last = _moved(end, gravity, len(meshes.nodes)) * standing_nodes(end, bodies, meshes)[:, None]
     return Observed(
         displacement=displacement,
         system=equivalent_system(mass, shape, force, np.ones(len(shape))),
@@ -83,6 +95,12 @@ def observe(
         share_of_fastest=float(abs(displacement[-1]) / np.linalg.norm(last[:, :2], axis=1).max()),
         drifts=Drifts(piers, drift),
     )
+
+
+def standing_nodes(state: Increment, bodies: Bodies, meshes: BodyMeshes) -> FloatArray:
+    """Return (m,): 1 for nodes of bodies that have not fallen in a state, 0 for the others."""
+    supports = np.zeros(len(bodies.bodies) - bodies.moving, bool)
+    return np.where(np.append(state.fallen, supports)[meshes.body_of_node], 0.0, 1.0)
 
 
 def elastic_row(curve: PushoverCurve) -> int:

@@ -19,7 +19,7 @@ from orchestrator.assessment.capacity import Bilinear, idealise
 from orchestrator.assessment.seismic.control import ControlPoint, control_point
 from orchestrator.assessment.seismic.drift import CLAUSES as DRIFT_CLAUSES
 from orchestrator.assessment.seismic.drift import GIVEN, allowed_displacement, drift_at, drifting_piers, is_limited
-from orchestrator.assessment.seismic.local_mechanism import kinematic_checks, loads_in_mechanism, safest_state
+from orchestrator.assessment.seismic.local_mechanism import kinematic_checks, loads_in_mechanism
 from orchestrator.assessment.seismic.n2 import (
     demand,
     displacement_at_force_ratio,
@@ -34,10 +34,12 @@ from orchestrator.assessment.seismic.settings import (
     limit_states,
 )
 from orchestrator.assessment.seismic.spectrum import Spectrum, spectrum_of
+from orchestrator.assessment.seismic.verification_record import in_its_unit
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ResultError
 from orchestrator.limit_analysis import LimitAnalysis, LimitAnalysisSettings
 from orchestrator.loads import LoadSettings
+from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.masonry.joints import Assemblage
 
 LABELS = {"macro": "macroblock FE", "micro": "micro-FE"}
@@ -75,19 +77,22 @@ def verify(
     states = limit_states(settings)
     if not states:
         return None
-    mechanism = (safest_state(analysis) or analysis.associative).mechanism
-    point = control_point(settings, assemblage, load, mechanism)
-    observed, systems, checks, drifts = _of_curves(settings, states, load, assemblage, point, pushovers)
+    point = control_point(settings, assemblage, load, analysis)
+    observed, systems, checks, drifts = _of_curves(settings, states, load, assemblage, analysis, pushovers)
     kinematic, more = kinematic_checks(
         settings, states, loads_in_mechanism(assemblage, load, limit_analysis, analysis), analysis.loads.direction
     )
+    rows = [*checks, *more, *(row for row in drifts if row)]
+    for row in rows:
+        if "refused" not in row:
+            row["remarks"] += not_accelerated(assemblage.wall, load.dead)
     record = {
         "spectrum": {"kind": settings.spectrum, "ground": settings.ground, "damping": settings.damping},
         "limit_states": [_spectrum(settings, state) for state in states],
-        "control_point": point.name,
+        "control_point": "; ".join(dict.fromkeys(system["control_point"] for system in systems)) or point.name,
         "systems": systems,
         "kinematic": kinematic,
-        "checks": [*checks, *more, *(row for row in drifts if row)],
+        "checks": rows,
     }
     return record, observed
 
@@ -97,7 +102,7 @@ def _of_curves(
     states: Sequence[LimitStateSettings],
     load: LoadSettings,
     assemblage: Assemblage,
-    point: ControlPoint,
+    analysis: LimitAnalysis,
     pushovers: Sequence[StoredPushover],
 ) -> tuple[dict[str, Observed], list[dict[str, Any]], list[dict[str, Any]], list[dict[str, Any] | None]]:
     """Return what is observed of every curve that may be verified, its system, and the rows of N2 and of drifts."""
@@ -108,7 +113,7 @@ def _of_curves(
     for pushover in pushovers:
         label = LABELS[pushover.name]
         try:
-            seen, line = _idealised(pushover, assemblage, load, point)
+            point, seen, line = _idealised(pushover, settings, assemblage, load, analysis)
         except ResultError as error:
             refused = {"limit_state": "all", "refused": error.detail}
             checks.append({"approach": f"N2, {label}"} | refused)
@@ -124,13 +129,20 @@ def _of_curves(
 
 
 def _idealised(
-    pushover: StoredPushover, assemblage: Assemblage, load: LoadSettings, point: ControlPoint
-) -> tuple[Observed, Bilinear]:
-    """Return what is observed of a curve, and its bilinear. Raises ResultError where it may not be verified."""
+    pushover: StoredPushover,
+    settings: SeismicSettings,
+    assemblage: Assemblage,
+    load: LoadSettings,
+    analysis: LimitAnalysis,
+) -> tuple[ControlPoint, Observed, Bilinear]:
+    """Return the control point of a curve, what is observed of it, and its bilinear. Raises ResultError for a curve
+    that may not be verified."""
     if pushover.refused:
         raise ResultError("verification", pushover.refused)
-    seen = observe(pushover, assemblage.wall, load, point, drifting_piers(assemblage, point.blocks))
-    return seen, idealise(pushover.curve.base_shear_N, seen.displacement)
+    fallen = pushover.fallen
+    point = control_point(settings, assemblage, load, analysis, fallen)
+    seen = observe(pushover, assemblage.wall, load, point, drifting_piers(assemblage, point.blocks, fallen))
+    return point, seen, idealise(pushover.curve.base_shear_N, seen.displacement)
 
 
 def _spectrum(settings: SeismicSettings, state: LimitStateSettings) -> dict[str, Any]:
@@ -221,8 +233,8 @@ def _remarks_of_n2(
         "the base shear has not dropped by 20 %: the end of the curve stands for it, a lower bound": (
             not line.dropped and state.name not in ("SLD", "DL")
         ),
-        f"the curve ends at {1e3 * seen.displacement[-1]:.3g} mm, short of {TARGET_REACH:.0%} of the target "
-        f"displacement, {1e3 * target:.3g} mm (EN 1998-1 4.3.3.4.2.3)": bool(seen.displacement[-1] < target),
+        f"the curve ends at {in_its_unit(seen.displacement[-1], 'm')}, short of {TARGET_REACH:.0%} of the target "
+        f"displacement, {in_its_unit(target, 'm')} (EN 1998-1 4.3.3.4.2.3)": bool(seen.displacement[-1] < target),
         "the spectrum is that on the ground, not at mechanism_height": settings.mechanism_height > 0.0,
     }
     return [said for said, holds in remarks.items() if holds]

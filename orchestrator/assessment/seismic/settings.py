@@ -19,6 +19,12 @@ LIKE: dict[LimitStateName, LimitStateName] = dict(zip(EC8_STATES, NTC_STATES, st
 """the limit state of Circolare 7/2019 whose rules one of EN 1998-3 has, where EN 1998-3 has none of its own"""
 FORCE_RATIO = {"SLV": 3.0, "SLC": 4.0}
 """largest q* of masonry: Circolare 7/2019, C7.8.1.6 (a recommendation for SLV)"""
+OF_CODE = ("ground", "topography")
+READS: dict[Spectra, tuple[str, ...]] = {
+    "ec8_type1": OF_CODE, "ec8_type2": OF_CODE, "ntc2018": (*OF_CODE, "amplification", "reference_period"),
+    "parameters": ("soil_factor", "period_b", "period_c", "period_d"),
+}  # fmt: skip
+"""of the settings that not every spectrum has, those that each reads"""
 BUILDING = ("building_height", "building_period", "storeys")
 
 
@@ -55,7 +61,7 @@ class SeismicSettings:
     reference_period: Annotated[float, Gt(0), Le(5), Unit("s")] | None = None
     """T_C*; NTC 2018 needs it"""
     topography: Annotated[float, Ge(1), Le(2)] = 1.0
-    """S_T; NTC 2018 only"""
+    """S_T, by which S is multiplied; NTC 2018 Table 3.2.V, EN 1998-5 Annex A; "parameters" has it in `soil_factor`"""
     soil_factor: Annotated[float, Gt(0), Le(5)] | None = None
     """S of "parameters" """
     period_b: Annotated[float, Gt(0), Le(10), Unit("s")] | None = None
@@ -93,6 +99,7 @@ class SeismicSettings:
 def limit_states(settings: SeismicSettings) -> tuple[LimitStateSettings, ...]:
     """Return every limit state that is verified, F_0 and T_C* filled in, mildest first. Raises CaseError (key only)."""
     known = known_states(settings.spectrum)
+    refuse_unread(settings)
     asked = list(settings.limit_states)
     keys = [f"seismic.limit_states.{number}.name" for number in range(len(asked))]
     if settings.peak_ground_acceleration is not None:
@@ -119,6 +126,26 @@ def limit_states(settings: SeismicSettings) -> tuple[LimitStateSettings, ...]:
         for state in asked
     )
     return tuple(sorted(filled, key=lambda state: get_args(LimitStateName).index(state.name)))
+
+
+def refuse_unread(settings: SeismicSettings) -> None:
+    """Raise CaseError (key only) for a setting of another spectrum. Defaults are none: case.toml of a run has all."""
+    default = SeismicSettings()
+    given = [
+        (f"seismic.{name}", name)
+        for name in sorted(set().union(*READS.values()))
+        if getattr(settings, name) != getattr(default, name)
+    ] + [
+        (f"seismic.limit_states.{number}.{name}", name)
+        for number, state in enumerate(settings.limit_states)
+        for name in ("amplification", "reference_period")
+        if getattr(state, name) is not None
+    ]
+    for key, name in given:
+        if name not in READS[settings.spectrum]:
+            readers = " or ".join(repr(spectrum) for spectrum, names in READS.items() if name in names)
+            remedy = f"leave it out, or give spectrum = {readers}, which reads it"
+            raise CaseError(key, f"the spectrum {settings.spectrum!r} does not read it", remedy)
 
 
 def known_states(spectrum: Spectra) -> tuple[LimitStateName, ...]:

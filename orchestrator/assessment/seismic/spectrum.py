@@ -7,6 +7,8 @@
                     psi_1 = z / H; S_eZ = A a_Z between 0.8 T_1 and 1.1 T_1, falling off on both sides; A = 1.1 eta /
                     sqrt(xi_1), xi_1 as part of 1
 
+S includes the topographic factor S_T (EN 1998-5 Annex A; NTC 2018, Table 3.2.V).
+
 Clauses: EN 1998-1 3.2.2.2; NTC 2018 3.2.3.2.1; Circolare 7/2019 C7.2.3, [C7.2.5] to [C7.2.10], first mode only.
 """
 
@@ -151,6 +153,7 @@ def spectrum_of(
             raise CaseError("seismic.period_c", "the periods do not rise", "give period_b <= period_c <= period_d")
     else:
         soil, *periods = EC8_GROUND[settings.spectrum][settings.ground]
+        soil *= settings.topography
     return Spectrum(ground_acceleration, soil, periods[0], periods[1], periods[2], 2.5, eta)
 
 

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from orchestrator.basis.printed import printed
+from orchestrator.basis.printed import Figure, printed
+
+UNITS: dict[str, tuple[Figure, str]] = {
+    "m": ("displacement", "mm"), "m/s2": ("acceleration", "m/s²"), "drift": ("drift", "%")
+}  # fmt: skip
+"""of demand and capacity in the record: which figure they are, and the unit it is printed in"""
 
 
 def notes(record: Mapping[str, Any]) -> list[str]:
@@ -19,15 +24,14 @@ def said(row: Mapping[str, Any]) -> list[str]:
 
 
 def numbers(row: Mapping[str, Any], of: list[str]) -> str:
-    """Return the numbers of a row's notes, as in "1, 3"."""
-    return ", ".join(str(of.index(text) + 1) for text in said(row))
+    """Return the numbers of a row's notes in order, as in "1, 3"."""
+    return ", ".join(map(str, sorted(of.index(text) + 1 for text in said(row))))
 
 
 def in_its_unit(value: float, unit: str) -> str:
     """Return a displacement (m) in mm, an acceleration in m/s2, a drift in per cent, with its unit."""
-    if unit == "drift":
-        return f"{1e2 * value:.3g} %"
-    return f"{1e3 * value:.3g} mm" if unit == "m" else f"{value:.3g} m/s²"
+    figure, shown = UNITS[unit]
+    return f"{printed(figure, value)} {shown}"
 
 
 def verdict(record: Mapping[str, Any]) -> str:

@@ -112,7 +112,7 @@ class LimitState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LocalFailure:
-    """Stones (their ids) that come loose while the wall stands, and their share of the weight.
+    """Stones (their ids) that come loose while the wall stands, and their share of the dead load.
 
     state: the wall as they move, less what came loose before. multipliers: that of this state and the last at which
     they rest, in order; the state's is lower where stones were wedged: it is a property of that wedge, and depends on
@@ -183,7 +183,7 @@ class LimitAnalysis:
 
     @property
     def share_lost(self) -> float:
-        """Share of the weight that comes loose before the headline is met."""
+        """Share of the dead load that comes loose before the headline is met."""
         return sum(failure.share for failure in self.local_failures)
 
     @property

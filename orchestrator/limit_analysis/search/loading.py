@@ -1,7 +1,7 @@
 """What growing load does to a wall stone by stone: local failures first, then the wall's own state.
 
-A mechanism that moves less than a share of the weight is a local failure. Its stones are taken away with their weight
-and their live load, for they lie on the ground; so are stones that then fall. What stands is loaded again from gravity.
+A mechanism that moves less than a share of the dead load is a local failure. Its stones are taken away with their
+weight and live load, for they lie on the ground; so are stones that then fall. What stands is loaded anew from gravity.
 (Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
 
 Joints have two stiffnesses in turn, and the wall is loaded with both. A state that is a property of the wall is the
@@ -45,7 +45,7 @@ GEOMETRY = 0.02
 """Part of the multiplier by which the peak in large displacements lies off the limit state of a wall whose answer it
 is. Deformation takes something from any wall: 1.9 % from Ferris & Tin-Loi's wall 6, 1.5 % from its micro-FE."""
 MOST_LOCAL = 0.5
-"""Share of the weight that may come loose before the wall is no longer looked for."""
+"""Share of the dead load that may come loose before the wall is no longer looked for."""
 
 Chosen = npt.NDArray[np.bool_]
 Road = Callable[[Problem, LimitSolution], LoadPath | None]
@@ -259,7 +259,7 @@ def peeled(
 
 
 def _moving_share(problem: Problem, loads: Loads, state: LimitState, left: Chosen) -> tuple[Chosen, float, float]:
-    """Return the blocks left (n,) that move in a state, their share of the weight, and that of what is not left."""
+    """Return the blocks left (n,) that move in a state, their share of the dead load, and that of what is not left."""
     weights = -loads.dead[:, 1]
     free = np.array([not block.fixed for block in problem.assemblage.wall.blocks])
     moving = left & _moves(problem, state)

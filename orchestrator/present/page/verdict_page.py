@@ -53,7 +53,7 @@ def _row(row: dict[str, Any], language: Language) -> dict[str, Any]:
         shown = {
             "demand": in_its_unit(row["demand"], row["unit"]),
             "capacity": in_its_unit(row["capacity"], row["unit"]),
-            "ground": f"{row['capacity_ag_m_per_s2']:.3g} / {row['ag_m_per_s2']:.3g}",
+            "ground": " / ".join(printed("acceleration", row[key]) for key in ("capacity_ag_m_per_s2", "ag_m_per_s2")),
             "ratio": printed("ratio", row["safety_ratio"]),
         }
     row = row | {"remarks": "; ".join(map(phrases(language), row["remarks"]))}

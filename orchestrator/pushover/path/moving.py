@@ -31,13 +31,14 @@ def body_size(model: ContactModel) -> FloatArray:
 
 
 def participation(model: ContactModel, motion: FloatArray) -> float:
-    """Return the share of the mass that takes part in a motion of the bodies (b,).
+    """Return the share of the dead load that takes part in a motion of the bodies (b,).
 
-    (sum m d)^2 / (M sum m d^2) is the mass share of a part that moves alone, and 1 where all move alike.
+    (sum W d)^2 / (sum W sum W d^2) is the share of a part that moves alone, and 1 where all move alike; floors are in
+    the W of the bodies that they press on, as in the share by which limit analysis tells local failures.
     """
-    mass = model.body_mass
-    square = float(mass @ motion**2)
-    return float(np.square(mass @ motion)) / (float(mass.sum()) * square) if square > 0.0 else 1.0
+    weight = model.body_weight
+    square = float(weight @ motion**2)
+    return float(np.square(weight @ motion)) / (float(weight.sum()) * square) if square > 0.0 else 1.0
 
 
 def moving_part(model: ContactModel, motion: FloatArray) -> BodyMask:

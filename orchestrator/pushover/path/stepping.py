@@ -11,8 +11,8 @@ The load is prescribed until a part of the wall moves for good; what moves then 
 the proximal term carries less than `out_of_balance` of the weight of every body. Where no static state is found near,
 the prescribed quantity is held and the wall moves against viscous contacts and its mass (motion.py) until it rests.
 
-A part of less than `local_share` of the wall's mass that does not come to rest is a local failure: its motion is kept,
-it is taken out when it has lost its hold, and the wall goes on.
+A part of less than `local_share` of the wall's dead load that does not come to rest is a local failure: its motion is
+kept, it is taken out when it has lost its hold, and the wall goes on.
 """
 
 from __future__ import annotations
@@ -236,8 +236,8 @@ class Pushover:
             return state
         names = [self.model.body_names[body] for body in np.flatnonzero(lost)]
         logger.info("%s fell at a multiplier of %.5f", ", ".join(names), state.load_multiplier)
-        mass, stays = self.model.body_mass, lost if self.loose is None else lost & ~self.loose
-        too_much = stays.any() and mass[lost].sum() >= self.stepping.local_share * mass.sum()
+        weight, stays = self.model.body_weight, lost if self.loose is None else lost & ~self.loose
+        too_much = stays.any() and weight[lost].sum() >= self.stepping.local_share * weight.sum()
         if too_much or (lost | state.fallen).all():
             raise CollapseError(", ".join(names), 1e3 * state.control_displacement)
         fallen = read_only(state.fallen | lost, np.bool_)
@@ -296,8 +296,8 @@ class Pushover:
         if state.phase != "displacement" or not self._is_local(motion):
             return None
         driven = state.driven & (motion < TAKES_PART * motion.max())
-        mass = self.model.body_mass
-        if mass[driven].sum() < self.stepping.local_share * mass.sum() or (driven == state.driven).all():
+        weight = self.model.body_weight
+        if weight[driven].sum() < self.stepping.local_share * weight.sum() or (driven == state.driven).all():
             return None
         return self._driving(state, driven)
 

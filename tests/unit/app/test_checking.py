@@ -76,6 +76,12 @@ def read(given, *settings):
     return case, load_case_runs.check(case)
 
 
+def test_a_floor_without_mass_is_pointed_out_where_a_verification_is_asked_for(given, capsys):
+    assert "no mass" not in checked(given, capsys)
+    said = "WARNING: 6 kN of dead load have weight, but no mass in the seismic verification"
+    assert said in checked(given, capsys, "seismic.peak_ground_acceleration='0.1 g'")
+
+
 def pointed_out(case, assemblage):
     loads = [load_sums(assemblage.wall, one.load) for one in load_case_runs.each(case).values()]
     return unusual(case, assemblage.wall, loads, materials(case, assemblage.wall), joint_classes(assemblage))

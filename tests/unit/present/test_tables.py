@@ -7,15 +7,17 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
+from orchestrator.assessment.seismic.verification_record import notes, numbers
 from orchestrator.basis.printed import printed as printed_figure
 from orchestrator.limit_analysis import analyse
 from orchestrator.loads import DeadLoad, LoadSettings, loads_on
 from orchestrator.present.answer import answer_of_run
 from orchestrator.present.page.writing import _environment
-from orchestrator.present.tables import in_ranges, limit_table, run_table
+from orchestrator.present.tables import in_ranges, limit_table, run_table, seismic_table, verdict_table
 from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.pushed import PUSHED
+from tests.support.verdicts import check, of, summary
 
 
 def printed(analysis):
@@ -40,6 +42,29 @@ def test_the_table_of_limit_analysis_fits_a_terminal_of_80_columns():
     printed = console.export_text()
     assert "…" not in printed
     assert "associative, a bound" in printed
+
+
+@pytest.mark.parametrize("table", ["checks", "verdict"])
+def test_the_tables_of_a_verification_fit_a_terminal_of_80_columns(table):
+    """Nothing is shortened, no figure parts from its unit, and the notes of a row are in order."""
+    remarks = [f"remark {number}" for number in range(12)]
+    row = check(31.23) | {"approach": "kinematic, non-linear", "demand": 0.00052381, "capacity": 1234.5e-3, "unit": "m"}
+    rows = [
+        row | {"remarks": remarks},
+        row | {"approach": "drift, macroblock FE", "unit": "drift", "safety_ratio": 123.4, "remarks": remarks[::-2]},
+        row | {"unit": "m/s2", "safety_ratio_without_e_star": 31.23, "remarks": remarks[:5]},
+    ]
+    console = Console(width=80, record=True)
+    if table == "checks":
+        console.print(seismic_table({"checks": rows}, "a load case"))
+    else:
+        console.print(verdict_table(of(**{"a load case of a long name": summary(*rows)})))
+    printed = console.export_text()
+    assert "…" not in printed
+    assert max(map(len, printed.splitlines())) <= 80
+    for figure in ("0.5238 mm", "1234 mm", "0.05238 %", "123.4 %", "0.0005238 m/s²", "1.234 m/s²", "31.230", "123.400"):
+        assert figure in printed
+    assert numbers(rows[1], notes({"checks": rows})) == "2, 4, 6, 8, 10, 12"
 
 
 def test_numbers_of_blocks_are_told_in_ranges():

@@ -21,7 +21,7 @@ NOBODY = np.zeros(3, bool)
 
 
 def bodies(*masses):
-    return SimpleNamespace(body_mass=np.array(masses, float))
+    return SimpleNamespace(body_mass=np.array(masses, float), body_weight=9.81 * np.array(masses, float))
 
 
 @pytest.fixture(scope="module")
@@ -33,14 +33,14 @@ def model():
 @pytest.mark.parametrize(
     ("motion", "share"),
     [
-        ([0.0, 0.0, 2e-3], 0.1),  # what moves alone has its share of the mass
+        ([0.0, 0.0, 2e-3], 0.1),  # what moves alone has its share of the dead load
         ([7.0, 7.0, 7.0], 1.0),
         ([0.0, 1.0, 1.0], 0.4),
         ([1.0, 2.0, 0.0], (6 + 6) ** 2 / (10 * (6 + 12))),
         ([0.0, 0.0, 0.0], 1.0),  # nothing moves: no part is singled out
     ],
 )
-def test_participation_is_the_mass_share_of_what_moves(motion, share):
+def test_participation_is_the_share_of_what_moves(motion, share):
     assert participation(bodies(6, 3, 1), np.array(motion)) == pytest.approx(share)
 
 

@@ -121,7 +121,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
                 "peak_memory", "stopped_because", "complaint", "valid", "not_valid_because",
             ]),
             "rescues": {"halved": None},
-            "events": [dict.fromkeys(["bodies", "mass_share", "load_multiplier", "base_shear", "increment"])],
+            "events": [dict.fromkeys(["bodies", "dead_load_share", "load_multiplier", "base_shear", "increment"])],
             "seconds": dict.fromkeys(["mesh", "assembly", "factorise", "contact", "total"]),
         }],
     }  # fmt: skip

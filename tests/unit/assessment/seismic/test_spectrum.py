@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import sqrt
 
 import pytest
@@ -29,6 +30,11 @@ def of(settings, ground=None, damping=0.05):
 )
 def test_spectrum_of_en_1998_1_at_its_corners(period, shape):
     assert of(TYPE_1_B).acceleration(period) == pytest.approx(AG * 1.2 * shape)
+
+
+def test_the_topographic_factor_multiplies_s_of_en_1998_1_too():
+    """EN 1998-5 Annex A: 1.4 on a ridge; S = 1.2 x 1.4 on ground B."""
+    assert of(replace(TYPE_1_B, topography=1.4)).peak_acceleration == pytest.approx(AG * 1.2 * 1.4)
 
 
 def test_constants_of_en_1998_1_tables_3_2_and_3_3():

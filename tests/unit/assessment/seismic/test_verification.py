@@ -31,7 +31,7 @@ def checked(settings, *, ends=20e-3, dropped=True, yields=4e-3, slip=0.0, share=
 def test_a_curve_shorter_than_150_per_cent_of_the_target_says_so():
     """d_t = 14.955 x 9/7 = 19.23 mm (docs/seismic.md): 28.8 mm are asked for, 20 mm are there."""
     (row,) = checked(SeismicSettings(1.4715, "NC", ground="B"))
-    said = "the curve ends at 20 mm, short of 150% of the target displacement, 28.8 mm (EN 1998-1 4.3.3.4.2.3)"
+    said = "the curve ends at 20.00 mm, short of 150% of the target displacement, 28.84 mm (EN 1998-1 4.3.3.4.2.3)"
     assert row["remarks"] == [said]
     assert row["safety_ratio"] == pytest.approx(1.035, abs=1e-3)
     (row,) = checked(SeismicSettings(1.4715, "NC", ground="B"), ends=30e-3)
@@ -105,7 +105,7 @@ def test_the_record_reads_as_notes_and_a_verdict():
     assert verdict(found) == "1 of 1 checks pass; least safety ratio 1.035 (N2, micro-FE, NC); 1 could not be made"
     assert verdict({"checks": found["checks"][:1]}) == "nothing could be verified; 1 could not be made"
     assert ratio({"safety_ratio": 2.0, "safety_ratio_without_e_star": 1.5}) == "2.000 (1.500)"
-    assert (in_its_unit(0.0123, "m"), in_its_unit(0.883, "m/s2")) == ("12.3 mm", "0.883 m/s²")
+    assert (in_its_unit(0.0123, "m"), in_its_unit(0.883, "m/s2")) == ("12.30 mm", "0.8830 m/s²")
     assert set(LABELS) == {"macro", "micro"}
 
 
