@@ -13,6 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.checked import accepted
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis.gravity import associative_optimum, refuse_what_falls
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
@@ -35,7 +36,7 @@ from orchestrator.limit_analysis.search.other_states import (
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.loads.block_loads import Loads, loads_on
-from orchestrator.masonry.block_properties import ELASTIC_MODULUS
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS, ElasticModulus
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
@@ -54,12 +55,13 @@ def analyse(
 
     elastic_modulus: of stones that have none of their own, Pa: only walls that move far before they fail depend on it.
     Without `loads` both are the weight of every block, the live load along +x. The wall is analysed in its standard
-    view: neither its numbering nor the side it is seen from matters. Raises CaseError when the wall
-    cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative program
-    cannot be solved. A non-associative answer that cannot be found is None, and `remarks` says why. Source:
+    view: neither its numbering nor the side it is seen from matters. Raises CaseError for a modulus of no stone, when
+    the wall cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative
+    program cannot be solved. A non-associative answer that cannot be found is None, and `remarks` says why. Source:
     docs/theory.md.
     """
     started = perf_counter()
+    elastic_modulus = accepted(ElasticModulus, elastic_modulus, "elastic_modulus")
     settings, loads = settings or LimitAnalysisSettings(), loads or loads_on(assemblage.wall)
     view = standard_view(assemblage, loads)
     equilibrium = assemble_equilibrium(view.assemblage, view.loads)

@@ -22,6 +22,7 @@ import numpy.typing as npt
 from annotated_types import Ge, Gt, Le, MinLen
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.rigid import cross
@@ -39,7 +40,7 @@ from orchestrator.masonry.wall import Wall
 
 
 @dataclass(frozen=True, slots=True)
-class LiveLoad:
+class LiveLoad(Checked):
     """Live load given per block, for distribution = "per_block"."""
 
     blocks: Annotated[tuple[int, ...], MinLen(1)]
@@ -53,7 +54,7 @@ Distribution = Literal["mass", "mass_height", "per_block"]
 
 
 @dataclass(frozen=True, slots=True)
-class LoadCase:
+class LoadCase(Checked):
     """One of several load cases of a wall; what is left out is that of [load]."""
 
     name: Annotated[str, MinLen(1)]
@@ -71,7 +72,7 @@ class LoadCase:
 
 
 @dataclass(frozen=True, slots=True)
-class LoadSettings:
+class LoadSettings(Checked):
     """Direction and distribution of the live load; extra dead loads; several load cases."""
 
     direction: Direction = "+x"

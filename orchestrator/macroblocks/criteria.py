@@ -26,6 +26,7 @@ import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.graphs import connected_groups
 from orchestrator.basis.units import Unit
@@ -50,7 +51,7 @@ TOLERANCES = ("tol_n", "tol_s", "tol_r", "tol_d")
 
 
 @dataclass(frozen=True, slots=True)
-class MacroblockSettings:
+class MacroblockSettings(Checked):
     """Tolerances of criteria (3) and (4); `inf` means no condition. Velocities are the mechanism's in `scale`."""
 
     choose: Literal["tolerances", "automatic"] = "automatic"

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.units import Unit
 from orchestrator.geometry.rigid import cross
 from orchestrator.masonry.wall import Wall
 
+ElasticModulus = Annotated[float, Ge(1e3), Le(1e15), Unit("Pa")]
 ELASTIC_MODULUS = 3.5e9
 """Young's modulus of stones of which nothing is known, Pa."""
 

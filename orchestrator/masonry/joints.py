@@ -11,6 +11,7 @@ import shapely
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
@@ -22,7 +23,7 @@ from orchestrator.masonry.wall import Wall
 
 
 @dataclass(frozen=True, slots=True)
-class JointClass:
+class JointClass(Checked):
     """Joints of one kind and what they can carry; a value that is left out stays as it was."""
 
     orientation: Literal["any", "bed", "head"] = "any"
@@ -51,7 +52,7 @@ class JointClass:
 
 
 @dataclass(frozen=True, slots=True)
-class JointSettings:
+class JointSettings(Checked):
     """How near two edges must lie to share a joint; what joints can carry besides the wall's friction."""
 
     tolerance: Annotated[float, Gt(0), Le(0.01), Unit("m")] = 1e-5

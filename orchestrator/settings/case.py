@@ -22,6 +22,7 @@ from orchestrator.assessment.seismic.control import named_point
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states, refuse_building
 from orchestrator.assessment.seismic.spectrum import spectrum_of
 from orchestrator.assessment.sensitivity import SensitivitySettings
+from orchestrator.basis.checked import Checked, checked, row_type
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis import LimitAnalysisSettings
@@ -45,7 +46,7 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings, New
 from orchestrator.pushover.solids.nodal_loads import refuse_upright
 from orchestrator.pushover.solids.tie_bars import refuse_rigid
 from orchestrator.settings.project import ProjectSettings
-from orchestrator.settings.sections import checked, row_type, settings_from
+from orchestrator.settings.sections import settings_from
 
 ModelName = Literal["macro", "micro"]
 LARGEST_FILE = 1_000_000
@@ -59,7 +60,7 @@ IMPORTED = (
 
 
 @dataclass(frozen=True, slots=True)
-class WallSettings:
+class WallSettings(Checked):
     """Where the blocks come from; the other values, where given, replace the block file's."""
 
     blocks: Annotated[str, MinLen(1)]
@@ -76,7 +77,7 @@ class WallSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class RunSettings:
+class RunSettings(Checked):
     """Which partitions the FE pushover is run on: macroblocks, every stone (micro), or both."""
 
     models: Annotated[tuple[ModelName, ...], MinLen(1)] = ("macro", "micro")

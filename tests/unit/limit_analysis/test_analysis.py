@@ -36,6 +36,12 @@ def test_overhang_of_less_than_half_a_block_stands():
     assert found.non_associative_range == pytest.approx((0.4, 0.4), abs=1e-8)
 
 
+@pytest.mark.parametrize("modulus", [-1.0, 0.0, np.nan, "soft"])
+def test_an_elastic_modulus_that_no_stone_has_is_refused(modulus):
+    with pytest.raises(CaseError, match=r"^elastic_modulus: "):
+        analyse(cantilever(0.4), elastic_modulus=modulus)
+
+
 def test_overhang_of_more_than_half_a_block_falls_and_is_named():
     with pytest.raises(CaseError) as refused:
         analyse(cantilever(0.6))
