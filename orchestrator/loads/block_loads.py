@@ -35,7 +35,7 @@ from orchestrator.loads.dead_loads import (
     refuse_dead_load,
     refuse_place,
 )
-from orchestrator.masonry.block_properties import block_centroids, block_weights
+from orchestrator.masonry.block_properties import block_centroids, block_weights, fingerprint_of_blocks
 from orchestrator.masonry.wall import Wall
 
 
@@ -144,15 +144,17 @@ class Loads:
     """Force (N) and moment about the centroid (N m, counter-clockwise) on each of n blocks, supports included.
 
     dead (n, 3): all dead load; live (n, 3): at a load multiplier of 1; direction (2,): unit vector of the live load.
+    blocks: which they are (`fingerprint_of_blocks`), "" where that is not known.
     """
 
     dead: FloatArray
     live: FloatArray
     direction: FloatArray
+    blocks: str = ""
 
     def of_blocks(self, which: npt.NDArray[np.bool_] | IntArray) -> Loads:
         """Return the loads on some of the blocks, or on all of them in another order."""
-        return replace(self, dead=read_only(self.dead[which]), live=read_only(self.live[which]))
+        return replace(self, dead=read_only(self.dead[which]), live=read_only(self.live[which]), blocks="")
 
 
 def horizontal(direction: FloatArray) -> FloatArray:
@@ -170,7 +172,19 @@ def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
         dead=read_only(_dead(wall, settings)),
         live=read_only(sideways + upwards),
         direction=read_only(settings.vector),
+        blocks=fingerprint_of_blocks(wall),
     )
+
+
+def refuse_other_loads(wall: Wall, loads: Loads) -> None:
+    """Raise CaseError for loads of another wall, and for such as are no finite numbers."""
+    shape = (len(wall.blocks), 3)
+    other = loads.dead.shape != shape or loads.live.shape != shape
+    if other or loads.blocks not in ("", fingerprint_of_blocks(wall)):
+        problem = "are not those of this wall: other blocks, or other weights of them"
+        raise CaseError("loads", problem, "make them by loads_on(assemblage.wall, load)")
+    if not (np.isfinite(loads.dead).all() and np.isfinite(loads.live).all()):
+        raise CaseError("loads", "are not finite", "give every block finite forces and moments")
 
 
 def live_loads(wall: Wall, settings: LoadSettings) -> Placed:

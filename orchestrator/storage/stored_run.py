@@ -11,8 +11,9 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import Partition, one_body_per_block
-from orchestrator.masonry.joints import Assemblage, find_joints
+from orchestrator.masonry.joints import Assemblage, find_joints, fingerprint_of_places, fingerprint_of_wall
 from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.ties import with_ties
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.settings import case as cases
@@ -55,8 +56,10 @@ def read_run(folder: str | PathLike[str]) -> StoredRun:
         name = read_blocks(case.block_file).name  # what the run drew it with: the case's, or the block file's own
         assemblage = find_joints(replace(cases.read_wall(case), name=name), case.joints)
         summary = storage.read_summary(folder)
-        analysis = storage.read_limit_analysis(folder)
+        tied = with_ties(assemblage, case.reinforcement.ties)
+        analysis = replace(storage.read_limit_analysis(folder), wall=fingerprint_of_wall(tied))
         partition = storage.read_macroblocks(folder, assemblage.wall)
+        partition = replace(partition, places=fingerprint_of_places(assemblage))
         models = tuple(_model(folder, pushed, assemblage, partition) for pushed in summary.pushover)
     except (OSError, KeyError, ValueError, TypeError) as error:
         problem = f"a file is missing, damaged or from another version ({type(error).__name__}: {error})"

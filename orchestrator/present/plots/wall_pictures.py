@@ -14,7 +14,7 @@ from orchestrator.basis.printed import marked
 from orchestrator.geometry.rigid import polygon_centroid, velocity_of_points
 from orchestrator.limit_analysis.paper.limit_state import LimitState, Mechanism
 from orchestrator.loads.dead_loads import DeadLoad
-from orchestrator.macroblocks.criteria import Partition
+from orchestrator.macroblocks.criteria import Partition, refuse_other_partition
 from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import Tie
@@ -185,7 +185,11 @@ def _draw_displaced(axes: Axes, wall: Wall, displaced: Sequence[FloatArray], loo
 
 
 def macroblocks(assemblage: Assemblage, partition: Partition) -> Figure:
-    """Draw the bodies in colours that differ between neighbours, their numbers, and the interfaces thick."""
+    """Draw the bodies in colours that differ between neighbours, their numbers, and the interfaces thick.
+
+    Raises CaseError for a partition of another wall.
+    """
+    refuse_other_partition(assemblage, partition)
     wall, body = assemblage.wall, partition.body_of_block
     remaining = np.setdiff1d(np.arange(assemblage.joints.count), partition.vanished_joints)
     polygons = [block.polygon for block in wall.blocks]
