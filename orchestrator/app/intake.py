@@ -91,7 +91,6 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
         except RefusedWallError as error:
             raise _drawn(error, error.wall, picture) from None
         try:
-            check_wall(wall)
             kept, before, more = _without_loose(wall, loose.loose)
             check_assemblage(find_joints(kept, JointSettings()))
         except CaseError as error:

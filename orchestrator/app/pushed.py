@@ -21,7 +21,7 @@ from orchestrator.app.broken_off import SolverSettings, located, place
 from orchestrator.app.progress import IncrementDone, Report
 from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.basis.arrays import read_only
-from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError, ResultError
+from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError, ResultError, refuse_other_kind
 from orchestrator.basis.parallel import this_rank
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.paper.limit_state import refuse_other_analysis
@@ -77,6 +77,7 @@ def push(
     no known law, ConvergenceError where there is no curve; a curve that breaks off or is not valid is returned with its
     `complaints`.
     """
+    refuse_other_kind("load", load, LoadSettings, "give `push` the LoadSettings that loads_on(wall, load) was given")
     load, elastic, contact = load or LoadSettings(), elastic or ElasticSettings(), contact or ContactSettings()
     _refuse_other_loads(assemblage, analysis, load)
     refuse_bonded_mortar(assemblage, contact.softening_displacement)

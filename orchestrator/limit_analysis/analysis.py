@@ -14,7 +14,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import accepted
-from orchestrator.basis.errors import ConvergenceError
+from orchestrator.basis.errors import ConvergenceError, refuse_other_kind
 from orchestrator.limit_analysis.gravity import associative_optimum, refuse_what_falls
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
@@ -55,12 +55,15 @@ def analyse(
 
     elastic_modulus: of stones that have none of their own, Pa: only walls that move far before they fail depend on it.
     Without `loads` both are the weight of every block, the live load along +x. The wall is analysed in its standard
-    view: neither its numbering nor the side it is seen from matters. Raises CaseError for loads of another wall or a
-    modulus of no stone, when the wall cannot stand under its dead load or no live load brings it down, ConvergenceError
-    when the associative program cannot be solved. A non-associative answer that cannot be found is None, and `remarks`
-    says why. Source: docs/theory.md.
+    view: neither its numbering nor the side it is seen from matters. Raises CaseError for arguments of another kind,
+    loads of another wall or a modulus of no stone, when the wall cannot stand under its dead load or no live load
+    brings it down, ConvergenceError when the associative program cannot be solved. A non-associative answer that cannot
+    be found is None, and `remarks` says why. Source: docs/theory.md.
     """
     started = perf_counter()
+    remedy = "write analyse(assemblage, settings, loads), or analyse(assemblage, loads=loads_on(assemblage.wall, load))"
+    refuse_other_kind("settings", settings, LimitAnalysisSettings, remedy)
+    refuse_other_kind("loads", loads, Loads, remedy)
     elastic_modulus = accepted(ElasticModulus, elastic_modulus, "elastic_modulus")
     settings, loads = settings or LimitAnalysisSettings(), loads or loads_on(assemblage.wall)
     refuse_other_loads(assemblage.wall, loads)

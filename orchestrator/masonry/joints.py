@@ -20,7 +20,7 @@ from orchestrator.geometry.healing import VISIBLE
 from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, PlanarMap, planar_map
 from orchestrator.masonry.block_properties import fingerprint_of_blocks, outlines_of, rounded_up, thinner
 from orchestrator.masonry.interfaces import STRENGTHS, Interfaces, straight_interfaces
-from orchestrator.masonry.wall import Wall
+from orchestrator.masonry.wall import Wall, check_wall
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +80,9 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
     """Return the assemblage of `wall`: every edge of its planar map that has a block on both sides is a joint.
 
     Joints are sorted by block i, block j and position along block i's outline; two supports have none. Raises CaseError
-    for blocks that lie on one another.
+    for what is no wall (`check_wall`).
     """
+    check_wall(wall, settings.tolerance)
     try:
         outlines = planar_map([block.polygon for block in wall.blocks], settings.tolerance)
     except OverlapError as error:

@@ -23,7 +23,7 @@ from orchestrator.assessment.seismic.settings import SeismicSettings, limit_stat
 from orchestrator.assessment.seismic.spectrum import spectrum_of
 from orchestrator.assessment.sensitivity import SensitivitySettings
 from orchestrator.basis.checked import Checked, checked, row_type
-from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.errors import CaseError, naming, refuse_other_kind
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis import LimitAnalysisSettings
 from orchestrator.loads import LoadSettings
@@ -138,6 +138,7 @@ def read_wall(case: Case) -> Wall:
 
     A block file that is the case keeps its own name. Raises CaseError.
     """
+    refuse_other_kind("case", case, Case, "write read_wall(read_case(path)), or read_blocks(path) of a block file")
     if case.file != case.block_file and not case.block_file.is_file():
         remedy = "give the path of a JSON block file, from the folder of the case file"
         what = "is a folder" if case.block_file.is_dir() else "no such file"

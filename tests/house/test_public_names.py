@@ -209,6 +209,11 @@ def test_a_partition_of_another_wall_is_refused(other):
             use(OTHERS[other], one_body_per_block(SLENDER))
 
 
+def test_push_says_which_loads_it_takes():
+    with pytest.raises(CaseError, match="load: Loads was given, LoadSettings is expected"):
+        push(SLENDER, analyse(SLENDER), one_body_per_block(SLENDER), loads_on(SLENDER.wall))
+
+
 def test_a_mechanism_of_another_wall_is_refused():
     with pytest.raises(CaseError, match="mechanism: has 2 blocks and 1 joints, the wall 3 and 2; give a mechanism of"):
         merged(OTHERS["higher"], analyse(SLENDER).headline.mechanism, MacroblockSettings())

@@ -151,6 +151,13 @@ def test_blocks_are_found_beside_the_case_file(tmp_path, monkeypatch):
         assert [b.polygon.tolist() for b in wall.blocks] == [b.polygon.tolist() for b in expected.blocks]
 
 
+def test_the_wall_of_a_path_is_asked_for_by_its_case():
+    with pytest.raises(
+        CaseError, match=r"case: PosixPath was given, Case is expected; write read_wall\(read_case\(path"
+    ):
+        cases.read_wall(WALL)
+
+
 def test_a_path_that_no_output_file_can_hold_is_refused():
     with pytest.raises(CaseError, match=r"caf.udce9\.json' is not UTF-8; rename it"):
         cases.read(Path("caf\udce9.json"))
