@@ -24,9 +24,10 @@ from orchestrator.present.tie_states import shown_ties
 from orchestrator.present.weights import load_words, weight_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
-from orchestrator.settings.case import Case, as_toml
+from orchestrator.settings.case import Case, as_record, as_toml
 from orchestrator.settings.inventory import class_words, load_sums
 from orchestrator.settings.project import Language
+from orchestrator.storage.files import plain
 from orchestrator.storage.stored_run import read_run
 
 if TYPE_CHECKING:
@@ -169,7 +170,10 @@ def write_summary(
     draw_curves(output / "figures", case.name, analysis, partition, curves, reasons, case.project.language)
     summary = storage.summarise(case.name, assemblage, analysis, partition, pushovers)
     summary = replace(
-        summary, seismic=write_verification(output, case, assemblage, analysis, partition, curves, pushovers)
+        summary,
+        seismic=write_verification(output, case, assemblage, analysis, partition, curves, pushovers),
+        settings=plain(as_record(case, "blocks.json")),
+        blocks_sha256=storage.hash_file(output / "blocks.json"),
     )
     storage.write_summary(output, summary)
     page.write_verdict(output, page.verdict_of(case, summary))
@@ -245,7 +249,7 @@ def draw_curves(
 def rebuild(run: Path) -> Path:
     """Draw all pictures of a finished run again, verify it again and write its report.html, from stored results alone.
 
-    Raises CaseError for a folder that holds no finished run.
+    Raises CaseError for a folder that holds no finished run, or another case than the one that was run.
     """
     stored = read_run(run)
     figures, wall, language = run / "figures", stored.assemblage.wall, stored.case.project.language

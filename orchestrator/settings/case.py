@@ -188,11 +188,17 @@ def refuse_seismic(case: Case) -> None:
             named_point(case.seismic, read_wall(case))
 
 
-def as_toml(case: Case, block_file: str) -> str:
-    """Return a case file that reads back as `case` with its blocks in `block_file`; all defaults filled in."""
-    record = checked(CaseFile).dump_python(case, exclude_none=True)
+def as_record(case: Case, block_file: str) -> dict[str, Any]:
+    """Return what a case file holds that reads back as `case` with its blocks in `block_file`; all defaults filled
+    in."""
+    record: dict[str, Any] = checked(CaseFile).dump_python(case, exclude_none=True)
     record["wall"]["blocks"] = block_file
-    return tomli_w.dumps(record)
+    return record
+
+
+def as_toml(case: Case, block_file: str) -> str:
+    """Return the case file with `as_record`."""
+    return tomli_w.dumps(as_record(case, block_file))
 
 
 def section_types() -> dict[str, type]:
