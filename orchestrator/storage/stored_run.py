@@ -19,7 +19,7 @@ from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.settings import case as cases
 from orchestrator.settings.case import Case
-from orchestrator.storage.files import hash_file, plain
+from orchestrator.storage.files import hash_file, missing, plain
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -69,9 +69,11 @@ def read_run(folder: str | PathLike[str]) -> StoredRun:
         partition = storage.read_macroblocks(folder, assemblage.wall)
         partition = replace(partition, places=fingerprint_of_places(assemblage))
         models = tuple(_model(folder, pushed, assemblage, partition) for pushed in summary.pushover)
+    except FileNotFoundError as error:
+        raise missing(Path(error.filename)) from None
     except (OSError, KeyError, ValueError, TypeError) as error:
-        problem = f"a file is missing, damaged or from another version ({type(error).__name__}: {error})"
-        raise CaseError("", problem, "finish the run with --resume, or run the case again", str(folder)) from error
+        problem = f"a file is damaged or from another version ({type(error).__name__}: {error})"
+        raise CaseError("", problem, "`run` the case with --resume, or run it anew", str(folder)) from error
     return StoredRun(folder, summary, case, assemblage, analysis, partition, models)
 
 

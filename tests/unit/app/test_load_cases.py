@@ -156,6 +156,17 @@ def test_a_report_of_edited_blocks_is_refused(alone, capsys):
     assert "blocks.json: is not what the run was made with; run it again" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("file", ["states.h5", "geometry.h5", "curve.csv", "../limit_analysis.json", "../blocks.json"])
+def test_a_report_says_which_file_is_missing(alone, capsys, file):
+    (model,) = {path.parent for path in alone.glob("*/states.h5")}
+    (model / file).unlink()
+    with undrawn():
+        assert main(["report", str(alone)]) == 2
+    said = capsys.readouterr().err
+    name = (model / file).resolve()
+    assert said.endswith(f"{name}: is missing from the folder of this run; copy it back, or run the case again\n")
+
+
 def test_project_and_seismic_may_change_before_a_report(alone):
     text = (alone / "case.toml").read_text()
     assert "[seismic]" in text
