@@ -237,6 +237,12 @@ def test_push_follows_the_curve_that_run_stores_and_read_run_reads(tmp_path):
     assert model.curve.control_displacement_m.tobytes() == pushed.curve.control_displacement_m.tobytes()
     assert len(told) == pushed.summary.steps == stored.summary.pushover[0].steps
     assert told[-1].fraction == pytest.approx(1.0, rel=1e-3)
+    shear = f"{1e-3 * pushed.curve.base_shear_N[-1]:.3f} kN"
+    said = rf"macro FE: increment {len(told)} displacement: 0\.50 mm, {shear} \(λ \d\.\d{{4}}\), \d+ iterations?"
+    assert re.fullmatch(said, str(told[-1])), str(told[-1])
+    assert re.fullmatch(
+        r"macro FE: increment 1 gravity: 0\.00 mm, 0\.000 kN \(λ 0\.0000\), \d+ iterations?", str(told[0])
+    )
     figure = plot_curves({"macroblocks": (model.curve, pushed.capacity)}, stored.analysis, "tower")
     said = [line.get_label() for line in figure.axes[0].lines]
     assert any(f"λ = {pushed.capacity.peak_multiplier:.4f}" in text for text in said)
