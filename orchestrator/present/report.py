@@ -222,6 +222,12 @@ def _refused(pushed: storage.PushoverSummary, capacity: Capacity, stopped: str) 
     return ""
 
 
+def model_labels(bodies: int) -> dict[str, str]:
+    """Return what the models are called in pictures of their curves; bodies: how many macroblocks there are."""
+    counted = "1 body" if bodies == 1 else f"{bodies} bodies"
+    return {"macro": f"macroblock FE ({counted})", "micro": "micro-FE (every stone)"}
+
+
 def draw_curves(
     figures: Path,
     name: str,
@@ -235,7 +241,7 @@ def draw_curves(
 
     reasons: why curves are not valid, written into the picture.
     """
-    labels = {"macro": f"macroblock FE ({partition.count} bodies)", "micro": "micro-FE (every stone)"}
+    labels = model_labels(partition.count)
     labelled = {labels[model]: curve for model, curve in curves.items()}
     plots.save(plots.curves(labelled, analysis, name, reasons), figures, "curves", language)
     simple = {label: (curve, page.bilinear_of(curve)) for label, (curve, _) in labelled.items()}

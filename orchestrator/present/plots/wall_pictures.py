@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from orchestrator.basis.arrays import FloatArray, IntArray
-from orchestrator.basis.printed import marked
+from orchestrator.basis.printed import counted, marked
 from orchestrator.geometry.rigid import polygon_centroid, velocity_of_points
 from orchestrator.limit_analysis.paper.limit_state import LimitState, Mechanism
 from orchestrator.loads.dead_loads import DeadLoad
@@ -193,7 +193,7 @@ def macroblocks(assemblage: Assemblage, partition: Partition) -> Figure:
     wall, body = assemblage.wall, partition.body_of_block
     remaining = np.setdiff1d(np.arange(assemblage.joints.count), partition.vanished_joints)
     polygons = [block.polygon for block in wall.blocks]
-    title = f"{partition.count} macroblocks, {len(remaining)} of {assemblage.joints.count} joints remain"
+    title = f"{counted(partition.count, 'macroblock')}, {len(remaining)} of {assemblage.joints.count} joints remain"
     figure, axes = wall_figure(np.vstack(polygons), title, wall.name)
     free = np.flatnonzero([not block.fixed for block in wall.blocks])
     colours = body_colours(assemblage, partition)
