@@ -203,6 +203,12 @@ def live_loads(wall: Wall, settings: LoadSettings) -> Placed:
     return replace(masses, size=moment_of_height * masses.size.sum() / moment_of_height.sum())
 
 
+def height_of_live_load(wall: Wall, settings: LoadSettings) -> float:
+    """Return the height y in m of the resultant of a live load. Raises CaseError."""
+    live = live_loads(wall, settings)
+    return float(np.average(live.point[:, 1], weights=live.size))
+
+
 def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
     """Raise CaseError for settings that contradict each other or name blocks that cannot be loaded."""
     if (settings.distribution == "per_block") != bool(settings.live):

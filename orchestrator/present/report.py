@@ -15,6 +15,7 @@ from orchestrator.assessment.seismic.observed import StoredPushover
 from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.basis.errors import naming
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
+from orchestrator.loads.block_loads import height_of_live_load
 from orchestrator.macroblocks.bodies import Bodies, make_bodies, materials_of
 from orchestrator.macroblocks.criteria import Partition, one_body_per_block
 from orchestrator.masonry.joints import Assemblage
@@ -78,7 +79,10 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
         weight += f", {analysis.share_lost:.1%} of it come loose before"
     live = load_words(case.load.distribution, analysis), weight
     state, ties = analysis.headline, case.reinforcement.ties
-    figure = plots.mechanism(assemblage, state, case.load.vector, *live, loose=loose, ties=ties, dead=case.load.dead)
+    height = height_of_live_load(assemblage.wall, case.load)
+    figure = plots.mechanism(
+        assemblage, state, case.load.vector, *live, loose=loose, ties=ties, dead=case.load.dead, height=height
+    )
     return plots.save(figure, figures, "mechanism", case.project.language)
 
 
