@@ -167,7 +167,7 @@ def _add_file_commands(commands: Any) -> None:
     )
     new.add_argument("name", metavar="NAME", help="name of the case; the file is NAME.toml")
     new.add_argument(
-        "--blocks", metavar="FILE", help="block file of the wall (default: a wall of two blocks is written)"
+        "--blocks", metavar="FILE", help="block file of the wall, from here (default: a wall of two blocks is written)"
     )
     new.add_argument("--all-keys", action="store_true", help="with every setting, its default and its meaning")
     new.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="where to (default: here)")

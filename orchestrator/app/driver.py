@@ -66,7 +66,6 @@ def check(case: Case) -> Assemblage:
     """Read the wall, find its joints, and refuse what cannot be analysed (CaseError)."""
     wall = read_wall(case)
     try:
-        check_wall(wall, case.joints.tolerance)
         assemblage = find_joints(wall, case.joints)
         if assemblage.wall is not wall:
             check_wall(assemblage.wall, case.joints.tolerance)

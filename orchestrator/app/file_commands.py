@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -64,8 +65,9 @@ def new(options: argparse.Namespace, console: Console) -> int:
     refuse_what_is_not_utf8(name, "NAME")
     if not name or Path(name).name != name or not name.isprintable():
         raise CaseError("NAME", f"{name!r} is not a name", "give a name without folder, as in new my_wall")
-    blocks, example = options.blocks or f"{name}.json", options.output / f"{name}.json"
-    refuse_what_is_not_utf8(blocks, "--blocks")
+    example = options.output / f"{name}.json"
+    refuse_what_is_not_utf8(options.blocks or "", "--blocks")
+    blocks = _from_folder(options.output, options.blocks) if options.blocks else example.name
     case_file = options.output / f"{name}.toml"
     for path in (case_file, *(() if options.blocks else (example,))):
         storage.try_file(path, options.force)
@@ -75,6 +77,11 @@ def new(options: argparse.Namespace, console: Console) -> int:
         storage.write_json(example, EXAMPLE | {"name": name})
     console.print(f"{case_file}; next: python -m orchestrator check {case_file}", soft_wrap=True, markup=False)
     return 0
+
+
+def _from_folder(folder: Path, file: str) -> str:
+    """Return the path of a file as a case in a folder has it, which is from there; an absolute one stays."""
+    return file if os.path.isabs(file) else os.path.relpath(file, os.path.realpath(folder))
 
 
 def export(options: argparse.Namespace, console: Console) -> int:

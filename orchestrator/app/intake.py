@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, get_type_hints
 
 from orchestrator.basis.arrays import IntArray
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.printed import few
 from orchestrator.basis.units import Unit
@@ -53,7 +54,7 @@ PIXELS_HEALED = 1.5
 
 
 @dataclass(frozen=True, slots=True)
-class LooseSettings:
+class LooseSettings(Checked):
     """What becomes of stones that hang in mortar only, and would fall out of dry joints."""
 
     loose: Literal["keep", "drop", "glue"] = "keep"
@@ -90,7 +91,6 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
         except RefusedWallError as error:
             raise _drawn(error, error.wall, picture) from None
         try:
-            check_wall(wall)
             kept, before, more = _without_loose(wall, loose.loose)
             check_assemblage(find_joints(kept, JointSettings()))
         except CaseError as error:

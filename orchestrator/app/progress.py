@@ -18,6 +18,9 @@ class IncrementDone:
     seconds: float
     fraction: float
 
+    def __str__(self) -> str:
+        return f"{self.model} FE: {self.increment}"
+
 
 @dataclass(frozen=True, slots=True)
 class StageDone:

@@ -21,9 +21,10 @@ from orchestrator.app.broken_off import SolverSettings, located, place
 from orchestrator.app.progress import IncrementDone, Report
 from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.basis.arrays import read_only
-from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError, ResultError
+from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError, ResultError, refuse_other_kind
 from orchestrator.basis.parallel import this_rank
 from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.limit_analysis.paper.limit_state import refuse_other_analysis
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import Partition
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
 
 SAME_LOAD = 1e-9
-"""part by which the live loads of limit analysis and of `push` may differ: rounding"""
+"""part by which the loads of limit analysis and of `push` may differ: rounding"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,9 +73,11 @@ def push(
     partition: macroblocks, or `one_body_per_block(assemblage)` for micro-FE. analysis: of the assemblage under the same
     loads; its associative multiplier is the measure of load increments. report: told every increment (progress.py).
     Settings left out have the default of the case file. All increments stay in memory until the curve ends. Raises
-    CaseError for loads other than those of the analysis and for joints of no known law, ConvergenceError where there is
-    no curve; a curve that breaks off or is not valid is returned with its `complaints`.
+    CaseError for an analysis or a partition of another wall, loads other than those of the analysis and for joints of
+    no known law, ConvergenceError where there is no curve; a curve that breaks off or is not valid is returned with its
+    `complaints`.
     """
+    refuse_other_kind("load", load, LoadSettings, "give `push` the LoadSettings that loads_on(wall, load) was given")
     load, elastic, contact = load or LoadSettings(), elastic or ElasticSettings(), contact or ContactSettings()
     _refuse_other_loads(assemblage, analysis, load)
     refuse_bonded_mortar(assemblage, contact.softening_displacement)
@@ -258,9 +261,11 @@ def _is_every_block(partition: Partition) -> bool:
 
 
 def _refuse_other_loads(assemblage: Assemblage, analysis: LimitAnalysis, load: LoadSettings) -> None:
-    """Raise CaseError for a limit analysis that was made under other loads."""
+    """Raise CaseError for a limit analysis of another wall, or one that was made under other loads."""
+    refuse_other_analysis(assemblage, analysis)
     free = [not block.fixed for block in assemblage.wall.blocks]
-    pushed, analysed = (loads.live[free, :2] for loads in (loads_on(assemblage.wall, load), analysis.loads))
+    both = loads_on(assemblage.wall, load), analysis.loads
+    pushed, analysed = (np.hstack([loads.dead[free, :2], loads.live[free, :2]]) for loads in both)
     if np.abs(pushed - analysed).sum() > SAME_LOAD * np.abs(pushed).sum():
         remedy = "give `analyse` the loads loads_on(wall, load), and `push` the same load"
         raise CaseError("load", "is not the load of this limit analysis", remedy)

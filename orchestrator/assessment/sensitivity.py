@@ -19,6 +19,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le, MaxLen
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 
@@ -38,7 +39,7 @@ ALIKE = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
-class SensitivitySettings:
+class SensitivitySettings(Checked):
     """The ranges of `sensitivity`, each [low, high]; what is left out stays as the case has it."""
 
     friction: Annotated[tuple[Annotated[float, Gt(0)], ...], MaxLen(2)] = ()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+
 import numpy as np
 import numpy.typing as npt
 
@@ -14,3 +16,11 @@ def read_only(values: npt.ArrayLike, dtype: npt.DTypeLike = np.float64) -> np.nd
     array = np.array(values, dtype=dtype)
     array.flags.writeable = False
     return array
+
+
+def fingerprint(*values: npt.ArrayLike) -> str:
+    """Return a text that only the same arrays have: to the last digit, and in the same order."""
+    total = hashlib.sha256()
+    for array in map(np.asarray, values):
+        total.update(repr((array.shape, array.dtype.str)).encode() + array.tobytes())
+    return total.hexdigest()

@@ -27,6 +27,12 @@ class CaseError(Exception):
         return self if self.file else CaseError(self.key, self.problem, self.remedy, file)
 
 
+def refuse_other_kind(argument: str, value: object, kind: type, remedy: str) -> None:
+    """Raise CaseError for an argument of a function that is of another kind than it takes; None is one left out."""
+    if value is not None and not isinstance(value, kind):
+        raise CaseError(argument, f"{type(value).__name__} was given, {kind.__name__} is expected", remedy)
+
+
 @contextmanager
 def naming(file: Path) -> Iterator[None]:
     """Let every CaseError raised inside name `file`, unless it names one already."""

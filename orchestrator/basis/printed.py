@@ -47,6 +47,11 @@ def millimetres(length: float) -> str:
     return f"{float(f'{1e3 * abs(length):.2g}'):g} mm"
 
 
+def percent_more(value: float, than: float) -> str:
+    """Return by how much a value is more (+) or less (-) than another, as in "+5.0%"; rounded to nothing +0.0%."""
+    return f"{round(100 * (value / than - 1.0), 1) + 0.0:+.1f}%"
+
+
 def marked(figure: Figure, value: float | None, closed: bool) -> str:
     """Return a figure as it is printed, in brackets where it is of a state that was not closed."""
     return printed(figure, value) if closed or value is None else f"({printed(figure, value)})"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +11,7 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.geometry.rigid import cross
-from orchestrator.geometry.ring_geometry import area_of, foot_on, kept_of_chain, rows_between
+from orchestrator.geometry.ring_geometry import area_of, foot_on, rows_between
 
 SAME_POINT = 1e-9
 """part of the wall's size (and 1e-14 of its coordinates) below which two points are the same"""
@@ -177,7 +176,7 @@ class Rings:
         """Join vertices, the nearest first; return the distances that were joined."""
         p, q, distance = self._corner_pairs(within)
         order = np.lexsort((q, p, distance))
-        return self._unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
+        return self.unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
 
     def join_folds(self, within: float) -> list[float]:
         """Join the ends of edges up to `within` (m) that two blocks have on one side: the end of an acute tip."""
@@ -187,9 +186,9 @@ class Rings:
         distance = np.linalg.norm(self.point[p] - self.point[q], axis=1)
         order = np.argsort(distance, kind="stable")
         order = order[distance[order] <= within]
-        return self._unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
+        return self.unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
 
-    def _unite(self, pairs: Iterable[tuple[int, int, float]], most: Sequence[float] | None = None) -> list[float]:
+    def unite(self, pairs: Iterable[tuple[int, int, float]], most: Sequence[float] | None = None) -> list[float]:
         """Make one vertex of each pair, in this order, where outlines stay simple; return the distances joined.
 
         most: no vertex gathers others from farther apart than so (m), for each pair; None: however far.
@@ -286,10 +285,11 @@ class Rings:
             points = self.point[self.vertex[ring.start : ring.stop]].tolist()
             between, last = rows_between(ring, points, sorted(rows))
             drop[[row for row in (*between, *rows) if row != last]] = True  # the last of them keeps its edge
-        self._drop(drop)
+        self.drop(drop)
 
-    def _drop(self, drop: npt.NDArray[np.bool_]) -> None:
-        keep = ~drop
+    def drop(self, rows: npt.NDArray[np.bool_]) -> None:
+        """Leave out some rows (rows,)."""
+        keep = ~rows
         self.vertex, self.block = self.vertex[keep], self.block[keep]
         self.line, self.width = self.line[keep], self.width[keep]
         self._link()
@@ -340,86 +340,6 @@ class Rings:
                 return step
             step = step.copy()
             step[np.union1d(self.vertex[folded], there[folded])] *= 0.5
-
-    def collapse(self, error: float, short: float) -> list[float]:
-        """Take short edges for points, the shortest first: those below `error` (m), over which outlines were joined,
-        and those between two blocks below `short` of the size of one of them. Return their lengths (m).
-
-        Short edges in a row are the chords of a curve: no point takes the place of more than such a length.
-        """
-        there = self.vertex[self.following]
-        length = np.linalg.norm(self.point[there] - self.point[self.vertex], axis=1)
-        begin = np.flatnonzero(np.diff(self.block, prepend=-1))
-        x, y = (self.point[self.vertex] - self.point[self.vertex[begin]][self.block]).T
-        doubled_area = np.add.reduceat(x * y[self.following] - x[self.following] * y, begin)
-        size = np.sqrt(0.5 * np.abs(doubled_area))[self.block]
-        key, reverse = self.keys()
-        between_two = np.isin(reverse, key)
-        most = np.where(between_two, np.maximum(error, short * size), error)
-        rows = np.flatnonzero(length < most)
-        rows = rows[np.argsort(-most[rows], kind="stable")]  # of the two blocks at an edge the larger one decides
-        p, q = np.minimum(self.vertex[rows], there[rows]), np.maximum(self.vertex[rows], there[rows])
-        pairs, index = np.unique(np.column_stack([p, q]), axis=0, return_index=True)
-        length, most = length[rows[index]], most[rows[index]]
-        order = np.lexsort((*pairs.T, length))
-        return self._unite(
-            ((*pair, apart) for pair, apart in zip(pairs[order].tolist(), length[order].tolist(), strict=True)),
-            most[order].tolist(),
-        )
-
-    def measure(self) -> None:
-        """Note for each row what lay between its drawn edge and the one beyond, m, at the middle of both."""
-        twin = self.twins()
-        middle = 0.5 * (self.point[self.vertex] + self.point[self.vertex[self.following]])
-        along = self.line_end[self.line] - self.line_start[self.line]
-        unit = along / np.linalg.norm(along, axis=1)[:, None]
-        foot = foot_on(middle, self.line_start[self.line], unit)
-        outward = np.column_stack([unit[:, 1], -unit[:, 0]])
-        width = np.sum(outward * (foot[twin] - foot), axis=1)
-        self.width = np.where((twin >= 0) & (np.abs(width) > self.rounding), width, 0.0)
-
-    def straighten(self, within: float, tolerance: float, bend: float) -> float:
-        """Drop the vertices of chains between the same two blocks that lie within `within` (m) of a straight line,
-        `tolerance` (m) where the drawing has curves (bend > 0) or edges of the chain collapsed, or all of them where it
-        bends by no more than `bend` of its length; where there is one block only, no more than `tolerance` from it.
-        Return the largest distance (m) over which the line between two blocks changed."""
-        key, reverse = self.keys()
-        size = len(self.point)
-        degree = np.bincount(np.unique(np.concatenate([key, reverse])) // size, minlength=size)
-        plain = degree == 2
-        twin = self.twins()
-        is_open = twin < 0
-        second = ~is_open & (self.block[twin] < self.block)  # the other block's chain, seen the other way round
-        drop, changed = np.zeros(size, bool), 0.0
-        for block in np.unique(self.block[plain[self.vertex]]).tolist():
-            rows = np.arange(*np.searchsorted(self.block, [block, block + 1]))
-            fixed = np.flatnonzero(~plain[self.vertex[rows]])
-            rows = np.roll(rows, -fixed[0] if len(fixed) else 0)
-            ends = np.append(np.flatnonzero(~plain[self.vertex[rows]]), len(rows)) if len(fixed) else [0, len(rows)]
-            for begin, end in pairwise(ends):
-                if end - begin > 1 and not second[rows[begin]]:
-                    chain = self.vertex[np.append(rows[begin:end], rows[end % len(rows)])]
-                    most = max(within, tolerance) if is_open[rows[begin]] else np.inf
-                    curved = bend > 0.0 or not np.isnan(self.low[chain, 0]).all()
-                    kept = kept_of_chain(self.point[chain], max(within, tolerance) if curved else within, bend, most)
-                    drop[chain[~kept]] = True
-                    if not is_open[rows[begin]] and not kept.all():
-                        straight = shapely.LineString(self.point[chain[kept]])
-                        changed = max(changed, shapely.distance(shapely.points(self.point[chain]), straight).max())
-        begins = np.append(np.flatnonzero(np.diff(self.block, prepend=-1)), len(self.block))
-        spoilt = True
-        while spoilt:  # what is given back to one block may be what another one lacked
-            spoilt = False
-            for ring in (np.arange(a, b) for a, b in pairwise(begins)):
-                gone = drop[self.vertex[ring]]
-                if not gone.any():
-                    continue
-                points, rest = (self.point[self.vertex[rows]].tolist() for rows in (ring, ring[~gone]))
-                if len(rest) < 3 or area_of(rest) < KEPT * area_of(points):
-                    drop[self.vertex[ring]] = False
-                    spoilt = True
-        self._drop(drop[self.vertex])
-        return float(changed)
 
 
 def _root(to: IntArray, vertex: int) -> int:

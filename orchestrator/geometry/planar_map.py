@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.geometry.outline_rings import Rings
+from orchestrator.geometry.tidied_rings import collapse, measure, straighten
 
 NO_BLOCK = -1
 """the block on the right of an edge that has none"""
@@ -94,7 +95,7 @@ def planar_map(
         if error <= rings.rounding and not short:
             break
         rings.place_on_lines()
-        collapsed += rings.collapse(error, short)
+        collapsed += collapse(rings, error, short)
         rings.place()
         rings.place_on_lines()
         if len(rings.distances(tolerance, reached)):
@@ -103,8 +104,8 @@ def planar_map(
         tips += [apart for apart in folds if apart > tolerance]
         if not folds:
             break
-    rings.measure()
-    straightened = rings.straighten(max(error, rings.rounding), tolerance, bend)
+    measure(rings)
+    straightened = straighten(rings, max(error, rings.rounding), tolerance, bend)
     return replace(_as_map(rings, error, straightened), tips=tuple(tips), collapsed=tuple(collapsed))
 
 

@@ -13,7 +13,8 @@ from time import perf_counter
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
-from orchestrator.basis.errors import ConvergenceError
+from orchestrator.basis.checked import accepted
+from orchestrator.basis.errors import ConvergenceError, refuse_other_kind
 from orchestrator.limit_analysis.gravity import associative_optimum, refuse_what_falls
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
@@ -34,9 +35,9 @@ from orchestrator.limit_analysis.search.other_states import (
 )
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
-from orchestrator.loads.block_loads import Loads, loads_on
-from orchestrator.masonry.block_properties import ELASTIC_MODULUS
-from orchestrator.masonry.joints import Assemblage
+from orchestrator.loads.block_loads import Loads, loads_on, refuse_other_loads
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS, ElasticModulus
+from orchestrator.masonry.joints import Assemblage, fingerprint_of_wall
 
 logger = logging.getLogger(__name__)
 
@@ -54,13 +55,18 @@ def analyse(
 
     elastic_modulus: of stones that have none of their own, Pa: only walls that move far before they fail depend on it.
     Without `loads` both are the weight of every block, the live load along +x. The wall is analysed in its standard
-    view: neither its numbering nor the side it is seen from matters. Raises CaseError when the wall
-    cannot stand under its dead load or no live load brings it down, ConvergenceError when the associative program
-    cannot be solved. A non-associative answer that cannot be found is None, and `remarks` says why. Source:
-    docs/theory.md.
+    view: neither its numbering nor the side it is seen from matters. Raises CaseError for arguments of another kind,
+    loads of another wall or a modulus of no stone, when the wall cannot stand under its dead load or no live load
+    brings it down, ConvergenceError when the associative program cannot be solved. A non-associative answer that cannot
+    be found is None, and `remarks` says why. Source: docs/theory.md.
     """
     started = perf_counter()
+    remedy = "write analyse(assemblage, settings, loads), or analyse(assemblage, loads=loads_on(assemblage.wall, load))"
+    refuse_other_kind("settings", settings, LimitAnalysisSettings, remedy)
+    refuse_other_kind("loads", loads, Loads, remedy)
+    elastic_modulus = accepted(ElasticModulus, elastic_modulus, "elastic_modulus")
     settings, loads = settings or LimitAnalysisSettings(), loads or loads_on(assemblage.wall)
+    refuse_other_loads(assemblage.wall, loads)
     view = standard_view(assemblage, loads)
     equilibrium = assemble_equilibrium(view.assemblage, view.loads)
     friction = coulomb(view.assemblage, equilibrium.dead_total)
@@ -71,7 +77,8 @@ def analyse(
     logger.info("associative multiplier %.4f; loading from gravity", optimum.load_multiplier)
     known = non_associative_of(problem, view.loads, optimum, settings)
     answer = answered(problem, optimum, known, loads, perf_counter() - started)
-    return view.carried_back(answer, assemble_equilibrium(assemblage, loads))
+    answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
+    return replace(answer, wall=fingerprint_of_wall(assemblage))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

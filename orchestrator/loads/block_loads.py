@@ -22,6 +22,7 @@ import numpy.typing as npt
 from annotated_types import Ge, Gt, Le, MinLen
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.rigid import cross
@@ -34,12 +35,12 @@ from orchestrator.loads.dead_loads import (
     refuse_dead_load,
     refuse_place,
 )
-from orchestrator.masonry.block_properties import block_centroids, block_weights
+from orchestrator.masonry.block_properties import block_centroids, block_weights, fingerprint_of_blocks
 from orchestrator.masonry.wall import Wall
 
 
 @dataclass(frozen=True, slots=True)
-class LiveLoad:
+class LiveLoad(Checked):
     """Live load given per block, for distribution = "per_block"."""
 
     blocks: Annotated[tuple[int, ...], MinLen(1)]
@@ -53,7 +54,7 @@ Distribution = Literal["mass", "mass_height", "per_block"]
 
 
 @dataclass(frozen=True, slots=True)
-class LoadCase:
+class LoadCase(Checked):
     """One of several load cases of a wall; what is left out is that of [load]."""
 
     name: Annotated[str, MinLen(1)]
@@ -71,7 +72,7 @@ class LoadCase:
 
 
 @dataclass(frozen=True, slots=True)
-class LoadSettings:
+class LoadSettings(Checked):
     """Direction and distribution of the live load; extra dead loads; several load cases."""
 
     direction: Direction = "+x"
@@ -143,15 +144,17 @@ class Loads:
     """Force (N) and moment about the centroid (N m, counter-clockwise) on each of n blocks, supports included.
 
     dead (n, 3): all dead load; live (n, 3): at a load multiplier of 1; direction (2,): unit vector of the live load.
+    blocks: which they are (`fingerprint_of_blocks`), "" where that is not known.
     """
 
     dead: FloatArray
     live: FloatArray
     direction: FloatArray
+    blocks: str = ""
 
     def of_blocks(self, which: npt.NDArray[np.bool_] | IntArray) -> Loads:
         """Return the loads on some of the blocks, or on all of them in another order."""
-        return replace(self, dead=read_only(self.dead[which]), live=read_only(self.live[which]))
+        return replace(self, dead=read_only(self.dead[which]), live=read_only(self.live[which]), blocks="")
 
 
 def horizontal(direction: FloatArray) -> FloatArray:
@@ -169,7 +172,19 @@ def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
         dead=read_only(_dead(wall, settings)),
         live=read_only(sideways + upwards),
         direction=read_only(settings.vector),
+        blocks=fingerprint_of_blocks(wall),
     )
+
+
+def refuse_other_loads(wall: Wall, loads: Loads) -> None:
+    """Raise CaseError for loads of another wall, and for such as are no finite numbers."""
+    shape = (len(wall.blocks), 3)
+    other = loads.dead.shape != shape or loads.live.shape != shape
+    if other or loads.blocks not in ("", fingerprint_of_blocks(wall)):
+        problem = "are not those of this wall: other blocks, or other weights of them"
+        raise CaseError("loads", problem, "make them by loads_on(assemblage.wall, load)")
+    if not (np.isfinite(loads.dead).all() and np.isfinite(loads.live).all()):
+        raise CaseError("loads", "are not finite", "give every block finite forces and moments")
 
 
 def live_loads(wall: Wall, settings: LoadSettings) -> Placed:
@@ -186,6 +201,12 @@ def live_loads(wall: Wall, settings: LoadSettings) -> Placed:
     free = np.vstack([b.polygon for b in wall.blocks if not b.fixed])
     moment_of_height = masses.size * (masses.point[:, 1] - free[:, 1].min())
     return replace(masses, size=moment_of_height * masses.size.sum() / moment_of_height.sum())
+
+
+def height_of_live_load(wall: Wall, settings: LoadSettings) -> float:
+    """Return the height y in m of the resultant of a live load. Raises CaseError."""
+    live = live_loads(wall, settings)
+    return float(np.average(live.point[:, 1], weights=live.size))
 
 
 def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:

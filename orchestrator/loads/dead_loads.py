@@ -17,6 +17,7 @@ import shapely
 from annotated_types import Gt
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.block_properties import block_centroids
@@ -34,7 +35,7 @@ Spread = Literal["volume", "top", "point"]
 
 
 @dataclass(frozen=True, slots=True)
-class DeadLoad:
+class DeadLoad(Checked):
     """Extra dead load on blocks, downwards: a force, or a line load on their tops (one of the two).
 
     The blocks are named, or those whose tops lie at a level: a floor that rests on a course."""

@@ -29,7 +29,7 @@ import numpy as np
 
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, Mechanism
-from orchestrator.limit_analysis.paper.limit_state import of_first_joints
+from orchestrator.limit_analysis.paper.limit_state import of_first_joints, refuse_other_analysis
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.search.loading import joints_left, part_of
 from orchestrator.limit_analysis.search.lower_states import POWER_LEFT, TwoPrograms, descent
@@ -69,7 +69,9 @@ def macroblocks_of(
     not the default; else, without criteria too, those that are `chosen` under the loads of the analysis.
 
     tied: with ties after the joints of `assemblage`, where the analysis has them: they hold bodies, and join none.
+    Raises CaseError for an analysis of another wall.
     """
+    refuse_other_analysis(tied or assemblage, analysis)
     criteria = criteria or MacroblockSettings()
     by_tolerances = any(getattr(criteria, name) != getattr(MacroblockSettings(), name) for name in TOLERANCES)
     if criteria.choose == "tolerances" or by_tolerances:

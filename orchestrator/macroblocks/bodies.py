@@ -19,7 +19,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.planar_map import NO_BLOCK, PlanarMap
 from orchestrator.geometry.rigid import cross, polygon_area
-from orchestrator.macroblocks.criteria import Partition
+from orchestrator.macroblocks.criteria import Partition, refuse_other_partition
 from orchestrator.masonry.block_properties import thinner
 from orchestrator.masonry.interfaces import STRENGTHS, Interfaces
 from orchestrator.masonry.joints import Assemblage
@@ -95,8 +95,10 @@ def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
 def make_bodies(assemblage: Assemblage, partition: Partition, forces: FloatArray | None = None) -> Bodies:
     """Return the outlines of all bodies and the joints that remain between them.
 
-    forces (joints, 3) in N: of a limit state (`LimitState.joint_forces`), which say where joints crush.
+    forces (joints, 3) in N: of a limit state (`LimitState.joint_forces`), which say where joints crush. Raises
+    CaseError for a partition of another wall.
     """
+    refuse_other_partition(assemblage, partition)
     body_i, body_j = (partition.body_of_block[side] for side in (assemblage.joints.i, assemblage.joints.j))
     joint = np.flatnonzero(body_i != body_j)
     outlines, edge = assemblage.outlines, assemblage.edge

@@ -26,13 +26,14 @@ import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.graphs import connected_groups
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis import Mechanism, centres_of_rotation
 from orchestrator.limit_analysis.paper.limit_state import Scale
 from orchestrator.masonry.block_properties import block_centroids
-from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.joints import Assemblage, fingerprint_of_places
 
 PROGRAM_NOISE = 1e-9
 """relative displacements below this part of the largest displacement are noise of the linear program"""
@@ -50,7 +51,7 @@ TOLERANCES = ("tol_n", "tol_s", "tol_r", "tol_d")
 
 
 @dataclass(frozen=True, slots=True)
-class MacroblockSettings:
+class MacroblockSettings(Checked):
     """Tolerances of criteria (3) and (4); `inf` means no condition. Velocities are the mechanism's in `scale`."""
 
     choose: Literal["tolerances", "automatic"] = "automatic"
@@ -78,7 +79,8 @@ class Partition:
     body_of_block (n,): moving bodies are numbered 0 ... count-1 in the order of their first block; supports follow,
     one body each (count, count+1, ...), never merged.
     vanished_joints (v,): joints inside a body; of these, `transitive_joints` exceed a tolerance themselves: their
-    blocks are joined through others. `tolerances` is None for partitions that come from no mechanism.
+    blocks are joined through others. `tolerances` is None for partitions that come from no mechanism. places: of which
+    blocks and joints it is (`fingerprint_of_places`), "" where that is not known.
     """
 
     body_of_block: IntArray
@@ -87,6 +89,15 @@ class Partition:
     transitive_joints: IntArray
     tolerances: MacroblockSettings | None
     remarks: tuple[str, ...] = ()
+    places: str = ""
+
+
+def refuse_other_partition(assemblage: Assemblage, partition: Partition) -> None:
+    """Raise CaseError for a partition of other blocks, or of others that meet, than those of the wall given."""
+    another = len(partition.body_of_block) != len(assemblage.wall.blocks)
+    if another or partition.places not in ("", fingerprint_of_places(assemblage)):
+        problem = "is not of this wall: other blocks, or other joints between them"
+        raise CaseError("partition", problem, "make it of the assemblage that is given, as by macroblocks_of")
 
 
 def stones_of(assemblage: Assemblage) -> int:
@@ -110,7 +121,15 @@ def partition_of(assemblage: Assemblage, group: IntArray) -> Partition:
 
 
 def merged(assemblage: Assemblage, mechanism: Mechanism, settings: MacroblockSettings) -> Partition:
-    """Return the partition by criteria (3) and (4). Raises CaseError for a tolerance below the mechanism's noise."""
+    """Return the partition by criteria (3) and (4).
+
+    Raises CaseError for a mechanism of another wall, and for a tolerance below the mechanism's noise.
+    """
+    size = len(assemblage.wall.blocks), assemblage.joints.count
+    if (len(mechanism.velocities), len(mechanism.opening)) != size:
+        problem = f"has {len(mechanism.velocities)} blocks and {len(mechanism.opening)} joints, the wall {size[0]} and"
+        remedy = "give a mechanism of this wall, as analyse(assemblage).headline.mechanism"
+        raise CaseError("mechanism", f"{problem} {size[1]}", remedy)
     scaled = mechanism.scaled(settings.scale)
     _refuse_noise(settings, scaled)
     within = _within_criterion_3(assemblage, scaled, settings) & _within_criterion_4(
@@ -179,6 +198,7 @@ def _partition(assemblage: Assemblage, within: npt.NDArray[np.bool_], settings: 
         transitive_joints=read_only(vanished[~within[vanished]], np.int64),
         tolerances=settings,
         remarks=_remarks(count, int(np.sum(~fixed)), int(np.sum(~within[vanished])), settings),
+        places=fingerprint_of_places(assemblage),
     )
 
 

@@ -12,6 +12,7 @@ from typing import Annotated
 
 from annotated_types import MinLen
 
+from orchestrator.basis.checked import Checked
 from orchestrator.limit_analysis import Mechanism
 from orchestrator.limit_analysis.paper.limit_state import Scale
 from orchestrator.macroblocks.criteria import CentreDistance, MacroblockSettings, Partition, RelativeTolerance, merged
@@ -19,7 +20,7 @@ from orchestrator.masonry.joints import Assemblage
 
 
 @dataclass(frozen=True, slots=True)
-class StudySettings:
+class StudySettings(Checked):
     """The grid of `study`; tol_s, tol_r and where they are evaluated are those of [macroblocks].
 
     The default is the paper's grid in the scale that fits its numbers: the mechanism as the linear program returns it,

@@ -8,6 +8,7 @@ from typing import Annotated
 
 from annotated_types import Ge, Gt, Lt, MinLen
 
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.wall import Wall
@@ -16,7 +17,7 @@ PROPERTIES = ("unit_weight", "thickness", "friction", "elastic_modulus", "poisso
 
 
 @dataclass(frozen=True, slots=True)
-class BlockClass:
+class BlockClass(Checked):
     """Blocks of one material (of the block file); a value that is left out stays the wall's, or that of [elastic]."""
 
     material: Annotated[str, MinLen(1)]

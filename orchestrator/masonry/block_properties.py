@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Le
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import FloatArray, IntArray, fingerprint
+from orchestrator.basis.units import Unit
 from orchestrator.geometry.rigid import cross
 from orchestrator.masonry.wall import Wall
 
+ElasticModulus = Annotated[float, Ge(1e3), Le(1e15), Unit("Pa")]
 ELASTIC_MODULUS = 3.5e9
 """Young's modulus of stones of which nothing is known, Pa."""
 
@@ -50,6 +54,13 @@ def outlines_of(wall: Wall) -> Outlines:
     following[first + counts - 1] = first
     corner = np.concatenate([block.polygon for block in wall.blocks])
     return Outlines(corner, np.repeat(np.arange(len(counts)), counts), following, first)
+
+
+def fingerprint_of_blocks(wall: Wall) -> str:
+    """Return a text that only blocks with the same ids, outlines, weights and supports have, in the same order."""
+    outlines, blocks = outlines_of(wall), wall.blocks
+    ids, fixed = [block.id for block in blocks], [block.fixed for block in blocks]
+    return fingerprint(ids, fixed, outlines.corner, outlines.first, block_weights(wall))
 
 
 def block_moduli(wall: Wall, elastic_modulus: float) -> FloatArray:

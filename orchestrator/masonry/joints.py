@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
@@ -10,19 +11,20 @@ import numpy.typing as npt
 import shapely
 from annotated_types import Ge, Gt, Le
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import FloatArray, IntArray, fingerprint, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import VISIBLE
 from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, PlanarMap, planar_map
-from orchestrator.masonry.block_properties import rounded_up, thinner
-from orchestrator.masonry.interfaces import Interfaces, straight_interfaces
-from orchestrator.masonry.wall import Wall
+from orchestrator.masonry.block_properties import fingerprint_of_blocks, outlines_of, rounded_up, thinner
+from orchestrator.masonry.interfaces import STRENGTHS, Interfaces, straight_interfaces
+from orchestrator.masonry.wall import Wall, check_wall
 
 
 @dataclass(frozen=True, slots=True)
-class JointClass:
+class JointClass(Checked):
     """Joints of one kind and what they can carry; a value that is left out stays as it was."""
 
     orientation: Literal["any", "bed", "head"] = "any"
@@ -51,7 +53,7 @@ class JointClass:
 
 
 @dataclass(frozen=True, slots=True)
-class JointSettings:
+class JointSettings(Checked):
     """How near two edges must lie to share a joint; what joints can carry besides the wall's friction."""
 
     tolerance: Annotated[float, Gt(0), Le(0.01), Unit("m")] = 1e-5
@@ -78,8 +80,9 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
     """Return the assemblage of `wall`: every edge of its planar map that has a block on both sides is a joint.
 
     Joints are sorted by block i, block j and position along block i's outline; two supports have none. Raises CaseError
-    for blocks that lie on one another.
+    for what is no wall (`check_wall`).
     """
+    check_wall(wall, settings.tolerance)
     try:
         outlines = planar_map([block.polygon for block in wall.blocks], settings.tolerance)
     except OverlapError as error:
@@ -177,6 +180,25 @@ def _stiffness(
         problem = f"the thickness of {np.count_nonzero(unknown)} of {np.count_nonzero(fits)} joints is not known"
         raise CaseError(f"{key}.mortar_thickness", problem, 'give it, as in "10 mm"')
     return np.divide(modulus, thickness, out=np.full(len(thickness), np.inf), where=fits)
+
+
+@lru_cache(maxsize=4)
+def fingerprint_of_wall(assemblage: Assemblage) -> str:
+    """Return a text that only walls with the same blocks (`fingerprint_of_blocks`) and joints have, friction, strengths
+    and stiffness of the joints too."""
+    joints = assemblage.joints
+    has = (getattr(joints, name) for name in STRENGTHS)
+    return fingerprint(
+        [fingerprint_of_blocks(assemblage.wall)], joints.i, joints.j, joints.point, joints.area, joints.friction, *has
+    )
+
+
+@lru_cache(maxsize=4)
+def fingerprint_of_places(assemblage: Assemblage) -> str:
+    """Return a text that only walls with the same ids and outlines of blocks, and joints of the same ones, have."""
+    outlines = outlines_of(assemblage.wall)
+    ids = [block.id for block in assemblage.wall.blocks]
+    return fingerprint(ids, outlines.corner, outlines.first, assemblage.joints.i, assemblage.joints.j)
 
 
 def blocks_without_support(assemblage: Assemblage) -> IntArray:

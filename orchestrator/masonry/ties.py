@@ -19,6 +19,7 @@ import shapely
 from annotated_types import Ge, Gt, MinLen
 
 from orchestrator.basis.arrays import IntArray
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.block_properties import block_areas, thinner
@@ -36,7 +37,7 @@ ON_OUTLINE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Tie:
+class Tie(Checked):
     """A bar between points of two blocks, or of one and an anchor that does not move; it weighs nothing."""
 
     blocks: Annotated[tuple[int, ...], MinLen(1)]
@@ -56,7 +57,7 @@ class Tie:
 
 
 @dataclass(frozen=True, slots=True)
-class TieSettings:
+class TieSettings(Checked):
     """Ties and anchors, for limit analysis and the FE pushover."""
 
     ties: tuple[Tie, ...] = ()

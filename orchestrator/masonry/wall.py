@@ -91,6 +91,9 @@ def check_blocks(wall: Wall, tolerance: float) -> None:
     simple, area, length = (of(outlines).tolist() for of in (shapely.is_valid, shapely.area, shapely.length))
     for block, of_block in zip(wall.blocks, zip(simple, area, length, strict=True), strict=True):
         _check_block(block, *of_block, tolerance)
+    for block, forward in zip(wall.blocks, shapely.is_ccw(shapely.get_exterior_ring(outlines)), strict=True):
+        if not forward:
+            raise CaseError(f"block {block.id}", "its polygon runs clockwise", "list its corners the other way round")
     if not any(block.fixed for block in wall.blocks):
         raise CaseError("blocks", "no block is a support", 'mark the ground as a block with "fixed": true')
     if all(block.fixed for block in wall.blocks):
@@ -112,6 +115,10 @@ def _refuse_doubled_ids(wall: Wall) -> None:
 
 def _check_place(block: Block) -> None:
     key = f"block {block.id}"
+    if not isinstance(block.polygon, np.ndarray) or block.polygon.ndim != 2 or block.polygon.shape[1] != 2:
+        raise CaseError(key, "its polygon is no array (n, 2)", "give x and y of every corner, in m")
+    if len(block.polygon) < 3:
+        raise CaseError(key, f"its polygon has {len(block.polygon)} corners", "give at least three")
     if not np.isfinite(block.polygon).all():
         raise CaseError(key, "a coordinate is not a finite number", "give finite coordinates")
     if np.abs(block.polygon).max() > LARGEST_COORDINATE:
@@ -129,8 +136,12 @@ def _check_block(block: Block, simple: bool, area: float, length: float, toleran
     if area <= tolerance * length:
         problem = f"its polygon is thinner than {2 * tolerance:g} m, twice the tolerance of the joints"
         raise CaseError(key, problem, "correct it, or lower joints.tolerance")
-    if not 0 < block.unit_weight < np.inf:
-        raise CaseError(key, f"unit_weight {block.unit_weight:g} is not a positive number", "give a value above 0")
+    for name in ("unit_weight", "thickness", "friction", "elastic_modulus"):
+        value = getattr(block, name)
+        if value is not None and not 0 < value < np.inf:
+            raise CaseError(key, f"{name} {value:g} is not a positive number", "give a value above 0")
+    if block.poisson_ratio is not None and not 0 <= block.poisson_ratio < 0.5:
+        raise CaseError(key, f"poisson_ratio {block.poisson_ratio:g} is not from 0 to below 0.5", "correct it")
     _refuse_extreme(key, block.unit_weight)
 
 

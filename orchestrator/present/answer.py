@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from orchestrator.assessment.sensitivity import ALIKE
-from orchestrator.basis.printed import printed
+from orchestrator.basis.printed import percent_more, printed
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.space.analysis import SpaceAnalysis
 from orchestrator.storage import Summary
@@ -86,8 +86,9 @@ def answer_of_run(summary: Summary) -> str:
     if "macro" in valid and pushed.model == "micro":
         approximate = valid["macro"]
         if approximate.peak_reached and pushed.peak_reached:
-            off = f", {approximate.peak_base_shear / pushed.peak_base_shear - 1.0:+.1%}"
+            off = f", {percent_more(approximate.peak_base_shear, pushed.peak_base_shear)}"
         text += f"; macroblocks ({printed('force', approximate.peak_base_shear)} kN{off}) are its fast approximation"
     limit = summary.limit_analysis.multiplier
-    off = f" ({limit / pushed.peak_multiplier - 1.0:+.1%})" if pushed.peak_reached and pushed.peak_multiplier else ""
+    known = pushed.peak_reached and pushed.peak_multiplier
+    off = f" ({percent_more(limit, pushed.peak_multiplier)})" if known else ""
     return f"{text}; limit analysis{off} takes the stones as rigid and displacements as small."

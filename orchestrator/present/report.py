@@ -15,6 +15,7 @@ from orchestrator.assessment.seismic.observed import StoredPushover
 from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.basis.errors import naming
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
+from orchestrator.loads.block_loads import height_of_live_load
 from orchestrator.macroblocks.bodies import Bodies, make_bodies, materials_of
 from orchestrator.macroblocks.criteria import Partition, one_body_per_block
 from orchestrator.masonry.joints import Assemblage
@@ -24,9 +25,10 @@ from orchestrator.present.tie_states import shown_ties
 from orchestrator.present.weights import load_words, weight_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
-from orchestrator.settings.case import Case, as_toml
+from orchestrator.settings.case import Case, as_record, as_toml
 from orchestrator.settings.inventory import class_words, load_sums
 from orchestrator.settings.project import Language
+from orchestrator.storage.files import plain
 from orchestrator.storage.stored_run import read_run
 
 if TYPE_CHECKING:
@@ -77,7 +79,10 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
         weight += f", {analysis.share_lost:.1%} of it come loose before"
     live = load_words(case.load.distribution, analysis), weight
     state, ties = analysis.headline, case.reinforcement.ties
-    figure = plots.mechanism(assemblage, state, case.load.vector, *live, loose=loose, ties=ties, dead=case.load.dead)
+    height = height_of_live_load(assemblage.wall, case.load)
+    figure = plots.mechanism(
+        assemblage, state, case.load.vector, *live, loose=loose, ties=ties, dead=case.load.dead, height=height
+    )
     return plots.save(figure, figures, "mechanism", case.project.language)
 
 
@@ -169,7 +174,10 @@ def write_summary(
     draw_curves(output / "figures", case.name, analysis, partition, curves, reasons, case.project.language)
     summary = storage.summarise(case.name, assemblage, analysis, partition, pushovers)
     summary = replace(
-        summary, seismic=write_verification(output, case, assemblage, analysis, partition, curves, pushovers)
+        summary,
+        seismic=write_verification(output, case, assemblage, analysis, partition, curves, pushovers),
+        settings=plain(as_record(case, "blocks.json")),
+        blocks_sha256=storage.hash_file(output / "blocks.json"),
     )
     storage.write_summary(output, summary)
     page.write_verdict(output, page.verdict_of(case, summary))
@@ -219,6 +227,12 @@ def _refused(pushed: storage.PushoverSummary, capacity: Capacity, stopped: str) 
     return ""
 
 
+def model_labels(bodies: int) -> dict[str, str]:
+    """Return what the models are called in pictures of their curves; bodies: how many macroblocks there are."""
+    counted = "1 body" if bodies == 1 else f"{bodies} bodies"
+    return {"macro": f"macroblock FE ({counted})", "micro": "micro-FE (every stone)"}
+
+
 def draw_curves(
     figures: Path,
     name: str,
@@ -232,7 +246,7 @@ def draw_curves(
 
     reasons: why curves are not valid, written into the picture.
     """
-    labels = {"macro": f"macroblock FE ({partition.count} bodies)", "micro": "micro-FE (every stone)"}
+    labels = model_labels(partition.count)
     labelled = {labels[model]: curve for model, curve in curves.items()}
     plots.save(plots.curves(labelled, analysis, name, reasons), figures, "curves", language)
     simple = {label: (curve, page.bilinear_of(curve)) for label, (curve, _) in labelled.items()}
@@ -246,7 +260,7 @@ def draw_curves(
 def rebuild(run: Path) -> Path:
     """Draw all pictures of a finished run again, verify it again and write its report.html, from stored results alone.
 
-    Raises CaseError for a folder that holds no finished run.
+    Raises CaseError for a folder that holds no finished run, or another case than the one that was run.
     """
     stored = read_run(run)
     figures, wall, language = run / "figures", stored.assemblage.wall, stored.case.project.language

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, ratio
 from orchestrator.assessment.sensitivity import value_of_range
-from orchestrator.basis.printed import Figure, marked, printed
+from orchestrator.basis.printed import Figure, counted, marked, printed
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import Partition
@@ -72,7 +72,7 @@ def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
 
 def bodies_table(wall: Wall, partition: Partition, bodies: Bodies) -> Table:
     """Return the macroblocks with the ids of their blocks, and their areas."""
-    title = f"{partition.count} macroblocks, {len(bodies.joint)} joints between them"
+    title = f"{counted(partition.count, 'macroblock')}, {counted(len(bodies.joint), 'joint')} between them"
     table = Table(box=SIMPLE_HEAD, padding=0, title=title)
     for column in ("body", "blocks", "area m2"):
         table.add_column(column, justify="right")

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.printed import counted
 
 BodyMask = npt.NDArray[np.bool_]
 Phase = Literal["gravity", "load", "displacement"]
@@ -98,6 +99,11 @@ class Increment:
     iterations: int
     step: tuple[float, ...]
     attempts: tuple[Attempt, ...] = ()
+
+    def __str__(self) -> str:
+        moved, shear = (round(1e3 * self.control_displacement, 2) + 0.0, round(1e-3 * self.base_shear, 3) + 0.0)
+        bears = f"{shear:.3f} kN (λ {self.load_multiplier:.4f})"
+        return f"increment {self.number} {self.phase}: {moved:.2f} mm, {bears}, {counted(self.iterations, 'iteration')}"
 
     @property
     def all_iterations(self) -> int:

@@ -20,6 +20,7 @@ from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.atomic_files import replacing, sealed, unsealed, write_bytes
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.units import Unit
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.pushover.toes import element_ends
@@ -28,7 +29,7 @@ logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class MeshSettings:
+class MeshSettings(Checked):
     """Element size in the wall's plane and number of element layers through the thickness."""
 
     size: Annotated[float, Gt(0), Unit("m")] = 0.2

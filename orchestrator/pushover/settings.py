@@ -7,15 +7,16 @@ from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
 
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.block_properties import ELASTIC_MODULUS
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS, ElasticModulus
 
 
 @dataclass(frozen=True, slots=True)
-class ElasticSettings:
+class ElasticSettings(Checked):
     """Isotropic linear elasticity of every stone."""
 
-    elastic_modulus: Annotated[float, Ge(1e3), Le(1e15), Unit("Pa")] = ELASTIC_MODULUS
+    elastic_modulus: ElasticModulus = ELASTIC_MODULUS
     """Young's modulus of the stones; joints add what their stiffness (joints.classes) and contact.slip_tolerance say"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
     """lateral contraction over axial strain"""
@@ -24,7 +25,7 @@ class ElasticSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class ContactSettings:
+class ContactSettings(Checked):
     """Friction is a penalty that reaches Coulomb's limit at an elastic slip of `slip_tolerance`.
 
     The peak does not feel it, the initial stiffness does: every joint is as soft as tolerance over friction x force.
@@ -41,7 +42,7 @@ class ContactSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class NewtonSettings:
+class NewtonSettings(Checked):
     """When an increment is solved, and when it is given up."""
 
     residual: Annotated[float, Gt(0), Lt(1e-3)] = 1e-8
@@ -57,7 +58,7 @@ class NewtonSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class SteppingSettings:
+class SteppingSettings(Checked):
     """Gravity, load control, displacement control: how the load path is followed."""
 
     gravity_increments: Annotated[int, Ge(1), Le(1000)] = 5

@@ -22,7 +22,8 @@ from orchestrator.assessment.seismic.control import named_point
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states, refuse_building
 from orchestrator.assessment.seismic.spectrum import spectrum_of
 from orchestrator.assessment.sensitivity import SensitivitySettings
-from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.checked import Checked, checked, row_type
+from orchestrator.basis.errors import CaseError, naming, refuse_other_kind
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis import LimitAnalysisSettings
 from orchestrator.loads import LoadSettings
@@ -45,7 +46,7 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings, New
 from orchestrator.pushover.solids.nodal_loads import refuse_upright
 from orchestrator.pushover.solids.tie_bars import refuse_rigid
 from orchestrator.settings.project import ProjectSettings
-from orchestrator.settings.sections import checked, row_type, settings_from
+from orchestrator.settings.sections import settings_from
 
 ModelName = Literal["macro", "micro"]
 LARGEST_FILE = 1_000_000
@@ -59,7 +60,7 @@ IMPORTED = (
 
 
 @dataclass(frozen=True, slots=True)
-class WallSettings:
+class WallSettings(Checked):
     """Where the blocks come from; the other values, where given, replace the block file's."""
 
     blocks: Annotated[str, MinLen(1)]
@@ -76,7 +77,7 @@ class WallSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class RunSettings:
+class RunSettings(Checked):
     """Which partitions the FE pushover is run on: macroblocks, every stone (micro), or both."""
 
     models: Annotated[tuple[ModelName, ...], MinLen(1)] = ("macro", "micro")
@@ -137,6 +138,7 @@ def read_wall(case: Case) -> Wall:
 
     A block file that is the case keeps its own name. Raises CaseError.
     """
+    refuse_other_kind("case", case, Case, "write read_wall(read_case(path)), or read_blocks(path) of a block file")
     if case.file != case.block_file and not case.block_file.is_file():
         remedy = "give the path of a JSON block file, from the folder of the case file"
         what = "is a folder" if case.block_file.is_dir() else "no such file"
@@ -188,11 +190,17 @@ def refuse_seismic(case: Case) -> None:
             named_point(case.seismic, read_wall(case))
 
 
-def as_toml(case: Case, block_file: str) -> str:
-    """Return a case file that reads back as `case` with its blocks in `block_file`; all defaults filled in."""
-    record = checked(CaseFile).dump_python(case, exclude_none=True)
+def as_record(case: Case, block_file: str) -> dict[str, Any]:
+    """Return what a case file holds that reads back as `case` with its blocks in `block_file`; all defaults filled
+    in."""
+    record: dict[str, Any] = checked(CaseFile).dump_python(case, exclude_none=True)
     record["wall"]["blocks"] = block_file
-    return tomli_w.dumps(record)
+    return record
+
+
+def as_toml(case: Case, block_file: str) -> str:
+    """Return the case file with `as_record`."""
+    return tomli_w.dumps(as_record(case, block_file))
 
 
 def section_types() -> dict[str, type]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from orchestrator.basis.checked import Checked
+
 Language = Literal["en", "it", "pt"]
 
 
 @dataclass(frozen=True, slots=True)
-class ProjectSettings:
+class ProjectSettings(Checked):
     """Project data on top of the report; what is left out is not shown. The wall's name is that of the case."""
 
     client: str = ""

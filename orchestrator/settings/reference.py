@@ -10,9 +10,9 @@ from dataclasses import MISSING, Field, dataclass, fields, replace
 from functools import cache
 from typing import Any
 
+from orchestrator.basis.checked import checked
 from orchestrator.basis.units import quantity
 from orchestrator.settings import case as cases
-from orchestrator.settings.sections import checked
 
 REQUIRED = "required"
 USUAL = {

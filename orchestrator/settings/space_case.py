@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from annotated_types import Gt
 
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
@@ -36,7 +37,7 @@ STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength")
 
 
 @dataclass(frozen=True, slots=True)
-class Replaced:
+class Replaced(Checked):
     """What a case file may change in its block file."""
 
     friction: Annotated[float, Gt(0)] | None = None

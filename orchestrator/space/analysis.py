@@ -17,6 +17,7 @@ import numpy as np
 from annotated_types import Gt
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis.paper.linear_program import InfeasibleError, UnboundedError
@@ -52,7 +53,7 @@ PUSHES = ("elastic joints", "elastic joints, equal springs")
 
 
 @dataclass(frozen=True, slots=True)
-class SpaceLimitSettings:
+class SpaceLimitSettings(Checked):
     """What the limit analysis of a wall in space does."""
 
     torsion: Torsion = "corners"

@@ -18,6 +18,7 @@ import shapely
 from annotated_types import Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.polyhedra import area_vector, face_normals, tangents_of
 from orchestrator.geometry.rigid import cross
@@ -37,7 +38,7 @@ NOTHING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class FaceContactSettings:
+class FaceContactSettings(Checked):
     """How near faces must be to touch, and what is too small to be a joint; both relative to the stones."""
 
     gap: Annotated[float, Gt(0), Le(0.1)] = 1e-3

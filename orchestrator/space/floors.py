@@ -17,6 +17,7 @@ import shapely
 from annotated_types import Gt, MinLen
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import Polyhedron, prism, volume_of
@@ -28,7 +29,7 @@ CUT_VOLUME_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Floor:
+class Floor(Checked):
     """A slab or a beam."""
 
     level: Annotated[float, Unit("m")]
@@ -46,7 +47,7 @@ class Floor:
 
 
 @dataclass(frozen=True, slots=True)
-class FloorSettings:
+class FloorSettings(Checked):
     """The floors of a wall."""
 
     floors: tuple[Floor, ...] = ()

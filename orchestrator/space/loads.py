@@ -16,6 +16,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import face_normals
@@ -28,7 +29,7 @@ Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class SpaceDeadLoad:
+class SpaceDeadLoad(Checked):
     """Extra dead load on blocks: a force on each, or a line load along their tops (one of the two).
 
     The blocks are named, or those whose tops lie at a level: a floor that rests on a course."""
@@ -48,7 +49,7 @@ class SpaceDeadLoad:
 
 
 @dataclass(frozen=True, slots=True)
-class SpaceLoadSettings:
+class SpaceLoadSettings(Checked):
     """Direction and distribution of the live load in space; extra dead loads."""
 
     direction: str | tuple[float, ...] = "+x"

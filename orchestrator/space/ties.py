@@ -15,6 +15,7 @@ import numpy as np
 from annotated_types import Gt, MinLen
 
 from orchestrator.basis.arrays import read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import tangents_of
@@ -23,7 +24,7 @@ from orchestrator.space.contacts import SpaceAssemblage
 
 
 @dataclass(frozen=True, slots=True)
-class Tie:
+class Tie(Checked):
     """A bar between two points of two blocks; it weighs nothing."""
 
     blocks: Annotated[tuple[int, ...], MinLen(2)]
@@ -37,7 +38,7 @@ class Tie:
 
 
 @dataclass(frozen=True, slots=True)
-class TieSettings:
+class TieSettings(Checked):
     """The ties of a wall."""
 
     ties: tuple[Tie, ...] = ()

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from orchestrator.basis.atomic_files import write_bytes
+from orchestrator.basis.errors import CaseError
 from orchestrator.basis.program import program
 
 DISTRIBUTIONS = {
@@ -79,6 +80,11 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not isfinite(value):
         return None
     return value
+
+
+def missing(path: Path) -> CaseError:
+    """Return what is said of a file that a run has written and that is not there."""
+    return CaseError("", "is missing from the folder of this run", "copy it back, or run the case again", str(path))
 
 
 def hash_file(path: Path) -> str:

@@ -13,6 +13,7 @@ from orchestrator.basis.arrays import IntArray, read_only
 from orchestrator.basis.atomic_files import replacing, require_seal, seal
 from orchestrator.basis.errors import CaseError
 from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.storage.files import missing
 from orchestrator.storage.hdf5 import hdf5_file
 from orchestrator.storage.stored_increments import IN_MEMORY, StateStore
 
@@ -44,6 +45,8 @@ def write_geometry(store: StateStore, meshes: BodyMeshes, contacts: ContactPlace
 def read_geometry(folder: Path) -> tuple[StateStore, BodyMeshes, ContactPlaces]:
     """Return the stored increments of a model's folder, its meshes and its contacts. Raises CaseError."""
     path = folder / GEOMETRY_FILE
+    if not path.exists():
+        raise missing(path)
     try:
         require_seal(path)
         with hdf5_file(path, "r") as file:
@@ -51,8 +54,10 @@ def read_geometry(folder: Path) -> tuple[StateStore, BodyMeshes, ContactPlaces]:
             meshes = {field.name: file[f"meshes/{field.name}"][()] for field in fields(BodyMeshes)}
             contacts = {field.name: file[f"contacts/{field.name}"][()] for field in fields(ContactPlaces)}
     except (OSError, KeyError, ValueError) as error:
-        problem = "is missing, damaged or from another version"
-        raise CaseError("", problem, "finish the run with --resume, or run the case again", str(path)) from error
+        problem = "cannot be read (damaged, or written by another version)"
+        raise CaseError(
+            "", problem, "delete it and `run` the case with --resume, or run the case anew", str(path)
+        ) from error
     return store, _mesh_of(meshes), ContactPlaces(**{n: read_only(v, v.dtype) for n, v in contacts.items()})
 
 

@@ -36,6 +36,7 @@ from orchestrator.basis.atomic_files import (
 )
 from orchestrator.basis.errors import CaseError
 from orchestrator.pushover.increments import Attempt, Increment
+from orchestrator.storage.files import missing
 from orchestrator.storage.hdf5 import hdf5_file
 
 if TYPE_CHECKING:
@@ -202,8 +203,11 @@ def _opened(path: Path) -> h5py.File:
 
 
 def _damaged(path: Path, key: str) -> CaseError:
+    if not path.exists():
+        return missing(path)
     problem = "cannot be read (damaged, or written by another version)"
-    return CaseError(key, problem, "delete it to go on from the increment before, or run without --resume", str(path))
+    remedy = "delete it and `run` the case with --resume to go on from the increment before, or run the case anew"
+    return CaseError(key, problem, remedy, str(path))
 
 
 def _name(number: int) -> str:

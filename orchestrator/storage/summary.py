@@ -221,7 +221,10 @@ class MacroblockSummary:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """A run. macroblocks: None where it stopped before them; pushover may be empty; seismic: the verification."""
+    """A run. macroblocks: None where it stopped before them; pushover may be empty; seismic: the verification.
+
+    settings: of the run, as its case.toml has them, and blocks_sha256 of its blocks.json; None of what was not run.
+    """
 
     case: str
     wall: WallSummary
@@ -229,12 +232,14 @@ class Summary:
     macroblocks: MacroblockSummary | None
     pushover: tuple[PushoverSummary, ...]
     seismic: dict[str, Any] | None = None
+    settings: dict[str, Any] | None = None
+    blocks_sha256: str | None = None
 
     @property
     def record(self) -> dict[str, Any]:
-        """What summary.json holds; `seismic` only where something was verified."""
-        values = asdict(self)
-        return values if self.seismic is not None else {key: values[key] for key in values if key != "seismic"}
+        """What summary.json holds; `seismic`, `settings` and `blocks_sha256` only where there are any."""
+        last = ("seismic", "settings", "blocks_sha256")
+        return {key: value for key, value in asdict(self).items() if value is not None or key not in last}
 
 
 def pushover_summary(

@@ -82,7 +82,8 @@ def read_ties(folder: Path) -> dict[int, FloatArray]:
 
 def read_curve(folder: Path, stopped_because: str) -> PushoverCurve:
     """Return the curve that `write_curve` wrote."""
-    table = np.loadtxt(folder / "curve.csv", delimiter=",", skiprows=1, ndmin=2)
+    with (folder / "curve.csv").open(encoding="utf-8") as file:
+        table = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
     arrays = {
         name: read_only(column, np.int64 if name in WHOLE_NUMBERS else np.float64)
         for name, column in zip(CURVE_COLUMNS, table.T, strict=True)

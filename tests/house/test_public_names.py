@@ -6,6 +6,7 @@ import ast
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,14 @@ from orchestrator import (  # fmt: skip
     CaseError,
     DeadLoad,
     LoadSettings,
+    MacroblockSettings,
     MeshSettings,
     SteppingSettings,
     analyse,
     loads_on,
+    macroblocks_of,
+    make_bodies,
+    merged,
     one_body_per_block,
     plot_curves,
     plot_macroblocks,
@@ -162,9 +167,62 @@ def test_push_refuses_a_limit_analysis_under_another_load():
     assemblage = assemblage_of(stack((WIDTH, HEIGHT), friction=0.7))
     every_block, analysis = one_body_per_block(assemblage), analyse(assemblage)
     floor = LoadSettings(dead=(DeadLoad((1,), force=FLOOR, inertia=True),))
-    for load in (LoadSettings(direction="-x"), floor):
+    standing = replace(floor, dead=(replace(floor.dead[0], inertia=False),))
+    for load in (LoadSettings(direction="-x"), floor, standing):
         with pytest.raises(CaseError, match="load: is not the load of this limit analysis"):
             push(assemblage, analysis, every_block, load)
+
+
+SLENDER = assemblage_of(stack((WIDTH, HEIGHT), friction=0.7))
+OTHERS = {
+    "wider": assemblage_of(stack((2 * WIDTH, HEIGHT), friction=0.7)),
+    "higher": assemblage_of(stack((WIDTH, HEIGHT), (WIDTH, HEIGHT), friction=0.7)),
+    "rougher": assemblage_of(stack((WIDTH, HEIGHT), friction=0.8)),
+}
+
+
+@pytest.mark.parametrize("other", ["wider", "higher"])
+def test_loads_of_another_wall_are_refused(other):
+    with pytest.raises(CaseError, match=r"loads: are not those of this wall.*loads_on\(assemblage.wall"):
+        analyse(SLENDER, loads=loads_on(OTHERS[other].wall))
+
+
+def test_loads_that_are_no_numbers_are_refused():
+    loads = loads_on(SLENDER.wall)
+    with pytest.raises(CaseError, match="loads: are not finite"):
+        analyse(SLENDER, loads=replace(loads, live=np.nan * loads.live))
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_an_analysis_of_another_wall_is_refused(other):
+    analysis = analyse(SLENDER)
+    with pytest.raises(CaseError, match="analysis: is not of this wall"):
+        push(OTHERS[other], analysis, one_body_per_block(OTHERS[other]))
+    with pytest.raises(CaseError, match="analysis: is not of this wall"):
+        macroblocks_of(OTHERS[other], analysis)
+
+
+@pytest.mark.parametrize("other", ["wider", "higher"])
+def test_a_partition_of_another_wall_is_refused(other):
+    for use in (plot_macroblocks, make_bodies, lambda wall, bodies: push(wall, analyse(wall), bodies)):
+        with pytest.raises(CaseError, match="partition: is not of this wall"):
+            use(OTHERS[other], one_body_per_block(SLENDER))
+
+
+def test_push_says_which_loads_it_takes():
+    with pytest.raises(CaseError, match="load: Loads was given, LoadSettings is expected"):
+        push(SLENDER, analyse(SLENDER), one_body_per_block(SLENDER), loads_on(SLENDER.wall))
+
+
+def test_a_mechanism_of_another_wall_is_refused():
+    with pytest.raises(CaseError, match="mechanism: has 2 blocks and 1 joints, the wall 3 and 2; give a mechanism of"):
+        merged(OTHERS["higher"], analyse(SLENDER).headline.mechanism, MacroblockSettings())
+
+
+def test_loads_and_partitions_outlive_a_change_of_friction():
+    rough = OTHERS["rougher"]
+    assert analyse(rough, loads=loads_on(SLENDER.wall)).weight == analyse(rough).weight
+    assert make_bodies(rough, one_body_per_block(SLENDER)).moving == 1
 
 
 def test_push_follows_the_curve_that_run_stores_and_read_run_reads(tmp_path):
@@ -179,6 +237,12 @@ def test_push_follows_the_curve_that_run_stores_and_read_run_reads(tmp_path):
     assert model.curve.control_displacement_m.tobytes() == pushed.curve.control_displacement_m.tobytes()
     assert len(told) == pushed.summary.steps == stored.summary.pushover[0].steps
     assert told[-1].fraction == pytest.approx(1.0, rel=1e-3)
+    shear = f"{1e-3 * pushed.curve.base_shear_N[-1]:.3f} kN"
+    said = rf"macro FE: increment {len(told)} displacement: 0\.50 mm, {shear} \(λ \d\.\d{{4}}\), \d+ iterations?"
+    assert re.fullmatch(said, str(told[-1])), str(told[-1])
+    assert re.fullmatch(
+        r"macro FE: increment 1 gravity: 0\.00 mm, 0\.000 kN \(λ 0\.0000\), \d+ iterations?", str(told[0])
+    )
     figure = plot_curves({"macroblocks": (model.curve, pushed.capacity)}, stored.analysis, "tower")
     said = [line.get_label() for line in figure.axes[0].lines]
     assert any(f"λ = {pushed.capacity.peak_multiplier:.4f}" in text for text in said)

@@ -88,7 +88,6 @@ def test_the_order_of_a_tie_s_ends_does_not_matter():
         ({"blocks": (0,)}, "blocks"),
         ({"blocks": (1, 0, 1)}, "blocks"),
         ({"end": (0.0, Z)}, "end"),
-        ({"end": (0.0,)}, "end"),
         ({"start": (0.6, Z)}, "start"),
         ({"blocks": (1, 0)}, "end"),
         ({"pretension": 1e3}, "pretension"),

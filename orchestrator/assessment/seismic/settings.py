@@ -8,6 +8,7 @@ from typing import Annotated, Literal, get_args
 
 from annotated_types import Ge, Gt, Le
 
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 
@@ -29,7 +30,7 @@ BUILDING = ("building_height", "building_period", "storeys")
 
 
 @dataclass(frozen=True, slots=True)
-class LimitStateSettings:
+class LimitStateSettings(Checked):
     """One more limit state that is verified, with its own demand."""
 
     name: LimitStateName
@@ -43,7 +44,7 @@ class LimitStateSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class SeismicSettings:
+class SeismicSettings(Checked):
     """Seismic verification of the curves and of the mechanism. Without any ground acceleration there is none."""
 
     peak_ground_acceleration: Annotated[float, Gt(0), Le(50), Unit("m/s2")] | None = None

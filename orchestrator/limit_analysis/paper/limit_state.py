@@ -9,8 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CaseError
 from orchestrator.loads.block_loads import Loads
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS
+from orchestrator.masonry.joints import Assemblage, fingerprint_of_wall
 
 BoolArray = npt.NDArray[np.bool_]
 Scale = Literal["unit_power", "unit_displacement"]
@@ -150,7 +152,8 @@ class LimitAnalysis:
     displacements, with which the interval ends. going_down: ids of the blocks that go on moving where loading finds no
     rest under the dead load: no multiplier counts then, unless they are wedged. ways_out: how often the path of what is
     left, and the push, needed which: steps not found or not taken (`shorter`, `turned`, against a drag `slower`), loads
-    `held` above a peak. factorisations: of all loading.
+    `held` above a peak. factorisations: of all loading. wall: which it is of (`fingerprint_of_wall`),
+    "" where that is not known.
     """
 
     loads: Loads
@@ -176,6 +179,7 @@ class LimitAnalysis:
     drawn: LimitState | None = None
     going_down: tuple[int, ...] = ()
     factorisations: int = 0
+    wall: str = ""
 
     def tilt_angle(self, state: LimitState) -> float | None:
         """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""
@@ -221,6 +225,15 @@ class LimitAnalysis:
         multipliers += [self.lowest.load_multiplier] if self.lowest else []
         multipliers += [self.highest] if self.highest is not None else []
         return min(multipliers), max(multipliers)
+
+
+def refuse_other_analysis(assemblage: Assemblage, analysis: LimitAnalysis) -> None:
+    """Raise CaseError for a limit analysis of another wall than the one given, ties among its joints."""
+    state, size = analysis.headline, (len(assemblage.wall.blocks), assemblage.joints.count)
+    another = (len(state.mechanism.velocities), len(state.joint_forces)) != size
+    if another or analysis.wall not in ("", fingerprint_of_wall(assemblage)):
+        problem = "is not of this wall: other blocks or joints, or others of their values"
+        raise CaseError("analysis", problem, "make it by analyse(assemblage) of the assemblage that is given")
 
 
 def of_first_joints(analysis: LimitAnalysis, joints: int) -> LimitAnalysis:

@@ -22,6 +22,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le, Lt, MinLen
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.linear_program import (
@@ -44,7 +45,7 @@ LP_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class LimitAnalysisSettings:
+class LimitAnalysisSettings(Checked):
     """The paper's sequence (alpha, beta, seeds, stopping), the search for other states, and what loading looks at."""
 
     slope_fraction: Annotated[float, Gt(0), Lt(1)] = 0.01

@@ -19,6 +19,7 @@ from annotated_types import Ge, Gt
 from scipy import ndimage
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.block_files import json_in, refuse_what_is_no_file
@@ -36,7 +37,7 @@ LARGEST_PIXEL = 1e6
 
 
 @dataclass(frozen=True, slots=True)
-class CocoSettings:
+class CocoSettings(Checked):
     """What turns annotations into stones."""
 
     scale: Annotated[float, Gt(0), Unit("m")]

@@ -13,6 +13,7 @@ import shapely
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
@@ -49,7 +50,7 @@ PLAUSIBLE = (0.1, 200.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Material:
+class Material(Checked):
     """What a drawing does not say."""
 
     thickness: Annotated[float, Gt(0), Unit("m")]
@@ -61,7 +62,7 @@ class Material:
 
 
 @dataclass(frozen=True, slots=True)
-class HealingSettings:
+class HealingSettings(Checked):
     """How far a drawing may be wrong, and the support it may lack."""
 
     tolerance: Annotated[float, Gt(0), Le(LARGEST_TOLERANCE), Unit("m")] = 1e-3

@@ -17,6 +17,7 @@ from annotated_types import Ge, Gt, Le
 from scipy import ndimage
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.colours import NEAR_GREY, are_labels, stones_by_colour
@@ -36,7 +37,7 @@ GREYS = 0.005
 
 
 @dataclass(frozen=True, slots=True)
-class PictureSettings:
+class PictureSettings(Checked):
     """What turns pixels into stones."""
 
     scale: Annotated[float, Gt(0), Unit("m")]

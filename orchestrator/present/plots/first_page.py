@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from orchestrator.basis.printed import printed
-from orchestrator.loads.block_loads import LoadSettings
+from orchestrator.loads.block_loads import LoadSettings, height_of_live_load
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import Tie
 from orchestrator.present.plots.canvas import BLUE, GREEN, INK, ORANGE, PURPLE, draw_segments, label_of
@@ -40,7 +40,7 @@ def given(
     several; none: all joints alike."""
     wall = assemblage.wall
     free = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
-    arrow = load_arrow(free, load.vector)
+    arrow = load_arrow(free, load.vector, height_of_live_load(wall, load))
     above = free.max(axis=0) + [0.0, 2 * LENGTH * size_of(wall) * bool(load.dead)]
     ends = [point for tie in ties for point in (tie.start, tie.end)]
     sums = load_sums(wall, load)

@@ -10,11 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from orchestrator.basis.arrays import FloatArray, IntArray
-from orchestrator.basis.printed import marked
+from orchestrator.basis.printed import counted, marked
 from orchestrator.geometry.rigid import polygon_centroid, velocity_of_points
 from orchestrator.limit_analysis.paper.limit_state import LimitState, Mechanism
+from orchestrator.loads.block_loads import LoadSettings, height_of_live_load
 from orchestrator.loads.dead_loads import DeadLoad
-from orchestrator.macroblocks.criteria import Partition
+from orchestrator.macroblocks.criteria import Partition, refuse_other_partition
 from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import Tie
@@ -117,10 +118,12 @@ def mechanism(
     loose: Collection[int] = (),
     ties: Sequence[Tie] = (),
     dead: Sequence[DeadLoad] = (),
+    height: float | None = None,
 ) -> Figure:
     """Draw the collapse mechanism: blocks displaced by their velocities times one factor, hinges and sliding joints.
 
-    The live load is an arrow along its direction (2,), with its name. `loads` (weights in words) and `answer`
+    The live load is an arrow along its direction (2,), at the `height` (m) of its resultant (none: of the weight), with
+    its name. `loads` (weights in words) and `answer`
     (none: the load multiplier) go into the title. Stones `loose` (ids) have come loose before. Ends of ties, and the
     arrows of extra loads `dead`, move with their blocks. A hinge is a joint that opens at one end only (marked at the
     other end), a sliding joint one that slips while it carries load; a joint that has come apart is left to be seen as
@@ -128,12 +131,12 @@ def mechanism(
     Displacements are linear in the velocities, as in the analysis: large rotations enlarge the blocks.
     """
     wall = assemblage.wall
-    height = float(np.ptp([y for block in wall.blocks for y in block.polygon[:, 1]]))
-    factor = DRAWN_DISPLACEMENT * height / state.mechanism.largest_displacement
+    wall_height = float(np.ptp([y for block in wall.blocks for y in block.polygon[:, 1]]))
+    factor = DRAWN_DISPLACEMENT * wall_height / state.mechanism.largest_displacement
     velocities = factor * state.mechanism.velocities
     displaced = displaced_blocks(assemblage, state.mechanism, DRAWN_DISPLACEMENT)
-    arrow = _arrow_of(wall, state, direction)
-    title = _title_of_mechanism(state, answer, loads, height)
+    arrow = _arrow_of(wall, state, direction, height)
+    title = _title_of_mechanism(state, answer, loads, wall_height)
     bars = [_displaced_tie(wall, tie, velocities) for tie in ties]
     above = [np.array([0.0, LENGTH * size_of(wall)]) + np.vstack(displaced).max(axis=0)] * bool(dead)
     shown = np.vstack([*(block.polygon for block in wall.blocks), *displaced, arrow, *bars, *above])
@@ -164,13 +167,13 @@ def _title_of_mechanism(state: LimitState, answer: str, loads: str, height: floa
     return "\n".join(filter(None, [shown, loads, f"largest displacement drawn as {drawn}"]))
 
 
-def _arrow_of(wall: Wall, state: LimitState, direction: FloatArray) -> FloatArray:
-    """Return the arrow of the live load, or of the support that gives way."""
+def _arrow_of(wall: Wall, state: LimitState, direction: FloatArray, height: float | None) -> FloatArray:
+    """Return the arrow of the live load, with its resultant at a height, or of the support that gives way."""
     loaded = np.vstack([block.polygon for block in wall.blocks if not block.fixed])
     sinking = [b.polygon for b, v in zip(wall.blocks, state.mechanism.velocities, strict=True) if b.fixed and v.any()]
     if sinking:
         return settlement_arrow(np.vstack(sinking), loaded, direction)
-    return load_arrow(loaded, direction)
+    return load_arrow(loaded, direction, height_of_live_load(wall, LoadSettings()) if height is None else height)
 
 
 def _draw_displaced(axes: Axes, wall: Wall, displaced: Sequence[FloatArray], loose: Collection[int]) -> None:
@@ -185,11 +188,15 @@ def _draw_displaced(axes: Axes, wall: Wall, displaced: Sequence[FloatArray], loo
 
 
 def macroblocks(assemblage: Assemblage, partition: Partition) -> Figure:
-    """Draw the bodies in colours that differ between neighbours, their numbers, and the interfaces thick."""
+    """Draw the bodies in colours that differ between neighbours, their numbers, and the interfaces thick.
+
+    Raises CaseError for a partition of another wall.
+    """
+    refuse_other_partition(assemblage, partition)
     wall, body = assemblage.wall, partition.body_of_block
     remaining = np.setdiff1d(np.arange(assemblage.joints.count), partition.vanished_joints)
     polygons = [block.polygon for block in wall.blocks]
-    title = f"{partition.count} macroblocks, {len(remaining)} of {assemblage.joints.count} joints remain"
+    title = f"{counted(partition.count, 'macroblock')}, {len(remaining)} of {assemblage.joints.count} joints remain"
     figure, axes = wall_figure(np.vstack(polygons), title, wall.name)
     free = np.flatnonzero([not block.fixed for block in wall.blocks])
     colours = body_colours(assemblage, partition)
@@ -265,13 +272,14 @@ def label_position(members: list[Block]) -> FloatArray:
     return centres[np.argmin(np.linalg.norm(centres - centres.mean(axis=0), axis=1))]
 
 
-def load_arrow(points: FloatArray, direction: FloatArray) -> FloatArray:
-    """Return tail and tip (2, 2) of the load arrow: beside the wall the load pushes from, at mid height."""
+def load_arrow(points: FloatArray, direction: FloatArray, height: float) -> FloatArray:
+    """Return tail and tip (2, 2) of the load arrow: beside the wall (n, 2) the load pushes from, its middle at a height
+    (m)."""
     low, high = points.min(axis=0), points.max(axis=0)
     size = float(np.max(high - low))
     side = low[0] if direction[0] > 0 else high[0]
     before = np.copysign(0.5 * ARROW + 0.02, direction[0]) * size
-    middle = np.array([side - before, 0.5 * (low[1] + high[1])])
+    middle = np.array([side - before, height])
     return middle + np.array([[-0.5], [0.5]]) * ARROW * size * direction
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import box
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
@@ -25,7 +26,7 @@ Run = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Stones:
+class Stones(Checked):
     """The stones of a wall made by a generator, and of what they are."""
 
     length: Annotated[float, Gt(0), Unit("m")] = 0.2
@@ -41,7 +42,7 @@ class Stones:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class Plan(Checked):
     """Size of a wall in stones."""
 
     facade: Annotated[int, Ge(1), Le(10_000)] = 4

@@ -11,6 +11,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import Polyhedron, prism, reversed_faces, volume_of
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
@@ -20,7 +21,7 @@ BOX_FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3
 
 
 @dataclass(frozen=True, slots=True)
-class VaultMaterial:
+class VaultMaterial(Checked):
     """Of what a column or a vault is."""
 
     unit_weight: Annotated[float, Gt(0), Unit("N/m3")] = 20e3
@@ -30,7 +31,7 @@ class VaultMaterial:
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class Column(Checked):
     """A column of drums on a plinth."""
 
     drums: Annotated[int, Ge(1), Le(1000)] = 6
@@ -46,7 +47,7 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True)
-class Barrel:
+class Barrel(Checked):
     """A barrel vault along y: voussoirs between two radial planes, staggered along the vault."""
 
     voussoirs: Annotated[int, Ge(2), Le(1000)] = 15
@@ -64,7 +65,7 @@ class Barrel:
 
 
 @dataclass(frozen=True, slots=True)
-class Dome:
+class Dome(Checked):
     """A spherical dome with an eye at the top."""
 
     rings: Annotated[int, Ge(1), Le(500)] = 6

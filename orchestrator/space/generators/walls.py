@@ -11,6 +11,7 @@ import shapely
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.polyhedra import box, prism, volume_of
 from orchestrator.space.generators.shapes import Plan, Run, Stones, ground, of_courses, runs
@@ -21,7 +22,7 @@ SHORTEST_CUT_STONE = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Openings:
+class Openings(Checked):
     """Openings in a facade, evenly spaced; sizes in stones and courses."""
 
     openings: Annotated[int, Ge(0), Le(1000)] = 1
@@ -37,7 +38,7 @@ class Openings:
 
 
 @dataclass(frozen=True, slots=True)
-class Gable:
+class Gable(Checked):
     """A triangular wall."""
 
     width: Annotated[float, Gt(0)] = 20.0
@@ -47,7 +48,7 @@ class Gable:
 
 
 @dataclass(frozen=True, slots=True)
-class Setbacks:
+class Setbacks(Checked):
     """How a buttress behind a T-shaped wall grows shorter with height."""
 
     set_back: Annotated[int, Ge(1)] = 4
@@ -55,7 +56,7 @@ class Setbacks:
 
 
 @dataclass(frozen=True, slots=True)
-class Leaves:
+class Leaves(Checked):
     """A wall of two leaves; `thickness` of the stones is that of one leaf."""
 
     facade: Annotated[int, Ge(1), Le(10_000)] = 4

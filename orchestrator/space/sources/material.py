@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Gt
 
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import Polyhedron, reversed_faces, volume_of
@@ -19,7 +20,7 @@ AT_FOOT = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class SpaceMaterial:
+class SpaceMaterial(Checked):
     """Of what imported blocks are."""
 
     unit_weight: Annotated[float, Gt(0), Unit("N/m3")] = 20e3

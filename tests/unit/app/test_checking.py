@@ -11,6 +11,7 @@ import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 
 from orchestrator.app import cli, load_case_runs
+from orchestrator.loads.block_loads import height_of_live_load
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present import plots, report
@@ -249,6 +250,9 @@ def test_the_picture_shows_loads_classes_and_supports(given):
     words = [f"cohesion {one.cohesion:g}" for one in class_of_joint(assemblage)]
     axes = plots.given(assemblage, case.load, words).axes[0]
     labels = axes.get_legend_handles_labels()[1]
+    arrow = next(one for one in axes.texts if one.arrow_patch is not None)
+    middle = 0.5 * (arrow.xy[1] + arrow.xyann[1])
+    assert middle == pytest.approx(height_of_live_load(assemblage.wall, case.load))
     assert {"support", "cohesion 200000"} <= {*labels}
     loads = [label.rpartition(": ")[2] for label in labels if label.startswith("dead load, ")]
     assert loads == ["24.000 kN, with its mass", "6.000 kN"]

@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import tomllib
+from pathlib import Path
 
 import ezdxf
 import fastjsonschema
@@ -157,6 +158,20 @@ def test_new_writes_a_case_that_check_accepts_and_draws(tmp_path, capsys):
     assert (tmp_path / "run" / "figures" / "blocks.png").exists()
     assert call("new", "north", "--output", tmp_path) == 2
     assert "north.toml: exists already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("output", [".", "cases", "cases/deep", "../beside"])
+def test_a_new_case_finds_its_block_file_from_wherever_it_is_written(tmp_path, monkeypatch, output):
+    here = tmp_path / "here"
+    (here / "walls").mkdir(parents=True)
+    monkeypatch.chdir(here)
+    (here / "walls" / "one.json").write_bytes((PROJECT / "tests/data/ferris_tinloi_wall1.json").read_bytes())
+    for blocks in ("walls/one.json", str(here / "walls" / "one.json")):
+        assert call("new", "one", "--blocks", blocks, "--output", output, "--force") == 0
+        assert call("check", f"{output}/one.toml", "--output", "checked") == 0
+        assert cases.read(Path(output) / "one.toml").wall.blocks.startswith("/") == blocks.startswith("/")
+    assert call("new", "two", "--output", output) == 0
+    assert call("check", f"{output}/two.toml", "--output", "checked") == 0
 
 
 def test_a_new_case_file_states_every_default(tmp_path):

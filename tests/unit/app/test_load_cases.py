@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import shutil
 
 import pytest
@@ -116,6 +117,65 @@ def test_report_rebuilds_all_pages_from_stored_results_alone(runs, capsys):
     assert all(page.is_file() for page in pages)
 
 
+@pytest.fixture
+def alone(runs, tmp_path):
+    """A copy of the run of one load case."""
+    shutil.copytree(runs / "stone" / "-x mass", tmp_path / "alone")
+    return tmp_path / "alone"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        (
+            'direction = "-x"',
+            'direction = "+x"',
+            "load.direction: is '+x', but the run was made with '-x'; set it back",
+        ),
+        ('size = "', 'size = "1', "mesh.size: is '1"),
+        ('elastic_modulus = "', 'elastic_modulus = "9', "elastic.elastic_modulus: is '9"),
+        ("[load]", '[load]\ndead = [{blocks = [1], force = "1 kN"}]', "load.dead: is [{'blocks': [1]"),
+    ],
+)
+def test_a_report_of_an_edited_case_is_refused(alone, capsys, old, new, complaint):
+    case, page = (alone / "case.toml").read_text(), (alone / "report.html").read_bytes()
+    assert case.count(old) == 1
+    (alone / "case.toml").write_text(case.replace(old, new))
+    assert main(["report", str(alone)]) == 2
+    said = capsys.readouterr().err
+    assert f"case.toml: {complaint}" in said
+    assert said.count("\n") == 1
+    assert (alone / "report.html").read_bytes() == page
+
+
+def test_a_report_of_edited_blocks_is_refused(alone, capsys):
+    blocks = json.loads((alone / "blocks.json").read_text())
+    blocks["blocks"][-1]["unit_weight"] *= 2
+    (alone / "blocks.json").write_text(json.dumps(blocks))
+    assert main(["report", str(alone)]) == 2
+    assert "blocks.json: is not what the run was made with; run it again" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("file", ["states.h5", "geometry.h5", "curve.csv", "../limit_analysis.json", "../blocks.json"])
+def test_a_report_says_which_file_is_missing(alone, capsys, file):
+    (model,) = {path.parent for path in alone.glob("*/states.h5")}
+    (model / file).unlink()
+    with undrawn():
+        assert main(["report", str(alone)]) == 2
+    said = capsys.readouterr().err
+    name = (model / file).resolve()
+    assert said.endswith(f"{name}: is missing from the folder of this run; copy it back, or run the case again\n")
+
+
+def test_project_and_seismic_may_change_before_a_report(alone):
+    text = (alone / "case.toml").read_text()
+    assert "[seismic]" in text
+    (alone / "case.toml").write_text(text.replace('client = ""', 'client = "Comune di Ferrara"'))
+    with undrawn():
+        assert main(["report", str(alone)]) == 0
+    assert "Comune di Ferrara" in (alone / "report.html").read_text()
+
+
 def test_a_report_names_the_load_that_its_case_has(runs, tmp_path):
     folder = tmp_path / "by height"
     shutil.copytree(runs / "stone" / "-x mass", folder)
@@ -127,6 +187,9 @@ def test_a_report_names_the_load_that_its_case_has(runs, tmp_path):
     named = (folder / "report.html").read_text().count(before)
     assert named >= 2
     (folder / "case.toml").write_text(changed)
+    summary = json.loads((folder / "summary.json").read_text())
+    summary["settings"]["load"] |= {"distribution": "mass_height", "inclination": f"{math.radians(10.0)!r} rad"}
+    (folder / "summary.json").write_text(json.dumps(summary))
     with undrawn():
         assert main(["report", str(folder)]) == 0
     page = (folder / "report.html").read_text()

@@ -113,6 +113,11 @@ def summary_of(*pushovers):
             ["20.00 kN counts (λ = 0.2000", "macroblocks (21.00 kN, +5.0%)", "limit analysis (+25.0%)"],
             [],
         ),
+        (
+            [entry("macro", 25e3 * (1 - 1e-6)), entry("micro", 25e3)],
+            ["macroblocks (25.00 kN, +0.0%)", "limit analysis (+0.0%)"],
+            ["-0.0"],
+        ),
         ([entry("macro", 21e3)], ["21.00 kN counts", "FE of macroblocks"], ["approximation"]),
         ([entry("macro", 21e3), entry("micro", 20e3, valid=False)], ["21.00 kN counts"], ["20.00"]),
         ([entry("micro", 20e3, reached=False)], ["a lower bound", "; limit analysis takes"], ["%"]),

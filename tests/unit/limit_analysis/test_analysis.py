@@ -13,6 +13,7 @@ from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import solve_gravity_lp
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
+from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
@@ -34,6 +35,23 @@ def test_overhang_of_less_than_half_a_block_stands():
     assert found.associative.load_multiplier == pytest.approx(0.1 / 0.25, abs=1e-9)
     assert found.weight == pytest.approx(20e3)
     assert found.non_associative_range == pytest.approx((0.4, 0.4), abs=1e-8)
+
+
+@pytest.mark.parametrize("modulus", [-1.0, 0.0, np.nan, "soft"])
+def test_an_elastic_modulus_that_no_stone_has_is_refused(modulus):
+    with pytest.raises(CaseError, match=r"^elastic_modulus: "):
+        analyse(cantilever(0.4), elastic_modulus=modulus)
+
+
+def test_arguments_of_another_kind_are_told_which_is_expected():
+    wall = cantilever(0.4)
+    loads = loads_on(wall.wall)
+    with pytest.raises(
+        CaseError, match=r"settings: Loads was given, LimitAnalysisSettings is expected; write analyse\("
+    ):
+        analyse(wall, loads)
+    with pytest.raises(CaseError, match=r"loads: LoadSettings was given, Loads is expected; .*loads=loads_on"):
+        analyse(wall, loads=LoadSettings())
 
 
 def test_overhang_of_more_than_half_a_block_falls_and_is_named():

@@ -9,6 +9,7 @@ import pytest
 
 from orchestrator.basis.errors import CaseError
 from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
+from orchestrator.loads.block_loads import height_of_live_load
 from tests.support.limit_analysis_cases import FLOOR, assemblage_of, box, tower
 
 
@@ -32,6 +33,18 @@ def test_a_stretch_on_a_slope_goes_by_its_horizontal_width():
     loads = LoadSettings(dead=(DeadLoad((1,), line_load=q, stretch=(0.5, 9.0)),))
     extra = (loads_on(wall, loads).dead - loads_on(wall).dead)[1]
     assert extra == pytest.approx([0.0, -1.5 * q, -q * (0.5 * 0.75 + 1.0 * 1.5 - 1.5 * 1.0)])
+
+
+def test_the_resultant_of_a_live_load_is_at_the_mean_height_of_its_forces():
+    """A stone of W = 2 F under a floor F: 1 m high, forces at 0.5 and 1 m; by mass x height W/2 and F are alike."""
+    wall = assemblage_of([FLOOR, box(0.0, 0.0, 0.5, 1.0)]).wall
+    weight = -loads_on(wall).dead[1, 1]
+    load = LoadSettings(dead=(DeadLoad((1,), line_load=weight, inertia=True),))  # per metre, over half a metre
+    assert height_of_live_load(wall, LoadSettings()) == pytest.approx(0.5)
+    assert height_of_live_load(wall, load) == pytest.approx((2 * 0.5 + 1.0) / 3)
+    assert height_of_live_load(wall, replace(load, distribution="mass_height")) == pytest.approx(0.75)
+    given = LoadSettings(distribution="per_block", live=(LiveLoad((1,), 1e3),))
+    assert height_of_live_load(wall, given) == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(

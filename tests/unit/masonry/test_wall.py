@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Block, Wall, check_wall
@@ -22,6 +23,9 @@ def box(number, left, right, bottom, top, fixed=False):
 GROUND = box(0, -1, 3, -1, 0, fixed=True)
 STONE = box(1, 0, 1, 0, 1)
 PAIR = Wall("pair", (GROUND, STONE, box(2, 1, 2, 0, 1)), 0.3, 0.6)
+
+
+CLOCKWISE = "block 2: its polygon runs clockwise; list its corners the other way round"
 
 
 def with_second(block):
@@ -60,6 +64,14 @@ def test_rounding_of_a_turned_moved_wall_is_no_overlap_but_a_millimetre_is(angle
         (with_second(box(2, 1, np.nan, 0, 1)), "block 2: a coordinate is not a finite number"),
         (with_second(replace(box(2, 1, 2, 0, 1), unit_weight=-1.0)), "block 2: unit_weight -1"),
         (with_second(replace(STONE, id=2, polygon=read_only([[1, 0], [2, 1], [2, 0], [1, 1]]))), "block 2: .*crosses"),
+        (with_second(replace(box(2, 1, 2, 0, 1), polygon=read_only(box(2, 1, 2, 0, 1).polygon[::-1]))), CLOCKWISE),
+        (with_second(replace(STONE, id=2, polygon=[[1, 0], [2, 0, 0]])), r"block 2: its polygon is no array \(n, 2\)"),
+        (with_second(replace(STONE, id=2, polygon=np.zeros((4, 3)))), r"block 2: its polygon is no array \(n, 2\)"),
+        (with_second(replace(STONE, id=2, polygon=np.zeros((2, 2)))), "block 2: its polygon has 2 corners"),
+        (with_second(replace(box(2, 1, 2, 0, 1), thickness=0.0)), "block 2: thickness 0 is not a positive number"),
+        (with_second(replace(box(2, 1, 2, 0, 1), friction=np.nan)), "block 2: friction nan is not a positive number"),
+        (with_second(replace(box(2, 1, 2, 0, 1), elastic_modulus=-1.0)), "block 2: elastic_modulus -1 is not a pos"),
+        (with_second(replace(box(2, 1, 2, 0, 1), poisson_ratio=0.5)), r"block 2: poisson_ratio 0\.5 is not from 0 to"),
         (replace(PAIR, blocks=PAIR.blocks[1:]), "blocks: no block is a support"),
         (replace(PAIR, blocks=(GROUND,)), "blocks: every block is a support"),
         (replace(PAIR, thickness=0.0), "thickness: 0 is not a positive number"),
@@ -68,9 +80,10 @@ def test_rounding_of_a_turned_moved_wall_is_no_overlap_but_a_millimetre_is(angle
     ],
 )
 def test_refusals_name_the_block(wall, complaint):
-    check_wall(PAIR)
-    with pytest.raises(CaseError, match=complaint):
-        check_wall(wall)
+    assert find_joints(PAIR, JointSettings()).joints.count == 3
+    for use in (check_wall, lambda wall: find_joints(wall, JointSettings())):
+        with pytest.raises(CaseError, match=complaint):
+            use(wall)
 
 
 def test_tolerance_decides_what_is_rounding():

@@ -90,7 +90,7 @@ def test_mechanism_shows_the_load_beside_the_wall_it_pushes(assemblage, state, d
     assert np.sign(tip - tail) == direction
     assert tip < 0.0 if direction > 0 else tip > 2.0
     assert axes.get_xlim()[0] < min(tip, tail) < max(tip, tail) < axes.get_xlim()[1]
-    assert height == pytest.approx(0.5)
+    assert height == pytest.approx((2 * 0.25 + 1 * 0.75) / 3), "of the weight's resultant"
 
 
 @pytest.mark.parametrize("left", [-1.0, 8.0])
@@ -122,7 +122,8 @@ def test_the_name_of_a_load_stands_within_the_frame(assemblage, state, name):
 @pytest.mark.parametrize("direction", [1, -1])
 def test_load_arrow_turns_with_the_load_and_keeps_clear_of_the_wall(direction):
     points = np.array([[0.0, 0.0], [2.0, 1.0]])
-    tail, tip = load_arrow(points, np.array([direction * np.cos(np.pi / 6), np.sin(np.pi / 6)]))
+    tail, tip = load_arrow(points, np.array([direction * np.cos(np.pi / 6), np.sin(np.pi / 6)]), 0.7)
+    assert 0.5 * (tail[1] + tip[1]) == pytest.approx(0.7)
     assert np.arctan2(tip[1] - tail[1], direction * (tip[0] - tail[0])) == pytest.approx(np.pi / 6)
     assert all((x < 0.0 if direction > 0 else x > 2.0) for x, _ in (tail, tip))
 

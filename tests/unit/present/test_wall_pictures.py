@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from orchestrator.geometry.rigid import polygon_centroid
-from orchestrator.macroblocks.criteria import Partition
+from orchestrator.macroblocks.criteria import Partition, one_body
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.present import plots
 from orchestrator.present.plots.canvas import STONE, lay_out, wall_figure
@@ -24,6 +24,7 @@ from orchestrator.present.plots.wall_pictures import (
     colours_of_bodies,
 )
 from orchestrator.present.plots.words import legend_below, write_title
+from orchestrator.present.report import model_labels
 from tests.support.figures import drawn, pixel, polygons, segments, shown
 
 
@@ -126,6 +127,9 @@ def test_macroblocks_have_one_colour_each_and_thick_interfaces(assemblage):
     assert shown(figure)[0] == ["0", "1"]
     np.testing.assert_allclose(figure.axes[0].texts[1].get_position(), [1.0, 0.75])
     assert figure.axes[0].get_title().endswith("2 macroblocks, 4 of 5 joints remain")
+    one = plots.macroblocks(assemblage, one_body(assemblage))
+    assert one.axes[0].get_title().endswith("1 macroblock, 2 of 5 joints remain")
+    assert [model_labels(count)["macro"] for count in (1, 2)] == ["macroblock FE (1 body)", "macroblock FE (2 bodies)"]
 
 
 def test_neighbouring_bodies_differ_in_colour_on_a_planar_map():

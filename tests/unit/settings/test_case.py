@@ -5,15 +5,22 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orchestrator.app import driver
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
-from orchestrator.loads import DeadLoad
+from orchestrator.limit_analysis import LimitAnalysisSettings
+from orchestrator.loads import DeadLoad, LoadSettings
+from orchestrator.macroblocks.criteria import MacroblockSettings
 from orchestrator.masonry.joints import JointClass
 from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.ties import Tie
+from orchestrator.pushover.meshing import MeshSettings
+from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.settings import case as cases
 from tests.support.paths import DATA, PROJECT
 
@@ -144,6 +151,13 @@ def test_blocks_are_found_beside_the_case_file(tmp_path, monkeypatch):
         assert [b.polygon.tolist() for b in wall.blocks] == [b.polygon.tolist() for b in expected.blocks]
 
 
+def test_the_wall_of_a_path_is_asked_for_by_its_case():
+    with pytest.raises(
+        CaseError, match=r"case: PosixPath was given, Case is expected; write read_wall\(read_case\(path"
+    ):
+        cases.read_wall(WALL)
+
+
 def test_a_path_that_no_output_file_can_hold_is_refused():
     with pytest.raises(CaseError, match=r"caf.udce9\.json' is not UTF-8; rename it"):
         cases.read(Path("caf\udce9.json"))
@@ -228,3 +242,51 @@ def test_a_misspelt_section_is_named_before_the_section_that_it_leaves_missing(t
     path.write_text('[wal]\nblocks = "wall.json"\n')
     with pytest.raises(CaseError, match=r"wal: is not a known key; did you mean wall\?"):
         cases.read(path)
+
+
+SETTINGS_IN_PYTHON = [
+    (
+        lambda: LoadSettings(direction="+X"),
+        "direction: '+X' is not accepted; input should be '+x' or '-x'",
+    ),
+    (lambda: LoadSettings(direction="left"), "LoadSettings.direction: 'left' is not accepted"),
+    (lambda: LoadSettings(distribution="foo"), "LoadSettings.distribution: 'foo' is not accepted"),
+    (lambda: LoadSettings(inclination=math.nan), "LoadSettings.inclination: nan is not a number; write a finite one"),
+    (lambda: LoadSettings(dead=(1.0,)), "LoadSettings.dead.0: 1.0 is not accepted"),
+    (lambda: replace(LoadSettings(), direction="y"), "LoadSettings.direction: 'y' is not accepted"),
+    (lambda: DeadLoad(blocks=(1,), line_load=math.nan), "DeadLoad.line_load: nan is not a number"),
+    (lambda: ElasticSettings(poisson_ratio=0.6), "ElasticSettings.poisson_ratio: 0.6 is not accepted; input should be"),
+    (lambda: LimitAnalysisSettings(relaxation=-1), "LimitAnalysisSettings.relaxation: -1 is not accepted"),
+    (lambda: LimitAnalysisSettings(seed_cohesions=()), "seed_cohesions: () is not accepted; write a list of at least"),
+    (lambda: MacroblockSettings(choose="foo"), "MacroblockSettings.choose: 'foo' is not accepted"),
+    (lambda: MacroblockSettings(tol_n=-1), "MacroblockSettings.tol_n: -1.0 is not accepted"),
+    (lambda: MeshSettings(size=-1), "MeshSettings.size: -1.0 is not accepted; input should be greater than"),
+    (lambda: MeshSettings(size="fine"), "MeshSettings.size: 'fine' is not a quantity; write a number and its unit"),
+    (lambda: ContactSettings(slip_tolerance=0), "ContactSettings.slip_tolerance: 0.0 is not accepted"),
+    (lambda: NewtonSettings(iterations=20.5), "NewtonSettings.iterations: 20.5 is not a whole number"),
+    (lambda: NewtonSettings(iterations=True), "NewtonSettings.iterations: True is not a whole number"),
+    (lambda: SteppingSettings(final_displacement=-0.02), "SteppingSettings.final_displacement: -0.02 is not accepted"),
+    (lambda: JointClass(friction="0.6"), "JointClass.friction: '0.6' is not a number; write a number without unit"),
+    (lambda: Tie((1, 2), ("0 m", "1 m"), (2.0, 1.0), strength=-1), "Tie.strength: -1.0 is not accepted"),
+    (lambda: Tie((1,), (0.0, 1.0), (0.0,), 1e3), "Tie.end: (0.0,) is not accepted; write a list of at least 2"),
+]
+
+
+@pytest.mark.parametrize(("made", "complaint"), SETTINGS_IN_PYTHON)
+def test_settings_made_in_python_have_the_limits_of_a_case_file(made, complaint):
+    with pytest.raises(CaseError) as raised:
+        made()
+    assert complaint in str(raised.value)
+
+
+def test_settings_made_in_python_take_units_and_what_numpy_counts():
+    assert MeshSettings(size="25 mm") == MeshSettings(size=0.025)
+    load = DeadLoad(blocks=np.array([3, 4]), line_load=np.float32(5e3))
+    assert (load.blocks, load.line_load) == ((3, 4), 5e3)
+    assert [type(block) for block in load.blocks] == [int, int]
+    assert MacroblockSettings(tol_d="none").tol_d == math.inf
+
+
+def test_every_section_of_a_case_file_has_its_limits_in_python():
+    kinds = cases.section_types() | cases.table_types()
+    assert [name for name, kind in kinds.items() if not issubclass(kind, Checked)] == []

@@ -132,7 +132,7 @@ def test_what_is_in_memory_is_what_is_on_the_disk(tmp_path, room):
     (tmp_path / "states.h5").unlink()  # of the first four
     assert [found.number for found in store.these(range(min(room, 4)))] == list(range(min(room, 4)))
     if room < 4:
-        with pytest.raises(CaseError, match="cannot be read"):
+        with pytest.raises(CaseError, match="is missing"):
             store.read(3)
     store.clear()
     assert list(store.increments()) == []
