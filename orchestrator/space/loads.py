@@ -8,14 +8,15 @@ live    masses x direction; "mass_height" multiplies by the height above the bas
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
-from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import face_normals
@@ -75,6 +76,17 @@ class SpaceLoads:
     direction: FloatArray
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class SpaceMasses:
+    """What has mass: block (k,) by position, point (k, 3) where it is, weight (k,) in N; own (k,): whether it is the
+    block's own, not one that rests on it."""
+
+    block: IntArray
+    point: FloatArray
+    weight: FloatArray
+    own: npt.NDArray[np.bool_]
+
+
 def direction_of(settings: SpaceLoadSettings, up: FloatArray) -> FloatArray:
     """Return the unit vector (3,) of the live load. Raises CaseError."""
     if settings.angle is not None:
@@ -112,31 +124,52 @@ def loads_on(wall: SpaceWall, settings: SpaceLoadSettings | None = None) -> Spac
     settings = settings or SpaceLoadSettings()
     _refuse_contradictions(wall, settings)
     direction = direction_of(settings, wall.up)
-    centroids, weights = wall.centroids, np.where(wall.fixed, 0.0, wall.weights)
     dead, live = np.zeros((len(wall.blocks), 6)), np.zeros((len(wall.blocks), 6))
     dead[:, :3] = -np.outer(wall.weights, wall.up)
-    masses = [(k, centroids[k], float(weights[k])) for k in np.flatnonzero(~wall.fixed)]
+    for k, point, force, _ in _placed(wall, settings):
+        dead[k] += _wrench(force, point - wall.centroids[k])
+    acting = _acting(wall, settings)
+    size = acting.weight
+    if settings.distribution == "mass_height":
+        base = min(float((b.shape.vertices @ wall.up).min()) for b in wall.blocks if not b.fixed)
+        lever = size * (acting.point @ wall.up - base)
+        size = lever * size.sum() / lever.sum()
+    for k, point, force in zip(acting.block, acting.point, size, strict=True):
+        live[k] += _wrench(force * direction, point - wall.centroids[k])
+    return SpaceLoads(read_only(dead), read_only(live), read_only(direction))
+
+
+def masses_on(wall: SpaceWall, settings: SpaceLoadSettings) -> SpaceMasses:
+    """Return the masses of the free blocks, and of the dead loads that have inertia, where these act."""
+    free = np.flatnonzero(~wall.fixed)
+    extra = [(k, point, np.linalg.norm(force)) for k, point, force, inertia in _placed(wall, settings) if inertia]
+    return SpaceMasses(
+        block=np.array([*free, *(k for k, _, _ in extra)], dtype=np.int64),
+        point=np.vstack([wall.centroids[free], *(point for _, point, _ in extra)]),
+        weight=np.array([*wall.weights[free], *(size for _, _, size in extra)]),
+        own=np.arange(len(free) + len(extra)) < len(free),
+    )
+
+
+def _acting(wall: SpaceWall, settings: SpaceLoadSettings) -> SpaceMasses:
+    """Return what the live load acts on: the masses, or the forces given at the centroids of blocks."""
+    if settings.distribution != "per_block":
+        return masses_on(wall, settings)
+    place = {block.id: k for k, block in enumerate(wall.blocks)}
+    given = [(place[wanted], one.force) for one in settings.live for wanted in one.blocks]
+    block = np.array([k for k, _ in given], dtype=np.int64)
+    weight = np.array([force for _, force in given])
+    return SpaceMasses(block, wall.centroids[block], weight, np.zeros(len(given), dtype=bool))
+
+
+def _placed(wall: SpaceWall, settings: SpaceLoadSettings) -> Iterator[tuple[int, FloatArray, FloatArray, bool]]:
+    """Yield block, point, force (N) of every extra dead load, and whether it has inertia."""
     for number, load in enumerate(settings.dead):
         along = unit_vector(load.direction, f"load.dead.{number}.direction") if load.direction else -wall.up
         for k in _loaded(wall, load):
             point, length = top_of(wall, k)
-            each = load.force if load.force is not None else (load.line_load or 0.0) * length
-            dead[k] += _wrench(each * along, point - centroids[k])
-            if load.inertia:
-                masses.append((k, point, each))
-    if settings.distribution == "per_block":
-        place = {block.id: k for k, block in enumerate(wall.blocks)}
-        masses = [
-            (place[wanted], centroids[place[wanted]], one.force) for one in settings.live for wanted in one.blocks
-        ]
-    size = np.array([mass for _, _, mass in masses])
-    if settings.distribution == "mass_height":
-        base = min(float((b.shape.vertices @ wall.up).min()) for b in wall.blocks if not b.fixed)
-        lever = size * (np.array([point @ wall.up for _, point, _ in masses]) - base)
-        size = lever * size.sum() / lever.sum()
-    for (k, point, _), force in zip(masses, size, strict=True):
-        live[k] += _wrench(force * direction, point - centroids[k])
-    return SpaceLoads(read_only(dead), read_only(live), read_only(direction))
+            size = load.force if load.force is not None else (load.line_load or 0.0) * length
+            yield k, point, size * along, load.inertia
 
 
 def _wrench(force: FloatArray, arm: FloatArray) -> FloatArray:

@@ -23,6 +23,7 @@ from orchestrator.assessment.seismic.kinematic import (
     Moving,
     activation_acceleration,
     kinematics,
+    participation_used,
     rocking_displacement,
     rocking_period,
 )
@@ -138,7 +139,7 @@ def kinematic_checks(
         return {"refused": mechanism}, [{"approach": "kinematic approach", "limit_state": "all", "refused": mechanism}]
     has = mechanism.kinematics
     acceleration = activation_acceleration(has.multiplier, has.participation, settings.confidence_factor)
-    used = has.participation if has.participation >= LOW_PARTICIPATION else 1.0
+    used = participation_used(has.participation)
     record = {
         "state": mechanism.state,
         "direction": 1 if direction[0] > 0 else -1,
