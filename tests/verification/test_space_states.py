@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from orchestrator.app import cli
 from orchestrator.loads.block_loads import LiveLoad
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
 from orchestrator.space.contacts import FaceContactSettings, find_joints
 from orchestrator.space.generators import GENERATORS, build
 from orchestrator.space.generators.shapes import Plan, Stones, l_wall, t_wall, u_wall
-from orchestrator.space.generators.walls import Gable, Leaves, between_floors, gable, two_leaf_wall
+from orchestrator.space.generators.walls import Gable, Leaves, Openings, Setbacks, between_floors, gable, two_leaf_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.mechanism import mechanism_of
 from orchestrator.space.validation import validate
@@ -174,21 +176,60 @@ def _openings():
     return [kinds[0](facade=8, returns=2, courses=10), kinds[1](), kinds[2]()]
 
 
-def test_no_joint_runs_through_two_courses():
-    """Interlocking: in U, L, box and T no head joint of a course lies over one of the course below."""
-    for kind in ("straight", "u", "l", "box", "t"):
-        wall = build(kind, [Plan(4, 3, 4), S])
-        joints = find_joints(wall).joints
-        heads = np.abs(joints.normal @ wall.up) < 0.1
-        ends = [
-            (
-                round(float(c[0]), 4),
-                round(float(c[1]), 4),
-                round(float(o[:, 2].min()), 4),
-                tuple(np.round(np.abs(n), 2)),
-            )
-            for c, o, n, head in zip(joints.centroid, joints.outlines, joints.normal, heads, strict=True)
-            if head
-        ]
-        below = {(x, y, round(z + S.height, 4), n) for x, y, z, n in ends}
-        assert not below & set(ends), kind
+def bond_of(wall, height):
+    """The smallest distance in plan (m) between two head joints of neighbouring courses that face the same way and
+    stand over each other."""
+    joints = find_joints(wall).joints
+    heads = []
+    for outline, normal in zip(joints.outlines, joints.normal, strict=True):
+        if abs(normal @ wall.up) < 0.1:
+            axis = int(np.argmax(np.abs(normal)))
+            across = outline[:, 1 - axis]
+            course = round(float(outline[:, 2].min()) / height)
+            heads.append((course, axis, float(outline[0, axis]), float(across.min()), float(across.max())))
+    return min(
+        abs(one[2] - other[2])
+        for one in heads
+        for other in heads
+        if other[0] == one[0] + 1 and other[1] == one[1] and min(one[4], other[4]) - max(one[3], other[3]) > 1e-6
+    )
+
+
+@pytest.mark.parametrize("kind", ["straight", "u", "l", "box", "t", "buttress", "openings"])
+@pytest.mark.parametrize("thickness", [0.1, 0.14, 0.18, 0.2, 0.3, 0.5])
+def test_no_joint_runs_through_two_courses(kind, thickness):
+    """Interlocking: head joints of neighbouring courses lie half a stone from each other
+    between corners, a quarter or more beside a web, whatever the thickness is."""
+    stones = Stones(thickness=thickness)
+    for facade, returns in ((7, 2), (8, 3)):
+        plan = Plan(facade, returns, 7 if kind == "openings" else 3)
+        own = [Openings(openings=0)] if kind == "openings" else [Setbacks()] if kind == "buttress" else []
+        least = bond_of(build(kind, [plan, *own, stones]), stones.height)
+        assert least > (0.45 if kind not in ("t", "buttress") else 0.24) * stones.length
+
+
+def test_a_facade_as_thick_as_its_stones_are_long_is_held_by_its_returns(tmp_path, capsys):
+    """Stones 200 mm long and thick: with every head joint over one, the facade would fall as a free-standing wall,
+    lambda = t / h = 0.2 / 0.8."""
+    case = tmp_path / "wall.toml"
+    wall = 'generator = "u"\nfacade = 8\nthickness = "200 mm"\nlength = "200 mm"'
+    case.write_text(f'[wall]\n{wall}\n[load]\ndirection = "-y"\n')
+    assert cli.main(["limit", str(case), "--set", "limit_analysis.states=headline", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["associative"] > 1.2 * 0.25
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ('generator = "u"\nfacade = 1\nthickness = "180 mm"', "wall.facade: 0.2 m leave no room for a stone beside"),
+        ('generator = "box"\nfacade = 1\nthickness = "300 mm"', "give 4 stones or more, or make the wall thinner"),
+        ('generator = "t"\nfacade = 1\nthickness = "180 mm"', "wall.facade: 0.2 m leave no room for a stone beside"),
+        ('generator = "buttress"\nfacade = 1\nthickness = "180 mm"', "wall.facade: 0.2 m leave no room for a stone"),
+    ],
+)
+def test_a_facade_too_short_for_its_corners_is_refused(tmp_path, capsys, settings, message):
+    case = tmp_path / "wall.toml"
+    case.write_text(f'[wall]\n{settings}\n[load]\ndirection = "-y"\n')
+    assert cli.main(["check", str(case), "--output", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line
