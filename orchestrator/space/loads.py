@@ -14,12 +14,13 @@ from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.geometry.polyhedra import face_normals
+from orchestrator.geometry.polyhedra import FLAT, face_normals
 from orchestrator.loads.block_loads import Distribution, LiveLoad, refuse_blocks_that_cannot_move
 from orchestrator.loads.dead_loads import AT_LEVEL
 from orchestrator.space.wall import SpaceWall
@@ -39,7 +40,7 @@ class SpaceDeadLoad:
     force: Annotated[float, Gt(0), Unit("N")] | None = None
     """on each block, at the middle of its top"""
     line_load: Annotated[float, Gt(0), Unit("N/m")] | None = None
-    """along the longest horizontal side of each block's top, at the top's middle"""
+    """on each block's top, at its middle, per horizontal metre along the wall"""
     direction: tuple[float, ...] = ()
     """of the force; left out: downwards. A horizontal one is the thrust of a roof or a vault"""
     inertia: bool = False
@@ -177,24 +178,29 @@ def _wrench(force: FloatArray, arm: FloatArray) -> FloatArray:
 
 
 def top_of(wall: SpaceWall, block: int) -> tuple[FloatArray, float]:
-    """Return the middle (3,) of a block's top and the length (m) of the top's longest horizontal side.
+    """Return the middle (3,) of a block's top, by area, and the top's horizontal length (m) along the wall.
 
-    The top is its highest face that looks up; a body that ends in an edge has its highest corners' mean and no side.
+    The top is all of the surface that looks up in the plane of the highest such face, in however many faces it comes;
+    a body that ends in an edge has its centroid and no length. Where the wall's direction is not known it is that of
+    the long side of the smallest rectangle around the top.
     """
-    shape = wall.blocks[block].shape
-    upward = face_normals(shape) @ wall.up
-    heights = [float((shape.vertices[list(face)] @ wall.up).mean()) for face in shape.faces]
-    best = max(
-        (k for k in range(len(upward)) if upward[k] > 0.5),
-        key=lambda k: (round(heights[k], 9), upward[k]),
-        default=None,
-    )
-    if best is None:
+    shape, along = wall.blocks[block].shape, wall.blocks[block].along
+    normals = face_normals(shape)
+    rings = [shape.vertices[list(face)] for face in shape.faces]
+    upward = [k for k in range(len(rings)) if normals[k] @ wall.up > 0.5]
+    if not upward:
         return wall.centroids[block], 0.0
-    ring = shape.vertices[list(shape.faces[best])]
-    sides = np.roll(ring, -1, axis=0) - ring
-    flat = sides - np.outer(sides @ wall.up, wall.up)
-    return ring.mean(axis=0), float(np.linalg.norm(flat, axis=1).max())
+    highest = max(upward, key=lambda k: float((rings[k] @ wall.up).mean()))
+    normal, corner = normals[highest], rings[highest][0]
+    in_plane = [rings[k] for k in upward if np.abs((rings[k] - corner) @ normal).max() <= FLAT * shape.size]
+    axes = np.array(plan_axes(wall.up))
+    plan = shapely.union_all([shapely.Polygon((ring - corner) @ axes.T) for ring in in_plane])
+    flat = np.array(plan.centroid.coords[0]) @ axes
+    point = corner + flat - (flat @ normal) / (wall.up @ normal) * wall.up
+    if along is not None:
+        return point, float(np.ptp(np.concatenate(in_plane) @ along))
+    rectangle = shapely.get_coordinates(shapely.minimum_rotated_rectangle(plan))
+    return point, float(np.linalg.norm(np.diff(rectangle, axis=0), axis=1).max())
 
 
 def _loaded(wall: SpaceWall, load: SpaceDeadLoad) -> list[int]:

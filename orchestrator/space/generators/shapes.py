@@ -25,6 +25,8 @@ from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
 Run = tuple[float, float, float, float]
 """a stone in plan: x0, x1, y0, y1 in m"""
+ALONG_X, ALONG_Y = read_only([1.0, 0.0, 0.0]), read_only([0.0, 1.0, 0.0])
+"""directions of walls"""
 SHORTEST_CUT_STONE = 0.3
 """part of a stone: a cut piece shorter than this is joined to its neighbour"""
 
@@ -91,13 +93,18 @@ def bonded(
 
 
 def of_courses(name: str, plans: list[list[Run]], stones: Stones) -> SpaceWall:
-    """Return a wall from the plan of every course, on a base as deep as three courses that reaches beyond it."""
+    """Return a wall from the plan of every course, on a base as deep as three courses that reaches beyond it.
+
+    Stones as thick along y as the wall are the facade's, along x; others that are so along x are a return's, along y.
+    """
     blocks: list[SpaceBlock] = []
     for course, plan in enumerate(plans):
         low, high = course * stones.height, (course + 1) * stones.height
         for x0, x1, y0, y1 in plan:
             shape = box((x0, y0, low), (x1, y1, high))
-            blocks.append(SpaceBlock(len(blocks) + 1, shape, unit_weight=stones.unit_weight))
+            x_is_thickness, y_is_thickness = (abs(d - stones.thickness) < 1e-9 * d for d in (x1 - x0, y1 - y0))
+            along = ALONG_Y if x_is_thickness and not y_is_thickness else ALONG_X
+            blocks.append(SpaceBlock(len(blocks) + 1, shape, unit_weight=stones.unit_weight, along=along))
     return SpaceWall(name, (ground(plans[0], stones), *blocks), stones.friction, read_only(UPRIGHT))
 
 

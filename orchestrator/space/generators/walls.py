@@ -14,6 +14,7 @@ from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.polyhedra import box, prism, volume_of
 from orchestrator.space.generators.shapes import (
+    ALONG_X,
     SHORTEST_CUT_STONE,
     Plan,
     Run,
@@ -134,7 +135,7 @@ def gable(shape: Gable, stones: Stones) -> SpaceWall:
             stone = slopes.intersection(shapely.box(a, course * h, b, (course + 1) * h))
             corners = shapely.get_coordinates(shapely.normalize(stone).simplify(1e-9 * length))[:-1]
             body = prism(corners, np.zeros(3), axes)
-            blocks.append(SpaceBlock(len(blocks), body, unit_weight=stones.unit_weight))
+            blocks.append(SpaceBlock(len(blocks), body, unit_weight=stones.unit_weight, along=ALONG_X))
     return SpaceWall("gable", tuple(blocks), stones.friction, read_only(UPRIGHT))
 
 
