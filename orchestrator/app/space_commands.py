@@ -148,6 +148,7 @@ def record(analysis: SpaceAnalysis) -> dict[str, Any]:
         "seconds": analysis.seconds,
         "lowest": interval[0] if interval else None,
         "highest": interval[1] if interval else None,
+        "going_down": list(analysis.going_down),
         "torsion": {"corners": corners, "uniform": uniform},
     }
 

@@ -8,6 +8,9 @@ from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.space.analysis import SpaceAnalysis
 from orchestrator.storage import Summary
 
+OPEN = "Whether it stands is open; if it does, "
+"""what is said first of a wall that does not come to rest under its dead load unless it is wedged"""
+
 
 def answer_of_limit(analysis: LimitAnalysis) -> str:
     """Return the sentence on a limit analysis: the multiplier that counts, its base shear, and how sure it is."""
@@ -16,7 +19,7 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     shear = f"base shear {printed('force', state.base_shear)} kN, {_without(analysis)}"
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): "
     if analysis.going_down:
-        counts = f"Whether it stands is open; if it does, {counts}"
+        counts = f"{OPEN}{counts}"
     if not state.converged and state is not analysis.associative:
         rest = f"Loading met no limit state; the wall was at rest up to λ = ({_limit(multiplier)}): {shear}"
         if analysis.geometry_decides:
@@ -42,6 +45,8 @@ def answer_in_space(analysis: SpaceAnalysis) -> str:
     multiplier = state.load_multiplier
     shear = f"base shear {printed('force', multiplier * analysis.live_total)} kN, "
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): {shear}"
+    if analysis.going_down:
+        counts = f"{OPEN}{counts}"
     if analysis.range is None:
         return f"{counts}an upper bound only, as no state with friction that does not dilate was found."
     return f"{counts}{_why(*analysis.range, bound)}"

@@ -24,7 +24,7 @@ from orchestrator.space import descent
 from orchestrator.space.central_path import STAGE, follow
 from orchestrator.space.conic_program import ConicSolution, gravity_forces, missing_support, solve_associative
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.elastic_joints import Push, push
+from orchestrator.space.elastic_joints import Push, going_down, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
 from orchestrator.space.loads import SpaceLoads
 from orchestrator.space.springs import depth_stiffness, springs_of
@@ -47,6 +47,8 @@ SHARES = (0.35, 0.6, 0.9, 0.95)
 the latest."""
 DEPTH_POWER = 2.0
 """stiffness of a joint grows with this power of its depth below the top"""
+LISTED = 10
+"""blocks that a message names"""
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
@@ -86,7 +88,8 @@ class SpaceState:
 class SpaceAnalysis:
     """associative: bound and mechanism; other_torsion: the multiplier with the other torsion; states: what was found
     without dilation, the headline's push first. weight (N) of the free blocks, live_total (N): base shear = lambda x
-    this. seconds in all."""
+    this. seconds in all. going_down: ids of blocks that go down under the dead load unless they are wedged: whether the
+    wall stands is open."""
 
     assemblage: SpaceAssemblage
     loads: SpaceLoads
@@ -98,6 +101,7 @@ class SpaceAnalysis:
     live_total: float
     seconds: float
     remarks: tuple[str, ...]
+    going_down: tuple[int, ...] = ()
 
     @property
     def headline(self) -> SpaceState | None:
@@ -129,21 +133,23 @@ def analyse(
     equilibrium = equilibrium_of(assemblage, loads, settings.torsion)
     stiffness = depth_stiffness(assemblage, DEPTH_POWER)
     gravity = _gravity(assemblage, equilibrium, stiffness)
-    report("stands under its own weight")
+    falling = _falling(assemblage, equilibrium, gravity, stiffness)
+    report("whether it stands is open" if falling else "joint forces can balance its dead load")
     optimum = _associative(equilibrium)
     associative = state_of("associative", assemblage, loads, optimum, optimum.velocities, settings.torsion)
     report(f"associative multiplier {optimum.load_multiplier:.5f}")
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
     other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
     states: list[SpaceState] = []
-    remarks: list[str] = []
+    stones = ", ".join(map(str, falling[:LISTED])) + ", ..." * (len(falling) > LISTED)
+    remarks = [f"loading: no state of rest under the dead load was found: stones {stones} go down unless wedged"] * bool(falling)
     if settings.states != "none":
         search = _Search(assemblage, loads, equilibrium, gravity, optimum, settings.time, report)
         for state in search.states():
             states.append(state)
             if state.valid and settings.states == "headline":
                 break
-        remarks = _remarks(states)
+        remarks += _remarks(states)
     weight = float(assemblage.wall.weights[~assemblage.wall.fixed].sum())
     return SpaceAnalysis(
         assemblage=assemblage,
@@ -156,6 +162,7 @@ def analyse(
         live_total=equilibrium.live_total,
         seconds=perf_counter() - started,
         remarks=tuple(remarks),
+        going_down=falling,
     )
 
 
@@ -174,11 +181,24 @@ def _gravity(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffne
         return gravity_forces(equilibrium, stiffness)
     except InfeasibleError:
         _, motion = missing_support(equilibrium)
-    moving = np.linalg.norm(motion[:, :3], axis=1)
-    ids = [assemblage.wall.blocks[k].id for k in equilibrium.free_blocks[moving > 0.1 * moving.max()]]
-    listed = ", ".join(map(str, ids[:10])) + ", ..." * (len(ids) > 10)
+    ids = _fastest(assemblage, equilibrium, motion)
+    listed = ", ".join(map(str, ids[:LISTED])) + ", ..." * (len(ids) > LISTED)
     problem = f"the wall cannot stand under its own weight: block{'s' * (len(ids) > 1)} {listed} would move"
     raise CaseError(f"block {ids[0]}", problem, "support them, raise the friction, or correct the joints")
+
+
+def _falling(
+    assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, gravity: FloatArray, stiffness: FloatArray
+) -> tuple[int, ...]:
+    """Return the ids of the blocks that go down under the dead load where the wall does not come to rest."""
+    motion = going_down(assemblage, equilibrium, gravity, stiffness)
+    return () if motion is None else _fastest(assemblage, equilibrium, motion)
+
+
+def _fastest(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, motion: FloatArray) -> tuple[int, ...]:
+    """Return the ids of the free blocks that have a tenth of the largest velocity of a motion (m, 6), or more."""
+    speed = np.linalg.norm(motion[:, :3], axis=1)
+    return tuple(assemblage.wall.blocks[k].id for k in equilibrium.free_blocks[speed > 0.1 * speed.max()])
 
 
 class _Search:

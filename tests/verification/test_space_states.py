@@ -12,6 +12,7 @@ import pytest
 from orchestrator.app import cli
 from orchestrator.loads.block_loads import LiveLoad
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
+from orchestrator.space.block_files import wall_from
 from orchestrator.space.contacts import FaceContactSettings, find_joints
 from orchestrator.space.generators import GENERATORS, build
 from orchestrator.space.generators.shapes import Plan, Stones, l_wall, t_wall, u_wall
@@ -20,6 +21,7 @@ from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.mechanism import mechanism_of
 from orchestrator.space.validation import validate
 from orchestrator.space.wall import check_wall
+from tests.support.paths import DATA
 from tests.support.space_walls import block_on_ground, of_assemblage, turned, v_groove
 
 S = Stones()
@@ -169,6 +171,7 @@ def test_every_generator_makes_a_wall_that_stands(kind):
     loads = loads_on(assemblage.wall, SpaceLoadSettings(direction="-y"))
     analysis = analyse(assemblage, loads, SpaceLimitSettings(states="none"))
     assert 0.02 < analysis.associative.load_multiplier < 2.0
+    assert not analysis.going_down
 
 
 def _openings():
@@ -233,3 +236,44 @@ def test_a_facade_too_short_for_its_corners_is_refused(tmp_path, capsys, setting
     assert cli.main(["check", str(case), "--output", str(tmp_path / "out")]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert message in line
+
+
+LINTEL = [
+    {"id": 0, "polygon": [[-1, -0.5], [4, -0.5], [4, 0], [-1, 0]], "fixed": True, "thickness": 2.5, "offset": -1},
+    {"id": 1, "polygon": [[0, 0], [1, 0], [1, 2], [0, 2]]},
+    {"id": 2, "polygon": [[2, 0], [3, 0], [3, 2], [2, 2]]},
+    {"id": 3, "polygon": [[1, 1.5], [2, 1.5], [2, 2], [1, 2]]},
+]
+"""two piers and a block between them that lies on nothing"""
+
+
+def test_a_block_that_only_a_prestress_holds_leaves_open_whether_it_stands(tmp_path, capsys):
+    """Friction at its sides could hold it if they were pressed; nothing presses them, as gravity does not. The plane
+    program says the same of its file."""
+    rows = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.5, "unit_weight": 20, "friction": 0.6}
+    path = tmp_path / "lintel.json"
+    path.write_text(json.dumps(rows | {"up": "y", "blocks": LINTEL}))
+    settings = ["--set", "load.direction=+z", "--set", "limit_analysis.time=3 s"]
+    assert cli.main(["limit", str(path), *settings, "--output", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert "loading: no state of rest under the dead load was found: stones 3 go down unless wedged" in printed
+    assert "Whether it stands is open; if it does, λ = " in printed
+    assert "stands under its own weight" not in printed
+    assert json.loads((tmp_path / "out" / "limit_analysis.json").read_text())["going_down"] == [3]
+    assert cli.main(["check", str(path), *settings, "--output", str(tmp_path / "out")]) == 0
+    assert "stones 3 go down unless wedged" in capsys.readouterr().out
+    plane = tmp_path / "plane.json"
+    blocks = [{key: row[key] for key in row if key not in ("thickness", "offset")} for row in LINTEL]
+    plane.write_text(json.dumps(rows | {"blocks": blocks}))
+    assert cli.main(["limit", str(plane), "--output", str(tmp_path / "plane")]) == 0
+    assert "Whether it stands is open; if it does, λ = " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "open_question"), [("keystone_wall_13x9", True), ("arch27_t0107", False), ("block_on_10deg_slope", False)]
+)
+def test_walls_that_stand_need_no_prestress(name, open_question):
+    """An arch at the least thickness at which it stands does, and a block that friction holds on a slope; the keystone
+    wall has blocks without bearing."""
+    wall = wall_from(json.loads((DATA / f"{name}.json").read_text()) | {"up": "y"}, name)
+    assert bool(states_of(wall, "+z", states="none").going_down) is open_question
