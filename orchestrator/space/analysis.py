@@ -47,6 +47,8 @@ SHARES = (0.35, 0.6, 0.9, 0.95)
 the latest."""
 DEPTH_POWER = 2.0
 """stiffness of a joint grows with this power of its depth below the top"""
+ONE_ANSWER = 0.01
+"""Relative difference of two pushes up to which the joints' stiffness decides nothing, as in the plane."""
 LISTED = 10
 """blocks that a message names"""
 PUSHES = ("elastic joints", "elastic joints, equal springs")
@@ -105,9 +107,15 @@ class SpaceAnalysis:
 
     @property
     def headline(self) -> SpaceState | None:
-        """The end of the first push that is a state, else the first that the end of a push was closed to."""
+        """The end of the first push that is a state, of the lower one where two differ by more than ONE_ANSWER; else the
+        first state that the end of a push was closed to."""
         valid = [state for state in self.states if state.valid]
-        return next((state for state in valid if state.name in PUSHES), valid[0] if valid else None)
+        pushes = [state for state in valid if state.name in PUSHES]
+        if not pushes:
+            return valid[0] if valid else None
+        lowest = min(pushes, key=lambda state: state.load_multiplier)
+        apart = lowest.load_multiplier < (1.0 - ONE_ANSWER) * pushes[0].load_multiplier
+        return lowest if apart else pushes[0]
 
     @property
     def range(self) -> tuple[float, float] | None:
@@ -145,10 +153,12 @@ def analyse(
     remarks = [f"loading: no state of rest under the dead load was found: stones {stones} go down unless wedged"] * bool(falling)
     if settings.states != "none":
         search = _Search(assemblage, loads, equilibrium, gravity, optimum, settings.time, report)
-        for state in search.states():
-            states.append(state)
-            if state.valid and settings.states == "headline":
-                break
+        states += search.pushes()
+        if settings.states == "range" or not any(state.valid for state in states):
+            for state in search.others():
+                states.append(state)
+                if state.valid and settings.states == "headline":
+                    break
         remarks += _remarks(states)
     weight = float(assemblage.wall.weights[~assemblage.wall.fixed].sum())
     return SpaceAnalysis(
@@ -217,25 +227,31 @@ class _Search:
         self._assemblage, self._loads, self._equilibrium = assemblage, loads, equilibrium
         self._gravity, self._associative, self._report = gravity, associative, report
         self._started, self._seconds = perf_counter(), seconds
+        self._small = len(equilibrium.free_blocks) <= SMALL_BLOCKS
+        self._starts: list[tuple[str, FloatArray]] = []
+        self._flow = np.inf
 
     def _until(self, share: float) -> float:
         return self._started + share * self._seconds
 
-    def states(self) -> Iterator[SpaceState]:
-        """Yield the first push, whatever it ended as, then what else is found."""
+    def pushes(self) -> list[SpaceState]:
+        """Return the ends of the first push and, on small walls, of that with equal springs, whatever they ended as."""
         first = self._push(PUSHES[0], DEPTH_POWER, SHARES[0])
-        yield self._of_push(PUSHES[0], first)
-        starts = [("elastic joints", first.slip)]
-        small = len(self._equilibrium.free_blocks) <= SMALL_BLOCKS
-        if not small:
-            starts = self._smoothed(first.flow) + starts
-        elif perf_counter() < self._until(0.8 * SHARES[0]):  # else time is better spent on closing what it has come to
+        ends = [self._of_push(PUSHES[0], first)]
+        self._starts = [("elastic joints", first.slip)]
+        self._flow = first.flow
+        if self._small and perf_counter() < self._until(0.8 * SHARES[0]):  # else time is better spent on closing what it has come to
             second = self._push(PUSHES[1], 0.0, SHARES[1], SECOND_PUSH * max(first.seconds, 1.0))
-            yield self._of_push(PUSHES[1], second)
-            starts.append(("equal springs", second.slip))
-        for name, slip in starts:
+            ends.append(self._of_push(PUSHES[1], second))
+            self._starts.append(("equal springs", second.slip))
+        return ends
+
+    def others(self) -> Iterator[SpaceState]:
+        """Yield what else is found, from the ends of the pushes, from the path of smoothed contact or the shift."""
+        smoothed = [] if self._small else self._smoothed(self._flow)
+        for name, slip in smoothed + self._starts:
             yield from self._closed(name, slip, self._until(SHARES[2]))
-        if not small:
+        if not self._small:
             return
         self._report("dilation shift")
         until = self._until(SHARES[2])
