@@ -27,6 +27,10 @@ from orchestrator.space.generators.shapes import (
 )
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
+SAME_CORNER = 1e-9
+"""part of a stone within which two corners of a cut stone are one"""
+
+
 @dataclass(frozen=True, slots=True)
 class Openings:
     """Openings in a facade, evenly spaced; sizes in stones and courses."""
@@ -132,8 +136,9 @@ def gable(shape: Gable, stones: Stones) -> SpaceWall:
         inner = [x for x in cuts if top + SHORTEST_CUT_STONE * length < x < wide - top - SHORTEST_CUT_STONE * length]
         places = [inset, *inner, wide - inset]
         for a, b in pairwise(places):
-            stone = slopes.intersection(shapely.box(a, course * h, b, (course + 1) * h))
-            corners = shapely.get_coordinates(shapely.normalize(stone).simplify(1e-9 * length))[:-1]
+            within = shapely.box(a, course * h, b, (course + 1) * h)
+            stone = shapely.intersection(slopes, within, grid_size=SAME_CORNER * min(length, h))
+            corners = shapely.get_coordinates(shapely.normalize(stone).simplify(SAME_CORNER * length))[:-1]
             body = prism(corners, np.zeros(3), axes)
             blocks.append(SpaceBlock(len(blocks), body, unit_weight=stones.unit_weight, along=ALONG_X))
     return SpaceWall("gable", tuple(blocks), stones.friction, read_only(UPRIGHT))
