@@ -107,8 +107,8 @@ class SpaceAnalysis:
 
     @property
     def headline(self) -> SpaceState | None:
-        """The end of the first push that is a state, of the lower one where two differ by more than ONE_ANSWER; else the
-        first state that the end of a push was closed to."""
+        """The end of the first push that is a state, or the lower one where two differ by more than ONE_ANSWER; else
+        the first state that the end of a push was closed to."""
         valid = [state for state in self.states if state.valid]
         pushes = [state for state in valid if state.name in PUSHES]
         if not pushes:
@@ -150,7 +150,9 @@ def analyse(
     other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
     states: list[SpaceState] = []
     stones = ", ".join(map(str, falling[:LISTED])) + ", ..." * (len(falling) > LISTED)
-    remarks = [f"loading: no state of rest under the dead load was found: stones {stones} go down unless wedged"] * bool(falling)
+    remarks = [
+        f"loading: no state of rest under the dead load was found: stones {stones} go down unless wedged"
+    ] * bool(falling)
     if settings.states != "none":
         search = _Search(assemblage, loads, equilibrium, gravity, optimum, settings.time, report)
         states += search.pushes()
@@ -240,7 +242,9 @@ class _Search:
         ends = [self._of_push(PUSHES[0], first)]
         self._starts = [("elastic joints", first.slip)]
         self._flow = first.flow
-        if self._small and perf_counter() < self._until(0.8 * SHARES[0]):  # else time is better spent on closing what it has come to
+        if self._small and perf_counter() < self._until(
+            0.8 * SHARES[0]
+        ):  # else time is better spent on closing what it has come to
             second = self._push(PUSHES[1], 0.0, SHARES[1], SECOND_PUSH * max(first.seconds, 1.0))
             ends.append(self._of_push(PUSHES[1], second))
             self._starts.append(("equal springs", second.slip))

@@ -86,7 +86,14 @@ def wall_from(record: Any, name: str) -> SpaceWall:
     thickness = number_in(record, "thickness", "") * length if "thickness" in record else None
     unit_weight = number_in(record, "unit_weight", "") * weight if "unit_weight" in record else None
     blocks = tuple(
-        _block(row, k, unit_weight, weight, PLANES[up][0], lambda row, number: _shape(row, f"block {number}", thickness, up, length))
+        _block(
+            row,
+            k,
+            unit_weight,
+            weight,
+            PLANES[up][0],
+            lambda row, number: _shape(row, f"block {number}", thickness, up, length),
+        )
         for k, row in enumerate(record["blocks"])
     )
     return SpaceWall(name, blocks, number_in(record, "friction", ""), read_only(UP[up]))

@@ -134,9 +134,10 @@ def going_down(
     """Return the motion (m, 6) of a wall that goes down under its dead load on elastic joints that carried nothing
     before; None for one that comes to rest, or where Newton's method loses its way in elastic motions.
 
-    Forces that balance the dead load, `gravity` (p, 3) in N, may be a prestress that nothing makes: a lintel that friction
-    holds between two piers. They are taken away step by step, and the wall moves into the joints, or down: farther than
-    a tower of all its blocks settles, n^2 / 2 mean weights over mean stiffnesses for n blocks on one spring each.
+    Forces that balance the dead load, `gravity` (p, 3) in N, may be a prestress that nothing makes: a lintel that
+    friction holds between two piers. They are taken away step by step, and the wall moves into the joints, or down:
+    farther than a tower of all its blocks settles, n^2 / 2 mean weights over mean stiffnesses for n blocks on one
+    spring each.
     """
     springs = springs_of(assemblage, equilibrium, stiffness)
     prestress = gravity / equilibrium.weight_scale

@@ -26,8 +26,8 @@ from orchestrator.space.wall import SpaceBlock, SpaceWall
 CUT_VOLUME_ROUNDING = 1e-6
 """Part of a stone's volume below which what is cut off, or left, is rounding."""
 PLAN_GRID = 1e-9
-"""Part of a stone's size in plan to which what is left of it is rounded: a floor that ends where the stone does, but for
-rounding, leaves no spike."""
+"""Part of a stone's size in plan to which what is left of it is rounded: a floor that ends where the stone does, but
+for rounding, leaves no spike."""
 
 
 @dataclass(frozen=True, slots=True)

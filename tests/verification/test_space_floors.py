@@ -102,7 +102,9 @@ def test_a_floor_may_end_where_a_stone_ends(tmp_path, capsys, start, end, shared
     stones = 'facade = 3\ncourses = 6\nlength = "400 mm"\nthickness = "400 mm"\nheight = "200 mm"\n'
     floor = f'[[wall.floors]]\nlevel = "600 mm"\nthickness = "200 mm"\nstart = {start}\nend = {end}\n'
     case = tmp_path / "floor.toml"
-    case.write_text(f'[wall]\ngenerator = "straight"\n{stones}{floor}unit_weight = "1 kN/m3"\n[load]\ndirection = "+y"\n')
+    case.write_text(
+        f'[wall]\ngenerator = "straight"\n{stones}{floor}unit_weight = "1 kN/m3"\n[load]\ndirection = "+y"\n'
+    )
     assert cli.main(["check", str(case), "--output", str(tmp_path / "out")]) == 0
     capsys.readouterr()
     wall = read(case).wall

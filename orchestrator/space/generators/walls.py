@@ -154,7 +154,9 @@ def buttressed_wall(plan: Plan, setbacks: Setbacks, stones: Stones) -> SpaceWall
     for course in range(plan.courses):
         shorter = 0.5 * length * (course // setbacks.set_back)
         back = max(t + plan.returns * length - shorter, t + 0.5 * length)
-        facade, pier = (beside, bonded(back, stones, False)[0]) if course % 2 else (over, bonded(back, stones, False)[1])
+        facade, pier = (
+            (beside, bonded(back, stones, False)[0]) if course % 2 else (over, bonded(back, stones, False)[1])
+        )
         plans.append([(a, b, 0.0, t) for a, b in facade] + [(left, right, a, b) for a, b in pier])
     return of_courses("wall with a buttress", plans, stones)
 

@@ -169,7 +169,10 @@ def test_a_line_load_counts_metres_along_the_wall(tmp_path, capsys):
     line = '\n[load]\ndirection = "+y"\n[[load.dead]]\nlevel = "200 mm"\nline_load = "10 kN/m"\n'
     stones = '\ncourses = 2\nlength = "200 mm"\nthickness = "300 mm"\nheight = "100 mm"'
     case = tmp_path / "wall.toml"
-    for wall, total in (('generator = "straight"\nfacade = 3', 6.0), ('generator = "l"\nfacade = 5\nreturns = 2', 14.0)):
+    for wall, total in (
+        ('generator = "straight"\nfacade = 3', 6.0),
+        ('generator = "l"\nfacade = 5\nreturns = 2', 14.0),
+    ):
         case.write_text(f"[wall]\n{wall}{stones}{line}")
         assert cli.main(["check", str(case), "--output", str(tmp_path / "out")]) == 0
         (said,) = (text.split() for text in capsys.readouterr().out.splitlines() if "extra:" in text)
