@@ -38,14 +38,14 @@ def check(path: Path, overrides: list[str], output: Path, console: Console) -> i
     with naming(case.file):
         loads, sums = loads_on(wall, case.load), load_sums(wall, case.load)
         with shown(console, "check", "whether the wall stands"):
-            analyse(assemblage, loads, replace(case.limit_analysis, states="none"))
+            found = analyse(assemblage, loads, replace(case.limit_analysis, states="none"))
     of_materials, classes = materials(wall), joint_classes(assemblage)
     for table in (loads_table(sums), materials_table(of_materials), joints_table(classes)):
         console.print(table)
     for line in tie_words(case):
         console.print(line, soft_wrap=True, markup=False)
     console.print(STANDS, soft_wrap=True)
-    said = [*ignored_joints(assemblage), *unusual(sums, of_materials, classes, case)]
+    said = [*ignored_joints(assemblage), *found.remarks, *unusual(sums, of_materials, classes, case)]
     for remark in said:
         console.print(f"{path}: {remark}", soft_wrap=True, markup=False)
     _draw(case, assemblage, said, output, console)

@@ -14,6 +14,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from orchestrator.assessment.seismic.in_space import participation_in_space
+from orchestrator.assessment.seismic.kinematic import LOW_PARTICIPATION, activation_acceleration, participation_used
 from orchestrator.basis.errors import naming
 from orchestrator.basis.printed import counted, printed
 from orchestrator.masonry.wall import GRAVITY
@@ -84,11 +86,11 @@ def _show_mechanism(
     say: Callable[[str], None],
 ) -> None:
     """Say what the mechanism is, draw it, and write it down."""
-    mechanism = mechanism_of(assemblage, loads, analysis.shown.velocities)
+    mechanism = mechanism_of(assemblage, analysis.shown.velocities)
     remarks = [*ignored_joints(assemblage), *analysis.remarks]
     for remark in remarks:
         say(remark)
-    rows = mechanism_rows(analysis, mechanism)
+    rows = [*mechanism_rows(analysis, mechanism), *kinematic_rows(case, analysis, mechanism)]
     for name, text in rows:
         say(f"{name}: {text}")
     say(answer_in_space(analysis))
@@ -146,6 +148,7 @@ def record(analysis: SpaceAnalysis) -> dict[str, Any]:
         "seconds": analysis.seconds,
         "lowest": interval[0] if interval else None,
         "highest": interval[1] if interval else None,
+        "going_down": list(analysis.going_down),
         "torsion": {"corners": corners, "uniform": uniform},
     }
 
@@ -210,26 +213,32 @@ def wall_rows(assemblage: SpaceAssemblage) -> list[tuple[str, str]]:
 
 
 def mechanism_rows(analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[tuple[str, str]]:
-    """Return what the mechanism does, in words, and its kinematic verification."""
+    """Return what the mechanism does, in words."""
     wall = analysis.assemblage.wall
     moving = mechanism.moving
     share, bodies = wall.weights[moving].sum() / analysis.weight, int(mechanism.body.max())
     several = "body" if bodies == 1 else "bodies"
     motions: dict[Motion, str] = {"hinges": "hinge", "opens": "open", "slides": "slide", "twists": "twist"}
     kinds = ", ".join(f"{mechanism.count(kind)} {word}" for kind, word in motions.items())
-    rows = [
+    return [
         (
             "moving",
             f"{counted(len(moving), 'block')} ({100 * share:.0f} % of the weight) in {bodies} {several}",
         ),
         ("joints", kinds),
     ]
-    if mechanism.participation:
-        acceleration = analysis.shown.load_multiplier * GRAVITY / mechanism.participation
-        value = f"e* = {mechanism.participation:.3f}, a0* = λ g / e* = {acceleration:.3f} m/s2"
-        value += f" ({acceleration / GRAVITY:.3f} g)"
-        rows.append(("kinematic verification (Circular 7/2019 C8.7.1.2), confidence factor 1", value))
-    return rows
+
+
+def kinematic_rows(case: SpaceCase, analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[tuple[str, str]]:
+    """Return at which acceleration the mechanism starts; nothing where the load is not horizontal and as the mass."""
+    found = participation_in_space(case.wall, case.load, mechanism, analysis.shown.velocities)
+    if found is None:
+        return []
+    used = participation_used(found)
+    start = activation_acceleration(analysis.shown.load_multiplier, used, 1.0)
+    low = f" is below {LOW_PARTICIPATION:g}, and counts as 1" * (used != found)
+    value = f"e* = {found:.3f}{low}; a0* = λ g / e* = {start:.3f} m/s2 ({start / GRAVITY:.3f} g)"
+    return [("kinematic verification (Circular 7/2019 C8.7.1.2), confidence factor 1", value)]
 
 
 def _polar(case: SpaceCase, assemblage: SpaceAssemblage, output: Path, say: Callable[[str], None]) -> Path:

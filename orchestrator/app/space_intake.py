@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -43,8 +43,8 @@ def takes(path: Path, options: Mapping[str, str]) -> bool:
         return False
 
 
-def read_file(path: Path, options: Mapping[str, str]) -> SpaceWall:
-    """Return the wall in a file, supports included, not yet checked. Raises CaseError."""
+def read_file(path: Path, options: Mapping[str, str], say: Callable[[str], None] = lambda _: None) -> SpaceWall:
+    """Return the wall in a file, supports included, not yet checked; say what was left out. Raises CaseError."""
     for key in options:
         if key not in TAKEN:
             known = ", ".join(f"--{name.replace('_', '-')}" for name in TAKEN)
@@ -58,7 +58,7 @@ def read_file(path: Path, options: Mapping[str, str]) -> SpaceWall:
         wall = read_step(path, length, material)
     elif suffix == ".dxf":
         height = _quantity("height", options["height"]) if "height" in options else None
-        wall = read_plans(path, length, height, material)
+        wall = read_plans(path, length, height, material, say)
     elif length is None:
         raise CaseError("--unit", "the file has no unit of length", "give it, as in --unit mm")
     else:
@@ -71,7 +71,7 @@ def import_wall(path: Path, options: Mapping[str, str], output: Path, console: C
     if output.suffix.lower() != ".json":
         raise CaseError("--output", f"{output} is not a block file", "end its name in .json")
     with naming(path):
-        wall = read_file(path, options)
+        wall = read_file(path, options, lambda text: console.print(f"{path}: {text}", soft_wrap=True, markup=False))
         check_wall(wall)
         assemblage = find_joints(wall)
     write_json(output, as_record(wall))

@@ -223,11 +223,11 @@ def _cut_ears(polygon: FloatArray) -> list[tuple[int, int, int]]:
 
 
 def _inside(triangle: FloatArray, points: FloatArray) -> bool:
-    """Return whether one of the points (n, 2) lies inside a counter-clockwise triangle (3, 2)."""
+    """Return whether one of the points (n, 2) lies inside a counter-clockwise triangle (3, 2) or on its sides."""
     inside = np.ones(len(points), dtype=bool)
     for start, end in zip(triangle, np.roll(triangle, -1, axis=0), strict=True):
         edge, arm = end - start, points - start
-        inside &= cross(edge, arm) > 0
+        inside &= cross(edge, arm) >= 0
     return bool(inside.any())
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from orchestrator.assessment.sensitivity import ALIKE
 from orchestrator.basis.printed import percent_more, printed
 from orchestrator.limit_analysis import LimitAnalysis
-from orchestrator.space.analysis import SpaceAnalysis
+from orchestrator.space.analysis import BRACKET, SpaceAnalysis
 from orchestrator.storage import Summary
+
+OPEN = "Whether it stands is open; if it does, "
+"""what is said first of a wall that does not come to rest under its dead load unless it is wedged"""
 
 
 def answer_of_limit(analysis: LimitAnalysis) -> str:
@@ -16,7 +19,7 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     shear = f"base shear {printed('force', state.base_shear)} kN, {_without(analysis)}"
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): "
     if analysis.going_down:
-        counts = f"Whether it stands is open; if it does, {counts}"
+        counts = f"{OPEN}{counts}"
     if not state.converged and state is not analysis.associative:
         rest = f"Loading met no limit state; the wall was at rest up to λ = ({_limit(multiplier)}): {shear}"
         if analysis.geometry_decides:
@@ -42,9 +45,22 @@ def answer_in_space(analysis: SpaceAnalysis) -> str:
     multiplier = state.load_multiplier
     shear = f"base shear {printed('force', multiplier * analysis.live_total)} kN, "
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): {shear}"
+    if analysis.going_down:
+        counts = f"{OPEN}{counts}"
     if analysis.range is None:
-        return f"{counts}an upper bound only, as no state with friction that does not dilate was found."
-    return f"{counts}{_why(*analysis.range, bound)}"
+        why = "an upper bound only, as no state with friction that does not dilate was found."
+    else:
+        why = _why(*analysis.range, bound)
+    return f"{counts}{why}{_with_other_torsion(analysis)}"
+
+
+def _with_other_torsion(analysis: SpaceAnalysis) -> str:
+    """Return what joints bear at most that twist the other way, where that is less than what counts."""
+    other = analysis.other_torsion
+    if other >= (1.0 - BRACKET) * analysis.shown.load_multiplier:
+        return ""
+    twist = "twist as under uniform pressure" if analysis.torsion == "corners" else "bear at their corners only"
+    return f" Joints that {twist} reach no more than λ = {_limit(other)}, which is lower: how they twist decides."
 
 
 def _why(low: float, high: float, bound: float) -> str:

@@ -25,7 +25,7 @@ from orchestrator.space import descent
 from orchestrator.space.central_path import STAGE, follow
 from orchestrator.space.conic_program import ConicSolution, gravity_forces, missing_support, solve_associative
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.elastic_joints import Push, push
+from orchestrator.space.elastic_joints import Push, going_down, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
 from orchestrator.space.loads import SpaceLoads
 from orchestrator.space.springs import depth_stiffness, springs_of
@@ -48,6 +48,10 @@ SHARES = (0.35, 0.6, 0.9, 0.95)
 the latest."""
 DEPTH_POWER = 2.0
 """stiffness of a joint grows with this power of its depth below the top"""
+ONE_ANSWER = 0.01
+"""Relative difference of two pushes up to which the joints' stiffness decides nothing, as in the plane."""
+LISTED = 10
+"""blocks that a message names"""
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
@@ -87,7 +91,8 @@ class SpaceState:
 class SpaceAnalysis:
     """associative: bound and mechanism; other_torsion: the multiplier with the other torsion; states: what was found
     without dilation, the headline's push first. weight (N) of the free blocks, live_total (N): base shear = lambda x
-    this. seconds in all."""
+    this. seconds in all. going_down: ids of blocks that go down under the dead load unless they are wedged: whether the
+    wall stands is open."""
 
     assemblage: SpaceAssemblage
     loads: SpaceLoads
@@ -99,12 +104,19 @@ class SpaceAnalysis:
     live_total: float
     seconds: float
     remarks: tuple[str, ...]
+    going_down: tuple[int, ...] = ()
 
     @property
     def headline(self) -> SpaceState | None:
-        """The end of the first push that is a state, else the first that the end of a push was closed to."""
+        """The end of the first push that is a state, or the lower one where two differ by more than ONE_ANSWER; else
+        the first state that the end of a push was closed to."""
         valid = [state for state in self.states if state.valid]
-        return next((state for state in valid if state.name in PUSHES), valid[0] if valid else None)
+        pushes = [state for state in valid if state.name in PUSHES]
+        if not pushes:
+            return valid[0] if valid else None
+        lowest = min(pushes, key=lambda state: state.load_multiplier)
+        apart = lowest.load_multiplier < (1.0 - ONE_ANSWER) * pushes[0].load_multiplier
+        return lowest if apart else pushes[0]
 
     @property
     def range(self) -> tuple[float, float] | None:
@@ -130,21 +142,27 @@ def analyse(
     equilibrium = equilibrium_of(assemblage, loads, settings.torsion)
     stiffness = depth_stiffness(assemblage, DEPTH_POWER)
     gravity = _gravity(assemblage, equilibrium, stiffness)
-    report("stands under its own weight")
+    falling = _falling(assemblage, equilibrium, gravity, stiffness)
+    report("whether it stands is open" if falling else "joint forces can balance its dead load")
     optimum = _associative(equilibrium)
     associative = state_of("associative", assemblage, loads, optimum, optimum.velocities, settings.torsion)
     report(f"associative multiplier {optimum.load_multiplier:.5f}")
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
     other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
     states: list[SpaceState] = []
-    remarks: list[str] = []
+    stones = ", ".join(map(str, falling[:LISTED])) + ", ..." * (len(falling) > LISTED)
+    remarks = [
+        f"loading: no state of rest under the dead load was found: stones {stones} go down unless wedged"
+    ] * bool(falling)
     if settings.states != "none":
         search = _Search(assemblage, loads, equilibrium, gravity, optimum, settings.time, report)
-        for state in search.states():
-            states.append(state)
-            if state.valid and settings.states == "headline":
-                break
-        remarks = _remarks(states)
+        states += search.pushes()
+        if settings.states == "range" or not any(state.valid for state in states):
+            for state in search.others():
+                states.append(state)
+                if state.valid and settings.states == "headline":
+                    break
+        remarks += _remarks(states)
     weight = float(assemblage.wall.weights[~assemblage.wall.fixed].sum())
     return SpaceAnalysis(
         assemblage=assemblage,
@@ -157,6 +175,7 @@ def analyse(
         live_total=equilibrium.live_total,
         seconds=perf_counter() - started,
         remarks=tuple(remarks),
+        going_down=falling,
     )
 
 
@@ -175,11 +194,24 @@ def _gravity(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffne
         return gravity_forces(equilibrium, stiffness)
     except InfeasibleError:
         _, motion = missing_support(equilibrium)
-    moving = np.linalg.norm(motion[:, :3], axis=1)
-    ids = [assemblage.wall.blocks[k].id for k in equilibrium.free_blocks[moving > 0.1 * moving.max()]]
-    listed = ", ".join(map(str, ids[:10])) + ", ..." * (len(ids) > 10)
+    ids = _fastest(assemblage, equilibrium, motion)
+    listed = ", ".join(map(str, ids[:LISTED])) + ", ..." * (len(ids) > LISTED)
     problem = f"the wall cannot stand under its own weight: block{'s' * (len(ids) > 1)} {listed} would move"
     raise CaseError(f"block {ids[0]}", problem, "support them, raise the friction, or correct the joints")
+
+
+def _falling(
+    assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, gravity: FloatArray, stiffness: FloatArray
+) -> tuple[int, ...]:
+    """Return the ids of the blocks that go down under the dead load where the wall does not come to rest."""
+    motion = going_down(assemblage, equilibrium, gravity, stiffness)
+    return () if motion is None else _fastest(assemblage, equilibrium, motion)
+
+
+def _fastest(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, motion: FloatArray) -> tuple[int, ...]:
+    """Return the ids of the free blocks that have a tenth of the largest velocity of a motion (m, 6), or more."""
+    speed = np.linalg.norm(motion[:, :3], axis=1)
+    return tuple(assemblage.wall.blocks[k].id for k in equilibrium.free_blocks[speed > 0.1 * speed.max()])
 
 
 class _Search:
@@ -198,25 +230,33 @@ class _Search:
         self._assemblage, self._loads, self._equilibrium = assemblage, loads, equilibrium
         self._gravity, self._associative, self._report = gravity, associative, report
         self._started, self._seconds = perf_counter(), seconds
+        self._small = len(equilibrium.free_blocks) <= SMALL_BLOCKS
+        self._starts: list[tuple[str, FloatArray]] = []
+        self._flow = np.inf
 
     def _until(self, share: float) -> float:
         return self._started + share * self._seconds
 
-    def states(self) -> Iterator[SpaceState]:
-        """Yield the first push, whatever it ended as, then what else is found."""
+    def pushes(self) -> list[SpaceState]:
+        """Return the ends of the first push and, on small walls, of that with equal springs, whatever they ended as."""
         first = self._push(PUSHES[0], DEPTH_POWER, SHARES[0])
-        yield self._of_push(PUSHES[0], first)
-        starts = [("elastic joints", first.slip)]
-        small = len(self._equilibrium.free_blocks) <= SMALL_BLOCKS
-        if not small:
-            starts = self._smoothed(first.flow) + starts
-        elif perf_counter() < self._until(0.8 * SHARES[0]):  # else time is better spent on closing what it has come to
+        ends = [self._of_push(PUSHES[0], first)]
+        self._starts = [("elastic joints", first.slip)]
+        self._flow = first.flow
+        if self._small and perf_counter() < self._until(
+            0.8 * SHARES[0]
+        ):  # else time is better spent on closing what it has come to
             second = self._push(PUSHES[1], 0.0, SHARES[1], SECOND_PUSH * max(first.seconds, 1.0))
-            yield self._of_push(PUSHES[1], second)
-            starts.append(("equal springs", second.slip))
-        for name, slip in starts:
+            ends.append(self._of_push(PUSHES[1], second))
+            self._starts.append(("equal springs", second.slip))
+        return ends
+
+    def others(self) -> Iterator[SpaceState]:
+        """Yield what else is found, from the ends of the pushes, from the path of smoothed contact or the shift."""
+        smoothed = [] if self._small else self._smoothed(self._flow)
+        for name, slip in smoothed + self._starts:
             yield from self._closed(name, slip, self._until(SHARES[2]))
-        if not small:
+        if not self._small:
             return
         self._report("dilation shift")
         until = self._until(SHARES[2])

@@ -86,18 +86,30 @@ def wall_from(record: Any, name: str) -> SpaceWall:
     thickness = number_in(record, "thickness", "") * length if "thickness" in record else None
     unit_weight = number_in(record, "unit_weight", "") * weight if "unit_weight" in record else None
     blocks = tuple(
-        _block(row, k, unit_weight, weight, lambda row, number: _shape(row, f"block {number}", thickness, up, length))
+        _block(
+            row,
+            k,
+            unit_weight,
+            weight,
+            PLANES[up][0],
+            lambda row, number: _shape(row, f"block {number}", thickness, up, length),
+        )
         for k, row in enumerate(record["blocks"])
     )
     return SpaceWall(name, blocks, number_in(record, "friction", ""), read_only(UP[up]))
 
 
 def _block(
-    row: Any, number: int, unit_weight: float | None, weight: float, shape: Callable[[dict[str, Any], int], Polyhedron]
+    row: Any,
+    number: int,
+    unit_weight: float | None,
+    weight: float,
+    along: FloatArray,
+    shape: Callable[[dict[str, Any], int], Polyhedron],
 ) -> SpaceBlock:
     own_id, fixed, own, material = what_every_block_has(row, number, BLOCK_KEYS, unit_weight, weight)
     friction = number_in(row, "friction", f"block {own_id}.") if "friction" in row else None
-    return SpaceBlock(own_id, shape(row, own_id), fixed, own, material, friction)
+    return SpaceBlock(own_id, shape(row, own_id), fixed, own, material, friction, along if "polygon" in row else None)
 
 
 def _shape(row: dict[str, Any], key: str, thickness: float | None, up: str, length: float) -> Polyhedron:

@@ -61,6 +61,9 @@ LEAPS_LOST = 1
 """Such steps that may fail on a large wall: what is left is done faster by closing the state (descent.py)."""
 ARRIVED = 0.5 * LIMITS["flow"]
 """Flow error of an end that is a state; steps of Newton's method bring it to FLOW, leaps need not."""
+PRESTRESS_STEP = 1e-3
+"""Part of the prestress from which a step that takes it away, and has no state of rest, is not made shorter. Walls that
+stand need one or two steps to nothing, arches next to collapse five; a lintel between two piers loses its first one."""
 FLOW_ERROR_LEFT = 0.05
 """Part of the last flow error that such a step may leave."""
 
@@ -123,6 +126,35 @@ def push(
             break
         h *= taken.growth
     return _unscaled(equilibrium, last.forces, velocities, flow, used, perf_counter() - started, path)
+
+
+def going_down(
+    assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, gravity: FloatArray, stiffness: FloatArray
+) -> FloatArray | None:
+    """Return the motion (m, 6) of a wall that goes down under its dead load on elastic joints that carried nothing
+    before; None for one that comes to rest, or where Newton's method loses its way in elastic motions.
+
+    Forces that balance the dead load, `gravity` (p, 3) in N, may be a prestress that nothing makes: a lintel that
+    friction holds between two piers. They are taken away step by step, and the wall moves into the joints, or down:
+    farther than a tower of all its blocks settles, n^2 / 2 mean weights over mean stiffnesses for n blocks on one
+    spring each.
+    """
+    springs = springs_of(assemblage, equilibrium, stiffness)
+    prestress = gravity / equilibrium.weight_scale
+    rest, _ = _newton(springs, prestress, 0.0, None, NEWTON_STEPS**2, NEWTON_BALANCE)
+    left, step = 1.0, 1.0
+    while left > 0.0:
+        least = max(left - step, 0.0)
+        tried, _ = _newton(springs, least * prestress, 0.0, rest.displacements, 2 * NEWTON_STEPS, NEWTON_BALANCE)
+        if tried.error < NEWTON_BALANCE:
+            left, rest, step = least, tried, 2.0 * step
+        elif step > PRESTRESS_STEP:
+            step *= 0.25
+        else:
+            moved = (tried.displacements - rest.displacements) / (left - least)
+            settles = np.abs(moved).max() <= 0.5 * len(equilibrium.free_blocks) ** 2
+            return None if settles else (moved * equilibrium.row_scale).reshape(-1, 6)
+    return None
 
 
 def _unscaled(

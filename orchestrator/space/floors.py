@@ -26,6 +26,9 @@ from orchestrator.space.wall import SpaceBlock, SpaceWall
 
 CUT_VOLUME_ROUNDING = 1e-6
 """Part of a stone's volume below which what is cut off, or left, is rounding."""
+PLAN_GRID = 1e-9
+"""Part of a stone's size in plan to which what is left of it is rounded: a floor that ends where the stone does, but
+for rounding, leaves no spike."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,9 +111,12 @@ def _cut(wall: SpaceWall, block: SpaceBlock, floor: Floor, body: Polyhedron, key
         what = "support" if block.fixed else f"block {block.id}, which is not a whole course of upright sides"
         remedy = "put its level at a bed joint and make it as high as whole courses"
         raise CaseError(key, f"cuts into a {what}" if block.fixed else f"cuts into {what}", remedy)
-    left = plan.difference(_outline(floor))
+    left = shapely.difference(plan, _outline(floor), grid_size=PLAN_GRID * np.sqrt(plan.area))
     for part in getattr(left, "geoms", [left]):
         if part.area > CUT_VOLUME_ROUNDING * plan.area:
+            if part.interiors:
+                problem = f"lies inside block {block.id}, which it would leave with a hole"
+                raise CaseError(key, problem, "let it reach a side of the block")
             ring = np.array(shapely.geometry.polygon.orient(part).exterior.coords)[:-1]
             shape = prism(ring, low * frame[2], frame * [[1.0], [1.0], [high - low]])
             yield replace(block, shape=shape)

@@ -8,18 +8,20 @@ live    masses x direction; "mass_height" multiplies by the height above the bas
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+import numpy.typing as npt
+import shapely
 from annotated_types import Ge, Gt, Le
 
-from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.geometry.polyhedra import face_normals
+from orchestrator.geometry.polyhedra import FLAT, face_normals
 from orchestrator.loads.block_loads import Distribution, LiveLoad, refuse_blocks_that_cannot_move
 from orchestrator.loads.dead_loads import AT_LEVEL
 from orchestrator.space.wall import SpaceWall
@@ -39,7 +41,7 @@ class SpaceDeadLoad(Checked):
     force: Annotated[float, Gt(0), Unit("N")] | None = None
     """on each block, at the middle of its top"""
     line_load: Annotated[float, Gt(0), Unit("N/m")] | None = None
-    """along the longest horizontal side of each block's top, at the top's middle"""
+    """on each block's top, at its middle, per horizontal metre along the wall"""
     direction: tuple[float, ...] = ()
     """of the force; left out: downwards. A horizontal one is the thrust of a roof or a vault"""
     inertia: bool = False
@@ -74,6 +76,17 @@ class SpaceLoads:
     dead: FloatArray
     live: FloatArray
     direction: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SpaceMasses:
+    """What has mass: block (k,) by position, point (k, 3) where it is, weight (k,) in N; own (k,): whether it is the
+    block's own, not one that rests on it."""
+
+    block: IntArray
+    point: FloatArray
+    weight: FloatArray
+    own: npt.NDArray[np.bool_]
 
 
 def direction_of(settings: SpaceLoadSettings, up: FloatArray) -> FloatArray:
@@ -113,31 +126,52 @@ def loads_on(wall: SpaceWall, settings: SpaceLoadSettings | None = None) -> Spac
     settings = settings or SpaceLoadSettings()
     _refuse_contradictions(wall, settings)
     direction = direction_of(settings, wall.up)
-    centroids, weights = wall.centroids, np.where(wall.fixed, 0.0, wall.weights)
     dead, live = np.zeros((len(wall.blocks), 6)), np.zeros((len(wall.blocks), 6))
     dead[:, :3] = -np.outer(wall.weights, wall.up)
-    masses = [(k, centroids[k], float(weights[k])) for k in np.flatnonzero(~wall.fixed)]
+    for k, point, force, _ in _placed(wall, settings):
+        dead[k] += _wrench(force, point - wall.centroids[k])
+    acting = _acting(wall, settings)
+    size = acting.weight
+    if settings.distribution == "mass_height":
+        base = min(float((b.shape.vertices @ wall.up).min()) for b in wall.blocks if not b.fixed)
+        lever = size * (acting.point @ wall.up - base)
+        size = lever * size.sum() / lever.sum()
+    for k, point, force in zip(acting.block, acting.point, size, strict=True):
+        live[k] += _wrench(force * direction, point - wall.centroids[k])
+    return SpaceLoads(read_only(dead), read_only(live), read_only(direction))
+
+
+def masses_on(wall: SpaceWall, settings: SpaceLoadSettings) -> SpaceMasses:
+    """Return the masses of the free blocks, and of the dead loads that have inertia, where these act."""
+    free = np.flatnonzero(~wall.fixed)
+    extra = [(k, point, np.linalg.norm(force)) for k, point, force, inertia in _placed(wall, settings) if inertia]
+    return SpaceMasses(
+        block=np.array([*free, *(k for k, _, _ in extra)], dtype=np.int64),
+        point=np.vstack([wall.centroids[free], *(point for _, point, _ in extra)]),
+        weight=np.array([*wall.weights[free], *(size for _, _, size in extra)]),
+        own=np.arange(len(free) + len(extra)) < len(free),
+    )
+
+
+def _acting(wall: SpaceWall, settings: SpaceLoadSettings) -> SpaceMasses:
+    """Return what the live load acts on: the masses, or the forces given at the centroids of blocks."""
+    if settings.distribution != "per_block":
+        return masses_on(wall, settings)
+    place = {block.id: k for k, block in enumerate(wall.blocks)}
+    given = [(place[wanted], one.force) for one in settings.live for wanted in one.blocks]
+    block = np.array([k for k, _ in given], dtype=np.int64)
+    weight = np.array([force for _, force in given])
+    return SpaceMasses(block, wall.centroids[block], weight, np.zeros(len(given), dtype=bool))
+
+
+def _placed(wall: SpaceWall, settings: SpaceLoadSettings) -> Iterator[tuple[int, FloatArray, FloatArray, bool]]:
+    """Yield block, point, force (N) of every extra dead load, and whether it has inertia."""
     for number, load in enumerate(settings.dead):
         along = unit_vector(load.direction, f"load.dead.{number}.direction") if load.direction else -wall.up
         for k in _loaded(wall, load):
             point, length = top_of(wall, k)
-            each = load.force if load.force is not None else (load.line_load or 0.0) * length
-            dead[k] += _wrench(each * along, point - centroids[k])
-            if load.inertia:
-                masses.append((k, point, each))
-    if settings.distribution == "per_block":
-        place = {block.id: k for k, block in enumerate(wall.blocks)}
-        masses = [
-            (place[wanted], centroids[place[wanted]], one.force) for one in settings.live for wanted in one.blocks
-        ]
-    size = np.array([mass for _, _, mass in masses])
-    if settings.distribution == "mass_height":
-        base = min(float((b.shape.vertices @ wall.up).min()) for b in wall.blocks if not b.fixed)
-        lever = size * (np.array([point @ wall.up for _, point, _ in masses]) - base)
-        size = lever * size.sum() / lever.sum()
-    for (k, point, _), force in zip(masses, size, strict=True):
-        live[k] += _wrench(force * direction, point - centroids[k])
-    return SpaceLoads(read_only(dead), read_only(live), read_only(direction))
+            size = load.force if load.force is not None else (load.line_load or 0.0) * length
+            yield k, point, size * along, load.inertia
 
 
 def _wrench(force: FloatArray, arm: FloatArray) -> FloatArray:
@@ -145,24 +179,29 @@ def _wrench(force: FloatArray, arm: FloatArray) -> FloatArray:
 
 
 def top_of(wall: SpaceWall, block: int) -> tuple[FloatArray, float]:
-    """Return the middle (3,) of a block's top and the length (m) of the top's longest horizontal side.
+    """Return the middle (3,) of a block's top, by area, and the top's horizontal length (m) along the wall.
 
-    The top is its highest face that looks up; a body that ends in an edge has its highest corners' mean and no side.
+    The top is all of the surface that looks up in the plane of the highest such face, in however many faces it comes;
+    a body that ends in an edge has its centroid and no length. Where the wall's direction is not known it is that of
+    the long side of the smallest rectangle around the top.
     """
-    shape = wall.blocks[block].shape
-    upward = face_normals(shape) @ wall.up
-    heights = [float((shape.vertices[list(face)] @ wall.up).mean()) for face in shape.faces]
-    best = max(
-        (k for k in range(len(upward)) if upward[k] > 0.5),
-        key=lambda k: (round(heights[k], 9), upward[k]),
-        default=None,
-    )
-    if best is None:
+    shape, along = wall.blocks[block].shape, wall.blocks[block].along
+    normals = face_normals(shape)
+    rings = [shape.vertices[list(face)] for face in shape.faces]
+    upward = [k for k in range(len(rings)) if normals[k] @ wall.up > 0.5]
+    if not upward:
         return wall.centroids[block], 0.0
-    ring = shape.vertices[list(shape.faces[best])]
-    sides = np.roll(ring, -1, axis=0) - ring
-    flat = sides - np.outer(sides @ wall.up, wall.up)
-    return ring.mean(axis=0), float(np.linalg.norm(flat, axis=1).max())
+    highest = max(upward, key=lambda k: float((rings[k] @ wall.up).mean()))
+    normal, corner = normals[highest], rings[highest][0]
+    in_plane = [rings[k] for k in upward if np.abs((rings[k] - corner) @ normal).max() <= FLAT * shape.size]
+    axes = np.array(plan_axes(wall.up))
+    plan = shapely.union_all([shapely.Polygon((ring - corner) @ axes.T) for ring in in_plane])
+    flat = np.array(plan.centroid.coords[0]) @ axes
+    point = corner + flat - (flat @ normal) / (wall.up @ normal) * wall.up
+    if along is not None:
+        return point, float(np.ptp(np.concatenate(in_plane) @ along))
+    rectangle = shapely.get_coordinates(shapely.minimum_rotated_rectangle(plan))
+    return point, float(np.linalg.norm(np.diff(rectangle, axis=0), axis=1).max())
 
 
 def _loaded(wall: SpaceWall, load: SpaceDeadLoad) -> list[int]:

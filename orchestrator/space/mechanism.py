@@ -1,4 +1,4 @@
-"""What a mechanism does: how every joint moves, which blocks move as one body, how much of the wall takes part."""
+"""What a mechanism does: how every joint moves, and which blocks move as one body."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.graphs import connected_groups
 from orchestrator.geometry.rigid import velocity_of_points
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.loads import SpaceLoads
 
 Motion = Literal["rests", "hinges", "slides", "twists", "opens"]
 AT_REST = 1e-3
@@ -21,12 +20,11 @@ AT_REST = 1e-3
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceMechanism:
     """motion (k,) of every joint; body (n,) of every block (blocks of one number move as one, 0: at rest); speed (n,)
-    largest velocity of a block's corner over the wall's largest; participation: e* of the kinematic verification."""
+    largest velocity of a block's corner over the wall's largest."""
 
     motion: tuple[Motion, ...]
     body: IntArray
     speed: FloatArray
-    participation: float
 
     @property
     def moving(self) -> IntArray:
@@ -38,7 +36,7 @@ class SpaceMechanism:
         return self.motion.count(kind)
 
 
-def mechanism_of(assemblage: SpaceAssemblage, loads: SpaceLoads, velocities: FloatArray) -> SpaceMechanism:
+def mechanism_of(assemblage: SpaceAssemblage, velocities: FloatArray) -> SpaceMechanism:
     """Classify a mechanism with velocities (n, 6) of all blocks.
 
     A joint hinges where it opens at some contact points only, opens where it opens at all of them, twists where it
@@ -72,7 +70,6 @@ def mechanism_of(assemblage: SpaceAssemblage, loads: SpaceLoads, velocities: Flo
         motion=tuple(motion.tolist()),
         body=_bodies(assemblage, motion, speeds > limit),
         speed=speeds / largest,
-        participation=_participation(assemblage, loads, velocities),
     )
 
 
@@ -95,12 +92,3 @@ def _bodies(assemblage: SpaceAssemblage, motion: np.ndarray, moves: np.ndarray) 
     numbers, sizes = np.unique(group[moves], return_counts=True)
     order = {int(number): k + 1 for k, number in enumerate(numbers[np.argsort(-sizes, kind="stable")])}
     return np.array([order[int(group[k])] if moves[k] else 0 for k in range(count)], dtype=np.int64)
-
-
-def _participation(assemblage: SpaceAssemblage, loads: SpaceLoads, velocities: FloatArray) -> float:
-    """Return e* = (sum P d)^2 / (sum P sum P d^2), d the velocity of the weights P along the live load (Circular
-    7/2019, C8.7.1.2.1): the acceleration that sets the mechanism going is lambda g / e*."""
-    weight = np.linalg.norm(loads.live[:, :3], axis=1)
-    along = velocities[:, :3] @ loads.direction
-    squared = float(np.sum(weight * along**2) * weight[np.abs(along) > AT_REST * np.abs(along).max()].sum())
-    return float(np.sum(weight * along)) ** 2 / squared if squared else 0.0

@@ -21,7 +21,8 @@ UPRIGHT = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceBlock:
-    """One stone: its shape, `unit_weight` in N/m3, `fixed` for supports; friction None: the wall's."""
+    """One stone: its shape, `unit_weight` in N/m3, `fixed` for supports; friction None: the wall's. along (3,): unit
+    vector along the wall it is a stone of, None where that is not known."""
 
     id: int
     shape: Polyhedron
@@ -29,6 +30,12 @@ class SpaceBlock:
     unit_weight: float = 20e3
     material: str = ""
     friction: float | None = None
+    along: FloatArray | None = None
+
+    def moved(self, turn: FloatArray, shift: FloatArray) -> SpaceBlock:
+        """Return the stone after x -> turn x + shift."""
+        along = None if self.along is None else read_only(turn @ self.along)
+        return replace(self, shape=self.shape.moved(turn, shift), along=along)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,7 +50,7 @@ class SpaceWall:
     def moved(self, turn: FloatArray, shift: FloatArray | None = None) -> SpaceWall:
         """Return the wall after x -> turn x + shift, gravity with it."""
         offset = np.zeros(3) if shift is None else shift
-        blocks = tuple(replace(block, shape=block.shape.moved(turn, offset)) for block in self.blocks)
+        blocks = tuple(block.moved(turn, offset) for block in self.blocks)
         return replace(self, blocks=blocks, up=read_only(turn @ self.up))
 
     @property

@@ -42,6 +42,17 @@ def record(**changes) -> dict:
     } | changes  # fmt: skip
 
 
+def block_file_of(shapes: list[Polyhedron], friction: float = 0.6, **changes) -> dict:
+    """Return the block file (m, 20 kN/m3) of shapes, of which the first stands still."""
+    blocks = [
+        {"id": k, "vertices": shape.vertices.tolist(), "faces": [list(face) for face in shape.faces]}
+        for k, shape in enumerate(shapes)
+    ]
+    blocks[0]["fixed"] = True
+    units = {"length": "m", "unit_weight": "kN/m3"}
+    return {"units": units, "unit_weight": 20, "friction": friction, "blocks": blocks} | changes
+
+
 def extruded(polygon, depth: float, start: float = 0.0) -> Polyhedron:
     """A polygon in the x-z plane, extruded along y."""
     axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, depth, 0.0]])

@@ -8,6 +8,7 @@ import pytest
 from orchestrator.app import cli
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.polyhedra import box
+from orchestrator.settings.space_case import read
 from orchestrator.space.analysis import SpaceLimitSettings, analyse
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.floors import Floor, with_floors
@@ -84,3 +85,34 @@ def test_floors_of_a_case_file(tmp_path, capsys):
     case.write_text(case.read_text().replace("600 mm", "550 mm"))
     assert cli.main(["check", str(case), "--output", str(tmp_path)]) == 2
     assert "wall.floors.0: cuts into block" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "shared"),
+    [
+        ("[0.0, 0.2]", "[1.2, 2.0]", 1.2 * 0.2),
+        ("[-0.1, 0.2]", "[1.3, 0.6]", 1.2 * 0.2),
+        ("[0.0, 0.2]", "[1.1, 0.6]", 1.1 * 0.2),
+        ("[0.2, 0.1]", "[0.6, 2.0]", 0.4 * 0.3),
+    ],
+)
+def test_a_floor_may_end_where_a_stone_ends(tmp_path, capsys, start, end, shared):
+    """Stones of 0.4 m, whose ends are off by rounding: what is left weighs the wall less what the floor shares with it,
+    1.2 x 0.4 x 1.2 m less `shared` x 0.2 m."""
+    stones = 'facade = 3\ncourses = 6\nlength = "400 mm"\nthickness = "400 mm"\nheight = "200 mm"\n'
+    floor = f'[[wall.floors]]\nlevel = "600 mm"\nthickness = "200 mm"\nstart = {start}\nend = {end}\n'
+    case = tmp_path / "floor.toml"
+    case.write_text(
+        f'[wall]\ngenerator = "straight"\n{stones}{floor}unit_weight = "1 kN/m3"\n[load]\ndirection = "+y"\n'
+    )
+    assert cli.main(["check", str(case), "--output", str(tmp_path / "out")]) == 0
+    capsys.readouterr()
+    wall = read(case).wall
+    left = wall.weights[~wall.fixed].sum() - wall.weights[-1]
+    assert left == pytest.approx(20e3 * (1.2 * 0.4 * 1.2 - 0.2 * shared), rel=1e-8)
+
+
+def test_a_floor_inside_one_stone_is_refused():
+    wall = u_wall(Plan(4, 2, 6), Stones())
+    with pytest.raises(CaseError, match=r"wall.floors.0: lies inside block \d+, which it would leave with a hole; let"):
+        with_floors(wall, (Floor(0.2, 0.1, (0.25, 0.02), (0.35, 0.08)),))

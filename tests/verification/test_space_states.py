@@ -3,22 +3,27 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from orchestrator.app import cli
+from orchestrator.geometry.polyhedra import box
 from orchestrator.loads.block_loads import LiveLoad
-from orchestrator.space.analysis import SpaceLimitSettings, analyse
+from orchestrator.space.analysis import PUSHES, SpaceLimitSettings, analyse
+from orchestrator.space.block_files import wall_from
 from orchestrator.space.contacts import FaceContactSettings, find_joints
 from orchestrator.space.generators import GENERATORS, build
 from orchestrator.space.generators.shapes import Plan, Stones, l_wall, t_wall, u_wall
-from orchestrator.space.generators.walls import Gable, Leaves, between_floors, gable, two_leaf_wall
+from orchestrator.space.generators.walls import Gable, Leaves, Openings, Setbacks, between_floors, gable, two_leaf_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.mechanism import mechanism_of
 from orchestrator.space.validation import validate
 from orchestrator.space.wall import check_wall
-from tests.support.space_walls import block_on_ground, of_assemblage, turned, v_groove
+from tests.support.paths import DATA
+from tests.support.space_walls import block_file_of, block_on_ground, of_assemblage, turned, v_groove
 
 S = Stones()
 LEAF = Stones(1.0, 0.25, 0.13, 18e3, 0.58)
@@ -97,7 +102,7 @@ def test_a_straight_joint_lets_the_end_fall():
     analysis = states_of(t_wall(Plan(4, 2, 8), S, straight_joints=True))
     assert analysis.associative.load_multiplier == pytest.approx(0.26676, abs=1e-5)
     assert analysis.headline.load_multiplier == pytest.approx(0.1373, abs=2e-3)
-    assert len(mechanism_of(analysis.assemblage, analysis.loads, analysis.headline.velocities).moving) == 8
+    assert len(mechanism_of(analysis.assemblage, analysis.headline.velocities).moving) == 8
 
 
 def test_states_are_the_same_when_the_model_is_turned_mirrored_and_renumbered(found):
@@ -151,12 +156,11 @@ def test_mechanisms_are_told_apart():
         (block_on_ground(0.2, 0.2, 1.0, 0.7), "+x", "hinges"), (block_on_ground(1.0, 1.0, 0.2, 0.3), "+x", "slides"),
     ):  # fmt: skip
         analysis = states_of(wall, direction, states="headline")
-        mechanism = mechanism_of(analysis.assemblage, analysis.loads, analysis.headline.velocities)
+        mechanism = mechanism_of(analysis.assemblage, analysis.headline.velocities)
         assert mechanism.motion == (kind,)
-        assert mechanism.participation == pytest.approx(1.0, abs=0.3)
     velocities = np.zeros((2, 6))
     velocities[1, 5] = 1.0
-    assert mechanism_of(analysis.assemblage, analysis.loads, velocities).motion == ("twists",)
+    assert mechanism_of(analysis.assemblage, velocities).motion == ("twists",)
 
 
 @pytest.mark.parametrize("kind", GENERATORS)
@@ -168,6 +172,7 @@ def test_every_generator_makes_a_wall_that_stands(kind):
     loads = loads_on(assemblage.wall, SpaceLoadSettings(direction="-y"))
     analysis = analyse(assemblage, loads, SpaceLimitSettings(states="none"))
     assert 0.02 < analysis.associative.load_multiplier < 2.0
+    assert not analysis.going_down
 
 
 def _openings():
@@ -175,21 +180,138 @@ def _openings():
     return [kinds[0](facade=8, returns=2, courses=10), kinds[1](), kinds[2]()]
 
 
-def test_no_joint_runs_through_two_courses():
-    """Interlocking: in U, L, box and T no head joint of a course lies over one of the course below."""
-    for kind in ("straight", "u", "l", "box", "t"):
-        wall = build(kind, [Plan(4, 3, 4), S])
-        joints = find_joints(wall).joints
-        heads = np.abs(joints.normal @ wall.up) < 0.1
-        ends = [
-            (
-                round(float(c[0]), 4),
-                round(float(c[1]), 4),
-                round(float(o[:, 2].min()), 4),
-                tuple(np.round(np.abs(n), 2)),
-            )
-            for c, o, n, head in zip(joints.centroid, joints.outlines, joints.normal, heads, strict=True)
-            if head
-        ]
-        below = {(x, y, round(z + S.height, 4), n) for x, y, z, n in ends}
-        assert not below & set(ends), kind
+def bond_of(wall, height):
+    """The smallest distance in plan (m) between two head joints of neighbouring courses that face the same way and
+    stand over each other."""
+    joints = find_joints(wall).joints
+    heads = []
+    for outline, normal in zip(joints.outlines, joints.normal, strict=True):
+        if abs(normal @ wall.up) < 0.1:
+            axis = int(np.argmax(np.abs(normal)))
+            across = outline[:, 1 - axis]
+            course = round(float(outline[:, 2].min()) / height)
+            heads.append((course, axis, float(outline[0, axis]), float(across.min()), float(across.max())))
+    return min(
+        abs(one[2] - other[2])
+        for one in heads
+        for other in heads
+        if other[0] == one[0] + 1 and other[1] == one[1] and min(one[4], other[4]) - max(one[3], other[3]) > 1e-6
+    )
+
+
+@pytest.mark.parametrize("kind", ["straight", "u", "l", "box", "t", "buttress", "openings"])
+@pytest.mark.parametrize("thickness", [0.1, 0.14, 0.18, 0.2, 0.3, 0.5])
+def test_no_joint_runs_through_two_courses(kind, thickness):
+    """Interlocking: head joints of neighbouring courses lie half a stone from each other
+    between corners, a quarter or more beside a web, whatever the thickness is."""
+    stones = Stones(thickness=thickness)
+    for facade, returns in ((7, 2), (8, 3)):
+        plan = Plan(facade, returns, 7 if kind == "openings" else 3)
+        own = [Openings(openings=0)] if kind == "openings" else [Setbacks()] if kind == "buttress" else []
+        least = bond_of(build(kind, [plan, *own, stones]), stones.height)
+        assert least > (0.45 if kind not in ("t", "buttress") else 0.24) * stones.length
+
+
+def test_a_facade_as_thick_as_its_stones_are_long_is_held_by_its_returns(tmp_path, capsys):
+    """Stones 200 mm long and thick: with every head joint over one, the facade would fall as a free-standing wall,
+    lambda = t / h = 0.2 / 0.8."""
+    case = tmp_path / "wall.toml"
+    wall = 'generator = "u"\nfacade = 8\nthickness = "200 mm"\nlength = "200 mm"'
+    case.write_text(f'[wall]\n{wall}\n[load]\ndirection = "-y"\n')
+    assert cli.main(["limit", str(case), "--set", "limit_analysis.states=headline", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["associative"] > 1.2 * 0.25
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ('generator = "u"\nfacade = 1\nthickness = "180 mm"', "wall.facade: 0.2 m leave no room for a stone beside"),
+        ('generator = "box"\nfacade = 1\nthickness = "300 mm"', "give 4 stones or more, or make the wall thinner"),
+        ('generator = "t"\nfacade = 1\nthickness = "180 mm"', "wall.facade: 0.2 m leave no room for a stone beside"),
+        ('generator = "buttress"\nfacade = 1\nthickness = "180 mm"', "wall.facade: 0.2 m leave no room for a stone"),
+    ],
+)
+def test_a_facade_too_short_for_its_corners_is_refused(tmp_path, capsys, settings, message):
+    case = tmp_path / "wall.toml"
+    case.write_text(f'[wall]\n{settings}\n[load]\ndirection = "-y"\n')
+    assert cli.main(["check", str(case), "--output", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line
+
+
+LINTEL = [
+    {"id": 0, "polygon": [[-1, -0.5], [4, -0.5], [4, 0], [-1, 0]], "fixed": True, "thickness": 2.5, "offset": -1},
+    {"id": 1, "polygon": [[0, 0], [1, 0], [1, 2], [0, 2]]},
+    {"id": 2, "polygon": [[2, 0], [3, 0], [3, 2], [2, 2]]},
+    {"id": 3, "polygon": [[1, 1.5], [2, 1.5], [2, 2], [1, 2]]},
+]
+"""two piers and a block between them that lies on nothing"""
+
+
+def test_a_block_that_only_a_prestress_holds_leaves_open_whether_it_stands(tmp_path, capsys):
+    """Friction at its sides could hold it if they were pressed; nothing presses them, as gravity does not. The plane
+    program says the same of its file."""
+    rows = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.5, "unit_weight": 20, "friction": 0.6}
+    path = tmp_path / "lintel.json"
+    path.write_text(json.dumps(rows | {"up": "y", "blocks": LINTEL}))
+    settings = ["--set", "load.direction=+z", "--set", "limit_analysis.time=3 s"]
+    assert cli.main(["limit", str(path), *settings, "--output", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert "loading: no state of rest under the dead load was found: stones 3 go down unless wedged" in printed
+    assert "Whether it stands is open; if it does, λ = " in printed
+    assert "stands under its own weight" not in printed
+    assert json.loads((tmp_path / "out" / "limit_analysis.json").read_text())["going_down"] == [3]
+    assert cli.main(["check", str(path), *settings, "--output", str(tmp_path / "out")]) == 0
+    assert "stones 3 go down unless wedged" in capsys.readouterr().out
+    plane = tmp_path / "plane.json"
+    blocks = [{key: row[key] for key in row if key not in ("thickness", "offset")} for row in LINTEL]
+    plane.write_text(json.dumps(rows | {"blocks": blocks}))
+    assert cli.main(["limit", str(plane), "--output", str(tmp_path / "plane")]) == 0
+    assert "Whether it stands is open; if it does, λ = " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "open_question"), [("keystone_wall_13x9", True), ("arch27_t0107", False), ("block_on_10deg_slope", False)]
+)
+def test_walls_that_stand_need_no_prestress(name, open_question):
+    """An arch at the least thickness at which it stands does, and a block that friction holds on a slope; the keystone
+    wall has blocks without bearing."""
+    wall = wall_from(json.loads((DATA / f"{name}.json").read_text()) | {"up": "y"}, name)
+    assert bool(states_of(wall, "+z", states="none").going_down) is open_question
+
+
+def test_the_answer_names_the_torsion_that_lowers_it(tmp_path, capsys):
+    """A beam of 3.52 kN with what lies on its ends stands on a pedestal of 0.2 x 0.2 m and is turned by 0.1 kN at one
+    end. The block there slides at 0.6 x 0.16 kN; under uniform pressure the pedestal twists before, at some
+    0.3826 mu N b / 1.9 m = 0.085 kN."""
+    ends = [box((x, -0.1, 0.4), (x + 0.2, 0.1, 0.6)) for x in (1.8, -2.0)]
+    shapes = [box((-0.1, -0.1, 0.0), (0.1, 0.1, 0.2)), box((-2.0, -0.1, 0.2), (2.0, 0.1, 0.4)), *ends]
+    (tmp_path / "wall.json").write_text(json.dumps(block_file_of(shapes)))
+    case = tmp_path / "case.toml"
+    load = 'direction = "+y"\ndistribution = "per_block"\n[[load.live]]\nblocks = [2]\nforce = "0.1 kN"\n'
+    case.write_text(f'[wall]\nblocks = "wall.json"\n[load]\n{load}')
+    assert cli.main(["limit", str(case), "--output", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "λ = 0.96000 counts" in said
+    assert "Joints that twist as under uniform pressure reach no more than λ = 0.848" in said
+
+
+@pytest.mark.parametrize("states", ["range", "headline"])
+def test_where_the_joints_stiffness_decides_the_lower_end_counts(states):
+    """The U-shaped wall under mass x height: springs stiffer with depth 0.2214, equal ones 0.2145, 3 % less."""
+    assemblage = find_joints(u_wall(Plan(4, 2, 8), S))
+    loads = loads_on(assemblage.wall, SpaceLoadSettings(direction="-y", distribution="mass_height"))
+    analysis = analyse(assemblage, loads, SpaceLimitSettings(states=states))
+    pushes = {state.name: state.load_multiplier for state in analysis.states if state.valid and state.name in PUSHES}
+    assert len(pushes) == 2
+    assert analysis.headline.load_multiplier == min(pushes.values()) == pytest.approx(0.2145, abs=1e-3)
+
+
+def test_gables_of_all_sizes_are_triangles_of_stones():
+    """Weight: half of width x height x thickness. Corners on a slope came out twice, 1e-16 apart, in 12 of 72 sizes."""
+    for width in range(2, 14):
+        for courses in range(3, 9):
+            wall = gable(Gable(width, courses), S)
+            check_wall(wall)
+            volume = 0.5 * width * S.length * courses * S.height * S.thickness
+            assert wall.weights[1:].sum() == pytest.approx(S.unit_weight * volume, rel=1e-8), (width, courses)

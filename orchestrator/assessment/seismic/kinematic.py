@@ -65,30 +65,38 @@ def kinematics(multiplier: float, masses: Moving, dead: Moving, forward: FloatAr
     (2,): unit vector of the live load. reach: size of the wall, m; what turns is in balance before it has gone so far,
     and what is not slides (its turn may be rounding).
     """
-    weight, delta = as_bodies(masses, forward)
+    weight, delta = as_bodies(masses.weight, masses.velocities[:, :2], masses.body, forward)
     live, friction = powers(multiplier, masses, dead, forward)
     balance = balance_displacement(friction, masses, dead)
     balance = None if balance is None or balance > reach else balance
     return Kinematics(multiplier, participation(weight, delta), len(weight), balance, friction / live)
 
 
-def as_bodies(masses: Moving, forward: FloatArray) -> tuple[FloatArray, FloatArray]:
+def as_bodies(
+    weight: FloatArray, velocity: FloatArray, body: IntArray, forward: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Return weight (b,) in N and displacement along the load (b,) of the bodies that move, in the mechanism's scale.
 
-    Masses of one number are one body at their common centroid: the clause's sums run over bodies, and a rigid part has
-    one participation however many stones it is made of. Bodies slower than MECHANISM_SPEED of the fastest are left out.
+    weight (n,), velocity (n, d), body (n,): of masses; forward (d,): of the load, in the plane or in space. Masses of
+    one number are one body at their common centroid: the clause's sums run over bodies, and a rigid part has one
+    participation however many stones it is made of. Bodies slower than MECHANISM_SPEED of the fastest are left out.
     """
-    _, body = np.unique(masses.body, return_inverse=True)
-    weight = np.bincount(body, masses.weight)
-    velocity = np.column_stack([np.bincount(body, masses.weight * one) / weight for one in masses.velocities.T[:2]])
-    speed = np.hypot(*velocity.T)
+    _, body = np.unique(body, return_inverse=True)
+    total = np.bincount(body, weight)
+    mean = np.column_stack([np.bincount(body, weight * one) / total for one in velocity.T])
+    speed = np.linalg.norm(mean, axis=1)
     moving = speed > MECHANISM_SPEED * speed.max()
-    return weight[moving], velocity[moving] @ forward
+    return total[moving], mean[moving] @ forward
 
 
 def participation(weight: FloatArray, delta: FloatArray) -> float:
     """Return e* of weights (b,) with virtual displacements delta (b,) along the load [C8.7.1.5]."""
     return float((weight @ delta) ** 2 / (weight.sum() * (weight @ delta**2)))
+
+
+def participation_used(found: float) -> float:
+    """Return the e* that a_0* is divided by: a low one would raise it for bodies that hardly move, and counts as 1."""
+    return found if found >= LOW_PARTICIPATION else 1.0
 
 
 def activation_acceleration(multiplier: float, share: float, confidence: float) -> float:

@@ -28,6 +28,7 @@ from orchestrator.assessment.seismic.kinematic import (
     Moving,
     activation_acceleration,
     kinematics,
+    participation_used,
     rocking_displacement,
     rocking_period,
 )
@@ -198,7 +199,7 @@ def kinematic_checks(
         return {"refused": mechanism}, [{"approach": "kinematic approach", "limit_state": "all", "refused": mechanism}]
     has, rocks = mechanism.kinematics, mechanism.opened or mechanism
     after = None if isinstance(rocks, str) else rocks.kinematics
-    used = has.participation if has.participation >= LOW_PARTICIPATION else 1.0
+    used = participation_used(has.participation)
     onset = activation_acceleration(has.multiplier, used, settings.confidence_factor)
     record = {
         "state": mechanism.state,

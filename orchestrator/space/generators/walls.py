@@ -14,11 +14,22 @@ from orchestrator.basis.arrays import read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.polyhedra import box, prism, volume_of
-from orchestrator.space.generators.shapes import Plan, Run, Stones, ground, of_courses, runs
+from orchestrator.space.generators.shapes import (
+    ALONG_X,
+    SHORTEST_CUT_STONE,
+    Plan,
+    Run,
+    Stones,
+    beside_web,
+    bonded,
+    ground,
+    of_courses,
+    runs,
+)
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
-SHORTEST_CUT_STONE = 0.3
-"""part of a stone: a cut piece shorter than this is joined to its neighbour"""
+SAME_CORNER = 1e-9
+"""part of a stone within which two corners of a cut stone are one"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,12 +90,12 @@ def wall_with_openings(plan: Plan, openings: Openings, stones: Stones) -> SpaceW
         raise CaseError("wall.openings", "they leave no piers between them or no course above them", remedy)
     left = [pier + k * (pier + wide) for k in range(openings.openings)]
     reach, lintel = openings.bearing * length, openings.sill + openings.tall
+    bond = bonded(end, stones) if plan.returns else (runs(0.0, end, length), runs(0.0, end, length, 0.5 * length))
+    behind = bonded(back, stones, False)
     plans: list[list[Run]] = []
     for course in range(plan.courses):
-        odd, corner = course % 2, t if plan.returns else 0.0
-        low, high = (corner, end - corner) if odd else (0.0, end)
-        half = 0.5 * length if odd and not plan.returns else 0.0
-        cuts = [low, *(x for _, x in runs(low, high, length, half))]
+        along = bond[course % 2]
+        cuts = [along[0][0], *(x for _, x in along)]
         holes: list[tuple[float, float]] = []
         if openings.sill <= course < lintel:
             holes = [(x, x + wide) for x in left]
@@ -94,8 +105,7 @@ def wall_with_openings(plan: Plan, openings: Openings, stones: Stones) -> SpaceW
         if course == lintel:
             facade += holes
         sides = [0.0, end - t] if plan.returns else []
-        start = 0.0 if odd else t
-        returns = [(x, x + t, a, b) for x in sides for a, b in runs(start, back, length)]
+        returns = [(x, x + t, a, b) for x in sides for a, b in behind[1 - course % 2]]
         plans.append([(a, b, 0.0, t) for a, b in facade] + returns)
     return of_courses("facade with openings", plans, stones)
 
@@ -127,28 +137,28 @@ def gable(shape: Gable, stones: Stones) -> SpaceWall:
         inner = [x for x in cuts if top + SHORTEST_CUT_STONE * length < x < wide - top - SHORTEST_CUT_STONE * length]
         places = [inset, *inner, wide - inset]
         for a, b in pairwise(places):
-            stone = slopes.intersection(shapely.box(a, course * h, b, (course + 1) * h))
-            corners = shapely.get_coordinates(shapely.normalize(stone).simplify(1e-9 * length))[:-1]
+            within = shapely.box(a, course * h, b, (course + 1) * h)
+            stone = shapely.intersection(slopes, within, grid_size=SAME_CORNER * min(length, h))
+            corners = shapely.get_coordinates(shapely.normalize(stone).simplify(SAME_CORNER * length))[:-1]
             body = prism(corners, np.zeros(3), axes)
-            blocks.append(SpaceBlock(len(blocks), body, unit_weight=stones.unit_weight))
+            blocks.append(SpaceBlock(len(blocks), body, unit_weight=stones.unit_weight, along=ALONG_X))
     return SpaceWall("gable", tuple(blocks), stones.friction, read_only(UPRIGHT))
 
 
 def buttressed_wall(plan: Plan, setbacks: Setbacks, stones: Stones) -> SpaceWall:
     """A facade with a buttress behind its middle, bonded with it, that grows shorter by half a stone now and then."""
     length, t, end = stones.length, stones.thickness, plan.facade * stones.length
-    left, right = 0.5 * (end - t), 0.5 * (end + t)
+    left, right, first = beside_web(end, stones)
+    over, under = (runs(0.0, end, length, one) for one in (first, 1.5 * length - first))
+    beside = _around([0.0, *(x for _, x in under)], [(left, right)], length)
     plans: list[list[Run]] = []
     for course in range(plan.courses):
         shorter = 0.5 * length * (course // setbacks.set_back)
         back = max(t + plan.returns * length - shorter, t + 0.5 * length)
-        if course % 2 == 0:
-            whole = [(a, b, 0.0, t) for a, b in runs(0.0, end, length)]
-            plans.append(whole + [(left, right, a, b) for a, b in runs(t, back, length)])
-        else:
-            facade = _around([0.0, *(x for _, x in runs(0.0, end, length, 0.5 * length))], [(left, right)], length)
-            pier = [(left, right, a, b) for a, b in runs(0.0, back, length)]
-            plans.append([(a, b, 0.0, t) for a, b in facade] + pier)
+        facade, pier = (
+            (beside, bonded(back, stones, False)[0]) if course % 2 else (over, bonded(back, stones, False)[1])
+        )
+        plans.append([(a, b, 0.0, t) for a, b in facade] + [(left, right, a, b) for a, b in pier])
     return of_courses("wall with a buttress", plans, stones)
 
 

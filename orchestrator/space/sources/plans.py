@@ -3,30 +3,44 @@
 Every course is drawn in plan on a layer of its own, stones as closed polylines. Layers are named "course 1",
 "course 2", ... from the foot; all have the same height unless one is named "course 3 h 120" (in the drawing's unit). A
 layer "supports" holds the ground in plan, below the first course. A stone of several courses stands on a layer of
-its own, "courses 3-4".
+its own, "courses 3-4". What is drawn on these layers and is no such polyline is refused, texts and hatches are passed
+over, and other layers are told.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
+from orchestrator.basis.printed import counted
 from orchestrator.geometry.polyhedra import prism
+from orchestrator.masonry.sources.dxf import DRAWN
 from orchestrator.space.sources.material import SpaceMaterial
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
 COURSES = re.compile(r"courses?[ _]*(\d+)(?:\s*-\s*(\d+))?(?:[ _]+h[ _]*([\d.]+))?", re.IGNORECASE)
+SUPPORTS = "supports"
+"""layer of the ground"""
 UNIT_CODES = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0}
 """m of a drawing's unit by its code in the DXF header ($INSUNITS)"""
 
 
-def read_plans(path: Path, length: float | None, height: float | None, material: SpaceMaterial) -> SpaceWall:
+def read_plans(
+    path: Path,
+    length: float | None,
+    height: float | None,
+    material: SpaceMaterial,
+    say: Callable[[str], None] = lambda _: None,
+) -> SpaceWall:
     """Return the wall whose courses are drawn in plan; length: the drawing's unit (m), None for the file's own; height
-    (m) of every course whose layer does not say it. Raises CaseError."""
+    (m) of every course whose layer does not say it. What is left out is said. Raises CaseError."""
     import ezdxf
 
     try:
@@ -38,21 +52,49 @@ def read_plans(path: Path, length: float | None, height: float | None, material:
         if length is None:
             raise CaseError("--unit", "the drawing has no unit", "give it, as in --unit mm")
     drawn: dict[str, list[FloatArray]] = {}
-    for line in document.modelspace().query("LWPOLYLINE POLYLINE"):
-        closed = getattr(line, "closed", None)
-        closed = line.is_closed if closed is None else closed
-        points = (
-            line.get_points("xy") if line.dxftype() == "LWPOLYLINE" else [v.dxf.location[:2] for v in line.vertices]
-        )
-        if closed and len(points) >= 3:
-            drawn.setdefault(line.dxf.layer, []).append(length * np.array(points, dtype=float))
+    others: Counter[str] = Counter()
+    for entity in document.modelspace():
+        layer = str(entity.dxf.layer)
+        if entity.dxftype() not in (*DRAWN, "INSERT"):
+            continue
+        if COURSES.fullmatch(layer.strip()) or layer == SUPPORTS:
+            drawn.setdefault(layer, []).append(_outline(entity, layer, length))
+        else:
+            others[layer] += 1
     courses = {layer: match for layer in drawn if (match := COURSES.fullmatch(layer.strip()))}
+    for layer, count in sorted(others.items()):
+        say(f"layer {layer!r} is no course: {counted(count, 'line')} left out")
     if not courses:
-        listed = ", ".join(sorted(drawn)[:5]) or "none with closed polylines"
+        listed = ", ".join(sorted([*drawn, *others])[:5]) or "none that is drawn on"
         raise CaseError(
             "", f"no layer is a course; layers: {listed}", 'name them "course 1", "course 2", ... from the foot'
         )
     return _stacked(path.stem, drawn, courses, length, height, material)
+
+
+def _outline(entity: Any, layer: str, length: float) -> FloatArray:
+    """Return the outline (n, 2) in m of a stone in plan. Raises CaseError for what is no closed polyline of straight
+    sides."""
+    kind = entity.dxftype()
+    if kind not in ("LWPOLYLINE", "POLYLINE"):
+        raise CaseError(
+            f"layer {layer!r}", f"holds a {kind}, which is no stone", "explode it, or draw stones as closed polylines"
+        )
+    light = kind == "LWPOLYLINE"
+    rows = entity.get_points("xyb") if light else [(*v.dxf.location[:2], v.dxf.bulge) for v in entity.vertices]
+    points = length * np.array([row[:2] for row in rows], dtype=float).reshape(-1, 2)
+    at = f"at ({points[0, 0]:.4g}, {points[0, 1]:.4g}) m" if len(points) else "without corners"
+    if len(points) > 3 and np.allclose(points[0], points[-1], rtol=0.0, atol=1e-6 * float(np.ptp(points))):
+        points, closed = points[:-1], True
+    else:
+        closed = bool(entity.closed if light else entity.is_closed)
+    if not closed or len(points) < 3:
+        raise CaseError(
+            f"layer {layer!r}", f"the polyline {at} is open, and no stone", "close it, or move it elsewhere"
+        )
+    if any(row[2] for row in rows):
+        raise CaseError(f"layer {layer!r}", f"the polyline {at} has an arc", "draw its chords")
+    return points
 
 
 def _stacked(
@@ -68,6 +110,9 @@ def _stacked(
     for match in courses.values():
         if match[3] and not match[2]:
             heights[int(match[1])] = length * float(match[3])
+    for key, value in [("--height", height), *((f"layer of course {k}", value) for k, value in heights.items())]:
+        if value is not None and not value > 0.0:
+            raise CaseError(key, f"a height of {value:g} m is not above 0", "give the height of a course")
     last = max(int(match[2] or match[1]) for match in courses.values())
     missing = [k for k in range(1, last + 1) if k not in heights]
     if missing and height is None:
@@ -75,7 +120,7 @@ def _stacked(
         raise CaseError("--height", problem, 'give it, as in --height "250 mm", or name the layer "course 1 h 250"')
     level = np.concatenate([[0.0], np.cumsum([heights.get(k, height or 0.0) for k in range(1, last + 1)])])
     blocks: list[SpaceBlock] = []
-    for ring in drawn.get("supports", []):
+    for ring in drawn.get(SUPPORTS, []):
         blocks.append(_block(len(blocks), ring, -float(level[1]), 0.0, True, material))
     for layer in sorted(courses, key=lambda one: int(courses[one][1])):
         match = courses[layer]

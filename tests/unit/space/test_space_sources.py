@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import meshio
 import numpy as np
@@ -96,6 +97,60 @@ def test_plans_of_courses(tmp_path):
     assert wall.fixed.sum() == 1
     assert find_joints(wall).joints.count == find_joints(WALL).joints.count
     assert json.loads(json.dumps(plain(as_record(wall))))["up"] == "z"
+
+
+@pytest.mark.parametrize(
+    ("draw", "options", "message"),
+    [
+        (
+            lambda space, on: space.add_lwpolyline([(0, 0), (1, 0), (1, 1)], dxfattribs=on),
+            {},
+            "is open, and no stone; close",
+        ),
+        (
+            lambda space, on: space.add_lwpolyline(
+                [(0, 0, 0.5), (1, 0, 0), (1, 1, 0)], "xyb", close=True, dxfattribs=on
+            ),
+            {},
+            "has an arc; draw its chords",
+        ),
+        (
+            lambda space, on: space.add_line((0, 0), (1, 0), dxfattribs=on),
+            {},
+            "holds a LINE, which is no stone; explode",
+        ),
+        (
+            lambda space, on: None,
+            {"height": "-250 mm"},
+            "--height: a height of -0.25 m is not above 0; give the height",
+        ),
+    ],
+)
+def test_plans_lose_no_stone_in_silence(tmp_path, draw, options, message):
+    """Beside a stone that is read: what is drawn on a course and is none, and a course without height."""
+    import ezdxf
+
+    document = ezdxf.new(units=6)
+    ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    document.modelspace().add_lwpolyline(ring, close=True, dxfattribs={"layer": "course 1"})
+    draw(document.modelspace(), {"layer": "course 1"})
+    path = tmp_path / "plan.dxf"
+    document.saveas(path)
+    with pytest.raises(CaseError, match=re.escape(message)):
+        read_file(path, {"height": "250 mm"} | options)
+
+
+def test_layers_that_are_no_courses_are_told(tmp_path):
+    import ezdxf
+
+    document, said = ezdxf.new(units=6), list[str]()
+    ring = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    for layer in ("course 1", "cours 2", "cours 2"):
+        document.modelspace().add_lwpolyline(ring, close=True, dxfattribs={"layer": layer})
+    path = tmp_path / "plan.dxf"
+    document.saveas(path)
+    read_file(path, {"height": "250 mm"}, said.append)
+    assert said == ["layer 'cours 2' is no course: 2 lines left out"]
 
 
 def test_a_file_that_is_none(tmp_path):

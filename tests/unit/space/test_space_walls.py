@@ -7,16 +7,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from orchestrator.app import cli
 from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError
-from orchestrator.geometry.polyhedra import Polyhedron, box, centroid_of, prism, rotation, second_moment_of, volume_of
+from orchestrator.geometry.polyhedra import (
+    Polyhedron,
+    box,
+    centroid_of,
+    prism,
+    rotation,
+    second_moment_of,
+    triangles,
+    volume_of,
+)
 from orchestrator.geometry.shared_volume import common_volume
 from orchestrator.space.analysis import analyse
 from orchestrator.space.block_files import wall_from
 from orchestrator.space.contacts import find_joints
-from orchestrator.space.loads import SpaceDeadLoad, SpaceLoadSettings, loads_on
+from orchestrator.space.loads import SpaceDeadLoad, SpaceLoadSettings, loads_on, top_of
 from orchestrator.space.wall import SpaceBlock, check_wall
-from tests.support.space_walls import CUBE, GROUND, L_SHAPE, block_on_ground, record, wall_of
+from tests.support.space_walls import CUBE, GROUND, L_SHAPE, associative, block_on_ground, record, wall_of
 
 
 def test_a_file_may_hold_polyhedra_and_prisms():
@@ -151,6 +161,43 @@ def test_loads():
         loads_on(wall, SpaceLoadSettings(direction="up"))
     with pytest.raises(CaseError, match=r"load.dead.0.level: no block has its top at 3 m; tops are at 0.5 m"):
         loads_on(wall, SpaceLoadSettings(dead=(SpaceDeadLoad(level=3.0, force=1.0),)))
+
+
+def test_a_line_load_counts_metres_along_the_wall(tmp_path, capsys):
+    """10 kN/m on 0.6 m of wall are 6 kN in all, though its stones are shorter along the wall than it is thick; on a
+    return of 0.7 m they are counted along the return, beside 0.7 m of facade that the corner leaves."""
+    line = '\n[load]\ndirection = "+y"\n[[load.dead]]\nlevel = "200 mm"\nline_load = "10 kN/m"\n'
+    stones = '\ncourses = 2\nlength = "200 mm"\nthickness = "300 mm"\nheight = "100 mm"'
+    case = tmp_path / "wall.toml"
+    for wall, total in (
+        ('generator = "straight"\nfacade = 3', 6.0),
+        ('generator = "l"\nfacade = 5\nreturns = 2', 14.0),
+    ):
+        case.write_text(f"[wall]\n{wall}{stones}{line}")
+        assert cli.main(["check", str(case), "--output", str(tmp_path / "out")]) == 0
+        (said,) = (text.split() for text in capsys.readouterr().out.splitlines() if "extra:" in text)
+        assert float(said[-2]) == pytest.approx(total), wall
+
+
+def triangulated(shape: Polyhedron) -> Polyhedron:
+    """Every face in triangles, in files of meshes and solids."""
+    return Polyhedron(shape.vertices, tuple(map(tuple, triangles(shape).tolist())))
+
+
+@pytest.mark.parametrize("of", [lambda shape: shape, triangulated], ids=["as drawn", "in triangles"])
+@pytest.mark.parametrize("load", [{"force": 600.0}, {"line_load": 1e3}])
+def test_a_load_on_a_top_stands_at_the_middle_of_its_area(of, load):
+    """A block of 0.6 x 0.1 x 0.5 m and 600 N, with as much on its top, pushed over its long side: 1200 N x 0.05 m over
+    600 N x 0.25 m = 0.4. On a top with a dent the middle is that of the area, not of the corners."""
+    wall = wall_of([GROUND, of(box((0.0, 0.0, 0.0), (0.6, 0.1, 0.5)))], 0.6)
+    settings = SpaceLoadSettings(direction="+y", dead=(SpaceDeadLoad(blocks=(1,), **load),))
+    dead = loads_on(wall, settings).dead[1]
+    assert dead == pytest.approx([0.0, 0.0, -1200.0, 0.0, 0.0, 0.0], abs=1e-9)
+    found = associative(wall, "+y", dead=settings.dead)
+    assert found.load_multiplier == pytest.approx(1200 * 0.05 / (600 * 0.25), rel=1e-6)
+    dented = of(prism(np.array(L_SHAPE), np.zeros(3), np.eye(3)))
+    point, _ = top_of(wall_of([GROUND, dented], 0.6), 1)
+    assert point == pytest.approx([5 / 6, 5 / 6, 1.0])
 
 
 def test_mass_times_height():
