@@ -8,9 +8,10 @@ of all ways to join its stones by the one that loses least energy (locking.py). 
 
 It ends where finite elements and limit analysis agree and, as with a mesh, twice as many bodies bear the same; where
 twice as many are more than FEW, agreement alone is enough. It also ends where twice as many bear the same twice in a
-row, whatever limit analysis says, and with every stone. Neither road then confirms the other any more: micro-FE does. A
-curve that is not valid counts as no agreement. Where the answer of limit analysis is an interval, its headline is what
-is to be agreed with: any number of bodies may bear something between its ends.
+row, whatever limit analysis says, once they are more than FEW (2, 4 and 8 of 162 stones bore the same, 6.7 % more than
+micro-FE), and with every stone. Neither road then confirms the other any more: micro-FE does. A curve that is not valid
+counts as no agreement. Where the answer of limit analysis is an interval, its headline is what is to be agreed with:
+any number of bodies may bear something between its ends.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ from orchestrator.macroblocks.locking import hierarchy
 from orchestrator.masonry.joints import Assemblage
 
 FEW = 0.2
-"""bodies over stones at most of which it is tried whether twice as many bear the same: they cost little"""
+"""bodies over stones up to which it is tried whether twice as many bear the same, which cost little, and up to which it
+says nothing against limit analysis that they do"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +86,7 @@ def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones
     same = [change <= alike(margin) for change in changes]
     if abs(last.multiplier / analysis.headline.load_multiplier - 1.0) <= alike(margin):
         return same[-1:] == [True] or 2 * last.bodies > FEW * stones
-    return same[-2:] == [True, True]
+    return same[-2:] == [True, True] and last.bodies > FEW * stones
 
 
 def remarked(

@@ -27,11 +27,12 @@ def summary(folder):
 
 
 def test_few_bodies_keep_the_peak(summary):
-    """Chosen automatically, margin 1 % of two rigid-body multipliers: 21 bodies of 173, 1.8 % above micro-FE."""
+    """Chosen automatically and refined: 9 and 18 bodies of 173 bear 1.5 and 1.3 % more than limit analysis, 36 the same
+    to 0.1 %; 0.5 % above micro-FE."""
     macro, micro = summary["pushover"]
     assert micro["bodies"] == 173
-    assert 2 <= macro["bodies"] <= 25
-    assert macro["peak_base_shear"] == pytest.approx(micro["peak_base_shear"], rel=0.025)
+    assert 2 <= macro["bodies"] <= 36
+    assert macro["peak_base_shear"] == pytest.approx(micro["peak_base_shear"], rel=0.01)
     assert micro["peak_base_shear"] / summary["limit_analysis"]["base_shear"] == pytest.approx(1.0, rel=0.02)
 
 

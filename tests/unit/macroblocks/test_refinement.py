@@ -76,13 +76,14 @@ def bears(*shares, is_peak=True, is_valid=True):
         (bears(1.12, 1.0, 1.0), True),
         (bears(1.05), False),
         (bears(1.05, 1.05), False),
-        (bears(1.05, 1.05, 1.05), True),  # the same twice in a row: not for want of bodies
+        (bears(1.05, 1.05, 1.05), False),  # 8 of 40 stones are few
+        (bears(1.05, 1.05, 1.05, 1.05), True),  # the same twice in a row: not for want of bodies
         (bears(1.05, 1.05, 1.03, 1.03), False),
         (bears(1.05, 1.05, 1.03, 1.005), True),
         (bears(0.95), False),
         (bears(0.80, 0.95), False),
         (bears(0.80, 0.805), False),
-        (bears(0.80, 0.805, 0.80), True),  # soft stones
+        (bears(0.80, 0.805, 0.80, 0.80), True),  # soft stones
         (bears(0.60, is_peak=False), True),  # pushed no further: nothing is known
         (bears(1.00, is_valid=False), False),
     ],
