@@ -178,7 +178,7 @@ def _first(assemblage: Assemblage, analysis: LimitAnalysis) -> Partition:
 def _said_of_loading(analysis: LimitAnalysis, margin: float) -> str:
     return (
         "chosen automatically: loaded from gravity as rigid bodies they fail where every stone does "
-        f"({analysis.headline.load_multiplier:.4f}), within {as_far_apart(margin):.3g}"
+        f"({analysis.headline.load_multiplier:.4f}), within {as_far_apart(margin):.3g}; no fewer were found that do"
     )
 
 
