@@ -8,6 +8,7 @@ from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.validation import validate
+from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from tests.support.limit_analysis_cases import analysed, answers, case, mirrored
@@ -44,16 +45,30 @@ def test_mirrored_irregular_wall_has_the_same_headline_and_range(seed, friction)
     assert behind.non_associative_range == pytest.approx(there.non_associative_range, abs=1e-5)
 
 
-def test_a_last_rest_is_closed_by_a_valid_state_beside_it_and_the_answer_says_so():
-    """Random wall 9 of docs/studies: in a long motion no forces are found that a mechanism asks for."""
+def test_a_long_motion_ends_in_a_valid_state_and_its_peak_in_large_displacements_is_that_of_micro_fe():
+    """Random wall 9 of docs/studies. Undisplaced it bears 1.3 % more than micro-FE, whose blocks have moved."""
     pattern = IrregularCourses(1.4, 2.8, openings=((0.475, 0.925, 1.0, 1.7),), seed=9)
     wall = find_joints(irregular_courses(pattern), JointSettings())
-    found = analyse(wall, LimitAnalysisSettings(large_displacements=False))
+    found = analyse(wall)
     state = found.headline
     assert state is found.path
     assert state.converged
     assert validate(wall, assemble_equilibrium(wall), coulomb(wall), state).complaints == ()
     assert state.load_multiplier == pytest.approx(found.last_rest, rel=0.01)
-    assert state.load_multiplier == pytest.approx(0.2822, rel=0.01), "peak of micro-FE, docs/studies/robustness.csv"
+    peak = found.rigid_curve[:, 1].max()
+    assert peak == pytest.approx(0.2822, rel=0.01), "peak of micro-FE, docs/studies/robustness.csv"
+
+
+def test_a_last_rest_is_closed_by_a_valid_state_beside_it_and_the_answer_says_so():
+    """In a long motion no forces are found that a mechanism asks for."""
+    pattern = IrregularCourses(1.0, 1.4, friction=0.6, seed=1)
+    wall = find_joints(irregular_courses(pattern), JointSettings())
+    loads = loads_on(wall.wall, LoadSettings("-x"))
+    found = analyse(wall, LimitAnalysisSettings(large_displacements=False), loads)
+    state = found.headline
+    assert state is found.path
+    assert state.converged
+    assert validate(wall, assemble_equilibrium(wall, loads), coulomb(wall), state).complaints == ()
+    assert state.load_multiplier == pytest.approx(found.last_rest, rel=0.01)
     assert state.flow_rule in ("descent", "sequence")
     assert any(remark.startswith("the path was not followed to its end: state closed by ") for remark in found.remarks)
