@@ -28,6 +28,7 @@ from orchestrator.settings.space_inventory import (
 from orchestrator.space.analysis import analyse
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.loads import loads_on
+from orchestrator.space.ties import shown_point
 
 
 def check(path: Path, overrides: list[str], output: Path, console: Console) -> int:
@@ -91,9 +92,10 @@ def joints_table(classes: list[SpaceJointSums]) -> Table:
 
 
 def tie_words(case: SpaceCase) -> list[str]:
-    """Return every tie in words."""
+    """Return every tie in words, with where its ends are."""
     said = []
     for number, tie in enumerate(case.reinforcement.ties, 1):
-        blocks = " to ".join(f"block {block}" for block in tie.blocks)
+        ends = zip(tie.blocks, (tie.start, tie.end), strict=True)
+        blocks = " to ".join(f"block {block} at {shown_point(point)}" for block, point in ends)
         said.append(f"tie {number}: {blocks}, yields at {kilonewtons(tie.strength)} kN")
     return said

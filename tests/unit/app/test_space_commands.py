@@ -174,6 +174,62 @@ def test_ties_of_a_case_file(tmp_path, block_file, capsys):
     assert "reinforcement.ties.0.blocks: [0, 7] are not two blocks; name two" in capsys.readouterr().err
 
 
+TIED = """
+[wall]
+blocks = "wall.json"
+[load]
+direction = "+y"
+[[reinforcement.ties]]
+blocks = {blocks}
+start = {start}
+end = {end}
+strength = "0.1 kN"
+"""
+
+
+def tied(folder, blocks=(2, 1), start=(0.3, -0.3, 0.4), end=(0.3, 0.0, 0.4)) -> str:
+    """A block of 0.6 kN on the ground, 0.1 m thick, that a tie at 0.4 m holds to a wall which stands still."""
+    shapes = [GROUND, box((0.0, 0.0, 0.0), (0.6, 0.1, 0.5)), box((0.0, -0.5, 0.0), (0.6, -0.3, 2.0))]
+    wall = block_file_of(shapes)
+    wall["blocks"][2]["fixed"] = True
+    (folder / "wall.json").write_text(json.dumps(wall))
+    case = folder / "tied.toml"
+    case.write_text(TIED.format(blocks=[*blocks], start=[*start], end=[*end]))
+    return str(case)
+
+
+def test_a_tie_acts_where_its_ends_are_and_check_says_where_that_is(tmp_path, capsys):
+    """About the edge at y = 0.1 m: 0.1 / 0.5 by its weight, and 0.1 kN at 0.4 m over 0.6 kN at 0.25 m."""
+    case = tied(tmp_path)
+    assert cli.main(["limit", case, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["non_associative"] == pytest.approx(0.2 + 0.04 / 0.15, abs=1e-5)
+    assert cli.main(["check", case, "--output", str(tmp_path / "out")]) == 0
+    said = "tie 1: block 2 at (0.3, -0.3, 0.4) m to block 1 at (0.3, 0, 0.4) m, yields at 0.100 kN"
+    assert said in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (
+            {"start": (300, -300, 400), "end": (300, 0, 400)},
+            "ties.0.start: (300, -300, 400) m is not on block 2; give a point of the block, which reaches from "
+            "(0, -0.5, 0) m to (0.6, -0.3, 2) m",
+        ),
+        ({"end": (0.3, -0.01, 0.4)}, "ties.0.end: (0.3, -0.01, 0.4) m is not on block 1; give a point of the block"),
+        ({"blocks": (2, 0)}, "ties.0.blocks: a tie between supports holds nothing; name a block that can move"),
+        ({"start": (0, 0)}, "ties.0.start: [0, 0] is not accepted; write a list of at least 3"),
+        ({"end": (0, 0, 0, 0)}, "ties.0.end: [0, 0, 0, 0] is not accepted; write a list of at most 3"),
+    ],
+)
+def test_a_tie_whose_ends_are_not_on_its_blocks_is_refused(tmp_path, capsys, changed, said):
+    for command in ("check", "limit"):
+        case = tied(tmp_path, **changed)
+        assert cli.main([command, case, "--output", str(tmp_path / "out")]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith(f"{case}: reinforcement.{said}")
+
+
 def kinematic_line(tmp_path, capsys, shapes, *loads) -> str:
     """What `limit` says of the kinematic verification of shapes on the ground, "" where it says nothing."""
     (tmp_path / "wall.json").write_text(json.dumps(block_file_of([GROUND, *shapes])))
