@@ -56,6 +56,10 @@ PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
 
+class HeldError(CaseError):
+    """No load in this direction, however large, moves the wall."""
+
+
 @dataclass(frozen=True, slots=True)
 class SpaceLimitSettings(Checked):
     """What the limit analysis of a wall in space does."""
@@ -180,12 +184,12 @@ def analyse(
 
 
 def _associative(equilibrium: SpaceEquilibrium) -> ConicSolution:
-    """Return the associative optimum. Raises CaseError for a load that nothing resists."""
+    """Return the associative optimum. Raises HeldError for a load that nothing resists."""
     try:
         return solve_associative(equilibrium)
     except UnboundedError:
         remedy = "push in another direction, or free the blocks that hold it"
-        raise CaseError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
+        raise HeldError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
 
 
 def _gravity(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> FloatArray:

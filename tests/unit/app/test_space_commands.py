@@ -59,6 +59,27 @@ def test_directions_in_plan(block_file, tmp_path, capsys):
     assert (tmp_path / "figures" / "directions.png").exists()
 
 
+def test_a_direction_that_is_held_is_a_gap(tmp_path, capsys):
+    """A block of 0.5 m slides away from a wall at its side, or along it, and no force pushes it into the wall."""
+    wall = block_file_of([GROUND, box((0.0, 0.0, 0.0), (0.5, 0.5, 0.5)), box((0.5, -1.0, 0.0), (1.0, 1.0, 1.0))])
+    wall["blocks"][2]["fixed"] = True
+    (tmp_path / "wall.json").write_text(json.dumps(wall))
+    case = tmp_path / "case.toml"
+    case.write_text('[wall]\nblocks = "wall.json"\n[load]\ndirection = "-x"\ndirections = 4\n')
+    assert cli.main(["limit", str(case), "--output", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert "direction 0 degrees: held, no load in this direction, however large, moves the wall\n" in printed
+    assert "direction 180 degrees: associative 0.6000, without dilation 0.6000\n" in printed
+    stored = json.loads((tmp_path / "out" / "directions.json").read_text())
+    assert stored["gap"] == ["held", "", "", ""]
+    assert stored["associative"][0] is stored["non_associative"][0] is None
+    assert stored["non_associative"][1:] == pytest.approx([0.6] * 3, abs=1e-5)
+    analysed = json.loads((tmp_path / "out" / "limit_analysis.json").read_text())
+    assert analysed["non_associative"] == pytest.approx(0.6, abs=1e-5)
+    assert (tmp_path / "out" / "collapse.html").exists()
+    assert (tmp_path / "out" / "figures" / "directions.png").exists()
+
+
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
