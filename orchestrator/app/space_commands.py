@@ -22,6 +22,7 @@ from orchestrator.masonry.wall import GRAVITY
 from orchestrator.present.answer import answer_in_space
 from orchestrator.present.in_space import collapse_page, space_pictures
 from orchestrator.settings.space_case import SpaceCase, read
+from orchestrator.settings.space_inventory import direction_words
 from orchestrator.space.analysis import BRACKET, PUSHES, HeldError, SpaceAnalysis, SpaceState, analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
 from orchestrator.space.loads import SpaceLoads, loads_on
@@ -68,6 +69,7 @@ def limit(path: Path, overrides: list[str], output: Path, force: bool, as_json: 
     say(f"{case.name}: {counted(free, 'block')} in space, {counted(assemblage.joints.count, 'joint')}")
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
+        say(load_words(assemblage, loads))
         analysis = analyse(assemblage, loads, case.limit_analysis, _sparse(say))
     if as_json:
         print(json.dumps(plain(record(analysis)), indent=1))
@@ -133,13 +135,15 @@ def _sparse(say: Callable[[str], None]) -> Callable[[str], None]:
 
 
 def record(analysis: SpaceAnalysis) -> dict[str, Any]:
-    """Return the limit_analysis part of a summary: the keys of a plane wall's, and both torsions."""
+    """Return the limit_analysis part of a summary: the keys of a plane wall's, the direction of the
+    live load, and both torsions."""
     headline, interval = analysis.headline, analysis.range
     shown = analysis.shown
     corners, uniform = analysis.associative.load_multiplier, analysis.other_torsion
     if analysis.torsion == "uniform":
         corners, uniform = uniform, corners
     return {
+        "direction": analysis.loads.direction,
         "associative": analysis.associative.load_multiplier,
         "non_associative": headline.load_multiplier if headline else None,
         "non_associative_range": list(interval) if interval else None,
@@ -204,6 +208,11 @@ def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     return rows
 
 
+def load_words(assemblage: SpaceAssemblage, loads: SpaceLoads) -> str:
+    """Return the direction of the live load in words."""
+    return f"direction of the live load: {direction_words(loads.direction, assemblage.wall.up)}"
+
+
 def wall_rows(assemblage: SpaceAssemblage) -> list[tuple[str, str]]:
     """Return how many blocks, supports and joints there are, and what they weigh."""
     wall = assemblage.wall
@@ -262,7 +271,7 @@ class InDirection:
 
 def _in_direction(case: SpaceCase, assemblage: SpaceAssemblage, angle: float) -> InDirection:
     """Analyse the load in a direction in plan (rad); one that holds the wall, or has no answer, is a gap."""
-    loads = loads_on(assemblage.wall, replace(case.load, angle=angle))
+    loads = loads_on(assemblage.wall, replace(case.load, direction=None, angle=angle))
     try:
         found = analyse(assemblage, loads, replace(case.limit_analysis, states="headline"))
     except HeldError as error:

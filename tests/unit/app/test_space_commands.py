@@ -59,6 +59,29 @@ def test_directions_in_plan(block_file, tmp_path, capsys):
     assert (tmp_path / "figures" / "directions.png").exists()
 
 
+@pytest.mark.parametrize(
+    ("setting", "vector", "said"),
+    [
+        ("load.angle=-90 deg", (0.0, -1.0, 0.0), "(0, -1, 0), -90 degrees in plan"),
+        ("load.angle=-1.5", (np.cos(1.5), -np.sin(1.5), 0.0), "(0.0707, -0.9975, 0), -85.94 degrees in plan"),
+        ("load.angle=360 deg", (1.0, 0.0, 0.0), "(1, 0, 0), 0 degrees in plan"),
+        (
+            "load.direction=[-1, 0, 1]",
+            (-(0.5**0.5), 0.0, 0.5**0.5),
+            "(-0.7071, 0, 0.7071), 180 degrees in plan, 45 degrees above the horizontal",
+        ),
+        ("load.direction=+z", (0.0, 0.0, 1.0), "(0, 0, 1), upwards"),
+    ],
+)
+def test_limit_and_check_say_which_direction_the_load_has(block_file, tmp_path, capsys, setting, vector, said):
+    """A number is an angle in rad, as everywhere in a case file; degrees have their unit."""
+    for command in ("check", "limit"):
+        assert cli.main([command, str(block_file), "--set", setting, "--output", str(tmp_path / command)]) == 0
+        assert f"direction of the live load: {said}\n" in capsys.readouterr().out
+    stored = json.loads((tmp_path / "limit" / "limit_analysis.json").read_text())
+    assert stored["direction"] == pytest.approx(vector, abs=1e-12)
+
+
 def test_a_direction_that_is_held_is_a_gap(tmp_path, capsys):
     """A block of 0.5 m slides away from a wall at its side, or along it, and no force pushes it into the wall."""
     wall = block_file_of([GROUND, box((0.0, 0.0, 0.0), (0.5, 0.5, 0.5)), box((0.5, -1.0, 0.0), (1.0, 1.0, 1.0))])
@@ -84,6 +107,16 @@ def test_a_direction_that_is_held_is_a_gap(tmp_path, capsys):
     ("settings", "message"),
     [
         (["load.direction=[0,0]"], "load.direction: [0.0, 0.0] is no direction; write"),
+        (
+            ["load.direction=y"],
+            'load.direction: \'y\' is no direction; write "+x", "-y", "+z" or a vector of three numb',
+        ),
+        (["load.angle=-90"], 'load.angle: -90 rad is more than a turn; write degrees with their unit, as in "-90 deg"'),
+        (["load.angle=720 deg"], "load.angle: 12.5664 rad is more than a turn; write an angle within one"),
+        (
+            ["load.direction=+y", "load.angle=45 deg"],
+            "load.angle: is given beside load.direction, which it stands for; leave one of the two out",
+        ),
         (["load.directon=+y"], "load.directon: is not a known key; did you mean direction?"),
         (["contact.gap=0"], "contact.gap"),
         (

@@ -140,6 +140,20 @@ def test_a_wall_that_cannot_stand_is_refused():
         analyse(assemblage, loads_on(leaning))
 
 
+def test_a_wall_that_a_thrust_brings_down_is_said_to_stand_without_it():
+    """A block of 20 kN on friction of 0.6, with a thrust of 13 kN at its top, slides; one that leans falls anyway."""
+    thrust = SpaceLoadSettings(dead=(SpaceDeadLoad(blocks=(1,), force=13e3, direction=(0.0, 1.0, 0.0)),))
+    upright = wall_of([GROUND, CUBE], 0.6)
+    message = (
+        r"load\.dead: the wall stands under its own weight, but not under this dead load too: block 1 would move; "
+    )
+    with pytest.raises(CaseError, match=message):
+        analyse(find_joints(upright), loads_on(upright, thrust))
+    leaning = wall_of([GROUND, CUBE, CUBE.moved(np.eye(3), np.array([0.7, 0.0, 1.0]))], 0.6)
+    with pytest.raises(CaseError, match="the wall cannot stand under its own weight"):
+        analyse(find_joints(leaning), loads_on(leaning, thrust))
+
+
 def test_joints_need_not_be_exact_and_may_be_several():
     """A gap of a part of the stone is closed; an L on an L shares two joints; triangles of one plane leave no seam."""
     assert find_joints(wall_of([GROUND, CUBE.moved(np.eye(3), np.array([0.0, 0.0, 5e-4]))], 0.6)).joints.count == 1
