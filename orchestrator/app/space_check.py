@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from orchestrator.app.case_check import STANDS, kilonewtons, loads_table, plain_table
-from orchestrator.app.space_commands import assemblage_of, ignored_joints, wall_rows
+from orchestrator.app.space_commands import assemblage_of, ignored_joints, load_words, wall_rows
 from orchestrator.app.terminal import shown
 from orchestrator.basis.errors import naming
 from orchestrator.basis.printed import counted
@@ -28,6 +28,7 @@ from orchestrator.settings.space_inventory import (
 from orchestrator.space.analysis import analyse
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.loads import loads_on
+from orchestrator.space.ties import shown_point
 
 
 def check(path: Path, overrides: list[str], output: Path, console: Console) -> int:
@@ -42,7 +43,7 @@ def check(path: Path, overrides: list[str], output: Path, console: Console) -> i
     of_materials, classes = materials(wall), joint_classes(assemblage)
     for table in (loads_table(sums), materials_table(of_materials), joints_table(classes)):
         console.print(table)
-    for line in tie_words(case):
+    for line in [load_words(assemblage, loads), *tie_words(case)]:
         console.print(line, soft_wrap=True, markup=False)
     console.print(STANDS, soft_wrap=True)
     said = [*ignored_joints(assemblage), *found.remarks, *unusual(sums, of_materials, classes, case)]
@@ -91,9 +92,10 @@ def joints_table(classes: list[SpaceJointSums]) -> Table:
 
 
 def tie_words(case: SpaceCase) -> list[str]:
-    """Return every tie in words."""
+    """Return every tie in words, with where its ends are."""
     said = []
     for number, tie in enumerate(case.reinforcement.ties, 1):
-        blocks = " to ".join(f"block {block}" for block in tie.blocks)
+        ends = zip(tie.blocks, (tie.start, tie.end), strict=True)
+        blocks = " to ".join(f"block {block} at {shown_point(point)}" for block, point in ends)
         said.append(f"tie {number}: {blocks}, yields at {kilonewtons(tie.strength)} kN")
     return said

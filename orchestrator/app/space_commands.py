@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +16,14 @@ from rich.table import Table
 
 from orchestrator.assessment.seismic.in_space import participation_in_space
 from orchestrator.assessment.seismic.kinematic import LOW_PARTICIPATION, activation_acceleration, participation_used
-from orchestrator.basis.errors import naming
+from orchestrator.basis.errors import ConvergenceError, naming
 from orchestrator.basis.printed import counted, printed
 from orchestrator.masonry.wall import GRAVITY
 from orchestrator.present.answer import answer_in_space
 from orchestrator.present.in_space import collapse_page, space_pictures
 from orchestrator.settings.space_case import SpaceCase, read
-from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, analyse
+from orchestrator.settings.space_inventory import direction_words
+from orchestrator.space.analysis import BRACKET, PUSHES, HeldError, SpaceAnalysis, SpaceState, analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
 from orchestrator.space.loads import SpaceLoads, loads_on
 from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
@@ -33,6 +34,8 @@ from orchestrator.storage.outputs import clear
 
 LISTED_JOINTS = 5
 """ignored joints that are named"""
+HELD = "held"
+"""what is said of a direction in which no load moves the wall"""
 
 
 def assemblage_of(case: SpaceCase) -> SpaceAssemblage:
@@ -66,6 +69,7 @@ def limit(path: Path, overrides: list[str], output: Path, force: bool, as_json: 
     say(f"{case.name}: {counted(free, 'block')} in space, {counted(assemblage.joints.count, 'joint')}")
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
+        say(load_words(assemblage, loads))
         analysis = analyse(assemblage, loads, case.limit_analysis, _sparse(say))
     if as_json:
         print(json.dumps(plain(record(analysis)), indent=1))
@@ -94,6 +98,7 @@ def _show_mechanism(
     for name, text in rows:
         say(f"{name}: {text}")
     say(answer_in_space(analysis))
+    write_json(output / "limit_analysis.json", record(analysis) | {"mechanism": dict(rows)})
     text = f"{analysis.shown.name}, λ = {analysis.shown.load_multiplier:.4f}; displacements enlarged"
     language = case.project.language
     drawn = (assemblage, analysis.shown.velocities, mechanism, loads.direction, text)
@@ -111,7 +116,6 @@ def _show_mechanism(
         pictures,
         case.project,
     )
-    write_json(output / "limit_analysis.json", record(analysis) | {"mechanism": dict(rows)})
     say(f"mechanism: {pictures['Mechanism']}; to turn, under a slider: {html}")
 
 
@@ -131,13 +135,15 @@ def _sparse(say: Callable[[str], None]) -> Callable[[str], None]:
 
 
 def record(analysis: SpaceAnalysis) -> dict[str, Any]:
-    """Return the limit_analysis part of a summary: the keys of a plane wall's, and both torsions."""
+    """Return the limit_analysis part of a summary: the keys of a plane wall's, the direction of the
+    live load, and both torsions."""
     headline, interval = analysis.headline, analysis.range
     shown = analysis.shown
     corners, uniform = analysis.associative.load_multiplier, analysis.other_torsion
     if analysis.torsion == "uniform":
         corners, uniform = uniform, corners
     return {
+        "direction": analysis.loads.direction,
         "associative": analysis.associative.load_multiplier,
         "non_associative": headline.load_multiplier if headline else None,
         "non_associative_range": list(interval) if interval else None,
@@ -202,6 +208,11 @@ def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     return rows
 
 
+def load_words(assemblage: SpaceAssemblage, loads: SpaceLoads) -> str:
+    """Return the direction of the live load in words."""
+    return f"direction of the live load: {direction_words(loads.direction, assemblage.wall.up)}"
+
+
 def wall_rows(assemblage: SpaceAssemblage) -> list[tuple[str, str]]:
     """Return how many blocks, supports and joints there are, and what they weigh."""
     wall = assemblage.wall
@@ -241,23 +252,47 @@ def kinematic_rows(case: SpaceCase, analysis: SpaceAnalysis, mechanism: SpaceMec
     return [("kinematic verification (Circular 7/2019 C8.7.1.2), confidence factor 1", value)]
 
 
+@dataclass(frozen=True, slots=True)
+class InDirection:
+    """A direction in plan (angle in rad) with its multipliers; gap: why it has none, "" where it has."""
+
+    angle: float
+    associative: float = math.nan
+    headline: float = math.nan
+    gap: str = ""
+
+    def __str__(self) -> str:
+        said = f"direction {math.degrees(self.angle):.0f} degrees: "
+        if self.gap:
+            return said + self.gap
+        without = "no state found" if math.isnan(self.headline) else f"{self.headline:.4f}"
+        return f"{said}associative {self.associative:.4f}, without dilation {without}"
+
+
+def _in_direction(case: SpaceCase, assemblage: SpaceAssemblage, angle: float) -> InDirection:
+    """Analyse the load in a direction in plan (rad); one that holds the wall, or has no answer, is a gap."""
+    loads = loads_on(assemblage.wall, replace(case.load, direction=None, angle=angle))
+    try:
+        found = analyse(assemblage, loads, replace(case.limit_analysis, states="headline"))
+    except HeldError as error:
+        return InDirection(angle, gap=f"{HELD}, {error.problem}")
+    except ConvergenceError as error:
+        return InDirection(angle, gap=f"not found, {error}")
+    headline = found.headline.load_multiplier if found.headline else math.nan
+    return InDirection(angle, found.associative.load_multiplier, headline)
+
+
 def _polar(case: SpaceCase, assemblage: SpaceAssemblage, output: Path, say: Callable[[str], None]) -> Path:
     """Run the directions in plan, draw and store them; return the picture."""
-    count = case.load.directions
-    angles = 2.0 * math.pi * np.arange(count) / count
-    each = replace(case.limit_analysis, states="headline")
-    associative, headline = np.full(count, np.nan), np.full(count, np.nan)
-    for k, angle in enumerate(angles):
-        loads = loads_on(assemblage.wall, replace(case.load, angle=float(angle)))
-        analysis = analyse(assemblage, loads, each)
-        associative[k] = analysis.associative.load_multiplier
-        headline[k] = analysis.headline.load_multiplier if analysis.headline else np.nan
-        text = f"{headline[k]:.4f}" if analysis.headline else "no state found"
-        say(f"direction {math.degrees(angle):.0f} degrees: associative {associative[k]:.4f}, without dilation {text}")
-    write_json(
-        output / "directions.json",
-        {"angle_degrees": np.degrees(angles), "associative": associative, "non_associative": headline},
+    count, found = case.load.directions, list[InDirection]()
+    for k in range(count):
+        found.append(_in_direction(case, assemblage, 2.0 * math.pi * k / count))
+        say(str(found[-1]))
+    angles, associative, headline = (
+        np.array([getattr(one, name) for one in found]) for name in ("angle", "associative", "headline")
     )
+    stored = {"angle_degrees": np.degrees(angles), "associative": associative, "non_associative": headline}
+    write_json(output / "directions.json", stored | {"gap": [one.gap.partition(",")[0] for one in found]})
     curves = {"associative": associative, "without dilation": headline}
     picture = output / "figures" / "directions.png"
     return space_pictures.save_polar(angles, curves, case.name, picture, case.project.language)

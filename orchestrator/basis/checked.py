@@ -21,6 +21,7 @@ COMPLAINTS = {
     "dataclass_type": ("", "it is a section: write [{key}] and its keys below"),
     "tuple_type": ("", "write a list, in square brackets"),
     "too_short": ("", "write a list of at least {min_length}"),
+    "too_long": ("", "write a list of at most {max_length}"),
     "string_too_short": ("", "write a text that is not empty"),
     "string_type": ("", 'write a text, in "quotes"'),
     "bool_type": ("", "write true or false"),

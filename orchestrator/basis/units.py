@@ -21,6 +21,8 @@ FACTORS = {
 }
 """units that may be written, by the SI unit a quantity is stored in"""
 
+TURN = 2.0 * math.pi
+"""rad; a larger angle is one of degrees that was written without its unit"""
 READ_AT_A_GLANCE = ("mm", "MPa", "GPa", "kN", "kN/m", "kN/m3", "deg")
 """units that values are stated in beside those of the SI"""
 QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf)\s*([A-Za-z0-9/]*)\s*")
@@ -42,7 +44,7 @@ class Unit:
         Raises ValueError, saying which units would be right.
         """
         if isinstance(value, int | float) and not isinstance(value, bool):
-            return as_number(value)
+            return self._within_a_turn(as_number(value), f'write degrees with their unit, as in "{value:g} deg"')
         if value == "none" and self.may_be_infinite:
             return math.inf
         if not self.symbol:
@@ -50,7 +52,13 @@ class Unit:
         match = QUANTITY.fullmatch(value) if isinstance(value, str) else None
         if match is None:
             raise ValueError(f'{value!r} is not a quantity; write a number and its unit, as in "1 {self.symbol}"')
-        return as_number(float(match[1])) * self.factor(match[2])
+        return self._within_a_turn(as_number(float(match[1])) * self.factor(match[2]), "write an angle within one")
+
+    def _within_a_turn(self, value: float, remedy: str) -> float:
+        """Return a value in the SI unit. Raises ValueError for an angle beyond a turn."""
+        if self.symbol == "rad" and abs(value) > TURN:
+            raise ValueError(f"{value:g} rad is more than a turn; {remedy}")
+        return value
 
     def written(self, value: float) -> float | str:
         """Return a value in the SI unit as a case file has it, which `parse` reads back as it is."""

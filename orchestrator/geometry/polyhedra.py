@@ -171,6 +171,35 @@ def is_convex(body: Polyhedron) -> bool:
     return bool((height <= FLAT * body.size).all())
 
 
+def distance_to(body: Polyhedron, point: FloatArray) -> float:
+    """Return how far a point (3,) lies from a body, convex or not, m: 0 in it."""
+    if _winding(body, point) > 0.5:
+        return 0.0
+    return min(_to_face(body.vertices[list(face)], point) for face in body.faces)
+
+
+def _winding(body: Polyhedron, point: FloatArray) -> float:
+    """Return how often the surface goes round a point (3,): 1 in a body, 0 out of it. Solid angles of its triangles by
+    Van Oosterom and Strackee (1983)."""
+    arms = body.vertices - point
+    length = np.linalg.norm(arms, axis=1)
+    if length.min() <= 1e-12 * body.size:
+        return 0.0
+    a, b, c = np.moveaxis((arms / length[:, None])[fans(body)], 1, 0)
+    volume = np.einsum("ti,ti->t", a, np.cross(b, c))
+    cosines = 1.0 + np.einsum("ti,ti->t", a, b) + np.einsum("ti,ti->t", b, c) + np.einsum("ti,ti->t", c, a)
+    return float(np.arctan2(volume, cosines).sum() / (2.0 * np.pi))
+
+
+def _to_face(ring: FloatArray, point: FloatArray) -> float:
+    """Return the distance of a point (3,) from a plane polygon (n, 3), m."""
+    normal = area_vector(ring)
+    normal /= np.linalg.norm(normal)
+    across = tangents_of(normal)
+    beside = shapely.Polygon((ring - ring[0]) @ across.T).distance(shapely.Point((point - ring[0]) @ across.T))
+    return float(np.hypot(beside, (point - ring[0]) @ normal))
+
+
 def _crossing(body: Polyhedron) -> str:
     """Return which edge goes through which face, or ""."""
     pairs = {(min(e), max(e)) for face in body.faces for e in zip(face, (*face[1:], face[0]), strict=True)}

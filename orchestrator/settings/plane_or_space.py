@@ -1,7 +1,7 @@
 """Whether a case is one of a wall in its plane or in space, before it is checked.
 
-A case is one in space where its [wall] has a `generator`, its block file has blocks in space, or its load points out of
-the plane: a vector, "+y", "-z" and so on, or an angle in plan. Everything else goes the plane's way.
+A case is one in space where its [wall] has a `generator`, its block file has blocks in space, whatever its load, or its
+load points out of the plane: a vector, "+y", "-z" and so on, or an angle in plan. Everything else goes the plane's way.
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ from orchestrator.masonry.sources.block_files import json_in
 from orchestrator.settings.case import record_in
 from orchestrator.space.block_files import LARGEST_FILE, is_in_space
 
-IN_PLANE = ("+x", "-x")
-
 
 def spatial(path: Path, overrides: Sequence[str] = ()) -> bool:
     """Return whether a case is one in space; False, too, for what cannot be read: the plane's reader then says why."""
@@ -25,8 +23,8 @@ def spatial(path: Path, overrides: Sequence[str] = ()) -> bool:
         wall, load = record.get("wall", {}), record.get("load", {})
         if not isinstance(wall, dict) or not isinstance(load, dict):
             return False
-        if "generator" in wall or "angle" in load or load.get("direction", "+x") not in IN_PLANE:
-            return "generator" in wall or _is_direction(load)
+        if "generator" in wall or _is_direction(load):
+            return True
         file = path.parent / str(wall.get("blocks", ""))
         return file.is_file() and is_in_space(json_in(file, "a block file", LARGEST_FILE, "see docs/space.md"))
     except (CaseError, OSError, ValueError):

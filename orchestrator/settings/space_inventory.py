@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from math import degrees
 
 import numpy as np
 
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.printed import counted
 from orchestrator.masonry.sources.drawing import PLAUSIBLE
 from orchestrator.settings.inventory import ExtraLoad, LoadSums, Range
 from orchestrator.settings.space_case import SpaceCase
 from orchestrator.settings.unusual import FRICTION, UNIT_WEIGHT, unusual_loads
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.loads import SpaceDeadLoad, SpaceLoadSettings, loads_on
+from orchestrator.space.loads import SpaceDeadLoad, SpaceLoadSettings, angles_of, loads_on
 from orchestrator.space.wall import SpaceWall
 
 
@@ -46,7 +47,7 @@ def load_sums(wall: SpaceWall, load: SpaceLoadSettings) -> LoadSums:
     free = ~wall.fixed
     loads = loads_on(wall, load)
     return LoadSums(
-        direction=_direction(load),
+        direction=vector_words(loads.direction),
         distribution=load.distribution,
         weight=float(wall.weights[free].sum()),
         extra=tuple(_extra(wall, load, one) for one in load.dead),
@@ -55,10 +56,21 @@ def load_sums(wall: SpaceWall, load: SpaceLoadSettings) -> LoadSums:
     )
 
 
-def _direction(load: SpaceLoadSettings) -> str:
-    if load.angle is not None:
-        return f"{degrees(load.angle):g} degrees in plan"
-    return load.direction if isinstance(load.direction, str) else f"({', '.join(f'{x:g}' for x in load.direction)})"
+def vector_words(vector: Iterable[float]) -> str:
+    """Return a unit vector (3,) as it is told."""
+    return f"({', '.join(f'{round(x, 4) + 0.0:g}' for x in vector)})"
+
+
+def direction_words(direction: FloatArray, up: FloatArray) -> str:
+    """Return the direction of a load: unit vector (3,), and in degrees its angle in plan and above the horizontal."""
+    plan, rise = angles_of(direction, up)
+    said = [vector_words(direction)]
+    if plan is None:
+        return f"{said[0]}, {'up' if rise > 0 else 'down'}wards"
+    said.append(f"{round(degrees(plan), 2) + 0.0:g} degrees in plan")
+    if above := round(degrees(rise), 2):
+        said.append(f"{above:g} degrees above the horizontal")
+    return ", ".join(said)
 
 
 def _extra(wall: SpaceWall, load: SpaceLoadSettings, one: SpaceDeadLoad) -> ExtraLoad:

@@ -9,7 +9,7 @@ Every state is validated from geometry, forces and velocities (validation.py) be
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Annotated, Literal
 
@@ -54,6 +54,10 @@ LISTED = 10
 """blocks that a message names"""
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
+
+
+class HeldError(CaseError):
+    """No load in this direction, however large, moves the wall."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,24 +184,41 @@ def analyse(
 
 
 def _associative(equilibrium: SpaceEquilibrium) -> ConicSolution:
-    """Return the associative optimum. Raises CaseError for a load that nothing resists."""
+    """Return the associative optimum. Raises HeldError for a load that nothing resists."""
     try:
         return solve_associative(equilibrium)
     except UnboundedError:
         remedy = "push in another direction, or free the blocks that hold it"
-        raise CaseError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
+        raise HeldError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
 
 
 def _gravity(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> FloatArray:
-    """Return the forces of the wall under its own weight. Raises CaseError naming the blocks that would fall."""
+    """Return the forces of the wall under its dead load. Raises CaseError naming the blocks that would fall."""
     try:
         return gravity_forces(equilibrium, stiffness)
     except InfeasibleError:
         _, motion = missing_support(equilibrium)
     ids = _fastest(assemblage, equilibrium, motion)
     listed = ", ".join(map(str, ids[:LISTED])) + ", ..." * (len(ids) > LISTED)
-    problem = f"the wall cannot stand under its own weight: block{'s' * (len(ids) > 1)} {listed} would move"
+    would = f"block{'s' * (len(ids) > 1)} {listed} would move"
+    if _stands_unloaded(assemblage, equilibrium, stiffness):
+        problem = f"the wall stands under its own weight, but not under this dead load too: {would}"
+        raise CaseError("load.dead", problem, "lower the load, turn it, or support these blocks")
+    problem = f"the wall cannot stand under its own weight: {would}"
     raise CaseError(f"block {ids[0]}", problem, "support them, raise the friction, or correct the joints")
+
+
+def _stands_unloaded(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> bool:
+    """Return whether joint forces carry the blocks' own weight, where that is not all of the dead load."""
+    wall, weight = assemblage.wall, np.zeros((len(equilibrium.free_blocks), 6))
+    weight[:, :3] = -np.outer(wall.weights[equilibrium.free_blocks], wall.up)
+    if np.array_equal(weight.ravel(), equilibrium.dead_load):
+        return False
+    try:
+        gravity_forces(replace(equilibrium, dead_load=weight.ravel()), stiffness)
+    except InfeasibleError:
+        return False
+    return True
 
 
 def _falling(

@@ -27,7 +27,10 @@ from orchestrator.loads.dead_loads import AT_LEVEL
 from orchestrator.space.wall import SpaceWall
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-Vector = tuple[float, float, float]
+AHEAD = "+x"
+"""direction of a live load that is given none"""
+UPRIGHT_WITHIN = 1e-9
+"""horizontal part of a unit vector below which it has no direction in plan"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +57,10 @@ class SpaceDeadLoad(Checked):
 class SpaceLoadSettings(Checked):
     """Direction and distribution of the live load in space; extra dead loads."""
 
-    direction: str | tuple[float, ...] = "+x"
-    """"+x", "-x", "+y", "-y", "+z", "-z", or a vector such as [0, -1, 0]; its length does not matter"""
+    direction: str | tuple[float, ...] | None = None
+    """"+x", "-x", "+y", "-y", "+z", "-z", or a vector such as [0, -1, 0]; its length does not matter. Left out: +x"""
     angle: Annotated[float, Unit("rad")] | None = None
-    """instead of `direction`: in plan, from the first horizontal axis towards the second, as in "45 deg" """
+    """instead of `direction`: in plan, from the first horizontal axis to the second, as in "45 deg"; numbers are rad"""
     distribution: Distribution = "mass"
     """proportional to mass, to mass x height above the base, or as given in [[load.live]]"""
     live: tuple[LiveLoad, ...] = ()
@@ -94,7 +97,15 @@ def direction_of(settings: SpaceLoadSettings, up: FloatArray) -> FloatArray:
     if settings.angle is not None:
         first, second = plan_axes(up)
         return math.cos(settings.angle) * first + math.sin(settings.angle) * second
-    return unit_vector(settings.direction, "load.direction")
+    return unit_vector(AHEAD if settings.direction is None else settings.direction, "load.direction")
+
+
+def angles_of(direction: FloatArray, up: FloatArray) -> tuple[float | None, float]:
+    """Return the angle of a unit vector (3,) in plan, from the first horizontal axis towards the second, None for an
+    upright one, and above the horizontal; rad."""
+    first, second = (float(direction @ axis) for axis in plan_axes(up))
+    flat, rise = math.hypot(first, second), float(direction @ up)
+    return (math.atan2(second, first) if flat > UPRIGHT_WITHIN else None), math.atan2(rise, flat)
 
 
 def plan_axes(up: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -222,6 +233,8 @@ def _at_level(wall: SpaceWall, level: float) -> list[int]:
 
 def _refuse_contradictions(wall: SpaceWall, settings: SpaceLoadSettings) -> None:
     """Raise CaseError for settings that contradict each other or name blocks that cannot be loaded."""
+    if settings.angle is not None and settings.direction is not None:
+        raise CaseError("load.angle", "is given beside load.direction, which it stands for", "leave one of the two out")
     if (settings.distribution == "per_block") != bool(settings.live):
         remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
         raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)

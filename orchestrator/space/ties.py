@@ -12,15 +12,19 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Gt, MinLen
+from annotated_types import Gt, MaxLen, MinLen
 
-from orchestrator.basis.arrays import read_only
+from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.geometry.polyhedra import tangents_of
+from orchestrator.geometry.polyhedra import distance_to, tangents_of
 from orchestrator.masonry.interfaces import Interfaces
 from orchestrator.space.contacts import SpaceAssemblage
+from orchestrator.space.wall import SpaceWall
+
+ON_BLOCK = 1e-3
+"""of a block's size, as much as joints may gape by: an end so near its block is on it"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,10 +33,10 @@ class Tie(Checked):
 
     blocks: Annotated[tuple[int, ...], MinLen(2)]
     """ids of the two blocks"""
-    start: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(3)]
-    """where it is fixed to the first one, [x, y, z]"""
-    end: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(3)]
-    """where it is fixed to the second one"""
+    start: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(3), MaxLen(3)]
+    """where it is fixed to the first one, on it or in it: x, y and z, as in ["0.3 m", "0 m", "0.4 m"]"""
+    end: Annotated[tuple[Annotated[float, Unit("m")], ...], MinLen(3), MaxLen(3)]
+    """where it is fixed to the second one, on it or in it"""
     strength: Annotated[float, Gt(0), Unit("N")]
     """force at which it yields"""
 
@@ -46,24 +50,16 @@ class TieSettings(Checked):
 
 
 def with_ties(assemblage: SpaceAssemblage, ties: Sequence[Tie]) -> SpaceAssemblage:
-    """Return the assemblage with ties added to its joints. Raises CaseError for one that joins no two blocks."""
+    """Return the assemblage with ties added to its joints. Raises CaseError for one that joins nothing."""
     if not ties:
         return assemblage
     wall = assemblage.wall
     place = {block.id: k for k, block in enumerate(wall.blocks)}
-    ends, normals, starts = [], [], []
     for number, tie in enumerate(ties):
-        key = f"reinforcement.ties.{number}"
-        if len(tie.blocks) != 2 or len(set(tie.blocks)) != 2 or not set(tie.blocks) <= place.keys():
-            raise CaseError(f"{key}.blocks", f"{[*tie.blocks]} are not two blocks", "name two blocks of the wall")
-        start, end = np.array(tie.start, dtype=float), np.array(tie.end, dtype=float)
-        length = float(np.linalg.norm(end - start)) if start.shape == end.shape == (3,) else 0.0
-        if not length > 0:
-            raise CaseError(f"{key}.end", "its two points are one", "give two points [x, y, z] that lie apart")
-        ends.append([place[block] for block in tie.blocks])
-        normals.append((start - end) / length)
-        starts.append(start)
-    blocks, normal, point = np.array(ends), np.array(normals), np.array(starts)
+        _refuse(wall, tie, f"reinforcement.ties.{number}")
+    blocks = np.array([[place[block] for block in tie.blocks] for tie in ties])
+    point, last = (np.array([getattr(tie, name) for tie in ties], dtype=float) for name in ("start", "end"))
+    normal = (point - last) / np.linalg.norm(point - last, axis=1)[:, None]
     added = Interfaces(
         i=blocks[:, 0],
         j=blocks[:, 1],
@@ -78,3 +74,25 @@ def with_ties(assemblage: SpaceAssemblage, ties: Sequence[Tie]) -> SpaceAssembla
         outlines=tuple(read_only([tie.start, tie.end]) for tie in ties),
     )
     return replace(assemblage, joints=assemblage.joints.and_also(added))
+
+
+def _refuse(wall: SpaceWall, tie: Tie, key: str) -> None:
+    """Raise CaseError for a tie between no two blocks or points, or whose ends lie beside its blocks."""
+    blocks = {block.id: block for block in wall.blocks}
+    if len(tie.blocks) != 2 or len(set(tie.blocks)) != 2 or not set(tie.blocks) <= blocks.keys():
+        raise CaseError(f"{key}.blocks", f"{[*tie.blocks]} are not two blocks", "name two blocks of the wall")
+    if all(blocks[name].fixed for name in tie.blocks):
+        raise CaseError(f"{key}.blocks", "a tie between supports holds nothing", "name a block that can move")
+    if tie.start == tie.end:
+        raise CaseError(f"{key}.end", "its two points are one", "give two points [x, y, z] that lie apart")
+    for end, name in zip(("start", "end"), tie.blocks, strict=True):
+        shape, point = blocks[name].shape, np.array(getattr(tie, end), dtype=float)
+        if distance_to(shape, point) > ON_BLOCK * shape.size:
+            low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+            remedy = f"give a point of the block, which reaches from {shown_point(low)} to {shown_point(high)}"
+            raise CaseError(f"{key}.{end}", f"{shown_point(point)} is not on block {name}", remedy)
+
+
+def shown_point(point: Sequence[float] | FloatArray) -> str:
+    """Return a point (3,) as it is told, in m."""
+    return f"({', '.join(f'{x:.6g}' for x in point)}) m"

@@ -60,9 +60,63 @@ def test_directions_in_plan(block_file, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
+    ("setting", "vector", "said"),
+    [
+        ("load.angle=-90 deg", (0.0, -1.0, 0.0), "(0, -1, 0), -90 degrees in plan"),
+        ("load.angle=-1.5", (np.cos(1.5), -np.sin(1.5), 0.0), "(0.0707, -0.9975, 0), -85.94 degrees in plan"),
+        ("load.angle=360 deg", (1.0, 0.0, 0.0), "(1, 0, 0), 0 degrees in plan"),
+        (
+            "load.direction=[-1, 0, 1]",
+            (-(0.5**0.5), 0.0, 0.5**0.5),
+            "(-0.7071, 0, 0.7071), 180 degrees in plan, 45 degrees above the horizontal",
+        ),
+        ("load.direction=+z", (0.0, 0.0, 1.0), "(0, 0, 1), upwards"),
+    ],
+)
+def test_limit_and_check_say_which_direction_the_load_has(block_file, tmp_path, capsys, setting, vector, said):
+    """A number is an angle in rad, as everywhere in a case file; degrees have their unit."""
+    for command in ("check", "limit"):
+        assert cli.main([command, str(block_file), "--set", setting, "--output", str(tmp_path / command)]) == 0
+        assert f"direction of the live load: {said}\n" in capsys.readouterr().out
+    stored = json.loads((tmp_path / "limit" / "limit_analysis.json").read_text())
+    assert stored["direction"] == pytest.approx(vector, abs=1e-12)
+
+
+def test_a_direction_that_is_held_is_a_gap(tmp_path, capsys):
+    """A block of 0.5 m slides away from a wall at its side, or along it, and no force pushes it into the wall."""
+    wall = block_file_of([GROUND, box((0.0, 0.0, 0.0), (0.5, 0.5, 0.5)), box((0.5, -1.0, 0.0), (1.0, 1.0, 1.0))])
+    wall["blocks"][2]["fixed"] = True
+    (tmp_path / "wall.json").write_text(json.dumps(wall))
+    case = tmp_path / "case.toml"
+    case.write_text('[wall]\nblocks = "wall.json"\n[load]\ndirection = "-x"\ndirections = 4\n')
+    assert cli.main(["limit", str(case), "--output", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert "direction 0 degrees: held, no load in this direction, however large, moves the wall\n" in printed
+    assert "direction 180 degrees: associative 0.6000, without dilation 0.6000\n" in printed
+    stored = json.loads((tmp_path / "out" / "directions.json").read_text())
+    assert stored["gap"] == ["held", "", "", ""]
+    assert stored["associative"][0] is stored["non_associative"][0] is None
+    assert stored["non_associative"][1:] == pytest.approx([0.6] * 3, abs=1e-5)
+    analysed = json.loads((tmp_path / "out" / "limit_analysis.json").read_text())
+    assert analysed["non_associative"] == pytest.approx(0.6, abs=1e-5)
+    assert (tmp_path / "out" / "collapse.html").exists()
+    assert (tmp_path / "out" / "figures" / "directions.png").exists()
+
+
+@pytest.mark.parametrize(
     ("settings", "message"),
     [
         (["load.direction=[0,0]"], "load.direction: [0.0, 0.0] is no direction; write"),
+        (
+            ["load.direction=y"],
+            'load.direction: \'y\' is no direction; write "+x", "-y", "+z" or a vector of three numb',
+        ),
+        (["load.angle=-90"], 'load.angle: -90 rad is more than a turn; write degrees with their unit, as in "-90 deg"'),
+        (["load.angle=720 deg"], "load.angle: 12.5664 rad is more than a turn; write an angle within one"),
+        (
+            ["load.direction=+y", "load.angle=45 deg"],
+            "load.angle: is given beside load.direction, which it stands for; leave one of the two out",
+        ),
         (["load.directon=+y"], "load.directon: is not a known key; did you mean direction?"),
         (["contact.gap=0"], "contact.gap"),
         (
@@ -172,6 +226,62 @@ def test_ties_of_a_case_file(tmp_path, block_file, capsys):
     case.write_text(text.format(7))
     assert cli.main(["limit", str(case)]) == 2
     assert "reinforcement.ties.0.blocks: [0, 7] are not two blocks; name two" in capsys.readouterr().err
+
+
+TIED = """
+[wall]
+blocks = "wall.json"
+[load]
+direction = "+y"
+[[reinforcement.ties]]
+blocks = {blocks}
+start = {start}
+end = {end}
+strength = "0.1 kN"
+"""
+
+
+def tied(folder, blocks=(2, 1), start=(0.3, -0.3, 0.4), end=(0.3, 0.0, 0.4)) -> str:
+    """A block of 0.6 kN on the ground, 0.1 m thick, that a tie at 0.4 m holds to a wall which stands still."""
+    shapes = [GROUND, box((0.0, 0.0, 0.0), (0.6, 0.1, 0.5)), box((0.0, -0.5, 0.0), (0.6, -0.3, 2.0))]
+    wall = block_file_of(shapes)
+    wall["blocks"][2]["fixed"] = True
+    (folder / "wall.json").write_text(json.dumps(wall))
+    case = folder / "tied.toml"
+    case.write_text(TIED.format(blocks=[*blocks], start=[*start], end=[*end]))
+    return str(case)
+
+
+def test_a_tie_acts_where_its_ends_are_and_check_says_where_that_is(tmp_path, capsys):
+    """About the edge at y = 0.1 m: 0.1 / 0.5 by its weight, and 0.1 kN at 0.4 m over 0.6 kN at 0.25 m."""
+    case = tied(tmp_path)
+    assert cli.main(["limit", case, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["non_associative"] == pytest.approx(0.2 + 0.04 / 0.15, abs=1e-5)
+    assert cli.main(["check", case, "--output", str(tmp_path / "out")]) == 0
+    said = "tie 1: block 2 at (0.3, -0.3, 0.4) m to block 1 at (0.3, 0, 0.4) m, yields at 0.100 kN"
+    assert said in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (
+            {"start": (300, -300, 400), "end": (300, 0, 400)},
+            "ties.0.start: (300, -300, 400) m is not on block 2; give a point of the block, which reaches from "
+            "(0, -0.5, 0) m to (0.6, -0.3, 2) m",
+        ),
+        ({"end": (0.3, -0.01, 0.4)}, "ties.0.end: (0.3, -0.01, 0.4) m is not on block 1; give a point of the block"),
+        ({"blocks": (2, 0)}, "ties.0.blocks: a tie between supports holds nothing; name a block that can move"),
+        ({"start": (0, 0)}, "ties.0.start: [0, 0] is not accepted; write a list of at least 3"),
+        ({"end": (0, 0, 0, 0)}, "ties.0.end: [0, 0, 0, 0] is not accepted; write a list of at most 3"),
+    ],
+)
+def test_a_tie_whose_ends_are_not_on_its_blocks_is_refused(tmp_path, capsys, changed, said):
+    for command in ("check", "limit"):
+        case = tied(tmp_path, **changed)
+        assert cli.main([command, case, "--output", str(tmp_path / "out")]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith(f"{case}: reinforcement.{said}")
 
 
 def kinematic_line(tmp_path, capsys, shapes, *loads) -> str:

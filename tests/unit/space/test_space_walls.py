@@ -14,6 +14,7 @@ from orchestrator.geometry.polyhedra import (
     Polyhedron,
     box,
     centroid_of,
+    distance_to,
     prism,
     rotation,
     second_moment_of,
@@ -63,6 +64,21 @@ def test_the_volume_that_two_bodies_share():
     exact = 0.5 * (0.5 * 0.5 + 1.0 * 0.5 + 0.5 * 1.0)  # of the L between 0.5 and its ends
     assert common_volume(bent, corner) == pytest.approx(exact)
     assert common_volume(CUBE, box((1.0, 0.0, 0.0), (2.0, 1.0, 1.0))) == 0.0
+
+
+@pytest.mark.parametrize("turn", [np.eye(3), rotation((1.0, 2.0, 3.0), 0.6)])
+@pytest.mark.parametrize(
+    ("point", "far"),
+    [
+        ((0.5, 1.5, 0.5), 0.0), ((1.5, 0.5, 0.5), 0.0), ((1.0, 1.0, 0.5), 0.0), ((0.0, 0.0, 0.0), 0.0),
+        ((1.3, 1.5, 0.5), 0.3), ((1.5, 1.4, 0.5), 0.4), ((2.3, 0.5, 1.4), 0.5), ((-1.0, -2.0, -2.0), 3.0),
+    ],
+)  # fmt: skip
+def test_how_far_a_point_lies_from_a_body(turn, point, far):
+    """An L of 2 x 2 x 1 m, its inner corner at (1, 1): in its legs, on its edges, in its notch, off its corners."""
+    shift = np.array([0.3, -0.2, 0.7])
+    shape = prism(np.array(L_SHAPE), np.zeros(3), np.eye(3)).moved(turn, shift)
+    assert distance_to(shape, turn @ np.array(point) + shift) == pytest.approx(far, abs=1e-12)
 
 
 def opened(shape: Polyhedron) -> Polyhedron:
@@ -122,6 +138,20 @@ def test_a_wall_that_cannot_stand_is_refused():
     assemblage = find_joints(leaning)
     with pytest.raises(CaseError, match=r"block 2: the wall cannot stand under its own weight: block 2 would move"):
         analyse(assemblage, loads_on(leaning))
+
+
+def test_a_wall_that_a_thrust_brings_down_is_said_to_stand_without_it():
+    """A block of 20 kN on friction of 0.6, with a thrust of 13 kN at its top, slides; one that leans falls anyway."""
+    thrust = SpaceLoadSettings(dead=(SpaceDeadLoad(blocks=(1,), force=13e3, direction=(0.0, 1.0, 0.0)),))
+    upright = wall_of([GROUND, CUBE], 0.6)
+    message = (
+        r"load\.dead: the wall stands under its own weight, but not under this dead load too: block 1 would move; "
+    )
+    with pytest.raises(CaseError, match=message):
+        analyse(find_joints(upright), loads_on(upright, thrust))
+    leaning = wall_of([GROUND, CUBE, CUBE.moved(np.eye(3), np.array([0.7, 0.0, 1.0]))], 0.6)
+    with pytest.raises(CaseError, match="the wall cannot stand under its own weight"):
+        analyse(find_joints(leaning), loads_on(leaning, thrust))
 
 
 def test_joints_need_not_be_exact_and_may_be_several():
