@@ -49,7 +49,7 @@ def test_a_block_overturns_over_the_side_that_is_nearest_along_the_load(degrees,
     psi = np.radians(degrees)
     found = associative(block_on_ground(0.4, 0.2, 1.0, 0.7), (np.cos(psi), np.sin(psi), 0.0))
     assert found.load_multiplier == pytest.approx(expected, abs=1e-6)
-    by_angle = associative(block_on_ground(0.4, 0.2, 1.0, 0.7), "+x", angle=psi)
+    by_angle = associative(block_on_ground(0.4, 0.2, 1.0, 0.7), None, angle=psi)
     assert by_angle.load_multiplier == pytest.approx(expected, abs=1e-6)
 
 
