@@ -1,6 +1,7 @@
 """Limit analysis of a wall in space: associative bound, headline without dilation, range of states found.
 
-headline   the end of the push on elastic joints from the gravity state, springs stiffer with depth
+headline   the end of the push on elastic joints from the gravity state, springs stiffer with depth; that with equal
+           springs where it is lower by more than ONE_ANSWER
 range      lowest and highest valid state found: also, on small walls, pushes with equal springs and the dilation shift,
            on larger ones the path of smoothed contact; descents from all these
 Every state is validated from geometry, forces and velocities (validation.py) before it counts.
@@ -9,7 +10,7 @@ Every state is validated from geometry, forces and velocities (validation.py) be
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Annotated, Literal
 
@@ -20,13 +21,14 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.units import Unit
-from orchestrator.limit_analysis.paper.linear_program import InfeasibleError, UnboundedError
+from orchestrator.limit_analysis.paper.linear_program import UnboundedError
 from orchestrator.space import descent
 from orchestrator.space.central_path import STAGE, follow
-from orchestrator.space.conic_program import ConicSolution, gravity_forces, missing_support, solve_associative
+from orchestrator.space.conic_program import ConicSolution, solve_associative
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.elastic_joints import Push, going_down, push
+from orchestrator.space.elastic_joints import Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
+from orchestrator.space.gravity import falling_blocks, forces_under_gravity, listed
 from orchestrator.space.loads import SpaceLoads
 from orchestrator.space.springs import depth_stiffness, springs_of
 from orchestrator.space.validation import LIMITS, Validation, validate
@@ -50,8 +52,6 @@ DEPTH_POWER = 2.0
 """stiffness of a joint grows with this power of its depth below the top"""
 ONE_ANSWER = 0.01
 """Relative difference of two pushes up to which the joints' stiffness decides nothing, as in the plane."""
-LISTED = 10
-"""blocks that a message names"""
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
@@ -145,8 +145,8 @@ def analyse(
     settings, started = settings or SpaceLimitSettings(), perf_counter()
     equilibrium = equilibrium_of(assemblage, loads, settings.torsion)
     stiffness = depth_stiffness(assemblage, DEPTH_POWER)
-    gravity = _gravity(assemblage, equilibrium, stiffness)
-    falling = _falling(assemblage, equilibrium, gravity, stiffness)
+    gravity = forces_under_gravity(assemblage, equilibrium, stiffness)
+    falling = falling_blocks(assemblage, equilibrium, gravity, stiffness)
     report("whether it stands is open" if falling else "joint forces can balance its dead load")
     optimum = _associative(equilibrium)
     associative = state_of("associative", assemblage, loads, optimum, optimum.velocities, settings.torsion)
@@ -154,9 +154,8 @@ def analyse(
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
     other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
     states: list[SpaceState] = []
-    stones = ", ".join(map(str, falling[:LISTED])) + ", ..." * (len(falling) > LISTED)
     remarks = [
-        f"loading: no state of rest under the dead load was found: stones {stones} go down unless wedged"
+        f"loading: no state of rest under the dead load was found: stones {listed(falling)} go down unless wedged"
     ] * bool(falling)
     if settings.states != "none":
         search = _Search(assemblage, loads, equilibrium, gravity, optimum, settings.time, report)
@@ -190,49 +189,6 @@ def _associative(equilibrium: SpaceEquilibrium) -> ConicSolution:
     except UnboundedError:
         remedy = "push in another direction, or free the blocks that hold it"
         raise HeldError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
-
-
-def _gravity(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> FloatArray:
-    """Return the forces of the wall under its dead load. Raises CaseError naming the blocks that would fall."""
-    try:
-        return gravity_forces(equilibrium, stiffness)
-    except InfeasibleError:
-        _, motion = missing_support(equilibrium)
-    ids = _fastest(assemblage, equilibrium, motion)
-    listed = ", ".join(map(str, ids[:LISTED])) + ", ..." * (len(ids) > LISTED)
-    would = f"block{'s' * (len(ids) > 1)} {listed} would move"
-    if _stands_unloaded(assemblage, equilibrium, stiffness):
-        problem = f"the wall stands under its own weight, but not under this dead load too: {would}"
-        raise CaseError("load.dead", problem, "lower the load, turn it, or support these blocks")
-    problem = f"the wall cannot stand under its own weight: {would}"
-    raise CaseError(f"block {ids[0]}", problem, "support them, raise the friction, or correct the joints")
-
-
-def _stands_unloaded(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> bool:
-    """Return whether joint forces carry the blocks' own weight, where that is not all of the dead load."""
-    wall, weight = assemblage.wall, np.zeros((len(equilibrium.free_blocks), 6))
-    weight[:, :3] = -np.outer(wall.weights[equilibrium.free_blocks], wall.up)
-    if np.array_equal(weight.ravel(), equilibrium.dead_load):
-        return False
-    try:
-        gravity_forces(replace(equilibrium, dead_load=weight.ravel()), stiffness)
-    except InfeasibleError:
-        return False
-    return True
-
-
-def _falling(
-    assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, gravity: FloatArray, stiffness: FloatArray
-) -> tuple[int, ...]:
-    """Return the ids of the blocks that go down under the dead load where the wall does not come to rest."""
-    motion = going_down(assemblage, equilibrium, gravity, stiffness)
-    return () if motion is None else _fastest(assemblage, equilibrium, motion)
-
-
-def _fastest(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, motion: FloatArray) -> tuple[int, ...]:
-    """Return the ids of the free blocks that have a tenth of the largest velocity of a motion (m, 6), or more."""
-    speed = np.linalg.norm(motion[:, :3], axis=1)
-    return tuple(assemblage.wall.blocks[k].id for k in equilibrium.free_blocks[speed > 0.1 * speed.max()])
 
 
 class _Search:
