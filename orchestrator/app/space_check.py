@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from orchestrator.app.case_check import STANDS, kilonewtons, loads_table, plain_table
-from orchestrator.app.space_commands import assemblage_of, ignored_joints, load_words, wall_rows
+from orchestrator.app.space_commands import assemblage_of, doubtful_joints, load_words, wall_rows
 from orchestrator.app.terminal import shown
 from orchestrator.basis.errors import naming
 from orchestrator.basis.printed import counted
@@ -46,7 +46,7 @@ def check(path: Path, overrides: list[str], output: Path, console: Console) -> i
     for line in [load_words(assemblage, loads), *tie_words(case)]:
         console.print(line, soft_wrap=True, markup=False)
     console.print(STANDS, soft_wrap=True)
-    said = [*ignored_joints(assemblage), *found.remarks, *unusual(sums, of_materials, classes, case)]
+    said = [*doubtful_joints(case, assemblage), *found.remarks, *unusual(sums, of_materials, classes, case)]
     for remark in said:
         console.print(f"{path}: {remark}", soft_wrap=True, markup=False)
     _draw(case, assemblage, said, output, console)

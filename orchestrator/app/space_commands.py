@@ -24,7 +24,7 @@ from orchestrator.present.in_space import collapse_page, space_pictures
 from orchestrator.settings.space_case import SpaceCase, read
 from orchestrator.settings.space_inventory import direction_words
 from orchestrator.space.analysis import BRACKET, PUSHES, HeldError, SpaceAnalysis, SpaceState, analyse
-from orchestrator.space.contacts import SpaceAssemblage, find_joints
+from orchestrator.space.contacts import SpaceAssemblage, find_joints, gaping
 from orchestrator.space.loads import SpaceLoads, loads_on
 from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
 from orchestrator.space.ties import with_ties
@@ -45,15 +45,21 @@ def assemblage_of(case: SpaceCase) -> SpaceAssemblage:
         return with_ties(find_joints(case.wall, case.contact), case.reinforcement.ties)
 
 
-def ignored_joints(assemblage: SpaceAssemblage) -> list[str]:
-    """Return a warning that lists common areas too small to be a joint, or none."""
-    small = assemblage.ignored
-    if not small:
-        return []
-    listed = ", ".join(f"{one.i} | {one.j} ({1e6 * one.area:.3g} mm2)" for one in small[:LISTED_JOINTS])
-    listed += ", ..." * (len(small) > LISTED_JOINTS)
-    many = "1 common area" if len(small) == 1 else f"{len(small)} common areas"
-    return [f"WARNING: {many} too small for a joint (contact.smallest), between blocks {listed}"]
+def doubtful_joints(case: SpaceCase, assemblage: SpaceAssemblage) -> list[str]:
+    """Return warnings that list common areas too small to be a joint, and blocks that lie a little too far apart."""
+    said, small, apart = [], assemblage.ignored, gaping(assemblage, case.contact)
+    if small:
+        listed = _listed([f"{one.i} | {one.j} ({1e6 * one.area:.3g} mm2)" for one in small])
+        many = counted(len(small), "common area")
+        said.append(f"WARNING: {many} too small for a joint (contact.smallest), between blocks {listed}")
+    if apart:
+        listed = _listed([f"{i} | {j}" for i, j in apart])
+        said.append(f"WARNING: no joint where blocks lie a little more than contact.gap apart: {listed}")
+    return said
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(names[:LISTED_JOINTS]) + ", ..." * (len(names) > LISTED_JOINTS)
 
 
 def limit(path: Path, overrides: list[str], output: Path, force: bool, as_json: bool, console: Console) -> int:
@@ -91,7 +97,7 @@ def _show_mechanism(
 ) -> None:
     """Say what the mechanism is, draw it, and write it down."""
     mechanism = mechanism_of(assemblage, analysis.shown.velocities)
-    remarks = [*ignored_joints(assemblage), *analysis.remarks]
+    remarks = [*doubtful_joints(case, assemblage), *analysis.remarks]
     for remark in remarks:
         say(remark)
     rows = [*mechanism_rows(analysis, mechanism), *kinematic_rows(case, analysis, mechanism)]

@@ -33,6 +33,8 @@ COLLINEAR = 1e-7
 OUTLINE_GRID = 1e-9
 """Part of a face's size to which outlines are rounded before they are intersected: without, two faces that share an
 edge to rounding may come out as lying on each other (GEOS 3.13; a dome of 112 blocks had 6 joints too many)."""
+GAPING = 10.0
+"""times contact.gap up to which faces that have no joint look as if they should"""
 NOTHING = 1e-9
 """Part of a stone's face below which a common area is rounding and is not even listed."""
 
@@ -87,25 +89,40 @@ def find_joints(wall: SpaceWall, settings: FaceContactSettings | None = None) ->
     """Return the assemblage of a wall: joints sorted by block i, block j; two supports have none. Raises CaseError for
     a block that no chain of joints connects to a support."""
     settings = settings or FaceContactSettings()
-    faces = [_faces(wall, number) for number in range(len(wall.blocks))]
-    length = np.cbrt(wall.weights / np.array([block.unit_weight for block in wall.blocks]))
-    low = np.array([block.shape.vertices.min(axis=0) for block in wall.blocks]) - settings.gap * length[:, None]
-    high = np.array([block.shape.vertices.max(axis=0) for block in wall.blocks]) + settings.gap * length[:, None]
     regions: list[tuple[int, int, _Region]] = []
     ignored = []
+    for i, j, part, share in _shared(wall, settings.gap):
+        if share >= settings.smallest:
+            regions.append((i, j, part))
+        elif share > NOTHING:
+            ignored.append(Ignored(wall.blocks[i].id, wall.blocks[j].id, float(part.polygon.area)))
+    assemblage = SpaceAssemblage(wall, _interfaces(wall, regions), tuple(ignored))
+    _refuse_unsupported(assemblage)
+    return assemblage
+
+
+def gaping(assemblage: SpaceAssemblage, settings: FaceContactSettings) -> list[tuple[int, int]]:
+    """Return the pairs of blocks (ids) that have no joint and would have one with up to GAPING times the gap."""
+    blocks, joints = assemblage.wall.blocks, assemblage.joints
+    known = {*zip(joints.i.tolist(), joints.j.tolist(), strict=True)}
+    found = {(i, j) for i, j, _, share in _shared(assemblage.wall, GAPING * settings.gap) if share >= settings.smallest}
+    small = {(one.i, one.j) for one in assemblage.ignored}
+    named = [(blocks[i].id, blocks[j].id) for i, j in sorted(found - known)]
+    return [pair for pair in named if pair not in small]
+
+
+def _shared(wall: SpaceWall, gap: float) -> Iterator[tuple[int, int, _Region, float]]:
+    """Yield what pairs of blocks share within a gap (parts of the smaller one's size), with its area as such a part."""
+    faces = [_faces(wall, number) for number in range(len(wall.blocks))]
+    length = np.cbrt(wall.weights / np.array([block.unit_weight for block in wall.blocks]))
+    low = np.array([block.shape.vertices.min(axis=0) for block in wall.blocks]) - gap * length[:, None]
+    high = np.array([block.shape.vertices.max(axis=0) for block in wall.blocks]) + gap * length[:, None]
     for i, j in zip(*pairs_of_boxes(low, high), strict=True):
         if wall.blocks[i].fixed and wall.blocks[j].fixed:
             continue
         smaller = min(length[i], length[j])
-        for part in _parts(faces[i], faces[j], settings.gap * smaller):
-            share = part.polygon.area / smaller**2
-            if share >= settings.smallest:
-                regions.append((int(i), int(j), part))
-            elif share > NOTHING:
-                ignored.append(Ignored(wall.blocks[i].id, wall.blocks[j].id, float(part.polygon.area)))
-    assemblage = SpaceAssemblage(wall, _interfaces(wall, regions), tuple(ignored))
-    _refuse_unsupported(assemblage)
-    return assemblage
+        for part in _parts(faces[i], faces[j], gap * smaller):
+            yield int(i), int(j), part, float(part.polygon.area / smaller**2)
 
 
 def _faces(wall: SpaceWall, number: int) -> _Faces:

@@ -1,6 +1,7 @@
 """Meshes -> SpaceWall: OBJ (one block a group or object), PLY and STL (one block a file; a folder holds many).
 
 STL and PLY come as triangles whose corners are repeated: corners nearer than MERGED of the block's size become one.
+Triangles that lie in one plane become one face.
 None of these formats has a unit, so it must be given. Several closed bodies in one file or group become blocks of
 their own.
 """
@@ -16,7 +17,7 @@ from scipy.spatial import cKDTree
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.graphs import connected_groups
-from orchestrator.geometry.polyhedra import Polyhedron
+from orchestrator.geometry.polyhedra import FLAT, Polyhedron, area_vector
 from orchestrator.space.sources.material import SpaceMaterial, oriented
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
@@ -83,7 +84,8 @@ def _obj(file: Path) -> Iterator[tuple[FloatArray, Faces]]:
 
 
 def bodies_in(corners: FloatArray, faces: Faces) -> Iterator[Polyhedron]:
-    """Yield the closed bodies of a mesh: corners merged, faces without area dropped, split where no edge connects."""
+    """Yield the closed bodies of a mesh: corners merged, faces without area dropped, split where no edge connects, what
+    lies in one plane joined."""
     used = np.unique(np.concatenate([np.array(face) for face in faces]))
     size = float(np.linalg.norm(np.ptp(corners[used], axis=0)))
     pairs = cKDTree(corners[used]).query_pairs(MERGED * size, output_type="ndarray")
@@ -96,10 +98,49 @@ def bodies_in(corners: FloatArray, faces: Faces) -> Iterator[Polyhedron]:
         ring = [k for k, before in zip(ring, [ring[-1], *ring[:-1]], strict=True) if k != before]
         if len(ring) >= 3:
             kept.append(tuple(ring))
-    for group in map(_consistent, _connected(kept)):
+    for group in (_plane_faces(points, _consistent(group)) for group in _connected(kept)):
         mine = sorted({k for face in group for k in face})
         place = {k: n for n, k in enumerate(mine)}
         yield oriented(Polyhedron(read_only(points[mine]), tuple(tuple(place[k] for k in face) for face in group)))
+
+
+def _plane_faces(corners: FloatArray, faces: Faces) -> Faces:
+    """Return the faces of one body: what shares edges and lies in one plane (FLAT) is one where one ring bounds it.
+
+    Every corner stays: neighbours have it too.
+    """
+    areas = np.array([area_vector(corners[list(face)]) for face in faces])
+    normals = areas / np.maximum(np.linalg.norm(areas, axis=1), np.finfo(float).tiny)[:, None]
+    owner = {edge: k for k, face in enumerate(faces) for edge in _edges(face)}
+    pairs = [(k, owner[end, start]) for (start, end), k in owner.items() if (end, start) in owner]
+    level = [(k, other) for k, other in pairs if np.linalg.norm(normals[k] - normals[other]) < FLAT]
+    group = connected_groups(len(faces), *np.array(level, dtype=int).reshape(-1, 2).T)
+    joined: Faces = []
+    for number in range(group.max() + 1):
+        mine = [face for face, own in zip(faces, group, strict=True) if own == number]
+        ring = _ring_around(mine)
+        joined += [ring] if len(mine) > 1 and _is_plane(corners[list(ring)]) else mine
+    return joined
+
+
+def _ring_around(faces: Faces) -> tuple[int, ...]:
+    """Return the ring of corners that bounds faces, empty where there are several or one touches itself."""
+    edges = {edge for face in faces for edge in _edges(face)}
+    bounding = [(start, end) for start, end in edges if (end, start) not in edges]
+    following = dict(bounding)
+    ring = [min(following)]
+    while len(ring) < len(following) and (after := following[ring[-1]]) != ring[0]:
+        ring.append(after)
+    return tuple(ring) if len(ring) == len(bounding) else ()
+
+
+def _is_plane(ring: FloatArray) -> bool:
+    """Whether corners (n, 3) of a ring lie in one plane, to FLAT of its size."""
+    if len(ring) < 3:
+        return False
+    area, size = area_vector(ring), float(np.linalg.norm(np.ptp(ring, axis=0)))
+    off = (ring - ring.mean(axis=0)) @ (area / max(np.linalg.norm(area), np.finfo(float).tiny))
+    return bool(np.abs(off).max() <= FLAT * size)
 
 
 def _connected(faces: Faces) -> Iterator[Faces]:

@@ -1,6 +1,7 @@
 """STEP, BREP and IGES -> SpaceWall, through gmsh's OpenCASCADE: one volume is one block.
 
-Plane faces without holes keep their corners; curved ones become triangles.
+STEP and IGES state their unit of length, BREP has none. Plane faces keep their corners; curved ones become strips and
+triangles.
 """
 
 from __future__ import annotations
@@ -18,21 +19,27 @@ from orchestrator.space.sources.material import SpaceMaterial, oriented
 from orchestrator.space.sources.meshes import bodies_in
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
-SUFFIXES = (".step", ".stp", ".brep", ".iges", ".igs")
+WITH_UNIT = (".step", ".stp", ".iges", ".igs")
+"""files that state their unit of length"""
+SUFFIXES = (*WITH_UNIT, ".brep")
 CURVED = 24
 """elements on a full turn of a curved face"""
 
 
 def read_step(path: Path, length: float | None, material: SpaceMaterial) -> SpaceWall:
-    """Return the wall in a STEP, BREP or IGES file. STEP and IGES have a unit, which gmsh turns into `length`'s: m
-    where it is None. Raises CaseError."""
+    """Return the wall in a STEP, BREP or IGES file; `length` (m) is the unit of BREP, None for the others.
+
+    Raises CaseError."""
+    if length is not None and path.suffix.lower() in WITH_UNIT:
+        raise CaseError("--unit", f"{path.suffix} files state their unit of length", "leave it out")
+    if length is None and path.suffix.lower() not in WITH_UNIT:
+        raise CaseError("--unit", "the file has no unit of length", "give it, as in --unit mm")
     refuse_missing(f"import of {path.suffix} files", ("gmsh",))
     import gmsh
 
     blocks: list[SpaceBlock] = []
     with _session():
-        if length is None:
-            gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
         try:
             gmsh.model.occ.importShapes(str(path))
             gmsh.model.occ.synchronize()
@@ -52,7 +59,7 @@ def read_step(path: Path, length: float | None, material: SpaceMaterial) -> Spac
                 faces += [tuple(row) if surface > 0 else tuple(row[::-1]) for row in triangles.tolist()]
             tags, points, _ = gmsh.model.mesh.getNodes()
             place = {int(tag): k for k, tag in enumerate(tags)}
-            corners = points.reshape(-1, 3) * (1.0 if length is None else length)
+            corners = points.reshape(-1, 3) * (length or 1.0)
             numbered = [tuple(place[k] for k in face) for face in faces]
             for body in bodies_in(corners, numbered):
                 blocks.append(SpaceBlock(len(blocks) + 1, oriented(body), False, material.unit_weight))

@@ -84,6 +84,8 @@ ON_PAGES = [
     "the control displacement is zero in the first lateral increments",
     # walls in space
     "WARNING: 7 common areas too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2), 2 | 5 (1 mm2)",
+    "WARNING: 1 common area too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2)",
+    "WARNING: no joint where blocks lie a little more than contact.gap apart: 1 | 2, 2 | 5",
     "WARNING: the push on elastic joints found no state (not at rest after 12 s: λ 0.1234, flow error 3e-01); that "
     "with equal springs did",
     "WARNING: the push on elastic joints found no state (flow 2.1e-05 > 1e-06); the headline is the state that its "

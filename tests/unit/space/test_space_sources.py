@@ -12,9 +12,11 @@ import pytest
 from orchestrator.app import cli
 from orchestrator.app.space_intake import as_record, read_file
 from orchestrator.basis.errors import CaseError
+from orchestrator.geometry.polyhedra import flaw_of, volume_of
 from orchestrator.space.block_files import wall_from
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.generators.shapes import Plan, Stones, u_wall
+from orchestrator.space.sources.meshes import bodies_in
 from orchestrator.space.wall import check_wall
 from orchestrator.storage.files import plain
 from tests.support.paths import DATA
@@ -58,26 +60,46 @@ def test_a_folder_of_stl_and_ply_files(tmp_path):
     assert wall.weights.tolist() == pytest.approx(WALL.weights.tolist(), rel=1e-5)
     assert [block.id for block in wall.blocks if block.fixed] == [1]
     assert find_joints(wall).joints.count == find_joints(WALL).joints.count
+    assert {len(block.shape.faces) for block in wall.blocks} == {6}
 
 
-def test_step(tmp_path):
-    """Boxes and a cylinder written by OpenCASCADE, in mm."""
+def test_triangles_in_a_plane_with_a_hole_stay_triangles():
+    """A frame: no one ring bounds its front, and two rings of one face are no polyhedron's."""
+    outer, inner = [(0, 0), (4, 0), (4, 4), (0, 4)], [(1, 1), (3, 1), (3, 3), (1, 3)]
+    corners = np.array([(x, y, z) for z in (0.0, 1.0) for x, y in [*outer, *inner]])
+    front = [(8 + k, 8 + (k + 1) % 4, 12 + (k + 1) % 4, 12 + k) for k in range(4)]
+    back = [tuple(k - 8 for k in face[::-1]) for face in front]
+    sides = [(k, (k + 1) % 4, 8 + (k + 1) % 4, 8 + k) for k in range(4)]
+    holes = [(4 + (k + 1) % 4, 4 + k, 12 + k, 12 + (k + 1) % 4) for k in range(4)]
+    triangles = [(f[0], f[k], f[k + 1]) for f in [*front, *back, *sides, *holes] for k in (1, 2)]
+    (body,) = bodies_in(corners, triangles)
+    assert flaw_of(body) is None
+    assert volume_of(body) == pytest.approx(12.0)
+    assert sorted(map(len, body.faces)) == [3] * 16 + [4] * 8
+
+
+@pytest.mark.parametrize("unit", ["MM", "M"])
+def test_step(tmp_path, unit):
+    """Boxes and a cylinder written by OpenCASCADE, which states its unit in the file."""
     import gmsh
 
-    path = tmp_path / "column.step"
+    path, mm = tmp_path / "column.step", {"MM": 1.0, "M": 1e-3}[unit]
     gmsh.initialize(interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-    gmsh.model.occ.addBox(-500, -500, -200, 1000, 1000, 200)
-    gmsh.model.occ.addCylinder(0, 0, 0, 0, 0, 900, 300)
-    gmsh.model.occ.addBox(-300, -300, 900, 600, 600, 200)
+    gmsh.option.setString("Geometry.OCCTargetUnit", unit)
+    gmsh.model.occ.addBox(-500 * mm, -500 * mm, -200 * mm, 1000 * mm, 1000 * mm, 200 * mm)
+    gmsh.model.occ.addCylinder(0, 0, 0, 0, 0, 900 * mm, 300 * mm)
+    gmsh.model.occ.addBox(-300 * mm, -300 * mm, 900 * mm, 600 * mm, 600 * mm, 200 * mm)
     gmsh.model.occ.synchronize()
     gmsh.write(str(path))
     gmsh.finalize()
-    wall = read_file(path, {"unit": "mm"})
+    wall = read_file(path, {})
     check_wall(wall)
     assert find_joints(wall).joints.count == 2
     assert wall.weights.tolist() == pytest.approx([4e3, 20e3 * np.pi * 0.09 * 0.9, 20e3 * 0.072], rel=0.03)
+    assert [len(block.shape.faces) for block in wall.blocks if block.id != 2] == [6, 6]
+    with pytest.raises(CaseError, match=r"files state their unit of length"):
+        read_file(path, {"unit": "m"})
 
 
 def test_plans_of_courses(tmp_path):

@@ -24,7 +24,7 @@ from orchestrator.geometry.polyhedra import (
 from orchestrator.geometry.shared_volume import common_volume
 from orchestrator.space.analysis import analyse
 from orchestrator.space.block_files import wall_from
-from orchestrator.space.contacts import find_joints
+from orchestrator.space.contacts import FaceContactSettings, find_joints, gaping
 from orchestrator.space.loads import SpaceDeadLoad, SpaceLoadSettings, loads_on, top_of
 from orchestrator.space.wall import SpaceBlock, check_wall
 from tests.support.space_walls import CUBE, GROUND, L_SHAPE, associative, block_on_ground, record, wall_of
@@ -176,6 +176,14 @@ def test_a_common_area_that_is_too_small_is_listed():
     )
     assemblage = find_joints(wall)
     assert [(one.i, one.j, round(one.area, 8)) for one in assemblage.ignored] == [(1, 2, 1e-4)]
+
+
+@pytest.mark.parametrize(("gap", "told"), [(0.5e-3, []), (3e-3, [(1, 2)]), (12e-3, [])])
+def test_blocks_that_lie_a_little_too_far_apart_are_told(gap, told):
+    """Parts of the stones' size: touching, as if they should touch, and apart."""
+    wall = wall_of([GROUND, CUBE, box((1.0 + gap, 0.0, 0.0), (2.0 + gap, 1.0, 1.0))], 0.6)
+    settings = FaceContactSettings()
+    assert gaping(find_joints(wall, settings), settings) == told
 
 
 def test_loads():
