@@ -140,6 +140,7 @@ def answered(
         associative_left=bound_left(problem, met),
         elastic_modulus=problem.elastic_modulus,
         rigid_curve=curve_of(met),
+        rigid_peak=met.pushed.peak if met and met.pushed and met.pushed.is_past else None,
         ways_out=ways_out_of(met),
         drawn=known.drawn if met and met.geometry_decides else None,
         going_down=known.falling,

@@ -6,12 +6,13 @@ bodies of 36 stones of rubble bear 0.505; every stone 0.452, limit analysis 0.45
 is right more bodies tell, since in the end they are the stones. Each body is divided, so that there are twice as many:
 of all ways to join its stones by the one that loses least energy (locking.py). Here 16 bodies bear 0.457.
 
-It ends where finite elements and limit analysis agree and, as with a mesh, twice as many bodies bear the same; where
+It ends where finite elements and rigid blocks agree and, as with a mesh, twice as many bodies bear the same; where
 twice as many are more than FEW, agreement alone is enough. It also ends where twice as many bear the same twice in a
 row, whatever limit analysis says, once they are more than FEW (2, 4 and 8 of 162 stones bore the same, 6.7 % more than
 micro-FE), and with every stone. Neither road then confirms the other any more: micro-FE does. A curve that is not valid
-counts as no agreement. Where the answer of limit analysis is an interval, its headline is what is to be agreed with:
-any number of bodies may bear something between its ends.
+counts as no agreement. What is to be agreed with is what is like the curve: in large displacements the peak of rigid
+blocks there, where it was passed, else the headline; never an interval, between whose ends any number of bodies may
+bear something.
 """
 
 from __future__ import annotations
@@ -36,13 +37,14 @@ class Borne:
     """What macroblocks bore in finite elements.
 
     multiplier: at the peak of the base shear; is_peak: whether the curve shows that it is one, else they bear at least
-    as much; is_valid: whether the curve passed its checks.
+    as much; is_valid: whether the curve passed its checks; in_large: whether in large displacements.
     """
 
     bodies: int
     multiplier: float
     is_peak: bool
     is_valid: bool
+    in_large: bool = True
 
     @property
     def words(self) -> str:
@@ -60,11 +62,16 @@ def finer(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition)
     return partition_of(assemblage, groups[count - partition.count])
 
 
+def rigid_multiplier(analysis: LimitAnalysis, in_large: bool) -> float:
+    """Return what rigid blocks bear, as far as bodies in large displacements (or not) are to bear the same."""
+    drawn, moved = analysis.headline.load_multiplier, analysis.rigid_peak
+    return moved if in_large and moved is not None else drawn
+
+
 def off_limit_analysis(analysis: LimitAnalysis, multiplier: float) -> float:
-    """Return by what part a multiplier lies above the headline of limit analysis (> 0) or below (< 0); 0 within the
-    interval where the headline is one."""
-    low, high = analysis.interval or (analysis.headline.load_multiplier,) * 2
-    return max(multiplier / high - 1.0, 0.0) + min(multiplier / low - 1.0, 0.0)
+    """Return by what part a multiplier lies above all that rigid blocks may bear (> 0) or below it (< 0)."""
+    rigid = [*(analysis.interval or ()), *(rigid_multiplier(analysis, in_large) for in_large in (False, True))]
+    return max(multiplier / max(rigid) - 1.0, 0.0) + min(multiplier / min(rigid) - 1.0, 0.0)
 
 
 def alike(margin: float) -> float:
@@ -84,7 +91,7 @@ def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones
         return True
     changes = [abs(fine.multiplier / coarse.multiplier - 1.0) for coarse, fine in pairwise(borne)]
     same = [change <= alike(margin) for change in changes]
-    if abs(last.multiplier / analysis.headline.load_multiplier - 1.0) <= alike(margin):
+    if abs(last.multiplier / rigid_multiplier(analysis, last.in_large) - 1.0) <= alike(margin):
         return same[-1:] == [True] or 2 * last.bodies > FEW * stones
     return same[-2:] == [True, True] and last.bodies > FEW * stones
 
@@ -93,12 +100,14 @@ def remarked(
     analysis: LimitAnalysis, margin: float, partition: Partition, borne: list[Borne], stones: int
 ) -> Partition:
     """Return the partition pushed last with what is to be said of it: those before, and whether it agrees."""
-    last, headline = borne[-1], f"limit analysis {analysis.headline.load_multiplier:.4f}"
+    last = borne[-1]
     off, said = off_limit_analysis(analysis, last.multiplier), list(partition.remarks)
     if len(borne) > 1:
         said = [remark for remark in said if remark != ELSEWHERE]  # that was of the first
         pushed = ", ".join(one.words for one in borne)
-        said.append(f"refined: in finite elements {pushed} ({headline})")
+        said.append(
+            f"refined: in finite elements {pushed} (rigid blocks {rigid_multiplier(analysis, last.in_large):.4f})"
+        )
     if abs(off) > alike(margin) and (off > 0.0 or last.is_peak):
         apart = f"bear {abs(off):.1%} {'more' if off > 0.0 else 'less'} in finite elements than in limit analysis"
         are_stones = last.bodies == stones

@@ -126,6 +126,7 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
         "interval": analysis.interval,
         "elastic_modulus_Pa": analysis.elastic_modulus,
         "rigid_curve": analysis.rigid_curve,
+        "rigid_peak": analysis.rigid_peak,
         "ways_out": analysis.ways_out,
         "local_failures": [
             {

@@ -148,12 +148,12 @@ class LimitAnalysis:
     last_rest: the last load at which the wall was found at rest; soft_from: that from which on it moves so far that
     geometry decides, or None. rigid_curve (s, 2): displacement along the live load in m and multiplier of rigid blocks
     in large displacements, of what local failures leave, for stones of elastic_modulus (Pa); None where not asked for.
-    Where its peak is the answer, `path` is that peak, not converged, and `drawn` what the wall meets in small
-    displacements, with which the interval ends. going_down: ids of the blocks that go on moving where loading finds no
-    rest under the dead load: no multiplier counts then, unless they are wedged. ways_out: how often the path of what is
-    left, and the push, needed which: steps not found or not taken (`shorter`, `turned`, against a drag `slower`), loads
-    `held` above a peak. factorisations: of all loading. wall: which it is of (`fingerprint_of_wall`),
-    "" where that is not known.
+    rigid_peak: the multiplier of its peak, None where that was not passed. Where the peak is the answer, `path` is that
+    peak, not converged, and `drawn` what the wall meets in small displacements, with which the interval ends.
+    going_down: ids of the blocks that go on moving where loading finds no rest under the dead load: no multiplier
+    counts then, unless they are wedged. ways_out: how often the path of what is left, and the push, needed which: steps
+    not found or not taken (`shorter`, `turned`, against a drag `slower`), loads `held` above a peak. factorisations: of
+    all loading. wall: which it is of (`fingerprint_of_wall`), "" where that is not known.
     """
 
     loads: Loads
@@ -175,6 +175,7 @@ class LimitAnalysis:
     associative_left: LimitState | None = None
     elastic_modulus: float = ELASTIC_MODULUS
     rigid_curve: FloatArray | None = None
+    rigid_peak: float | None = None
     ways_out: dict[str, int] = field(default_factory=dict)
     drawn: LimitState | None = None
     going_down: tuple[int, ...] = ()
