@@ -54,7 +54,7 @@ def at_rest(model: ContactModel) -> Increment:
         tie_force=read_only(np.zeros(len(model.ties or ()))),
         tie_rest=read_only(np.zeros(len(model.ties or ()))),
         gap=zero,
-        overlap=read_only(scattered(np.zeros(count), model.rows, model.gap_offset)),  # joints touch by definition
+        overlap=read_only(scattered(np.zeros(count), model.rows, np.minimum(model.gap_offset, 0.0))),
         status=read_only(np.full(count, ContactStatus.STICK), np.int64),
         base_shear=0.0,
         horizontal_load=model.horizontal_load,
