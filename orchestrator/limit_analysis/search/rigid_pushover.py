@@ -26,7 +26,9 @@ PAST = 0.02
 """Part of its peak by which a curve has fallen where the peak is passed."""
 FAR = 0.5
 """Motion of the fastest block since the peak, block lengths (turns times one), where the peak is passed and prescribed
-displacements end, too."""
+displacements end, too; or"""
+DRIFT = 1 / 30
+"""this part of the height of what moves, where that is less: a wall that comes to rest again farther away has failed."""
 TRUE = 1e-2
 """Force that gaps and slips may be wrong by in pressed joints, mean block weights."""
 PRESSED = 1e-3
@@ -44,7 +46,7 @@ class RigidPushover:
     """displacement (s,) along the live load in m and multiplier (s,) of the equilibria, from gravity on.
 
     state: the peak, with the forces there and the motion after it, as a last rest that no limit state closed; None
-    where the wall bears nothing. is_past: whether the load has fallen by PAST since the peak, or blocks have moved FAR,
+    where the wall bears nothing. is_past: whether the load has fallen by PAST since the peak, or blocks have moved far,
     and do not come to rest under a load just above it; else no more is known than that the wall bears it. counts: the
     ways out that were needed: steps not taken (`turned`, `shorter`, `slower`) and loads `held`.
     """
@@ -68,6 +70,8 @@ class DisplacedWallSearch(StateSearch):
     def __init__(self, problem: Problem, stiffness: Stiffness) -> None:
         """Nothing has moved yet."""
         super().__init__(problem, stiffness)
+        free = [block.polygon for block in problem.assemblage.wall.blocks if not block.fixed]
+        self.far = min(FAR, DRIFT * float(np.ptp(np.vstack(free)[:, 1])) / problem.equilibrium.block_length)
         self.wall = with_joints_that_move(self.wall, problem.assemblage, problem.equilibrium)
         self.linearise(np.zeros_like(self.wall.problem.dead))
 
@@ -81,8 +85,8 @@ class DisplacedWallSearch(StateSearch):
         return max(1.0, self.motion(change) / LONGEST)
 
     def is_lost(self, start: Position, here: Position, change: FloatArray, multiplier: float, flow: float) -> bool:
-        """Whether blocks have moved FAR."""
-        return self.motion(here.displacements - start.displacements) > FAR
+        """Whether blocks have moved far."""
+        return self.motion(here.displacements - start.displacements) > self.far
 
     def linearise(self, displacements: FloatArray) -> None:
         """Take joints as they stand where blocks have moved by displacements (3m,)."""
@@ -97,12 +101,12 @@ class DisplacedWallSearch(StateSearch):
         return False
 
     def is_followed(self, here: Moved, peak: Moved) -> bool:
-        """Whether the load has not fallen by DROP and blocks have not moved FAR since the peak."""
-        return here.multiplier >= (1.0 - DROP) * peak.multiplier and self.since(peak, here) <= FAR
+        """Whether the load has not fallen by DROP and blocks have not moved far since the peak."""
+        return here.multiplier >= (1.0 - DROP) * peak.multiplier and self.since(peak, here) <= self.far
 
     def is_past(self, peak: Moved, here: Moved) -> bool:
-        """Whether the load has fallen by PAST since the peak, or blocks have moved FAR."""
-        return here.multiplier < (1.0 - PAST) * peak.multiplier or self.since(peak, here) > FAR
+        """Whether the load has fallen by PAST since the peak, or blocks have moved far."""
+        return here.multiplier < (1.0 - PAST) * peak.multiplier or self.since(peak, here) > self.far
 
     def budget_held(self, peak: Moved, last: Moved) -> int:
         """Factorisations for the load held above a peak: all that are left where the curve has not shown a fall."""

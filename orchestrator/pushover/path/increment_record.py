@@ -35,6 +35,10 @@ from orchestrator.pushover.path.moving import out_of_balance
 from orchestrator.pushover.solve.iterate import Iterate, Target
 
 
+ROUNDING = 1e-9
+"""Gap of faces that touch as they were drawn, over the height of what moves: a larger one is open."""
+
+
 def at_rest(model: ContactModel) -> Increment:
     """Return the stress-free wall without weight, the start of gravity (number 0)."""
     count, nodes = len(model.possible), len(model.body)
@@ -54,7 +58,7 @@ def at_rest(model: ContactModel) -> Increment:
         tie_force=read_only(np.zeros(len(model.ties or ()))),
         tie_rest=read_only(np.zeros(len(model.ties or ()))),
         gap=zero,
-        overlap=read_only(scattered(np.zeros(count), model.rows, np.minimum(model.gap_offset, 0.0))),
+        overlap=read_only(scattered(np.zeros(count), model.rows, _drawn_overlap(model))),
         status=read_only(np.full(count, ContactStatus.STICK), np.int64),
         base_shear=0.0,
         horizontal_load=model.horizontal_load,
@@ -77,6 +81,11 @@ def at_rest(model: ContactModel) -> Increment:
         iterations=0,
         step=(0.0, 0.0),
     )
+
+
+def _drawn_overlap(model: ContactModel) -> FloatArray:
+    """Return (c,) in m: by how much contacts of the undeformed wall are taken to overlap, all that rounding leaves."""
+    return np.where(model.gap_offset < ROUNDING * model.height, model.gap_offset, 0.0)
 
 
 def of_all_nodes(model: ContactModel, state: Increment) -> Increment:
