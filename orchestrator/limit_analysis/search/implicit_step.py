@@ -25,8 +25,8 @@ NEWTON_STEPS = 10
 """Factorisations after which Newton's method is left."""
 LEAST_PART = 0.1
 """Part of a Newton step below which the method is left."""
-INTERIOR_STEPS = 60
-"""Factorisations of the interior-point method at most: walls of a thousand blocks take 25 to 60, however long the step."""
+INTERIOR_STEPS = 30
+"""Factorisations of the interior-point method at most."""
 CENTRE = 1.0
 """Force that it begins with in open joints, mean block weights."""
 CENTRING = 4
