@@ -25,10 +25,10 @@ from orchestrator.limit_analysis.search.pushing import DROP
 PAST = 0.02
 """Part of its peak by which a curve has fallen where the peak is passed."""
 FAR = 0.5
-"""Motion of the fastest block since the peak, block lengths (turns times one), where the peak is passed and prescribed
-displacements end, too; or"""
+"""Motion of the fastest block since the peak, block lengths (turns times one), where prescribed displacements end, too,
+and where the peak is passed; or, if that is less,"""
 DRIFT = 1 / 30
-"""this part of the height of what moves, where that is less: a wall that comes to rest again farther away has failed."""
+"""part of the height of what moves: a wall that bears more only after it has moved so far has failed."""
 TRUE = 1e-2
 """Force that gaps and slips may be wrong by in pressed joints, mean block weights."""
 PRESSED = 1e-3
@@ -101,8 +101,9 @@ class DisplacedWallSearch(StateSearch):
         return False
 
     def is_followed(self, here: Moved, peak: Moved) -> bool:
-        """Whether the load has not fallen by DROP and blocks have not moved far since the peak."""
-        return here.multiplier >= (1.0 - DROP) * peak.multiplier and self.since(peak, here) <= self.far
+        """Whether the load has not fallen by DROP and blocks have not moved far since the peak, FAR where it falls."""
+        far = FAR if here.multiplier < (1.0 - PAST) * peak.multiplier else self.far
+        return here.multiplier >= (1.0 - DROP) * peak.multiplier and self.since(peak, here) <= far
 
     def is_past(self, peak: Moved, here: Moved) -> bool:
         """Whether the load has fallen by PAST since the peak, or blocks have moved far."""

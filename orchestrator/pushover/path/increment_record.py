@@ -34,7 +34,6 @@ from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.path.moving import out_of_balance
 from orchestrator.pushover.solve.iterate import Iterate, Target
 
-
 ROUNDING = 1e-9
 """Gap of faces that touch as they were drawn, over the height of what moves: a larger one is open."""
 
