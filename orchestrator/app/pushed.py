@@ -170,6 +170,7 @@ def judged(
     seconds: dict[str, float],
 ) -> Pushed:
     """Fold the increments that were kept (`increments()` yields them in order, up to `last`) into a curve; check it."""
+    from orchestrator.pushover.contact.cohesion import elements_at_cracks
     from orchestrator.pushover.contact.mortar import coarse_toes
     from orchestrator.pushover.path.stepping import end_of_curve
 
@@ -190,6 +191,7 @@ def judged(
     summary = storage.pushover_summary(
         model, contact_model.meshes, len(contact_model.contacts), effort, capacity, stopped, overlap=overlap,
         toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, _moment_of_load(contact_model, at_peak)),
+        crack_elements=elements_at_cracks(bodies, contact_model.contacts, at_peak),
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         large_displacement=large, ranks=ranks, seconds=seconds, peak_memory=peak_memory(),
         complaint=str(complaints[0]) if complaints else None, not_valid_because=None if not invalid else invalid.detail,

@@ -122,6 +122,8 @@ class PushoverSummary:
     """the checks of the result that failed (pushover.checks), in words"""
     toe_error: float = 0.0
     """moment that toes which crush carry too much at the peak, over that of the live load"""
+    crack_elements: int | None = None
+    """elements along the bonded joint that cracks at the peak and has the fewest, where one does"""
     crushing: bool = False
     """whether a joint has a finite compressive strength"""
 
@@ -252,6 +254,7 @@ def pushover_summary(
     *,
     overlap: tuple[float, float],
     toe_error: float,
+    crack_elements: int | None,
     crushing: bool,
     large_displacement: bool,
     ranks: int,
@@ -280,6 +283,7 @@ def pushover_summary(
         valid=not_valid_because is None,
         not_valid_because=not_valid_because,
         toe_error=toe_error,
+        crack_elements=crack_elements,
         crushing=crushing,
     )
 

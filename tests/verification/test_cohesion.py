@@ -8,9 +8,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from orchestrator import MeshSettings, SteppingSettings, one_body_per_block, push
 from orchestrator.limit_analysis import analyse
 from orchestrator.masonry.joints import JointClass
 from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.storage.notes import cautions
+from orchestrator.storage.summary import limit_summary
 from tests.support.paths import DATA
 from tests.support.pushover_chain import assemblage_of, model_of, moved_to, run, stack
 
@@ -174,3 +177,25 @@ def test_energy_of_a_wall_that_cracks():
     total = last.internal_energy + last.dissipated_energy + last.other_work + last.energy_error + last.lost_in_motion
     assert last.external_work == pytest.approx(total, rel=1e-9)
     assert abs(last.energy_error) < 0.01 * (last.internal_energy + last.dissipated_energy)
+
+
+def test_a_bond_that_cracks_needs_elements_along_it_and_says_so():
+    """A block of 0.5 x 2 m whose bond is 0.1 MPa strong: limit analysis has it all at its strength at once (0.75, as
+    if it were plastic); it cracks from one end, and of few elements too many carry their strength at once."""
+    assemblage = assemblage_of(stack((0.5, 2.0), friction=0.7), JointClass(cohesion=0.15e6, tensile_strength=0.1e6))
+    analysis = analyse(assemblage)
+    assert analysis.headline.load_multiplier == pytest.approx(0.25 + 0.1e6 * 0.5 / (2.0 * 2.0 * 25e3), rel=1e-3)
+    peaks, said = {}, {}
+    for size in (0.2, 0.05, 0.04):
+        mesh, stepping = MeshSettings(size=size), SteppingSettings(final_displacement=1.5e-3)
+        done = push(assemblage, analysis, one_body_per_block(assemblage), mesh=mesh, stepping=stepping)
+        assert not done.complaints
+        peaks[size], told = done.capacity.peak_multiplier, cautions(done.summary, limit_summary(analysis))
+        said[size] = [one for one in told if "elements along them" in one]
+    assert peaks[0.2] > 1.1 * peaks[0.04]
+    assert peaks[0.05] == pytest.approx(peaks[0.04], rel=0.02)
+    assert said[0.2] == [
+        "micro FE: the peak is too high: bonded joints crack there that have 3 elements along them, and need ten: "
+        "refine mesh.size"
+    ]
+    assert said[0.05] == said[0.04] == []

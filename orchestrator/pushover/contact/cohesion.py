@@ -24,6 +24,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import Contacts, contacts_of_interfaces
 from orchestrator.pushover.contact.faces import find_faces, sides_of_edges, touching_faces
+from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import BodyMeshes, triangle_areas
 
 
@@ -132,6 +133,21 @@ def dissipation(bond: Bond, response: BondResponse, gap: FloatArray) -> FloatArr
 def stored(response: BondResponse, gap: FloatArray) -> float:
     """Return the free energy of open cracks, J."""
     return float(response.tension @ np.maximum(gap, 0.0))
+
+
+def elements_at_cracks(bodies: Bodies, contacts: Contacts, state: Increment) -> int | None:
+    """Return how many elements lie along the bonded joint that is open and pressed at once and has the fewest, None
+    where none is: a bond cracks node by node, and of few nodes too many carry their strength at once."""
+    joints, fewest = bodies.interfaces, None
+    for joint in np.flatnonzero(joints.tensile_strength > 0.0):
+        here = np.flatnonzero(contacts.interface == joint)
+        cracked = (state.gap[here] > 0.0) & (state.damage[here] > 0.0)
+        if not cracked.any() or not (state.normal_force[here] > 0.0).any():
+            continue
+        along = (contacts.point[here, :2] - joints.start[joint]) @ joints.tangent[joint] / joints.length[joint]
+        elements = len(np.unique(np.round(along, 6))) - 1
+        fewest = elements if fewest is None else min(fewest, elements)
+    return fewest
 
 
 def find_bond(bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: int, softening: float) -> Bond | None:
