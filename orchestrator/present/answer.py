@@ -112,7 +112,11 @@ def answer_of_run(summary: Summary) -> str:
         approximate = valid["macro"]
         if approximate.peak_reached and pushed.peak_reached:
             off = f", {percent_more(approximate.peak_base_shear, pushed.peak_base_shear)}"
-        text += f"; macroblocks ({printed('force', approximate.peak_base_shear)} kN{off}) are its fast approximation"
+        what = f"({printed('force', approximate.peak_base_shear)} kN{off})"
+        if is_of_every_stone(approximate, summary.wall.blocks):
+            text += f"; macroblocks are every stone, too {what}"
+        else:
+            text += f"; macroblocks {what} are its fast approximation"
     return f"{text}; {_limit_beside(pushed, summary)}."
 
 

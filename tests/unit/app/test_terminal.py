@@ -118,6 +118,12 @@ def summary_of(*pushovers):
             ["macroblocks (25.00 kN, +0.0%)", "limit analysis (+0.0%)"],
             ["-0.0"],
         ),
+        (
+            [replace(entry("macro", 20e3), bodies=4), entry("micro", 20e3)],
+            ["FE of every stone); macroblocks are every stone, too (20.00 kN, +0.0%); limit analysis"],
+            ["approximation"],
+        ),
+        ([replace(entry("macro", 21e3), bodies=4)], ["FE of every stone); limit analysis"], ["macroblocks"]),
         ([entry("macro", 21e3)], ["21.00 kN counts", "FE of macroblocks"], ["approximation"]),
         ([entry("macro", 21e3), entry("micro", 20e3, valid=False)], ["21.00 kN counts"], ["20.00"]),
         ([entry("micro", 20e3, reached=False)], ["a lower bound", "; limit analysis takes"], ["%"]),
