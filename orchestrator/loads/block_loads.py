@@ -162,6 +162,16 @@ def horizontal(direction: FloatArray) -> FloatArray:
     return np.array([np.copysign(1.0, direction[0]), 0.0])
 
 
+UPRIGHT = 1e-6
+"""horizontal over vertical resultant of a live load up to which it has no base shear to speak of"""
+
+
+def upright_resultant(live: FloatArray) -> float | None:
+    """Return the vertical resultant in N, upwards, of a live load (n, 3) without a horizontal one; None of others."""
+    sideways, upwards = (float(part) for part in live[:, :2].sum(axis=0))
+    return upwards if upwards and abs(sideways) <= UPRIGHT * abs(upwards) else None
+
+
 def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
     """Return the loads on a wall: by default its weight, and the same forces along x. Raises CaseError."""
     settings = settings or LoadSettings()

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from orchestrator.assessment.sensitivity import ALIKE
 from orchestrator.basis.printed import percent_more, printed
 from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.present.weights import applied_words
 from orchestrator.space.analysis import BRACKET, SpaceAnalysis
 from orchestrator.storage import PushoverSummary, Summary
 from orchestrator.storage.notes import DISTRUST, is_of_every_stone, is_to_be_distrusted, most_that_stones_bear
@@ -17,10 +18,10 @@ OPEN = "Whether it stands is open; if it does, "
 
 
 def answer_of_limit(analysis: LimitAnalysis) -> str:
-    """Return the sentence on a limit analysis: the multiplier that counts, its base shear, and how sure it is."""
+    """Return the sentence on a limit analysis: the multiplier that counts, its load, and how sure it is."""
     state, bound = analysis.headline, analysis.bound.load_multiplier
     multiplier = state.load_multiplier
-    shear = f"base shear {printed('force', state.base_shear)} kN, {_without(analysis)}"
+    shear = f"{applied_words(analysis, state)}, {_without(analysis)}"
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): "
     if analysis.going_down:
         counts = f"{OPEN}{counts}"

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
-from orchestrator.loads.block_loads import Loads
+from orchestrator.loads.block_loads import Loads, upright_resultant
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS
 from orchestrator.masonry.joints import Assemblage, fingerprint_of_wall
 
@@ -185,6 +185,11 @@ class LimitAnalysis:
     def tilt_angle(self, state: LimitState) -> float | None:
         """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""
         return float(np.arctan(state.load_multiplier)) if self.tilting_table else None
+
+    @property
+    def upright_load(self) -> float | None:
+        """Vertical live load at a multiplier of 1, in N upwards, where none of it is horizontal; else None."""
+        return upright_resultant(self.loads.live)
 
     @property
     def share_lost(self) -> float:
