@@ -1,4 +1,7 @@
-"""Weights in words: of the blocks, with floors, and which of them λ multiplies."""
+"""Weights in words: of the blocks, with floors or another extra dead load, and which of them λ multiplies.
+
+Floors are extra dead loads that λ multiplies (`inertia`); a force on a stone that has no mass is not called one.
+"""
 
 from __future__ import annotations
 
@@ -34,12 +37,12 @@ def multiplier_words(sums: Weighed) -> str:
 
 
 def weight_words(sums: Weighed) -> str:
-    """Return the weight of the blocks, with floors where there are any, and the base shear at λ = 1 where it is neither
-    the one nor the other: floors without mass, an inclined live load, given forces; of an upright one its size."""
+    """Return the weight of the blocks, with what lies on them, and the base shear at λ = 1 where it is neither the one
+    nor the other: loads without mass, an inclined live load, given forces; of an upright live load its size."""
     said = f"weight {printed('weight', sums.weight)} kN"
-    if has_floors(sums):
-        blocks, floors = printed("weight", sums.weight), printed("weight", sums.vertical_load)
-        said = f"weight of the blocks {blocks} kN, with floors {floors} kN"
+    if carried := carried_words(sums):
+        blocks, whole = printed("weight", sums.weight), printed("weight", sums.vertical_load)
+        said = f"weight of the blocks {blocks} kN, with {carried} {whole} kN"
     if (upright := upright_load(sums)) is not None:
         said += f", live load {printed('weight', abs(upright))} kN {way_of(upright)} at λ = 1"
     elif not _same(sums.horizontal_load, sums.vertical_load):
@@ -48,10 +51,10 @@ def weight_words(sums: Weighed) -> str:
 
 
 def multiplied(sums: Weighed) -> str:
-    """Return what base shear is a multiple of: a weight, with or without floors, or else the horizontal live load."""
+    """Return what base shear is a multiple of: a weight, with floors or of the blocks, or the horizontal live load."""
     if _same(sums.horizontal_load, sums.vertical_load):
-        return "weight with floors" if has_floors(sums) else "weight"
-    return "weight without floors" if _same(sums.horizontal_load, sums.weight) else "horizontal live load"
+        return f"weight with {carried}" if (carried := carried_words(sums)) else "weight"
+    return "weight of the blocks" if _same(sums.horizontal_load, sums.weight) else "horizontal live load"
 
 
 def upright_load(sums: Weighed) -> float | None:
@@ -80,9 +83,11 @@ def load_words(distribution: Distribution, sums: Weighed) -> str:
     return f"λ × {what}" + " × height" * (distribution == "mass_height")
 
 
-def has_floors(sums: Weighed) -> bool:
-    """Return whether the wall carries more than its blocks."""
-    return not _same(sums.vertical_load, sums.weight)
+def carried_words(sums: Weighed) -> str:
+    """Return what the wall carries beside its blocks: "floors" where the live load acts on them, too, or ""."""
+    if _same(sums.vertical_load, sums.weight):
+        return ""
+    return "floors" if _same(sums.horizontal_load, sums.vertical_load) else "extra dead load"
 
 
 def _same(one: float, other: float) -> bool:

@@ -128,8 +128,8 @@ class PushoverSummary:
 
 @dataclass(frozen=True, slots=True)
 class WallSummary:
-    """Blocks without supports, joints; weight of the blocks, with floors, and horizontal load at λ = 1 (N); whether
-    joints have cohesion or tensile strength."""
+    """Blocks without supports, joints; weight of the blocks, all vertical load, and horizontal load at λ = 1 (N);
+    whether joints have cohesion or tensile strength."""
 
     blocks: int
     joints: int

@@ -132,8 +132,8 @@ class LimitAnalysis:
     """All answers for one direction of the load: associative always; the others or why there is none.
 
     `loads` are those of the wall as given; `weight` the weight of the free blocks in N; `vertical_load` all their
-    dead load in N, with floors; `horizontal_load` the horizontal resultant of the live load at a multiplier of 1, in N
-    (by default the weight), of the wall as given. tilting_table: whether tan(angle) of a table that tilts the
+    dead load in N, extra loads too; `horizontal_load` the horizontal resultant of the live load at a multiplier of 1,
+    in N (by default the weight), of the wall as given. tilting_table: whether tan(angle) of a table that tilts the
     wall is just another way to state the multiplier.
 
     associative: an upper bound to every state of the wall as drawn (a theorem). path: the state that loading from

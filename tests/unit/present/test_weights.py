@@ -1,4 +1,4 @@
-"""What λ multiplies is named with and without floors wherever a weight or a multiplier is shown."""
+"""What λ multiplies is named, floors only where it multiplies them, wherever a weight or a multiplier is shown."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.support.limit_analysis_cases import assemblage_of, box
 FLOOR, SHELF = DeadLoad((1,), force=6e3, inertia=True), DeadLoad((1,), force=2e3)
 ALONE = "weight 10.000 kN"
 FLOORED = "weight of the blocks 10.000 kN, with floors 16.000 kN"
-BOTH = "weight of the blocks 10.000 kN, with floors 18.000 kN, base shear 16.000 kN at λ = 1"
+BOTH = "weight of the blocks 10.000 kN, with extra dead load 18.000 kN, base shear 16.000 kN at λ = 1"
 
 
 def block_under(load):
@@ -37,13 +37,14 @@ def block_under(load):
     [
         (LoadSettings(), ALONE, "λ × weight"),
         (LoadSettings(dead=(FLOOR,)), FLOORED, "λ × weight with floors"),
-        (LoadSettings(dead=(SHELF,)), "weight of the blocks 10.000 kN, with floors 12.000 kN, base shear 10.000 kN "
-         "at λ = 1", "λ × weight without floors"),
+        (LoadSettings(dead=(SHELF,)), "weight of the blocks 10.000 kN, with extra dead load 12.000 kN, base "
+         "shear 10.000 kN at λ = 1", "λ × weight of the blocks"),
         (LoadSettings(dead=(FLOOR, SHELF)), BOTH, "λ × live load"),
         (LoadSettings(dead=(FLOOR,), distribution="mass_height"), FLOORED, "λ × weight with floors × height"),
     ],
 )  # fmt: skip
 def test_weight_and_what_lambda_multiplies_say_whether_floors_are_in(load, weights, multiplied):
+    """Floors are what λ accelerates; a force on a stone that has no mass is an extra dead load."""
     _, analysis = block_under(load)
     assert weight_words(analysis) == weights
     assert load_words(load.distribution, analysis) == multiplied
