@@ -44,6 +44,9 @@ FLAT_LENGTH_RATIO = 1.5
 class Capacity:
     """peak_base_shear N, displacement_at_peak and final_displacement m, initial_stiffness N/m.
 
+    displacement_at_peak: of the row with the largest base shear. Where a plateau begins, as a share of the peak, is
+    resolved no better: increments there are as long as the two mirror images of a wall differ.
+
     peak_reached: whether the curve shows that its peak is one (`peak_reached`); else the wall carries at least as much.
     """
 
