@@ -134,16 +134,22 @@ def _limit_beside(pushed: PushoverSummary, summary: Summary) -> str:
     """Return by how much limit analysis lies off a peak, and what it takes otherwise than these finite elements."""
     limit, in_large = summary.limit_analysis, pushed.displacements == "large"
     moved, (subject, aside) = limit.kind == "peak in large displacements", LIMIT_SUBJECTS[limit.kind]
+    rigid = ["the stones as rigid"]
+    if in_large and not moved and pushed.peak_reached and limit.rigid_peak is not None:
+        said = f"{subject}{aside} takes {_and([*rigid, *_bonds(summary)])}"
+        return f"{said}: {_in_both(limit.multiplier, limit.rigid_peak, pushed.peak_multiplier)}"
     off = f" ({percent_more(limit.multiplier, pushed.peak_multiplier)})" if pushed.peak_reached else ""
-    taken = ["the stones as rigid"]
-    if in_large and not moved:
-        if limit.rigid_peak is not None and off:
-            small, large = (percent_more(one, pushed.peak_multiplier) for one in (limit.multiplier, limit.rigid_peak))
-            said = f"{subject}{aside} takes {_and([*taken, *_bonds(summary)])}"
-            return f"{said}: {small} in small displacements, {large} in large ones"
-        taken.append("displacements as small")
-    said = f"{subject}{off}{aside} takes {_and([*taken, *_bonds(summary)])}"
+    small = ["displacements as small"] if in_large and not moved else []
+    said = f"{subject}{off}{aside} takes {_and([*rigid, *small, *_bonds(summary)])}"
     return said if in_large or not moved else f"{said}, finite elements displacements as small"
+
+
+def _in_both(small: float, large: float, peak: float) -> str:
+    """Return by how much multipliers in small and in large displacements lie off a peak."""
+    in_small, in_large = percent_more(small, peak), percent_more(large, peak)
+    if in_small == in_large:
+        return f"{in_small} in small displacements and in large ones"
+    return f"{in_small} in small displacements, {in_large} in large ones"
 
 
 def _bonds(summary: Summary) -> list[str]:

@@ -149,6 +149,11 @@ IN_LARGE = {"rigid_peak": 0.199, "large_displacements": 0.199}
             "large",
             "limit analysis takes the stones as rigid: +25.0% in small displacements, -0.5% in large ones.",
         ),
+        (
+            {"rigid_peak": 0.25004, "large_displacements": 0.25004},
+            "large",
+            "limit analysis takes the stones as rigid: +25.0% in small displacements and in large ones.",
+        ),
         (IN_LARGE, "small", "limit analysis (+25.0%) takes the stones as rigid."),
         (
             {"rigid_peak": None, "large_displacements": 0.199},
