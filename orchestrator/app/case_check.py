@@ -13,6 +13,7 @@ from rich.table import Table
 from orchestrator.app import load_case_runs
 from orchestrator.app.terminal import shown
 from orchestrator.present.report import write_given
+from orchestrator.present.weights import way_of
 from orchestrator.settings.case import Case
 from orchestrator.settings.inventory import (
     JointSums,
@@ -75,7 +76,11 @@ def loads_table(sums: LoadSums, name: str = "") -> Table:
         table.add_row(f"extra: {one.name}", str(one.blocks), kilonewtons(one.resultant), acts)
     if sums.extra:
         table.add_row("all dead load", "", kilonewtons(sums.vertical_load), "")
-    table.add_row(f"base shear at λ = 1, {sums.direction}", "", kilonewtons(sums.horizontal_load), "")
+    if sums.upright_load is None:
+        table.add_row(f"base shear at λ = 1, {sums.direction}", "", kilonewtons(sums.horizontal_load), "")
+    else:
+        size, way = kilonewtons(abs(sums.upright_load)), way_of(sums.upright_load)
+        table.add_row(f"live load at λ = 1, {way}", "", size, "")
     return table
 
 

@@ -44,6 +44,9 @@ FLAT_LENGTH_RATIO = 1.5
 class Capacity:
     """peak_base_shear N, displacement_at_peak and final_displacement m, initial_stiffness N/m.
 
+    displacement_at_peak: of the row with the largest base shear, which rounding chooses on a plateau. Where a share of
+    the peak is first reached is no better known: a facade and its mirror image were 10 % apart either way.
+
     peak_reached: whether the curve shows that its peak is one (`peak_reached`); else the wall carries at least as much.
     """
 

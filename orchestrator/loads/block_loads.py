@@ -3,7 +3,7 @@
     dead    weight and extra dead loads, vertical
     live    masses x direction, where a mass is a block's weight at its centroid, or an extra dead load with `inertia`
             where it stands; "mass_height" multiplies by the height above the base, scaled to the same resultant;
-            "per_block" are given forces at the centroids of the blocks named
+            "per_block" are given forces at the centroids of the blocks named, negative ones against the direction
 
 The direction is +x or -x, turned upwards by `inclination`: a unit vector in the loads. A wall's mirror image under the
 mirrored load has the same answer.
@@ -19,7 +19,7 @@ from typing import Annotated, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
-from annotated_types import Ge, Gt, Le, MinLen
+from annotated_types import Ge, Le, MinLen
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.checked import Checked
@@ -45,8 +45,9 @@ class LiveLoad(Checked):
 
     blocks: Annotated[tuple[int, ...], MinLen(1)]
     """ids of the blocks"""
-    force: Annotated[float, Gt(0), Unit("N")]
-    """on each block at its centroid, in the direction of the live load, at a load multiplier of 1"""
+    force: Annotated[float, Unit("N")]
+    """on each block at its centroid, in the direction of the live load (negative: against it), at a load multiplier
+    of 1"""
 
 
 Direction = Literal["+x", "-x"]
@@ -162,6 +163,19 @@ def horizontal(direction: FloatArray) -> FloatArray:
     return np.array([np.copysign(1.0, direction[0]), 0.0])
 
 
+LEAST_RESULTANT = 0.1
+"""sum of forces of both signs over that of their sizes, at least: checks of the base shear and the mean displacement
+along the live load divide by the sum; at 1/3 they agree with closed forms to 0.1 % (test_loads_pushover.py)"""
+UPRIGHT = 1e-6
+"""horizontal over vertical resultant of a live load up to which it has no base shear to speak of"""
+
+
+def upright_resultant(live: FloatArray) -> float | None:
+    """Return the vertical resultant in N, upwards, of a live load (n, 3) without a horizontal one; None of others."""
+    sideways, upwards = (float(part) for part in live[:, :2].sum(axis=0))
+    return upwards if upwards and abs(sideways) <= UPRIGHT * abs(upwards) else None
+
+
 def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
     """Return the loads on a wall: by default its weight, and the same forces along x. Raises CaseError."""
     settings = settings or LoadSettings()
@@ -214,11 +228,28 @@ def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
     if (settings.distribution == "per_block") != bool(settings.live):
         remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
         raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
+    _refuse_no_resultant(settings.live)
     for number, load in enumerate(settings.dead):
         refuse_dead_load(wall, load, f"load.dead.{number}")
     refuse_blocks_that_cannot_move({block.id: not block.fixed for block in wall.blocks}, settings.live, settings.dead)
     for number, load in enumerate(settings.dead):
         refuse_place(wall, load, f"load.dead.{number}")
+
+
+def _refuse_no_resultant(live: Sequence[LiveLoad]) -> None:
+    """Raise CaseError for a force that is none, and for forces that cancel out: the multiplier is one of their sum."""
+    for number, load in enumerate(live):
+        if load.force == 0.0:
+            raise CaseError(f"load.live.{number}.force", "is zero", "give a force, or leave this one out")
+    along = sum(len(load.blocks) * load.force for load in live)
+    sizes = sum(len(load.blocks) * abs(load.force) for load in live)
+    if live and along < LEAST_RESULTANT * sizes:
+        problem = f"the forces add up to {along / 1e3:.4g} kN of {sizes / 1e3:.4g} kN along load.direction"
+        remedy = (
+            f"make their sum at least {LEAST_RESULTANT:.0%} of their sizes, as base shears are multiples of it; where "
+            "it is negative turn load.direction and all signs"
+        )
+        raise CaseError("load.live", problem, remedy)
 
 
 class _OnBlocks(Protocol):

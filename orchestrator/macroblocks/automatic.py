@@ -33,7 +33,15 @@ from orchestrator.limit_analysis.paper.limit_state import of_first_joints, refus
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.search.loading import joints_left, part_of
 from orchestrator.limit_analysis.search.lower_states import POWER_LEFT, TwoPrograms, descent
-from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings, Partition, merged, partition_of, stones_of
+from orchestrator.macroblocks.criteria import (
+    TOLERANCES,
+    MacroblockSettings,
+    Partition,
+    merged,
+    one_body,
+    partition_of,
+    stones_of,
+)
 from orchestrator.macroblocks.locking import hierarchy, pairs_by_loss
 from orchestrator.macroblocks.merged_blocks import merged_problem
 from orchestrator.macroblocks.path_of_bodies import as_far_apart, off_headline, work_of
@@ -48,11 +56,15 @@ ELSEWHERE = (
     "loaded from gravity these bodies fail at another multiplier than every stone: compare with run --model micro"
 )
 """remark on bodies that, as rigid ones, do not meet the state of the stones"""
+EVERY_STONE = "every stone is a macroblock: no two of them share a joint, or there are only two"
+"""remark on walls that have no coarser bodies than their stones, but one"""
+NO_FEWER = "every stone is a macroblock: no fewer bodies were found that keep what every stone bears"
+"""remark where none that were tried do"""
 FIRST = 0.1
 """bodies over stones where no bodies are known that keep a state of the stones or fail where these do"""
 UNPROVEN = (
-    "chosen automatically: one for ten stones, joined where least energy is lost; no bodies were found that fail where "
-    "every stone does: compare with run --model micro"
+    "chosen automatically: one for ten stones, and at least two, joined where least energy is lost; no bodies were "
+    "found that fail where every stone does: compare with run --model micro"
 )
 """remark on such bodies"""
 NEAREST = "chosen automatically: of the bodies that were loaded, those that fail nearest to where every stone does"
@@ -103,12 +115,16 @@ def chosen(
     analysis = replace(analysis, path=analysis.drawn) if analysis.drawn else analysis
     if analysis.local_failures:
         return _chosen_without_loose_stones(assemblage, analysis, margin, tied)
-    partition, said = _of_states(assemblage, analysis, margin, tied)
+    stones, every_stone = stones_of(assemblage), partition_of(assemblage, np.arange(len(assemblage.wall.blocks)))
+    if stones <= 2 or one_body(assemblage).count == stones:
+        return replace(every_stone, remarks=(EVERY_STONE,))
+    partition, said = _of_states(assemblage, analysis, margin, tied, every_stone)
     remarks = [said]
-    stones = stones_of(assemblage)
-    if analysis.path is not None and stones > 1:
+    if analysis.path is not None:
         partition, remarks = _by_path(assemblage, analysis, margin, partition, said)
-    if 2 * partition.count > stones > 2:
+    if partition.count == stones:
+        remarks.append(NO_FEWER)
+    elif 2 * partition.count > stones:
         remarks.append(
             f"{partition.count} macroblocks of {stones} stones save little: run --model micro has every stone"
         )
@@ -116,7 +132,7 @@ def chosen(
 
 
 def _of_states(
-    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, tied: Assemblage
+    assemblage: Assemblage, analysis: LimitAnalysis, margin: float, tied: Assemblage, every_stone: Partition
 ) -> tuple[Partition, str]:
     """Return the fewest bodies found that have the states of micro-LA, and in words at which multipliers."""
     states = states_to_keep(analysis)
@@ -136,7 +152,7 @@ def _of_states(
     def keeps(partition: Partition) -> bool:
         return partition.count > 1 and len(kept(partition)) == len(states)
 
-    partition = partition_of(assemblage, np.arange(len(assemblage.wall.blocks)))
+    partition = every_stone
     if keeps(partition):  # else no state was closed that any bodies could keep
         partition = _coarsest([partition_of(assemblage, g) for g in hierarchy(assemblage, mechanisms)][::-1], keeps)
         partition = _joined_while(keeps, partition, assemblage, mechanisms)
@@ -170,9 +186,11 @@ def _by_path(
 
 
 def _first(assemblage: Assemblage, analysis: LimitAnalysis) -> Partition:
-    """Return the bodies, FIRST of the stones, that lose least energy when their stones lock."""
+    """Return the bodies, FIRST of the stones and at least two, that lose least energy when their stones lock."""
     groups = hierarchy(assemblage, [state.mechanism for state in states_to_keep(analysis)])[::-1]
-    return partition_of(assemblage, groups[max(2, round(FIRST * len(groups))) - 1])
+    stones = stones_of(assemblage)
+    fewest = stones - len(groups) + 1  # more than one where columns of stones do not touch
+    return partition_of(assemblage, groups[max(0, max(2, round(FIRST * stones)) - fewest)])
 
 
 def _said_of_loading(analysis: LimitAnalysis, margin: float) -> str:
@@ -188,8 +206,9 @@ def _by_loading(
     """Return bodies that fail where the stones do when they are loaded, None where none were found for so much work
     (`work_of`); and those of at most half the stones that fail nearest to it, None where none do nearer than `off`."""
     mechanisms = [state.mechanism for state in states_to_keep(analysis)]
-    groups = hierarchy(assemblage, mechanisms)[::-1]  # from one body to every stone
-    alike, nearest = None, None
+    groups = hierarchy(assemblage, mechanisms)[::-1]  # from one body, or as many as do not touch, to every stone
+    stones, alike, nearest = stones_of(assemblage), None, None
+    most = max(1, max(2, 3 * stones // 4) - (stones - len(groups)))
 
     def fails_alike(partition: Partition) -> bool:
         nonlocal work, alike, nearest, off
@@ -197,14 +216,19 @@ def _by_loading(
             return False
         distance, spent = off_headline(assemblage, analysis, partition, max(off, as_far_apart(margin)))
         work -= spent
-        if distance < off and 2 * partition.count <= len(groups):
+        if distance < off and 2 * partition.count <= stones:
             off, nearest = distance, partition
         if distance > as_far_apart(margin):
             return False
         alike = partition
         return True
 
-    _coarsest([partition_of(assemblage, group) for group in groups[1 : max(2, 3 * len(groups) // 4)]], fails_alike)
+    loaded = [partition_of(assemblage, group) for group in groups[:most]]
+    loaded = [partition for partition in loaded if partition.count > 1]
+    if len(loaded) > 2:
+        _coarsest(loaded, fails_alike)
+    else:  # `_coarsest` would try none of them
+        any(fails_alike(partition) for partition in loaded)  # stops at the first that does
     if alike is None:
         return None, nearest
     return _joined_in_halves(fails_alike, alike, assemblage, pairs_by_loss(alike, assemblage, mechanisms)), None

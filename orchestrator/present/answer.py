@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from orchestrator.assessment.sensitivity import ALIKE
 from orchestrator.basis.printed import percent_more, printed
 from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.present.weights import applied_words
 from orchestrator.space.analysis import BRACKET, SpaceAnalysis
-from orchestrator.storage import Summary
+from orchestrator.storage import PushoverSummary, Summary
+from orchestrator.storage.notes import DISTRUST, is_of_every_stone, is_to_be_distrusted, most_that_stones_bear
+from orchestrator.storage.summary import Kind
 
 OPEN = "Whether it stands is open; if it does, "
 """what is said first of a wall that does not come to rest under its dead load unless it is wedged"""
 
 
 def answer_of_limit(analysis: LimitAnalysis) -> str:
-    """Return the sentence on a limit analysis: the multiplier that counts, its base shear, and how sure it is."""
+    """Return the sentence on a limit analysis: the multiplier that counts, its load, and how sure it is."""
     state, bound = analysis.headline, analysis.bound.load_multiplier
     multiplier = state.load_multiplier
-    shear = f"base shear {printed('force', state.base_shear)} kN, {_without(analysis)}"
+    shear = f"{applied_words(analysis, state)}, {_without(analysis)}"
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): "
     if analysis.going_down:
         counts = f"{OPEN}{counts}"
@@ -93,8 +98,13 @@ def answer_of_run(summary: Summary) -> str:
     if not valid:
         return "No peak counts: none of the curves is valid; limit analysis alone stands."
     pushed = valid.get("micro") or valid["macro"]
-    bodies = "every stone" if pushed.model == "micro" else "macroblocks"
+    bodies = "every stone" if is_of_every_stone(pushed, summary.wall.blocks) else "macroblocks"
     peak, multiplier = printed("force", pushed.peak_base_shear), printed("multiplier", pushed.peak_multiplier)
+    if is_to_be_distrusted(pushed, summary.limit_analysis, summary.wall.blocks):
+        most, limit = most_that_stones_bear(summary.limit_analysis), summary.limit_analysis.multiplier
+        text = f"{DISTRUST.capitalize()} of {peak} kN (λ = {multiplier}, FE of {bodies})"
+        above = f"{pushed.peak_multiplier / most - 1.0:.1%} above what rigid stones bear at most"
+        return f"{text}, {above}: compare with a finer mesh, or take limit analysis (λ = {_limit(limit)})."
     text = f"{peak} kN counts (λ = {multiplier}, FE of {bodies})"
     if not pushed.peak_reached:
         text += ", a lower bound, as the curve ends before its peak"
@@ -103,8 +113,50 @@ def answer_of_run(summary: Summary) -> str:
         approximate = valid["macro"]
         if approximate.peak_reached and pushed.peak_reached:
             off = f", {percent_more(approximate.peak_base_shear, pushed.peak_base_shear)}"
-        text += f"; macroblocks ({printed('force', approximate.peak_base_shear)} kN{off}) are its fast approximation"
-    limit = summary.limit_analysis.multiplier
-    known = pushed.peak_reached and pushed.peak_multiplier
-    off = f" ({percent_more(limit, pushed.peak_multiplier)})" if known else ""
-    return f"{text}; limit analysis{off} takes the stones as rigid and displacements as small."
+        what = f"({printed('force', approximate.peak_base_shear)} kN{off})"
+        if is_of_every_stone(approximate, summary.wall.blocks):
+            text += f"; macroblocks are every stone, too {what}"
+        else:
+            text += f"; macroblocks {what} are its fast approximation"
+    return f"{text}; {_limit_beside(pushed, summary)}."
+
+
+LIMIT_SUBJECTS: dict[Kind, tuple[str, str]] = {
+    "collapse state": ("limit analysis", ""),
+    "peak in large displacements": ("limit analysis in large displacements", ""),
+    "last load at rest": ("the last load at rest in limit analysis", ", no collapse state,"),
+    "an upper bound only": ("the upper bound of limit analysis", ""),
+}
+"""what the multiplier of limit analysis is called beside a peak, and what is said after by how much it is off"""
+
+
+def _limit_beside(pushed: PushoverSummary, summary: Summary) -> str:
+    """Return by how much limit analysis lies off a peak, and what it takes otherwise than these finite elements."""
+    limit, in_large = summary.limit_analysis, pushed.displacements == "large"
+    moved, (subject, aside) = limit.kind == "peak in large displacements", LIMIT_SUBJECTS[limit.kind]
+    rigid = ["the stones as rigid"]
+    if in_large and not moved and pushed.peak_reached and limit.rigid_peak is not None:
+        said = f"{subject}{aside} takes {_and([*rigid, *_bonds(summary)])}"
+        return f"{said}: {_in_both(limit.multiplier, limit.rigid_peak, pushed.peak_multiplier)}"
+    off = f" ({percent_more(limit.multiplier, pushed.peak_multiplier)})" if pushed.peak_reached else ""
+    small = ["displacements as small"] if in_large and not moved else []
+    said = f"{subject}{off}{aside} takes {_and([*rigid, *small, *_bonds(summary)])}"
+    return said if in_large or not moved else f"{said}, finite elements displacements as small"
+
+
+def _in_both(small: float, large: float, peak: float) -> str:
+    """Return by how much multipliers in small and in large displacements lie off a peak."""
+    in_small, in_large = percent_more(small, peak), percent_more(large, peak)
+    if in_small == in_large:
+        return f"{in_small} in small displacements and in large ones"
+    return f"{in_small} in small displacements, {in_large} in large ones"
+
+
+def _bonds(summary: Summary) -> list[str]:
+    """Return what limit analysis takes bonds as, where there are any."""
+    return ["bonds as plastic, which soften"] if summary.wall.bonded else []
+
+
+def _and(things: Sequence[str]) -> str:
+    """Return things in words: one, two and three."""
+    return " and ".join(filter(None, (", ".join(things[:-1]), things[-1])))

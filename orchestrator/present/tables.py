@@ -34,16 +34,18 @@ AT_LEAST = "≥ "
 
 
 def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
-    """Return multiplier, in brackets when not converged, base shear, effort and residuals of every rule."""
+    """Return multiplier, in brackets when not converged, base shear, effort and residuals of every rule.
+
+    In place of the base shear stands a live load that has none: an upright one.
+    """
     title = f"Micro limit analysis{', ' * bool(load_case)}{escape(load_case)}"
     table = Table(
         box=SIMPLE_HEAD,
         padding=0,
         title=f"{title}, {weight_words(analysis)}, {analysis.seconds:.2f} s",
     )
-    columns = (
-        "", "multiplier", "shear\nkN", "tilt\ndeg", "LPs", "time\ns", "residual\nbalance", "\nyield", "\npower",
-    )  # fmt: skip
+    load = "shear\nkN" if analysis.upright_load is None else "load\nkN"
+    columns = ("", "multiplier", load, "tilt\ndeg", "LPs", "time\ns", "residual\nbalance", "\nyield", "\npower")
     for column in columns:
         table.add_column(column, justify="right" if column else "left", no_wrap=bool(column))
     path, left = analysis.path, analysis.associative_left
@@ -62,12 +64,13 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
 def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
     seconds = sum(record.seconds for record in state.records)
     residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
-    shear = printed("force", state.base_shear)
+    upright = analysis.upright_load
+    load = printed("force", state.base_shear if upright is None else state.load_multiplier * abs(upright))
     angle = analysis.tilt_angle(state)
     tilt = "" if angle is None else f"{math.degrees(angle):.2f}"
     multiplier = marked("limit multiplier", state.load_multiplier, state.converged)
     effort = [str(len(state.records)), f"{seconds:.2f}", *(f"{residual:.0e}" for residual in residuals)]
-    return [multiplier, shear, tilt, *effort]
+    return [multiplier, load, tilt, *effort]
 
 
 def bodies_table(wall: Wall, partition: Partition, bodies: Bodies) -> Table:

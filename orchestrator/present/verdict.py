@@ -129,13 +129,14 @@ def _strength(summary: Summary) -> dict[str, Any]:
     row = {"limit_state": STRENGTH, "unit": "N"}
     valid = {pushed.model: pushed for pushed in summary.pushover if pushed.valid}
     if pushed := valid.get("micro") or valid.get("macro"):
-        return row | _of_curve(pushed, summary.limit_analysis)
+        return row | _of_curve(pushed, summary)
     return row | _of_limit_analysis(summary.limit_analysis, ["no curve is valid"] if summary.pushover else [])
 
 
-def _of_curve(pushed: PushoverSummary, limit: LimitSummary) -> dict[str, Any]:
+def _of_curve(pushed: PushoverSummary, summary: Summary) -> dict[str, Any]:
     check = "FE of every stone" if pushed.model == "micro" else "FE of macroblocks"
-    said = [*([] if pushed.peak_reached else [ENDS_EARLY]), *cautions(pushed, limit)]
+    doubts = cautions(pushed, summary.limit_analysis, summary.wall.blocks)
+    said = [*([] if pushed.peak_reached else [ENDS_EARLY]), *doubts]
     return {
         "check": check,
         "capacity": pushed.peak_base_shear,

@@ -1,4 +1,7 @@
-"""Weights in words: of the blocks, with floors, and which of them λ multiplies."""
+"""Weights in words: of the blocks, with floors or another extra dead load, and which of them λ multiplies.
+
+Floors are extra dead loads that λ multiplies (`inertia`); a force on a stone that has no mass is not called one.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from orchestrator.basis.printed import printed
-from orchestrator.limit_analysis import LimitAnalysis
+from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.loads.block_loads import Distribution
 from orchestrator.settings.inventory import LoadSums
 from orchestrator.storage.summary import WallSummary
@@ -34,22 +37,42 @@ def multiplier_words(sums: Weighed) -> str:
 
 
 def weight_words(sums: Weighed) -> str:
-    """Return the weight of the blocks, with floors where there are any, and the base shear at λ = 1 where it is neither
-    the one nor the other: floors without mass, an inclined live load, given forces."""
+    """Return the weight of the blocks, with what lies on them, and the base shear at λ = 1 where it is neither the one
+    nor the other: loads without mass, an inclined live load, given forces; of an upright live load its size."""
     said = f"weight {printed('weight', sums.weight)} kN"
-    if has_floors(sums):
-        blocks, floors = printed("weight", sums.weight), printed("weight", sums.vertical_load)
-        said = f"weight of the blocks {blocks} kN, with floors {floors} kN"
-    if not _same(sums.horizontal_load, sums.vertical_load):
+    if carried := carried_words(sums):
+        blocks, whole = printed("weight", sums.weight), printed("weight", sums.vertical_load)
+        said = f"weight of the blocks {blocks} kN, with {carried} {whole} kN"
+    if (upright := upright_load(sums)) is not None:
+        said += f", live load {printed('weight', abs(upright))} kN {way_of(upright)} at λ = 1"
+    elif not _same(sums.horizontal_load, sums.vertical_load):
         said += f", base shear {printed('weight', sums.horizontal_load)} kN at λ = 1"
     return said
 
 
 def multiplied(sums: Weighed) -> str:
-    """Return what base shear is a multiple of: a weight, with or without floors, or else the horizontal live load."""
+    """Return what base shear is a multiple of: a weight, with floors or of the blocks, or the horizontal live load."""
     if _same(sums.horizontal_load, sums.vertical_load):
-        return "weight with floors" if has_floors(sums) else "weight"
-    return "weight without floors" if _same(sums.horizontal_load, sums.weight) else "horizontal live load"
+        return f"weight with {carried}" if (carried := carried_words(sums)) else "weight"
+    return "weight of the blocks" if _same(sums.horizontal_load, sums.weight) else "horizontal live load"
+
+
+def upright_load(sums: Weighed) -> float | None:
+    """Return the vertical live load at λ = 1 in N, upwards, where none of it is horizontal and the sums tell it."""
+    return sums.upright_load if isinstance(sums, LimitAnalysis | LoadSums) else None
+
+
+def way_of(force: float) -> str:
+    """Return which way a vertical force points that is positive upwards."""
+    return "upwards" if force > 0.0 else "downwards"
+
+
+def applied_words(analysis: LimitAnalysis, state: LimitState) -> str:
+    """Return what is applied in a state: its base shear or, where there is none, its upright live load."""
+    upright = analysis.upright_load
+    if upright is None:
+        return f"base shear {printed('force', state.base_shear)} kN"
+    return f"live load {printed('force', state.load_multiplier * abs(upright))} kN {way_of(upright)}"
 
 
 def load_words(distribution: Distribution, sums: Weighed) -> str:
@@ -60,9 +83,11 @@ def load_words(distribution: Distribution, sums: Weighed) -> str:
     return f"λ × {what}" + " × height" * (distribution == "mass_height")
 
 
-def has_floors(sums: Weighed) -> bool:
-    """Return whether the wall carries more than its blocks."""
-    return not _same(sums.vertical_load, sums.weight)
+def carried_words(sums: Weighed) -> str:
+    """Return what the wall carries beside its blocks: "floors" where the live load acts on them, too, or ""."""
+    if _same(sums.vertical_load, sums.weight):
+        return ""
+    return "floors" if _same(sums.horizontal_load, sums.vertical_load) else "extra dead load"
 
 
 def _same(one: float, other: float) -> bool:

@@ -16,6 +16,7 @@ from orchestrator.assessment.seismic.control import candidates, named_point
 from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.loads import LoadSettings, loads_on
+from orchestrator.loads.block_loads import upright_resultant
 from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads
 from orchestrator.masonry.block_properties import block_areas, block_weights
 from orchestrator.masonry.interfaces import Interfaces
@@ -40,7 +41,7 @@ class ExtraLoad:
 @dataclass(frozen=True, slots=True)
 class LoadSums:
     """Loads of one load case in N. weight: of the blocks; vertical_load: with the extra loads; horizontal_load: at a
-    load multiplier of 1."""
+    load multiplier of 1; upright_load: the live load then, upwards, where none of it is horizontal."""
 
     direction: str
     distribution: str
@@ -48,6 +49,7 @@ class LoadSums:
     extra: tuple[ExtraLoad, ...]
     vertical_load: float
     horizontal_load: float
+    upright_load: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +95,7 @@ def load_sums(wall: Wall, load: LoadSettings) -> LoadSums:
         extra=tuple(_extra(wall, one) for one in load.dead),
         vertical_load=-float(loads.dead[free, 1].sum()),
         horizontal_load=abs(float(loads.live[free, 0].sum())),
+        upright_load=upright_resultant(loads.live),
     )
 
 

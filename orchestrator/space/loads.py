@@ -238,6 +238,10 @@ def _refuse_contradictions(wall: SpaceWall, settings: SpaceLoadSettings) -> None
     if (settings.distribution == "per_block") != bool(settings.live):
         remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
         raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
+    for number, live in enumerate(settings.live):
+        if not live.force > 0.0:
+            problem = f"{live.force:g} N is not along load.direction"
+            raise CaseError(f"load.live.{number}.force", problem, "give forces above zero for walls in space")
     for number, load in enumerate(settings.dead):
         for one, other in (("force", "line_load"), ("level", "blocks")):
             if (getattr(load, one) in (None, ())) == (getattr(load, other) in (None, ())):

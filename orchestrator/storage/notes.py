@@ -23,6 +23,8 @@ that of every stone as a rigid block, before that is told"""
 CRACK_ELEMENTS = 8
 """elements along a bonded joint below which a peak at which it cracks is doubtful: a block of 0.5 m bears 21 % too much
 with three, 5 % with five and 2 % with ten"""
+DISTRUST = "distrust the peak"
+"""what is said of a peak for which nothing that limit analysis leaves out is a reason"""
 COARSE_TOES = "the mesh is too coarse for crushing toes: refine mesh.size"
 TOLD = 5
 """local failures that are told one by one"""
@@ -33,13 +35,31 @@ def reasons(pushovers: Sequence[PushoverSummary]) -> list[str]:
     return [f"{pushed.model} FE: {pushed.not_valid_because}" for pushed in pushovers if not pushed.valid]
 
 
-def cautions(pushed: PushoverSummary, limit: LimitSummary) -> list[str]:
-    """Return what makes a peak doubtful: toes that crush, macroblocks that bear far more than their stones."""
-    said, bound = [], limit.bound
+def is_of_every_stone(pushed: PushoverSummary, stones: int) -> bool:
+    """Return whether every one of so many stones was a body: of macroblocks, too, where they are as many."""
+    return pushed.model == "micro" or pushed.bodies == stones
+
+
+def most_that_stones_bear(limit: LimitSummary) -> float:
+    """Return the highest multiplier of any state of rigid stones: the associative bound, or what they were found to
+    bear in large displacements, for which that is none."""
+    return max(limit.bound, limit.large_displacements or 0.0)
+
+
+def is_to_be_distrusted(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> bool:
+    """Return whether every stone as an elastic body bears more than FAR_BEYOND above what rigid stones can."""
+    most = (1.0 + FAR_BEYOND) * most_that_stones_bear(limit)
+    return is_of_every_stone(pushed, stones) and pushed.peak_multiplier > most
+
+
+def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[str]:
+    """Return what makes a peak doubtful: toes that crush, macroblocks that bear far more than their stones, stones that
+    bear far more than they can as rigid ones."""
+    said, peak = [], printed("multiplier", pushed.peak_multiplier)
     highest = max(limit.multiplier, *(limit.interval or (0.0,)))
-    if pushed.model == "macro" and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * highest:
+    if not is_of_every_stone(pushed, stones) and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * highest:
         said.append(
-            f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than 5 % above that of every "
+            f"{pushed.model} FE: the peak {peak} is more than 5 % above that of every "
             f"stone in limit analysis ({printed('multiplier', highest)}): compare with --model micro"
         )
     if pushed.toe_error > TOE_MOMENT:
@@ -53,11 +73,14 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary) -> list[str]:
             f"{pushed.model} FE: the peak is too high: bonded joints crack there that have {pushed.crack_elements} "
             "elements along them, and need ten: refine mesh.size"
         )
-    if pushed.model == "micro" and pushed.crushing and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * bound:
-        peak = printed("multiplier", pushed.peak_multiplier)
+    if is_to_be_distrusted(pushed, limit, stones):
+        most = printed("multiplier", most_that_stones_bear(limit))
         said.append(
-            f"micro FE: joints crush, and the peak {peak} is more than 5 % above the associative bound "
-            f"{printed('multiplier', bound)}: {COARSE_TOES}"
+            f"{pushed.model} FE: joints crush, and the peak {peak} is more than 5 % above the associative bound "
+            f"{most}: {COARSE_TOES}"
+            if pushed.crushing
+            else f"{pushed.model} FE: {DISTRUST} {peak}: it is more than 5 % above {most}, the most that rigid stones "
+            "can bear; look at the deformed wall, and compare with a finer mesh.size"
         )
     return said
 
@@ -68,7 +91,7 @@ def remarks(summary: Summary) -> list[str]:
 
     Many events are told in short: the first ones, and how many there were.
     """
-    bound, said = summary.limit_analysis.bound, list[str]()
+    bound, stones, said = summary.limit_analysis.bound, summary.wall.blocks, list[str]()
     for pushed in summary.pushover:
         for event in pushed.events[:TOLD]:
             bodies, share = ", ".join(event.bodies), 100 * event.dead_load_share
@@ -78,8 +101,8 @@ def remarks(summary: Summary) -> list[str]:
             )
         if (more := len(pushed.events) - TOLD) > 0:
             said.append(f"{pushed.model} FE: {more} more local failures, in summary.json")
-        said += cautions(pushed, summary.limit_analysis)
-        if pushed.model == "macro" and pushed.peak_multiplier > (1.0 + BEYOND) * bound:
+        said += cautions(pushed, summary.limit_analysis, stones)
+        if not is_of_every_stone(pushed, stones) and pushed.peak_multiplier > (1.0 + BEYOND) * bound:
             said.append(
                 f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than the stones can carry "
                 f"without tension inside macroblocks ({printed('multiplier', bound)}, as drawn); "

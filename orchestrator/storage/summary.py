@@ -130,13 +130,15 @@ class PushoverSummary:
 
 @dataclass(frozen=True, slots=True)
 class WallSummary:
-    """Blocks without supports, joints; weight of the blocks, with floors, and horizontal load at λ = 1 (N)."""
+    """Blocks without supports, joints; weight of the blocks, all vertical load, and horizontal load at λ = 1 (N);
+    whether joints have cohesion or tensile strength."""
 
     blocks: int
     joints: int
     weight: float
     vertical_load: float
     horizontal_load: float
+    bonded: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +180,9 @@ class LimitSummary:
     soft_from: float | None = None
     interval: tuple[float, float] | None = None
     large_displacements: float | None = None
-    """peak of rigid blocks in large displacements, where they were pushed"""
+    """the most that rigid blocks bore in large displacements, where they were pushed"""
+    rigid_peak: float | None = None
+    """the same where it is a peak: it was passed"""
     papers_value: float | None = None
     lowest: float | None = None
     highest: float | None = None
@@ -298,8 +302,10 @@ def summarise(
     """Return the summary of a run that is not verified (yet)."""
     blocks = sum(not block.fixed for block in assemblage.wall.blocks)
     sums = (analysis.weight, analysis.vertical_load, analysis.horizontal_load)
-    wall = WallSummary(blocks, assemblage.joints.count, *sums)
-    merged = None if partition is None else _macroblocks(partition, assemblage.joints.count)
+    joints = assemblage.joints
+    bonded = bool((joints.cohesion > 0.0).any() or (joints.tensile_strength > 0.0).any())
+    wall = WallSummary(blocks, joints.count, *sums, bonded)
+    merged = None if partition is None else _macroblocks(partition, joints.count)
     return Summary(case, wall, limit_summary(analysis), merged, tuple(pushovers))
 
 
@@ -317,6 +323,7 @@ def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
         soft_from=analysis.soft_from,
         interval=analysis.interval,
         large_displacements=None if analysis.rigid_curve is None else float(analysis.rigid_curve[:, 1].max()),
+        rigid_peak=analysis.rigid_peak,
         papers_value=_multiplier(analysis.sequence),
         lowest=_multiplier(analysis.lowest),
         highest=analysis.highest,

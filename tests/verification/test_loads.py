@@ -111,6 +111,21 @@ def test_live_load_per_block(size):
 
 
 @pytest.mark.parametrize("direction", ["+x", "-x"])
+@pytest.mark.parametrize(("lower", "upper"), [(-1e3, 2e3), (2e3, -1e3), (-5e3, 9e3)])
+def test_forces_against_the_direction(lower, upper, direction):
+    """Either of two blocks turns forwards or backwards about the joint below it: lambda |M| = N b/2."""
+    b, h = 0.3, 0.75
+    W = 20e3 * b * h
+    live = (LiveLoad((1,), lower), LiveLoad((2,), upper))
+    wall = tower(b, h, blocks=2, friction=5.0)
+    settings = LoadSettings(direction, distribution="per_block", live=live)
+    moments = abs(lower * h / 2 + upper * 3 * h / 2), abs(upper * h / 2)
+    expected = min(2 * W * b / 2 / moments[0], W * b / 2 / moments[1])
+    assert multipliers(wall, settings) == pytest.approx([expected] * 3, rel=1e-6)
+    assert analyse(wall, loads=loads_on(wall.wall, settings)).horizontal_load == pytest.approx(lower + upper)
+
+
+@pytest.mark.parametrize("direction", ["+x", "-x"])
 @pytest.mark.parametrize("angle", [-30, 20, 60])
 def test_inclined_live_load_on_a_sliding_block(angle, direction):
     """lambda cos a = mu (1 - lambda sin a)."""

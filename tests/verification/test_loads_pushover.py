@@ -100,6 +100,22 @@ def test_live_load_on_the_upper_block():
     assert result.model.horizontal_load == pytest.approx(F, rel=1e-9)
 
 
+@pytest.mark.parametrize("direction", ["+x", "-x"])
+@pytest.mark.parametrize(("lower", "upper"), [(-800.0, 1600.0), (1600.0, -800.0)])
+def test_forces_against_the_direction(lower, upper, direction):
+    """Both turn forwards about the base, or the upper one backwards: lambda |M| = N b/2; base shear of their sum."""
+    b, h = 0.4, 0.5
+    weight = 25e3 * 0.1 * b * h
+    live = (LiveLoad((1,), lower), LiveLoad((2,), upper))
+    moments = abs(lower * h / 2 + upper * 3 * h / 2), abs(upper * h / 2)
+    expected = min(2 * weight * b / 2 / moments[0], weight * b / 2 / moments[1])
+    loads = LoadSettings(direction, distribution="per_block", live=live)
+    found, result = peak((b, h), (b, h), friction=3.0, loads=loads, direction=1 if direction == "+x" else -1)
+    assert found == pytest.approx(expected, rel=1e-3)
+    assert result.model.horizontal_load == pytest.approx(lower + upper, rel=1e-9)
+    assert result.curve.base_shear_N.max() == pytest.approx(expected * (lower + upper), rel=2e-3)
+
+
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("angle", [-30, 20])
 def test_inclined_live_load_on_a_sliding_block(angle, direction):

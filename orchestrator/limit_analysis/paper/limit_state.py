@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
-from orchestrator.loads.block_loads import Loads
+from orchestrator.loads.block_loads import Loads, upright_resultant
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS
 from orchestrator.masonry.joints import Assemblage, fingerprint_of_wall
 
@@ -132,8 +132,8 @@ class LimitAnalysis:
     """All answers for one direction of the load: associative always; the others or why there is none.
 
     `loads` are those of the wall as given; `weight` the weight of the free blocks in N; `vertical_load` all their
-    dead load in N, with floors; `horizontal_load` the horizontal resultant of the live load at a multiplier of 1, in N
-    (by default the weight), of the wall as given. tilting_table: whether tan(angle) of a table that tilts the
+    dead load in N, extra loads too; `horizontal_load` the horizontal resultant of the live load at a multiplier of 1,
+    in N (by default the weight), of the wall as given. tilting_table: whether tan(angle) of a table that tilts the
     wall is just another way to state the multiplier.
 
     associative: an upper bound to every state of the wall as drawn (a theorem). path: the state that loading from
@@ -185,6 +185,11 @@ class LimitAnalysis:
     def tilt_angle(self, state: LimitState) -> float | None:
         """Angle in rad at which a state is reached on a tilting table, None where the multiplier says nothing of it."""
         return float(np.arctan(state.load_multiplier)) if self.tilting_table else None
+
+    @property
+    def upright_load(self) -> float | None:
+        """Vertical live load at a multiplier of 1, in N upwards, where none of it is horizontal; else None."""
+        return upright_resultant(self.loads.live)
 
     @property
     def share_lost(self) -> float:

@@ -25,7 +25,7 @@ from orchestrator.present.page.tie_forces import tie_rows
 from orchestrator.present.page.verdict_page import verdict_contents, verdict_of
 from orchestrator.present.phrases import phrases
 from orchestrator.present.tie_states import ShownTies, shown_ties
-from orchestrator.present.weights import has_floors, multiplier_words
+from orchestrator.present.weights import carried_words, multiplier_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path import curve_checks
 from orchestrator.storage.stored_run import StoredModel, StoredRun
@@ -74,7 +74,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
             "words": in_words(run.case.load),
             "weights": multiplier_words(run.summary.wall),
         },
-        "has_floors": has_floors(run.summary.wall),
+        "carried": carried_words(run.summary.wall),
         "limit_states": list(_limit_states(run)),
         "headline": run.analysis.headline.name,
         "bodies": _bodies(run),

@@ -97,7 +97,7 @@ def test_nothing_printed_denies_the_state_that_counts(monkeypatch, capsys, tmp_p
 
 def entry(model, peak, *, valid=True, reached=True):
     changed = {"peak_reached": reached, "peak_base_shear": peak, "peak_multiplier": peak / 1e5}
-    return replace(PUSHED, model=model, valid=valid, **changed)
+    return replace(PUSHED, model=model, bodies={"macro": 2, "micro": 4}[model], valid=valid, **changed)
 
 
 def summary_of(*pushovers):
@@ -118,6 +118,12 @@ def summary_of(*pushovers):
             ["macroblocks (25.00 kN, +0.0%)", "limit analysis (+0.0%)"],
             ["-0.0"],
         ),
+        (
+            [replace(entry("macro", 20e3), bodies=4), entry("micro", 20e3)],
+            ["FE of every stone); macroblocks are every stone, too (20.00 kN, +0.0%); limit analysis"],
+            ["approximation"],
+        ),
+        ([replace(entry("macro", 21e3), bodies=4)], ["FE of every stone); limit analysis"], ["macroblocks"]),
         ([entry("macro", 21e3)], ["21.00 kN counts", "FE of macroblocks"], ["approximation"]),
         ([entry("macro", 21e3), entry("micro", 20e3, valid=False)], ["21.00 kN counts"], ["20.00"]),
         ([entry("micro", 20e3, reached=False)], ["a lower bound", "; limit analysis takes"], ["%"]),
@@ -128,6 +134,69 @@ def test_the_peak_that_counts(pushover, words, absent):
     said = answer_of_run(summary_of(*pushover))
     assert all(word in said for word in words), said
     assert not any(word in said for word in absent), said
+
+
+IN_LARGE = {"rigid_peak": 0.199, "large_displacements": 0.199}
+
+
+@pytest.mark.parametrize(
+    ("changed", "displacements", "ending"),
+    [
+        ({}, "large", "limit analysis (+25.0%) takes the stones as rigid and displacements as small."),
+        ({}, "small", "limit analysis (+25.0%) takes the stones as rigid."),
+        (
+            IN_LARGE,
+            "large",
+            "limit analysis takes the stones as rigid: +25.0% in small displacements, -0.5% in large ones.",
+        ),
+        (
+            {"rigid_peak": 0.25004, "large_displacements": 0.25004},
+            "large",
+            "limit analysis takes the stones as rigid: +25.0% in small displacements and in large ones.",
+        ),
+        (IN_LARGE, "small", "limit analysis (+25.0%) takes the stones as rigid."),
+        (
+            {"rigid_peak": None, "large_displacements": 0.199},
+            "large",
+            "limit analysis (+25.0%) takes the stones as rigid and displacements as small.",
+        ),
+        (
+            {"non_associative": 0.199, "converged": False, **IN_LARGE},
+            "large",
+            "limit analysis in large displacements (-0.5%) takes the stones as rigid.",
+        ),
+        (
+            {"non_associative": 0.199, "converged": False, **IN_LARGE},
+            "small",
+            "limit analysis in large displacements (-0.5%) takes the stones as rigid, finite elements displacements as "
+            "small.",
+        ),
+        (
+            {"converged": False},
+            "large",
+            "the last load at rest in limit analysis (+25.0%), no collapse state, takes the stones as rigid and "
+            "displacements as small.",
+        ),
+        (
+            {"non_associative": None},
+            "large",
+            "the upper bound of limit analysis (+50.0%) takes the stones as rigid and displacements as small.",
+        ),
+    ],
+)
+def test_what_limit_analysis_and_finite_elements_do_not_share_is_said_of_the_case_at_hand(
+    changed, displacements, ending
+):
+    found = summary_of(replace(entry("micro", 20e3), displacements=displacements))
+    found = replace(found, limit_analysis=replace(found.limit_analysis, **changed))
+    assert answer_of_run(found).endswith(f"; {ending}")
+
+
+def test_bonds_that_soften_explain_why_limit_analysis_bears_more():
+    found = summary_of(entry("micro", 20e3))
+    said = answer_of_run(replace(found, wall=replace(found.wall, bonded=True)))
+    taken = "takes the stones as rigid, displacements as small and bonds as plastic, which soften."
+    assert said.endswith(f"; limit analysis (+25.0%) {taken}")
 
 
 def reported(terminal, *actions, kind="xterm"):

@@ -67,6 +67,11 @@ def test_places_that_are_none_are_refused(load, key):
     assert refused.value.key == f"load.dead.0.{key}"
 
 
+def given(*forces):
+    """Return forces on block 1, one after the other, as a live load."""
+    return LoadSettings(distribution="per_block", live=tuple(LiveLoad((1,), force) for force in forces))
+
+
 @pytest.mark.parametrize(
     ("settings", "complaint"),
     [
@@ -82,6 +87,9 @@ def test_places_that_are_none_are_refused(load, key):
         (LoadSettings(dead=(DeadLoad(force=1.0),)), r"load\.dead\.0: needs one of level and blocks"),
         (LoadSettings(distribution="per_block"), r"load\.live: 0 given"),
         (LoadSettings(live=(LiveLoad((1,), 1.0),)), r"load\.live: 1 given"),
+        (given(1e3, 0.0), r"load\.live\.1\.force: is zero"),
+        (given(1e3, -1e3), r"load\.live: .* add up to 0 kN of 2 kN .* at least 10% of their sizes"),
+        (given(1e3, -2e3), r"load\.live: .* add up to -1 kN of 3 kN"),
     ],
 )
 def test_loads_that_cannot_be(settings, complaint):

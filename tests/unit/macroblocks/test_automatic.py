@@ -11,6 +11,7 @@ from orchestrator.app import driver
 from orchestrator.limit_analysis import analyse
 from orchestrator.macroblocks.automatic import (
     ELSEWHERE,
+    EVERY_STONE,
     UNPROVEN,
     chosen,
     kept_multiplier,
@@ -21,9 +22,10 @@ from orchestrator.macroblocks.merged_blocks import merged_multiplier
 from orchestrator.macroblocks.path_of_bodies import as_far_apart, off_headline
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
+from orchestrator.masonry.wall import Wall
 from orchestrator.settings import case as cases
 from tests.support.paths import DATA
-from tests.support.walls import of_file
+from tests.support.walls import of_file, upright
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +94,62 @@ def test_bodies_that_can_only_slide_do_not_keep_a_state_that_turns(wall_1):
 def test_a_single_block_stays_one_body():
     assemblage = of_file("single_block_sliding")
     assert chosen(assemblage, analyse(assemblage), 0.02).count == 1
+
+
+def on_the_ground(*boxes, friction=0.7):
+    """Return an assemblage of stones, each (x, y, width, height) in m, on one support."""
+    ground = upright(0, -1.0, -0.2, 10.0, 0.2, fixed=True)
+    stones = (upright(number, *box) for number, box in enumerate(boxes, 1))
+    return find_joints(Wall("hand made", (ground, *stones), 0.3, friction), JointSettings())
+
+
+STELA = (0.3, 1.5)
+"""width and height in m: it overturns at 0.3 / 1.5"""
+
+
+@pytest.mark.parametrize(
+    "boxes",
+    [
+        [(0.0, 0.0, *STELA)],
+        [(0.0, 0.0, *STELA), (1.0, 0.0, *STELA)],
+        [(0.0, 0.0, *STELA), (1.0, 0.0, *STELA), (2.0, 0.0, *STELA), (3.0, 0.0, *STELA)],
+        [(0.0, 0.0, 0.3, 0.75), (0.0, 0.75, 0.3, 0.75)],
+    ],
+    ids=["one", "two apart", "four apart", "two in touch"],
+)
+def test_stones_of_which_no_two_can_be_joined_are_bodies_and_that_is_said(boxes):
+    """Each overturns at b / h = 0.2; one body is never taken."""
+    assemblage = on_the_ground(*boxes)
+    analysis = analyse(assemblage)
+    partition = macroblocks_of(assemblage, analysis)
+    assert analysis.headline.load_multiplier == pytest.approx(0.2, rel=1e-3)
+    assert partition.count == len(boxes)
+    assert partition.remarks == (EVERY_STONE,)
+
+
+@pytest.mark.parametrize(
+    "boxes",
+    [
+        [(0.0, 0.0, 0.3, 0.75), (0.0, 0.75, 0.3, 0.75), (1.0, 0.0, *STELA)],
+        [(0.0, 0.0, 0.3, 0.75), (0.0, 0.75, 0.3, 0.75), (1.0, 0.0, *STELA), (2.0, 0.0, *STELA), (3.0, 0.0, *STELA)],
+        [(0.0, 0.0, 0.3, 0.75), (0.0, 0.75, 0.3, 0.75), *((x, 0.0, *STELA) for x in np.arange(1.0, 8.0))],
+        [(0.0, 0.0, 0.3, 0.5), (0.0, 0.5, 0.3, 0.5), (0.0, 1.0, 0.3, 0.5)],
+    ],
+    ids=["one beside", "three beside", "seven beside", "three in a column"],
+)
+@pytest.mark.parametrize("rests_at", [None, 0.16], ids=["state", "no state"])
+def test_few_stones_in_columns_that_do_not_touch_are_joined_in_their_columns(boxes, rests_at):
+    """Each column overturns at 0.2 as one or as two bodies. Where limit analysis says 0.16, no bodies fail there, and
+    what is begun with has at least two bodies all the same."""
+    assemblage = on_the_ground(*boxes)
+    analysis = analyse(assemblage)
+    if rests_at:
+        forces = rests_at / 0.2 * analysis.path.joint_forces
+        rest = replace(analysis.path, load_multiplier=rests_at, joint_forces=forces, converged=False)
+        analysis = replace(analysis, path=rest, sequence=None)
+    partition = macroblocks_of(assemblage, analysis)
+    assert partition.count == len(boxes) - 1
+    assert EVERY_STONE not in partition.remarks
 
 
 @pytest.mark.parametrize(

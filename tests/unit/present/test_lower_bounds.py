@@ -13,12 +13,12 @@ from orchestrator import storage
 from orchestrator.assessment.capacity import Capacity
 from orchestrator.limit_analysis import analyse
 from orchestrator.present import plots
-from orchestrator.present.answer import answer_of_limit
+from orchestrator.present.answer import answer_of_limit, answer_of_run
 from orchestrator.present.phrases import phrases
 from orchestrator.present.tables import limit_table, load_cases_table, run_table
 from orchestrator.present.verdict import Answered, kind_of, sentence, verdict
 from orchestrator.pushover.increments import PushoverCurve
-from orchestrator.storage.notes import COARSE_TOES
+from orchestrator.storage.notes import COARSE_TOES, DISTRUST
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.pushed import PUSHED
 from tests.support.verdicts import of, summary
@@ -90,11 +90,39 @@ def test_macroblocks_that_bear_far_more_than_every_stone_as_a_rigid_block_are_do
     found = summary()
     low, high = 0.9 * found.limit_analysis.multiplier, found.limit_analysis.multiplier
     limit = replace(found.limit_analysis, non_associative=low, interval=(low, high), associative=2.0 * high)
-    found = replace(found, limit_analysis=limit, pushover=(replace(PUSHED, model=model, peak_multiplier=over * high),))
+    found = replace(found, limit_analysis=limit, pushover=())
+    found = replace(found, pushover=(replace(PUSHED, model=model, bodies=3, peak_multiplier=over * high),))
     assert sum(doubt in remark for remark in storage.remarks(found)) == said
     assert "; ".join(of(a=found).rows[0]["remarks"]).count(doubt) == said
     assert (doubt in sentence(of(a=found))) is (said > 0)
     assert doubt not in sentence(of(a=found), phrases("pt"))
+
+
+@pytest.mark.parametrize(
+    ("model", "bodies", "over", "moved", "said"),
+    [
+        ("micro", 4, 1.06, None, True),
+        ("micro", 4, 1.04, None, False),
+        ("micro", 4, 1.06, 1.05, False),  # rigid blocks bear as much once they have moved
+        ("macro", 4, 1.06, None, True),  # as many macroblocks as stones
+        ("macro", 3, 1.06, None, False),
+    ],
+)
+def test_every_stone_far_above_the_associative_bound_is_to_be_distrusted(model, bodies, over, moved, said):
+    """No theorem for large displacements, but nothing that dry stones do explains so much."""
+    found = summary()
+    bound = found.limit_analysis.bound
+    limit = replace(found.limit_analysis, large_displacements=moved and moved * bound)
+    pushed = replace(PUSHED, model=model, bodies=bodies, peak_multiplier=over * bound)
+    found = replace(found, limit_analysis=limit, pushover=(pushed,))
+    told = f"{model} FE: {DISTRUST} "
+    remarks = storage.remarks(found)
+    assert any(remark.startswith(told) for remark in remarks) is said
+    assert any(remark.startswith(told) for remark in of(a=found).rows[0]["remarks"]) is said
+    assert any("tension inside macroblocks" in remark for remark in remarks) is (bodies == 3)
+    assert not any(DISTRUST in phrases("it")(remark) for remark in remarks)
+    assert (DISTRUST in answer_of_run(found).lower()) is said
+    assert ("counts" in answer_of_run(found)) is not said
 
 
 def test_pictures_and_page_bracket_a_last_rest_and_say_at_least_of_a_peak_that_was_not_reached():

@@ -8,6 +8,7 @@ import pytest
 
 from orchestrator.assessment.seismic.local_mechanism import NOT_TURNING, UPPER_BOUND
 from orchestrator.limit_analysis.remarks import NO_PATH
+from orchestrator.macroblocks.automatic import EVERY_STONE, NO_FEWER, UNPROVEN
 from orchestrator.present.page.verdict_page import verdict_contents
 from orchestrator.present.phrases import phrases
 from orchestrator.present.verdict import Answered, verdict
@@ -40,6 +41,9 @@ ON_PAGES = [
     "in large displacements rigid blocks bear at most 0.3100",
     "in large displacements rigid blocks bear at least 0.3100",
     # macroblocks
+    EVERY_STONE,
+    NO_FEWER,
+    UNPROVEN,
     "all blocks are one macroblock: it can only slide or overturn on its support",
     "3 joints inside macroblocks exceed a tolerance; their blocks are joined through others",
     "tie 1 joins two stones of one macroblock: it holds nothing that could part there",

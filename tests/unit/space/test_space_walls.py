@@ -22,6 +22,7 @@ from orchestrator.geometry.polyhedra import (
     volume_of,
 )
 from orchestrator.geometry.shared_volume import common_volume
+from orchestrator.loads import LiveLoad
 from orchestrator.space.analysis import analyse
 from orchestrator.space.block_files import wall_from
 from orchestrator.space.contacts import FaceContactSettings, find_joints, gaping
@@ -199,6 +200,8 @@ def test_loads():
         loads_on(wall, SpaceLoadSettings(direction="up"))
     with pytest.raises(CaseError, match=r"load.dead.0.level: no block has its top at 3 m; tops are at 0.5 m"):
         loads_on(wall, SpaceLoadSettings(dead=(SpaceDeadLoad(level=3.0, force=1.0),)))
+    with pytest.raises(CaseError, match=r"load.live.0.force: -1 N is not along load.direction"):
+        loads_on(wall, SpaceLoadSettings(distribution="per_block", live=(LiveLoad((1,), -1.0),)))
 
 
 def test_a_line_load_counts_metres_along_the_wall(tmp_path, capsys):

@@ -102,11 +102,11 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
     record = found.record
     assert keys(json.loads(json.dumps(record))) == {
         "case": None,
-        "wall": dict.fromkeys(["blocks", "joints", "weight", "vertical_load", "horizontal_load"]),
+        "wall": dict.fromkeys(["blocks", "joints", "weight", "vertical_load", "horizontal_load", "bonded"]),
         "limit_analysis": dict.fromkeys([
             "associative", "non_associative", "non_associative_range", "iterations", "converged",
             "equilibrium_residual", "base_shear", "seconds", "path", "last_rest", "soft_from", "interval",
-            "large_displacements",
+            "large_displacements", "rigid_peak",
             "papers_value", "lowest", "highest", "associative_left", "base_shear_left",
         ]) | {"local_failures": [dict.fromkeys(["stones", "share", "multipliers"])]},
         "macroblocks": dict.fromkeys(["count", "joints", "tol_n", "tol_d", "trivial"]),
@@ -127,7 +127,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
             "seconds": dict.fromkeys(["mesh", "assembly", "factorise", "contact", "total"]),
         }],
     }  # fmt: skip
-    assert record["wall"] == {"blocks": 3, "joints": 5} | dict.fromkeys(
+    assert record["wall"] == {"blocks": 3, "joints": 5, "bonded": False} | dict.fromkeys(
         ("weight", "vertical_load", "horizontal_load"), 3125.0
     )
     assert record["macroblocks"] == {"count": 2, "joints": 4, "tol_n": 1e-3, "tol_d": 0.45, "trivial": False}
