@@ -190,7 +190,7 @@ def test_a_bond_that_cracks_needs_elements_along_it_and_says_so():
         mesh, stepping = MeshSettings(size=size), SteppingSettings(final_displacement=1.5e-3)
         done = push(assemblage, analysis, one_body_per_block(assemblage), mesh=mesh, stepping=stepping)
         assert not done.complaints
-        peaks[size], told = done.capacity.peak_multiplier, cautions(done.summary, limit_summary(analysis))
+        peaks[size], told = done.capacity.peak_multiplier, cautions(done.summary, limit_summary(analysis), 1)
         said[size] = [one for one in told if "elements along them" in one]
     assert peaks[0.2] > 1.1 * peaks[0.04]
     assert peaks[0.05] == pytest.approx(peaks[0.04], rel=0.02)
