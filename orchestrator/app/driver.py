@@ -219,7 +219,7 @@ def push(
     if resume:
         segmented = on_root(comm, left_off, case, segmented, output)
     with on_root_while(comm, locked(output), storage.logging_to(output / "run.log")):
-        on_root(comm, sweep, output)
+        on_root(comm, sweep, output, output / "figures")
         if not resume:
             on_root(comm, storage.clear, output, (case.file, case.block_file))
         report(StageBegun("pictures", "wall, mechanism and macroblocks"))

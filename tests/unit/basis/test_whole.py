@@ -17,6 +17,14 @@ from tests.support.paths import DATA, PROJECT
 
 TOWER = DATA / "tower_5_blocks.json"
 SHORT = ["--model", "micro", "--set", "stepping.final_displacement=2mm"]
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from orchestrator.basis.atomic_files import replacing
+with replacing(Path(sys.argv[1])) as temporary:
+    temporary.write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
 HOLDER = """
 import sys, time
 from pathlib import Path
@@ -25,6 +33,11 @@ with locked(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)
 """
+
+
+def leave_half_written(path):
+    """Leave what a run leaves that is killed while it writes a file."""
+    assert subprocess.run([sys.executable, "-c", KILLED, path], cwd=PROJECT, check=False).returncode == -9
 
 
 @pytest.fixture
@@ -118,14 +131,22 @@ def test_the_lock_is_free_after_a_failure(tmp_path):
         pass
 
 
-def test_sweep_deletes_what_is_half_written_and_nothing_else(tmp_path):
-    for name in (".curve.csv.12.tmp", "macro/.mesh.msh.12.tmp", "macro/mesh.msh", "note.tmp"):
-        write_bytes(tmp_path / name, b"x")
-    sweep(tmp_path)
-    assert sorted(str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()) == [
-        "macro/mesh.msh",
-        "note.tmp",
-    ]
+def test_sweep_deletes_what_a_killed_run_left_half_written_and_nothing_else(tmp_path):
+    folder, elsewhere = tmp_path / "run", tmp_path / "elsewhere"
+    for half in (folder / "macro" / "mesh.msh", elsewhere / "curve.csv"):
+        leave_half_written(half)
+    write_bytes(folder / "macro" / "mesh.msh", b"x")
+    mine = (".thesis.tmp", ".curve.csv.12.tmp", "note.tmp", ".a.orchestrator-12345678.tmp/chapter1.txt")
+    for name in mine:
+        write_bytes(folder / "macro" / name, b"x")
+    (folder / "link").symlink_to(elsewhere)
+    before = {path for path in tmp_path.rglob("*") if path.is_file()}
+    assert len(before) == len(mine) + 3
+    sweep(folder, folder / "link", folder / "not there")
+    assert {path for path in tmp_path.rglob("*") if path.is_file()} == before
+    sweep(folder / "macro")
+    (half_written,) = before - {path for path in tmp_path.rglob("*") if path.is_file()}
+    assert half_written.name.startswith(".mesh.msh.orchestrator-")
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
