@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.basis.installed import refuse_missing
 from orchestrator.basis.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
@@ -90,7 +91,8 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
             return space_check.check(options.case, options.set, output, console)
         if not (as_json or options.force):
             refuse_overwriting_run(output, resumable=False)
-        return space_commands.limit(options.case, options.set, output, options.force, as_json, console)
+        with locked(*[output][: not as_json]):
+            return space_commands.limit(options.case, options.set, output, options.force, as_json, console)
     from orchestrator.app import study_commands, wall_commands
 
     if not gc.isenabled():  # __main__.py switched it off

@@ -16,7 +16,7 @@ import secrets
 import shutil
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from orchestrator.basis.errors import CaseError
@@ -141,22 +141,47 @@ def remove_if_empty(folder: Path) -> None:
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Hold `folder` (made if need be) for this process alone. Raises CaseError if a living process holds it."""
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / LOCK
-    descriptor = _taken(path)
-    try:
+def locked(*folders: Path) -> Iterator[None]:
+    """Hold folders (made if need be) for this process alone. Raises CaseError if a living process holds one.
+
+    Those that were made go again where nothing has come to be in them.
+    """
+    with ExitStack() as held:
+        for folder in dict.fromkeys(folders):
+            held.enter_context(_locked(folder))
         yield
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    made = [one for one in (folder, *folder.parents) if not one.exists()]
+    try:
+        descriptor = _taken(folder / LOCK)
+        try:
+            yield
+        finally:
+            _remove(folder / LOCK)
+            os.close(descriptor)
     finally:
-        _remove(path)
-        os.close(descriptor)
+        for one in made:
+            remove_if_empty(one)
+
+
+def is_locked(folder: Path) -> bool:
+    """Return whether a process may be holding a folder: one does, or was killed while it did."""
+    return (folder / LOCK).exists()
 
 
 def _taken(path: Path) -> int:
-    """Return the descriptor of the locked file; the lock ends with it."""
+    """Return the descriptor of the locked file, in a folder that is made if need be; the lock ends with it."""
     while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        except FileNotFoundError:
+            if path.parent.exists():  # a link that leads nowhere
+                raise
+            continue  # another process had made the folder, and has removed it in between
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

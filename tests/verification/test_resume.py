@@ -79,14 +79,14 @@ def test_a_run_over_an_earlier_one_leaves_nothing_of_it_and_can_be_resumed(tmp_p
     run(old)
     (old / "notes.txt").write_text("of the user")
     (old / "figures" / "photo.png").write_text("of the user")
-    for stale in ("report.html", "verdict.csv", "figures/sheet.png", "figures/sheet.svg", "macro/curve.csv"):
+    for stale in ("report.html", "verdict.csv", "figures/bilinear.png", "figures/bilinear.svg", "macro/curve.csv"):
         (old / stale).parent.mkdir(exist_ok=True)
         (old / stale).write_text("stale")
     other = replace(case.read(DATA / "tower_5_blocks.json"), run=micro_case().run)
     with pytest.raises(Killed):
         driver.run(other, old, False, None, killing(4))
     assert len([*(old / "micro" / "states").glob("*.h5")]) == 4
-    for stale in ("macro", "report.html", "verdict.csv", "summary.json", "figures/sheet.png", "figures/sheet.svg"):
+    for stale in ("macro", "report.html", "verdict.csv", "summary.json", "figures/bilinear.png", "figures/bilinear.svg"):
         assert not (old / stale).exists()
     assert (old / "notes.txt").read_text() == (old / "figures" / "photo.png").read_text() == "of the user"
     outcome = driver.run(other, old, True, None, lambda event: None)

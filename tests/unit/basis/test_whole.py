@@ -124,6 +124,66 @@ def test_two_runs_cannot_share_a_folder_and_the_second_touches_nothing(tmp_path,
     assert not list(tmp_path.iterdir())
 
 
+@pytest.fixture
+def busy(tmp_path):
+    """A folder with results of a run that another process holds, and the number of that process."""
+    for name in ("summary.json", "curve.csv", "pull/summary.json", "load_cases.json", "figures/blocks.png"):
+        write_bytes(tmp_path / "run" / name, b'{"load_cases": [{"name": "pull"}]}')
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDER, tmp_path / "run"], stdout=subprocess.PIPE, text=True, cwd=PROJECT
+    ) as holder:
+        assert holder.stdout.readline() == "held\n"
+        yield tmp_path / "run", holder.pid
+        holder.kill()
+
+
+LOAD_CASES = ("--set", 'load.cases=[{name="push", direction="+x"}, {name="pull", direction="-x"}]')
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("limit", str(TOWER), "--force"),
+        ("limit", str(TOWER), "--set", "load.direction=+z", "--force"),
+        ("segment", str(TOWER), "--force"),
+        ("run", str(TOWER), "--force", "-q"),
+        ("run", str(TOWER), *LOAD_CASES, "--force", "-q"),
+        ("limit", str(TOWER), *LOAD_CASES, "--force"),
+        ("report",),
+    ],
+)
+def test_no_command_writes_into_the_folder_of_a_run_in_progress(busy, capsys, command):
+    folder, holder = busy
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    where = (str(folder),) if command == ("report",) else ("--output", str(folder))
+    assert cli.main([*command, *where]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{folder}: is in use by process {holder} on " in line
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+
+
+def test_a_load_case_that_is_being_run_is_not_drawn_over(tmp_path, capsys):
+    with locked(tmp_path / "pull"):
+        assert cli.main(["limit", str(TOWER), *LOAD_CASES, "--output", str(tmp_path)]) == 2
+        assert f"{tmp_path / 'pull'}: is in use by process {os.getpid()} on " in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_check_beside_a_run_that_has_just_begun_leaves_its_picture(tmp_path):
+    with locked(tmp_path):
+        write_bytes(tmp_path / "figures" / "blocks.png", b"of the run")
+        assert cli.main(["check", str(TOWER), "--output", str(tmp_path)]) == 0
+    assert (tmp_path / "figures" / "blocks.png").read_bytes() == b"of the run"
+    assert (tmp_path / "figures" / "checked.png").exists()
+
+
+def test_a_refused_wall_leaves_no_folder(tmp_path):
+    (tmp_path / "wall.json").write_text("{}")
+    for command in ("limit", "segment", "run"):
+        assert cli.main([command, str(tmp_path / "wall.json"), "--output", str(tmp_path / "a" / "b")]) == 2
+        assert [path.name for path in tmp_path.iterdir()] == ["wall.json"]
+
+
 def test_the_lock_is_free_after_a_failure(tmp_path):
     with pytest.raises(ZeroDivisionError), locked(tmp_path):
         raise ZeroDivisionError
