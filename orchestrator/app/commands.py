@@ -64,6 +64,7 @@ def execute(options: argparse.Namespace) -> int:
 
 def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
     """Read the case of a command, import what the command works with, and carry it out."""
+    _refuse_what_does_not_go_together(options)
     if options.command in FILES:
         gc.enable()
         from orchestrator.app import file_commands
@@ -116,6 +117,12 @@ def _read_case(options: argparse.Namespace, comm: MPI.Intracomm | None) -> Case 
     if options.command in PARALLEL and options.command != "sensitivity":
         refuse_missing(options.command or "run")
     return on_root(comm, read, options.case, options.set)
+
+
+def _refuse_what_does_not_go_together(options: argparse.Namespace) -> None:
+    """Raise CaseError for options of which one would be passed over."""
+    if getattr(options, "resume", False) and options.force:
+        raise CaseError("--resume", "does not go with --force, which removes what it would go on with", "leave one out")
 
 
 def _one_line(text: str) -> str:

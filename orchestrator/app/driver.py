@@ -19,7 +19,7 @@ from orchestrator import storage
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import room_for
-from orchestrator.app.refining import left_off, push_segmented
+from orchestrator.app.refining import left_off, push_segmented, with_finished
 from orchestrator.app.segmented import Segmented
 from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.basis.atomic_files import locked, sweep
@@ -192,10 +192,13 @@ def segment(case: Case) -> Segmented:
 def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:
     """Run the whole chain into the folder `output`; the same outcome on every rank.
 
-    With `resume` a pushover goes on after its last stored increment; else results of an earlier run are removed.
-    Raises CaseError before anything is written.
+    With `resume` a pushover goes on after its last stored increment, and a model that the folder holds finished is
+    carried on beside those of the case; else results of an earlier run are removed. Raises CaseError before anything is
+    written.
     """
     began = perf_counter()
+    if resume:
+        case = on_root(comm, with_finished, case, output)
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
     on_root(comm, refuse_ties_of_run, case)
     on_root(comm, refuse_seismic, case)

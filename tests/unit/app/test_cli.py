@@ -101,3 +101,10 @@ def test_interruption_is_one_line(monkeypatch, capsys, command, remedy):
     monkeypatch.setattr(driver, "limit", interrupted)
     assert cli.main([command, TOWER]) == 130
     assert capsys.readouterr().err == f"interrupted{remedy}\n"
+
+
+def test_options_that_contradict_each_other_are_refused(tmp_path, capsys):
+    assert cli.main(["run", TOWER, "--resume", "--force", "--output", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("--resume: does not go with --force, ")
+    assert list(tmp_path.iterdir()) == []
