@@ -132,7 +132,7 @@ def _add_wall_commands(commands: Any) -> None:
     limit = _command(commands, "limit", "stop after micro limit analysis", "--set wall.friction=0.7")
     limit.add_argument("--output", type=_path, help="folder of the picture (default: results/NAME OF THE CASE FILE)")
     limit.add_argument("--settle", type=int, metavar="ID", help="instead of the live load, let this support give way")
-    limit.add_argument("--settle-angle", type=float, default=-90.0, help="degrees from +x (default: -90, downwards)")
+    limit.add_argument("--settle-angle", type=float, help="degrees from +x (default: -90, downwards)")
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
     example = "--set macroblocks.tol_d=300mm"
     segment = _command(commands, "segment", "stop after the macroblocks", example)

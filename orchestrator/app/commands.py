@@ -123,6 +123,8 @@ def _refuse_what_does_not_go_together(options: argparse.Namespace) -> None:
     """Raise CaseError for options of which one would be passed over."""
     if getattr(options, "resume", False) and options.force:
         raise CaseError("--resume", "does not go with --force, which removes what it would go on with", "leave one out")
+    if getattr(options, "settle_angle", None) is not None and options.settle is None:
+        raise CaseError("--settle-angle", "is of a settlement, and there is none", "give --settle ID with it")
 
 
 def _one_line(text: str) -> str:

@@ -21,7 +21,7 @@ from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import room_for
 from orchestrator.app.refining import left_off, push_segmented, with_finished
 from orchestrator.app.segmented import Segmented
-from orchestrator.assessment.seismic.settings import limit_states
+from orchestrator.assessment.seismic.settings import limit_states, without_verification
 from orchestrator.basis.atomic_files import locked, sweep
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
@@ -87,7 +87,7 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
         tied = with_ties(assemblage, case.reinforcement.ties)
     with naming(case.block_file):
         refuse_what_cannot_be_analysed(tied, loads)
-    said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
+    said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall), *without_verification(case.seismic)]
     if case.reinforcement.ties:
         said.append("WARNING: check, limit, segment and run take ties; study and export do not yet")
     if limit_states(case.seismic):

@@ -17,6 +17,7 @@ from rich.console import Console
 from orchestrator import storage
 from orchestrator.app import case_check, driver, load_case_runs
 from orchestrator.app.terminal import Reporter, shown
+from orchestrator.assessment.seismic.settings import without_verification
 from orchestrator.assessment.seismic.verification_record import notes, verdict
 from orchestrator.basis.atomic_files import is_locked, locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
@@ -46,7 +47,7 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
     if options.settle is not None:
         if options.json:
             raise CaseError("--json", "does not go with --settle", "leave one of them out")
-        if not math.isfinite(options.settle_angle):
+        if not math.isfinite(_settle_angle(options)):
             raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")
         storage.try_folder(output)
         return _settle(options, case, output, console)
@@ -82,13 +83,19 @@ def _limit(options: argparse.Namespace, case: Case, output: Path, console: Conso
 
 
 def _settle(options: argparse.Namespace, case: Case, output: Path, console: Console) -> int:
-    state, picture = driver.settlement(case, options.settle, math.radians(options.settle_angle), output)
+    angle = _settle_angle(options)
+    state, picture = driver.settlement(case, options.settle, math.radians(angle), output)
     console.print(
-        f"support {options.settle} gives way at {options.settle_angle:g} degrees: "
+        f"support {options.settle} gives way at {angle:g} degrees: "
         f"least reaction {-state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
         soft_wrap=True,
     )
     return 0
+
+
+def _settle_angle(options: argparse.Namespace) -> float:
+    """Return where a support moves to, in degrees from +x: as asked, else downwards."""
+    return -90.0 if options.settle_angle is None else options.settle_angle
 
 
 def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: Console) -> int:
@@ -126,6 +133,8 @@ def run(options: argparse.Namespace, case: Case, comm: MPI.Intracomm | None, con
     if not (options.resume or options.force):
         on_root(comm, storage.refuse_overwriting_run, output)
     logging.getLogger("orchestrator").propagate = False  # run.log has it
+    for remark in without_verification(case.seismic):
+        console.print(remark, soft_wrap=True, markup=False)
     if case.load.cases:
         return _run_load_cases(options, case, output, comm, console)
     with Reporter(console) as report:
