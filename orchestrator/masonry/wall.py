@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.printed import millimetres
 
@@ -43,6 +43,11 @@ class Block:
     friction: float | None = None
     elastic_modulus: float | None = None
     poisson_ratio: float | None = None
+
+    def __post_init__(self) -> None:
+        polygon = self.polygon
+        if isinstance(polygon, np.ndarray) and polygon.flags.writeable:  # what is no array `check_wall` refuses
+            object.__setattr__(self, "polygon", read_only(polygon, polygon.dtype))
 
 
 @dataclass(frozen=True, slots=True)
