@@ -23,6 +23,7 @@ from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError, ResultError, refuse_other_kind
 from orchestrator.basis.parallel import this_rank
+from orchestrator.basis.threads import in_turn
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.paper.limit_state import refuse_other_analysis
 from orchestrator.loads import LoadSettings, loads_on
@@ -55,6 +56,7 @@ class Pushed:
     complaints: tuple[ConvergenceError | ResultError, ...]
 
 
+@in_turn
 def push(
     assemblage: Assemblage,
     analysis: LimitAnalysis,
