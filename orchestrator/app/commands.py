@@ -19,7 +19,7 @@ from rich.console import Console
 from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.basis.installed import refuse_missing
-from orchestrator.basis.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
+from orchestrator.basis.parallel import Ending, all_ranks, is_root, on_root, started_as_rank, started_by_launcher
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -42,9 +42,9 @@ def execute(options: argparse.Namespace) -> int:
     if not parallel and started_as_rank() > 0:
         return 0  # rank 0 does it alone
     comm = all_ranks() if parallel else None
-    several = comm is not None and comm.size > 1  # mpirun hands rank 0 a terminal that is none
     quiet = not is_root(comm) or getattr(options, "quiet", False)
-    console = Console(quiet=quiet, highlight=False, force_terminal=False if several else None)
+    plain = started_by_launcher()  # mpirun hands rank 0 a terminal that is none
+    console = Console(quiet=quiet, highlight=False, force_terminal=False if plain else None)
     ending = Ending(comm)
     try:
         return ending.together(_carry_out(options, comm, console), "")

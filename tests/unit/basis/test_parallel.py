@@ -122,3 +122,14 @@ def test_threads_wait_for_each_other_where_libraries_know_one_only():
     command = [sys.executable, "-c", THREADS, DATA / "tower_5_blocks.json"]
     done = subprocess.run(command, cwd=PROJECT, capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stdout) == (0, "True\n"), done.stderr
+
+
+@pytest.mark.parametrize(("command", "ranks"), [("check", 2), ("limit", 1), ("import", 2), ("run", 1)])
+def test_what_ranks_print_into_a_file_has_no_escape_codes(tmp_path, command, ranks):
+    """mpirun hands rank 0 a terminal, wherever its own output goes."""
+    short = ["--model", "macro", "--set", "stepping.final_displacement=0.1mm"] if command == "run" else []
+    output = tmp_path / ("wall.json" if command == "import" else "out")
+    done = on_ranks(ranks, "-m", "orchestrator", command, TOWER, *short, "--output", output)
+    assert done.returncode == 0, done.stderr
+    assert "block" in done.stdout
+    assert "\x1b" not in done.stdout + done.stderr
