@@ -9,7 +9,7 @@ import numpy.typing as npt
 import shapely
 
 from orchestrator.basis.arrays import FloatArray, read_only
-from orchestrator.basis.errors import CaseError
+from orchestrator.basis.errors import CaseError, require_kinds
 from orchestrator.basis.printed import millimetres
 
 GRAVITY = 9.81
@@ -77,6 +77,7 @@ def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:
     Two blocks overlap when they share more than a strip of width `tolerance` (m) along the shorter outline; less is the
     rounding of a drawing.
     """
+    require_kinds("write check_wall(read_blocks(path))", wall=(wall, Wall))
     check_blocks(wall, tolerance)
     refuse_overlaps(wall, tolerance)
 
