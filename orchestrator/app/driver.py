@@ -19,7 +19,7 @@ from orchestrator import storage
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import room_for
-from orchestrator.app.refining import left_off, push_segmented, with_finished
+from orchestrator.app.refining import left_off, push_segmented, refuse_another_run, with_finished
 from orchestrator.app.segmented import Segmented
 from orchestrator.assessment.seismic.settings import limit_states, without_verification
 from orchestrator.basis.atomic_files import locked, sweep
@@ -198,7 +198,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     if resume:
-        case = on_root(comm, with_finished, case, output)
+        case = on_root(comm, _resumed, case, output)
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
     on_root(comm, refuse_ties_of_run, case)
     on_root(comm, refuse_seismic, case)
@@ -209,6 +209,13 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     on_root(comm, _refuse_own_input, case, output)
     report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
     return push(case, segmented, output, resume, comm, report)
+
+
+def _resumed(case: Case, output: Path) -> Case:
+    """Return the case with all models to be gone on with. Raises CaseError where the folder holds another run."""
+    case = with_finished(case, output)
+    refuse_another_run(case, check(case).wall, output)
+    return case
 
 
 def push(

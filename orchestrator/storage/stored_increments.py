@@ -101,6 +101,12 @@ class StateStore:
         numbers = self.numbers()
         return self.read(numbers[-1]) if numbers else None
 
+    def refuse_others(self, beginning: str) -> None:
+        """Raise CaseError where the last increment is of a model whose fingerprint does not begin like this."""
+        for number, file, path in self._files(self.numbers()[-1:]):
+            if not str(file[_name(number)].attrs["fingerprint"]).startswith(beginning):
+                raise _stranger(path, number)
+
     def assemble(self) -> Path:
         """Gather everything in states.h5 and return its path; the single files are deleted once it is on the disk."""
         path = self.folder / STATES_FILE
@@ -131,9 +137,7 @@ class StateStore:
             try:
                 increment = _read(file[_name(number)], self.fingerprint)
             except _OtherModelError:
-                problem = "was stored by another model (wall, mesh or settings differ)"
-                remedy = "run without --resume or into another folder"
-                raise CaseError(f"increment {number}", problem, remedy, str(path)) from None
+                raise _stranger(path, number) from None
             except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
                 raise _damaged(path, f"increment {number}") from error
             self._keep(increment)
@@ -196,6 +200,11 @@ def _opened(path: Path) -> h5py.File:
         return hdf5_file(path, "r")
     except (OSError, ValueError) as error:
         raise _damaged(path, "") from error
+
+
+def _stranger(path: Path, number: int) -> CaseError:
+    problem = "was stored by another model (wall, mesh or settings differ)"
+    return CaseError(f"increment {number}", problem, "run without --resume or into another folder", str(path))
 
 
 def _damaged(path: Path, key: str) -> CaseError:

@@ -61,14 +61,16 @@ def test_resumed_curve_is_the_uninterrupted_one(whole, tmp_path):
         assert first[:5] == pytest.approx(second[:5], rel=1e-10, abs=1e-9)
 
 
-def test_resume_with_another_wall_is_refused_and_nothing_is_lost(tmp_path):
+def test_resume_with_another_wall_is_refused_at_once_and_nothing_is_lost(tmp_path, monkeypatch):
     with pytest.raises(Killed):
         run(tmp_path, killed_after=5)
     stored = sorted((tmp_path / "micro" / "states").glob("*.h5"))
     assert len(stored) == 5
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    with pytest.raises(CaseError, match=r"another model.*without --resume"):
-        run(tmp_path, resume=True, load=case.LoadSettings("-x"))
+    with monkeypatch.context() as patched:
+        patched.setattr(driver, "segment", lambda _: pytest.fail("limit analysis is done before the refusal"))
+        with pytest.raises(CaseError, match=r"another model.*without --resume"):
+            run(tmp_path, resume=True, load=case.LoadSettings("-x"))
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
     assert set(stored) <= set(before)
 
