@@ -116,7 +116,7 @@ def _add_wall_commands(commands: Any) -> None:
     run = _command(
         commands, "run", "the whole chain: micro-LA, macroblocks, FE pushover, pictures", "--set mesh.size=100mm"
     )
-    run.add_argument("--output", type=Path, help="run folder (default: results/NAME OF THE CASE FILE)")
+    run.add_argument("--output", type=_path, help="run folder (default: results/NAME OF THE CASE FILE)")
     run.add_argument("--resume", action="store_true", help="go on after the last stored increment")
     run.add_argument("--model", choices=("macro", "micro", "both"), help="instead of the case file's [run] models")
     run.add_argument("-q", "--quiet", action="store_true", help="print nothing but errors")
@@ -127,18 +127,25 @@ def _add_wall_commands(commands: Any) -> None:
         "--output results/look",
     )
     check.add_argument(
-        "--output", type=Path, help="run folder for the picture (default: results/NAME OF THE CASE FILE)"
+        "--output", type=_path, help="run folder for the picture (default: results/NAME OF THE CASE FILE)"
     )
     limit = _command(commands, "limit", "stop after micro limit analysis", "--set wall.friction=0.7")
-    limit.add_argument("--output", type=Path, help="folder of the picture (default: results/NAME OF THE CASE FILE)")
+    limit.add_argument("--output", type=_path, help="folder of the picture (default: results/NAME OF THE CASE FILE)")
     limit.add_argument("--settle", type=int, metavar="ID", help="instead of the live load, let this support give way")
-    limit.add_argument("--settle-angle", type=float, default=-90.0, help="degrees from +x (default: -90, downwards)")
+    limit.add_argument("--settle-angle", type=float, help="degrees from +x (default: -90, downwards)")
     limit.add_argument("--json", action="store_true", help="print the limit_analysis part of the summary, nothing else")
     example = "--set macroblocks.tol_d=300mm"
     segment = _command(commands, "segment", "stop after the macroblocks", example)
-    segment.add_argument("--output", type=Path, help="folder of the pictures (default: results/NAME OF THE CASE FILE)")
+    segment.add_argument("--output", type=_path, help="folder of the pictures (default: results/NAME OF THE CASE FILE)")
     for command in (run, limit, segment):
         command.add_argument("--force", action="store_true", help="overwrite the results of an earlier run")
+
+
+def _path(text: str) -> Path:
+    """Return the path that an option names; an empty one would be the folder one is in."""
+    if not text:
+        raise argparse.ArgumentTypeError("is empty; give a name, or . for the folder you are in")
+    return Path(text)
 
 
 def _command(commands: Any, name: str, summary: str, example: str) -> argparse.ArgumentParser:
@@ -170,10 +177,10 @@ def _add_file_commands(commands: Any) -> None:
         "--blocks", metavar="FILE", help="block file of the wall, from here (default: a wall of two blocks is written)"
     )
     new.add_argument("--all-keys", action="store_true", help="with every setting, its default and its meaning")
-    new.add_argument("--output", type=Path, default=Path(), metavar="FOLDER", help="where to (default: here)")
+    new.add_argument("--output", type=_path, default=Path(), metavar="FOLDER", help="where to (default: here)")
     _add_force(new)
     schema = _file_command(commands, "schema", "write the case file's JSON schema", "schema --output build/case.json")
-    schema.add_argument("--output", type=Path, metavar="FILE", help="default: standard output")
+    schema.add_argument("--output", type=_path, metavar="FILE", help="default: standard output")
     _add_force(schema)
     _add_export(commands)
     rebuilding = _file_command(
@@ -200,7 +207,7 @@ def _add_export(commands: Any) -> None:
     exporting.add_argument("--format", choices=EXPORT_FORMATS, default="vtu", help="default: vtu")
     exporting.add_argument("--model", choices=("macro", "micro"), default="macro", help="macroblocks or every stone")
     exporting.add_argument("--multiplier", type=float, help="horizontal load over weight (default: micro-LA's)")
-    exporting.add_argument("--output", type=Path, metavar="FILE", help="default: NAME_MODEL.vtu, .msh or .inp")
+    exporting.add_argument("--output", type=_path, metavar="FILE", help="default: NAME_MODEL.vtu, .msh or .inp")
     _add_force(exporting)
     exporting.add_argument("--set", action="append", default=[], metavar="SECTION.KEY=VALUE", help="override a setting")
 
@@ -218,7 +225,7 @@ def _add_import(commands: Any) -> None:
         ".obj .ply .stl .step or a folder of meshes",
     )
     reading.add_argument("file", type=Path, metavar="FILE", help=f"{plane}; in space {space}")
-    reading.add_argument("--output", type=Path, default=Path("blocks.json"), help="block file (default: blocks.json)")
+    reading.add_argument("--output", type=_path, default=Path("blocks.json"), help="block file (default: blocks.json)")
     _add_force(reading)
     for name, (value, text) in IMPORT_OPTIONS.items():
         reading.add_argument(f"--{name}", metavar=value, help=text)
@@ -232,14 +239,14 @@ def _add_study_commands(commands: Any) -> None:
         "pushover of a grid of macroblock tolerances, and of every stone",
         "--output results/table1",
     )
-    table.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-study)")
+    table.add_argument("--output", type=_path, help="folder (default: results/NAME OF THE CASE FILE-study)")
     vary = _command(
         commands,
         "sensitivity",
         "tornado of the ranges of [sensitivity], and fragility by Latin hypercube",
         "--set sensitivity.friction=[0.5,0.7] --set sensitivity.samples=0",
     )
-    vary.add_argument("--output", type=Path, help="folder (default: results/NAME OF THE CASE FILE-sensitivity)")
+    vary.add_argument("--output", type=_path, help="folder (default: results/NAME OF THE CASE FILE-sensitivity)")
 
 
 def _epilog(example: str) -> str:

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.basis.installed import refuse_missing
-from orchestrator.basis.parallel import Ending, all_ranks, is_root, on_root, started_as_rank
+from orchestrator.basis.parallel import Ending, all_ranks, is_root, on_root, started_as_rank, started_by_launcher
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -41,9 +42,9 @@ def execute(options: argparse.Namespace) -> int:
     if not parallel and started_as_rank() > 0:
         return 0  # rank 0 does it alone
     comm = all_ranks() if parallel else None
-    several = comm is not None and comm.size > 1  # mpirun hands rank 0 a terminal that is none
     quiet = not is_root(comm) or getattr(options, "quiet", False)
-    console = Console(quiet=quiet, highlight=False, force_terminal=False if several else None)
+    plain = started_by_launcher()  # mpirun hands rank 0 a terminal that is none
+    console = Console(quiet=quiet, highlight=False, force_terminal=False if plain else None)
     ending = Ending(comm)
     try:
         return ending.together(_carry_out(options, comm, console), "")
@@ -63,6 +64,7 @@ def execute(options: argparse.Namespace) -> int:
 
 def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console: Console) -> int:
     """Read the case of a command, import what the command works with, and carry it out."""
+    _refuse_what_does_not_go_together(options)
     if options.command in FILES:
         gc.enable()
         from orchestrator.app import file_commands
@@ -90,7 +92,8 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
             return space_check.check(options.case, options.set, output, console)
         if not (as_json or options.force):
             refuse_overwriting_run(output, resumable=False)
-        return space_commands.limit(options.case, options.set, output, options.force, as_json, console)
+        with locked(*[output][: not as_json]):
+            return space_commands.limit(options.case, options.set, output, options.force, as_json, console)
     from orchestrator.app import study_commands, wall_commands
 
     if not gc.isenabled():  # __main__.py switched it off
@@ -114,6 +117,14 @@ def _read_case(options: argparse.Namespace, comm: MPI.Intracomm | None) -> Case 
     if options.command in PARALLEL and options.command != "sensitivity":
         refuse_missing(options.command or "run")
     return on_root(comm, read, options.case, options.set)
+
+
+def _refuse_what_does_not_go_together(options: argparse.Namespace) -> None:
+    """Raise CaseError for options of which one would be passed over."""
+    if getattr(options, "resume", False) and options.force:
+        raise CaseError("--resume", "does not go with --force, which removes what it would go on with", "leave one out")
+    if getattr(options, "settle_angle", None) is not None and options.settle is None:
+        raise CaseError("--settle-angle", "is of a settlement, and there is none", "give --settle ID with it")
 
 
 def _one_line(text: str) -> str:

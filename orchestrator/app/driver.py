@@ -19,9 +19,9 @@ from orchestrator import storage
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import room_for
-from orchestrator.app.refining import left_off, push_segmented
+from orchestrator.app.refining import left_off, push_segmented, refuse_another_run, with_finished
 from orchestrator.app.segmented import Segmented
-from orchestrator.assessment.seismic.settings import limit_states
+from orchestrator.assessment.seismic.settings import limit_states, without_verification
 from orchestrator.basis.atomic_files import locked, sweep
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
@@ -87,7 +87,7 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
         tied = with_ties(assemblage, case.reinforcement.ties)
     with naming(case.block_file):
         refuse_what_cannot_be_analysed(tied, loads)
-    said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall)]
+    said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall), *without_verification(case.seismic)]
     if case.reinforcement.ties:
         said.append("WARNING: check, limit, segment and run take ties; study and export do not yet")
     if limit_states(case.seismic):
@@ -192,10 +192,13 @@ def segment(case: Case) -> Segmented:
 def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: Report) -> Outcome:
     """Run the whole chain into the folder `output`; the same outcome on every rank.
 
-    With `resume` a pushover goes on after its last stored increment; else results of an earlier run are removed.
-    Raises CaseError before anything is written.
+    With `resume` a pushover goes on after its last stored increment, and a model that the folder holds finished is
+    carried on beside those of the case; else results of an earlier run are removed. Raises CaseError before anything is
+    written.
     """
     began = perf_counter()
+    if resume:
+        case = on_root(comm, _resumed, case, output)
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
     on_root(comm, refuse_ties_of_run, case)
     on_root(comm, refuse_seismic, case)
@@ -206,6 +209,13 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     on_root(comm, _refuse_own_input, case, output)
     report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
     return push(case, segmented, output, resume, comm, report)
+
+
+def _resumed(case: Case, output: Path) -> Case:
+    """Return the case with all models to be gone on with. Raises CaseError where the folder holds another run."""
+    case = with_finished(case, output)
+    refuse_another_run(case, check(case).wall, output)
+    return case
 
 
 def push(
@@ -219,7 +229,7 @@ def push(
     if resume:
         segmented = on_root(comm, left_off, case, segmented, output)
     with on_root_while(comm, locked(output), storage.logging_to(output / "run.log")):
-        on_root(comm, sweep, output)
+        on_root(comm, sweep, output, output / "figures")
         if not resume:
             on_root(comm, storage.clear, output, (case.file, case.block_file))
         report(StageBegun("pictures", "wall, mechanism and macroblocks"))

@@ -15,6 +15,7 @@ from rich.console import Console
 
 from orchestrator import storage
 from orchestrator.app.terminal import shown
+from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.installed import refuse_missing
 from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
@@ -115,7 +116,7 @@ def report(options: argparse.Namespace, console: Console) -> int:
     from orchestrator.app import driver, load_case_runs
 
     rebuild = load_case_runs.rebuild if load_case_runs.are_in(options.run) else driver.rebuild_report
-    with shown(console, "report", "pictures and pages"):
+    with locked(*[options.run][: options.run.is_dir()]), shown(console, "report", "pictures and pages"):
         page = rebuild(options.run)
     console.print(str(page), soft_wrap=True, markup=False)
     return 0

@@ -100,24 +100,30 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, repo
     """
     assemblage = on_root(comm, check, case)
     runs = [LoadCaseRun(name, one, output / name, resume) for name, one in each(case).items()]
-    if not resume:
-        on_root(comm, storage.clear, output, (case.file, case.block_file))
     if comm is not None and comm.size > 1:
         pushover_run.start_finite_elements()
         if not _is_large(case, assemblage):
-            return _spread(case, runs, output, comm, report)
+            return _spread(case, runs, output, resume, comm, report)
     with on_root_while(comm, locked(output)):
+        on_root(comm, _begin, case, output, resume)
         done = [compute(one, comm, _named(report, one.name)) for one in runs]
         report(StageBegun("report", "all load cases"))
         return on_root(comm, _collected, case, runs, done, output)
 
 
+def _begin(case: Case, output: Path, resume: bool) -> None:
+    """Remove the results of an earlier run from the folder, which is held, unless it is gone on with."""
+    if not resume:
+        storage.clear(output, (case.file, case.block_file))
+
+
 def _spread(
-    case: Case, runs: list[LoadCaseRun], output: Path, comm: MPI.Intracomm, report: Report
+    case: Case, runs: list[LoadCaseRun], output: Path, resume: bool, comm: MPI.Intracomm, report: Report
 ) -> LoadCasesOutcome | None:
     with workers_into(output, comm) as spread:
         if spread is None:
             return None
+        _begin(case, output, resume)
         outcomes: dict[str, Outcome] = {}
         for name, outcome in spread(_compute_alone, runs):
             outcomes[name] = outcome

@@ -21,8 +21,16 @@ from orchestrator.app.broken_off import SolverSettings, located, place
 from orchestrator.app.progress import IncrementDone, Report
 from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.basis.arrays import read_only
-from orchestrator.basis.errors import CaseError, CollapseError, ConvergenceError, ResultError, refuse_other_kind
+from orchestrator.basis.errors import (
+    CaseError,
+    CollapseError,
+    ConvergenceError,
+    ResultError,
+    refuse_other_kind,
+    require_kinds,
+)
 from orchestrator.basis.parallel import this_rank
+from orchestrator.basis.threads import in_turn
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.paper.limit_state import refuse_other_analysis
 from orchestrator.loads import LoadSettings, loads_on
@@ -55,6 +63,7 @@ class Pushed:
     complaints: tuple[ConvergenceError | ResultError, ...]
 
 
+@in_turn
 def push(
     assemblage: Assemblage,
     analysis: LimitAnalysis,
@@ -77,6 +86,8 @@ def push(
     no known law, ConvergenceError where there is no curve; a curve that breaks off or is not valid is returned with its
     `complaints`.
     """
+    needed = {"assemblage": (assemblage, Assemblage), "analysis": (analysis, LimitAnalysis)}
+    require_kinds("write push(assemblage, analysis, partition, load)", **needed, partition=(partition, Partition))
     refuse_other_kind("load", load, LoadSettings, "give `push` the LoadSettings that loads_on(wall, load) was given")
     load, elastic, contact = load or LoadSettings(), elastic or ElasticSettings(), contact or ContactSettings()
     _refuse_other_loads(assemblage, analysis, load)

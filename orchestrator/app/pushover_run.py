@@ -171,12 +171,12 @@ def _opened(store: storage.StateStore, resume: bool) -> Increment | None:
 
 
 def _fingerprint(case: Case, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> str:
-    """Return a hash of everything that an increment depends on: identity of the run, bodies, and their meshes."""
-    total = hashlib.sha256(identity(case, wall).encode())
+    """Return hashes of everything that an increment depends on: identity of the run; bodies, and their meshes."""
+    total = hashlib.sha256()
     for array in (meshes.nodes, meshes.tetrahedra, bodies.interfaces.start, bodies.interfaces.end):
         total.update(array.tobytes())
     total.update(repr([body.parts for body in bodies.bodies]).encode())
-    return total.hexdigest()
+    return f"{identity(case, wall)} {total.hexdigest()}"
 
 
 def _folded(

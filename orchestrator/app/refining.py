@@ -26,11 +26,16 @@ from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, sto
 from orchestrator.macroblocks.refinement import Borne, finer, is_enough, remarked
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import idle_ties
-from orchestrator.settings.case import Case, ModelName
+from orchestrator.masonry.wall import Wall
+from orchestrator.settings.case import Case, ModelName, RunSettings
 from orchestrator.storage import StateStore
+from orchestrator.storage.identity import identity
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+MODELS: tuple[ModelName, ...] = ("macro", "micro")
+"""in the order in which a run pushes both"""
 
 logger = logging.getLogger(__name__)
 
@@ -102,6 +107,19 @@ def push_segmented(
     before, now = (idle_ties(wall, case.reinforcement.ties, p.body_of_block) for p in (chosen, partition))
     remarks = [remark for remark in partition.remarks if remark not in before]
     return segmented.divided(replace(partition, remarks=(*remarks, *now))), done
+
+
+def with_finished(case: Case, output: Path) -> Case:
+    """Return the case with the models too that `output` holds finished: their results are as good as before."""
+    models = case.run.models
+    wanted = [name for name in MODELS if name in models or (output / name / "curve.csv").is_file()]
+    return case if set(wanted) == set(models) else replace(case, run=RunSettings(tuple(wanted)))
+
+
+def refuse_another_run(case: Case, wall: Wall, output: Path) -> None:
+    """Raise CaseError where `output` holds increments of another wall, case or program, without an analysis."""
+    for model in case.run.models:
+        StateStore(output / model, "").refuse_others(identity(case, wall))
 
 
 def left_off(case: Case, segmented: Segmented, output: Path) -> Segmented:

@@ -29,8 +29,8 @@ from orchestrator.space.loads import SpaceLoads, loads_on
 from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
 from orchestrator.space.ties import with_ties
 from orchestrator.space.wall import check_wall
+from orchestrator.storage.clearing import clear
 from orchestrator.storage.files import plain, write_json
-from orchestrator.storage.outputs import clear
 
 LISTED_JOINTS = 5
 """ignored joints that are named"""

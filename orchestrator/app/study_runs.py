@@ -21,7 +21,7 @@ from orchestrator import storage
 from orchestrator.app import driver, pushover_run
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.segmented import Segmented
-from orchestrator.basis.atomic_files import TEMPORARY
+from orchestrator.basis.atomic_files import MARK, TEMPORARY
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.parallel import Spread, workers_into
 from orchestrator.basis.printed import printed
@@ -126,7 +126,7 @@ def _digest(case: Case, wall: Wall, partition: Partition) -> str:
 
 def compute(run: PartitionRun) -> str:
     """Compute one run into its folder, whole or not at all; return what happened in a few words."""
-    temporary = run.folder.with_name(f".{run.folder.name}{TEMPORARY}")
+    temporary = run.folder.with_name(f".{run.folder.name}.{MARK}{TEMPORARY}")
     shutil.rmtree(temporary, ignore_errors=True)
     try:
         outcome = driver.push(run.case, run.segmented, temporary, False, None, lambda event: None)

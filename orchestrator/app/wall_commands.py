@@ -17,7 +17,9 @@ from rich.console import Console
 from orchestrator import storage
 from orchestrator.app import case_check, driver, load_case_runs
 from orchestrator.app.terminal import Reporter, shown
+from orchestrator.assessment.seismic.settings import without_verification
 from orchestrator.assessment.seismic.verification_record import notes, verdict
+from orchestrator.basis.atomic_files import is_locked, locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.basis.parallel import is_root, on_root
 from orchestrator.masonry.sources.drawing import implausible
@@ -34,7 +36,8 @@ def check(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
     """Print and draw what a case holds; return the exit code."""
     output = _output(options)
     storage.try_folder(output)
-    picture = "checked" if storage.holds_run(output) else "blocks"  # a run's picture is of the wall that it was given
+    of_a_run = storage.holds_run(output) or is_locked(output)
+    picture = "checked" if of_a_run else "blocks"  # a run's picture is of the wall that it was given
     return case_check.check(case, str(options.case), output / "figures" / picture, console)
 
 
@@ -44,7 +47,7 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
     if options.settle is not None:
         if options.json:
             raise CaseError("--json", "does not go with --settle", "leave one of them out")
-        if not math.isfinite(options.settle_angle):
+        if not math.isfinite(_settle_angle(options)):
             raise CaseError("--settle-angle", f"{options.settle_angle} is not a number", "give degrees from +x")
         storage.try_folder(output)
         return _settle(options, case, output, console)
@@ -54,6 +57,12 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
         print(json.dumps(records.get("", records), indent=1))
         return 0
     _try_output(options, case, output)
+    with locked(*_folders(case, output)):
+        _limit(options, case, output, console)
+    return 0
+
+
+def _limit(options: argparse.Namespace, case: Case, output: Path, console: Console) -> None:
     answers = []
     for number, (name, one) in enumerate(load_case_runs.each(case).items()):
         with Reporter(console):
@@ -71,23 +80,34 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
         console.print(f"mechanism: {picture}", soft_wrap=True)
     if len(answers) > 1:
         console.print(sentence(verdict_on(case.name, answers)), soft_wrap=True, markup=False)
-    return 0
 
 
 def _settle(options: argparse.Namespace, case: Case, output: Path, console: Console) -> int:
-    state, picture = driver.settlement(case, options.settle, math.radians(options.settle_angle), output)
+    angle = _settle_angle(options)
+    state, picture = driver.settlement(case, options.settle, math.radians(angle), output)
     console.print(
-        f"support {options.settle} gives way at {options.settle_angle:g} degrees: "
+        f"support {options.settle} gives way at {angle:g} degrees: "
         f"least reaction {-state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
         soft_wrap=True,
     )
     return 0
 
 
+def _settle_angle(options: argparse.Namespace) -> float:
+    """Return where a support moves to, in degrees from +x: as asked, else downwards."""
+    return -90.0 if options.settle_angle is None else options.settle_angle
+
+
 def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: Console) -> int:
     """Find the macroblocks; return the exit code."""
     output = _output(options)
     _try_output(options, case, output)
+    with locked(*_folders(case, output)):
+        _segment(options, case, output, console)
+    return 0
+
+
+def _segment(options: argparse.Namespace, case: Case, output: Path, console: Console) -> None:
     for number, (name, one) in enumerate(load_case_runs.each(case).items()):
         with Reporter(console):
             segmented = driver.segment(one)
@@ -102,7 +122,6 @@ def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console
         with shown(console, "pictures", "macroblocks and mechanism"):
             pictures = driver.draw_macroblocks(one, segmented, output / name)
         console.print(f"macroblocks: {pictures[0]}; mechanism: {pictures[1]}", soft_wrap=True)
-    return 0
 
 
 def run(options: argparse.Namespace, case: Case, comm: MPI.Intracomm | None, console: Console) -> int:
@@ -114,6 +133,8 @@ def run(options: argparse.Namespace, case: Case, comm: MPI.Intracomm | None, con
     if not (options.resume or options.force):
         on_root(comm, storage.refuse_overwriting_run, output)
     logging.getLogger("orchestrator").propagate = False  # run.log has it
+    for remark in without_verification(case.seismic):
+        console.print(remark, soft_wrap=True, markup=False)
     if case.load.cases:
         return _run_load_cases(options, case, output, comm, console)
     with Reporter(console) as report:
@@ -174,8 +195,13 @@ def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:
 def _try_output(options: argparse.Namespace, case: Case, output: Path) -> None:
     """Raise OSError or CaseError for a folder that takes no files, or has those of a finished run."""
     storage.try_folder(output)
-    for folder in () if options.force else (output, *(output / name for name in load_case_runs.each(case))):
+    for folder in () if options.force else _folders(case, output):
         storage.refuse_overwriting_run(folder, resumable=False)
+
+
+def _folders(case: Case, output: Path) -> tuple[Path, ...]:
+    """Return the folders that limit and segment write into."""
+    return (output, *(output / name for name in load_case_runs.each(case)))
 
 
 def _output(options: argparse.Namespace) -> Path:

@@ -11,16 +11,22 @@ import fcntl
 import hashlib
 import logging
 import os
+import re
+import secrets
 import shutil
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from orchestrator.basis.errors import CaseError
 
+MARK = "orchestrator"
+"""what no other program puts into the names of its temporary files"""
 TEMPORARY = ".tmp"
-"""suffix of files being written; whatever carries it was left by a killed run and may be deleted"""
+"""suffix of files and folders being written, after the mark"""
+HALF_WRITTEN = re.compile(rf"\..+\.{MARK}-[0-9a-f]{{8}}{re.escape(TEMPORARY)}")
+"""names that `replacing` writes under; where no run is at work a killed one has left them"""
 LOCK = ".lock"
 """name of the file that says which process a run folder belongs to"""
 DIGEST = 32
@@ -37,7 +43,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
     Makes the folder. Raises OSError naming `path` (full disk, read-only folder); an older `path` is then untouched.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{TEMPORARY}")
+    temporary = path.with_name(f".{path.name}.{MARK}-{secrets.token_hex(4)}{TEMPORARY}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
@@ -55,8 +61,8 @@ def replacing(path: Path) -> Iterator[Path]:
 
 def naming_file(error: OSError, path: Path) -> OSError:
     """Return the error with a file name: a full disk does not say which file it had no room for."""
-    known = error.errno is not None and error.filename is not None and TEMPORARY not in str(error.filename)
-    if known:
+    named = error.errno is not None and error.filename is not None
+    if named and not HALF_WRITTEN.fullmatch(Path(str(error.filename)).name):
         return error
     number = error.errno or errno.EIO
     return OSError(number, os.strerror(number) if error.errno else str(error).splitlines()[0], str(path))
@@ -115,32 +121,67 @@ def _digest(path: Path, size: int) -> bytes:
     return total.digest()
 
 
-def sweep(folder: Path) -> None:
-    """Delete what killed runs left half-written in a folder that belongs to this run."""
-    for path in folder.rglob(f".*{TEMPORARY}"):
-        if path.is_dir():
-            shutil.rmtree(path, ignore_errors=True)
-        else:
-            _remove(path)
+def sweep(*folders: Path) -> None:
+    """Delete the files that killed runs left half-written directly in folders that this run writes into.
+
+    Nothing in folders below them, nothing behind a link, and nothing of a name that `replacing` does not give.
+    """
+    for folder in folders:
+        if folder.is_symlink() or not folder.is_dir():
+            continue
+        for path in folder.iterdir():
+            if HALF_WRITTEN.fullmatch(path.name) and path.is_file() and not path.is_symlink():
+                _remove(path)
+
+
+def remove_if_empty(folder: Path) -> None:
+    """Remove a folder that nothing is in any more; a link to one stays."""
+    with suppress(OSError):  # files of others are in it, or it is gone
+        folder.rmdir()
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Hold `folder` (made if need be) for this process alone. Raises CaseError if a living process holds it."""
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / LOCK
-    descriptor = _taken(path)
-    try:
+def locked(*folders: Path) -> Iterator[None]:
+    """Hold folders (made if need be) for this process alone. Raises CaseError if a living process holds one.
+
+    Those that were made go again where nothing has come to be in them.
+    """
+    with ExitStack() as held:
+        for folder in dict.fromkeys(folders):
+            held.enter_context(_locked(folder))
         yield
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    made = [one for one in (folder, *folder.parents) if not one.exists()]
+    try:
+        descriptor = _taken(folder / LOCK)
+        try:
+            yield
+        finally:
+            _remove(folder / LOCK)
+            os.close(descriptor)
     finally:
-        _remove(path)
-        os.close(descriptor)
+        for one in made:
+            remove_if_empty(one)
+
+
+def is_locked(folder: Path) -> bool:
+    """Return whether a process may be holding a folder: one does, or was killed while it did."""
+    return (folder / LOCK).exists()
 
 
 def _taken(path: Path) -> int:
-    """Return the descriptor of the locked file; the lock ends with it."""
+    """Return the descriptor of the locked file, in a folder that is made if need be; the lock ends with it."""
     while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        except FileNotFoundError:
+            if path.parent.exists():  # a link that leads nowhere
+                raise
+            continue  # another process had made the folder, and has removed it in between
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

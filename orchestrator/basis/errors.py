@@ -29,8 +29,18 @@ class CaseError(Exception):
 
 def refuse_other_kind(argument: str, value: object, kind: type, remedy: str) -> None:
     """Raise CaseError for an argument of a function that is of another kind than it takes; None is one left out."""
-    if value is not None and not isinstance(value, kind):
-        raise CaseError(argument, f"{type(value).__name__} was given, {kind.__name__} is expected", remedy)
+    if value is not None:
+        require_kinds(remedy, **{argument: (value, kind)})
+
+
+def require_kinds(remedy: str, **given: tuple[object, type]) -> None:
+    """Raise CaseError for the first argument, of those that cannot be left out, that is of another kind than it takes.
+
+    given: by the name of the argument, what was given and the kind.
+    """
+    for argument, (value, kind) in given.items():
+        if not isinstance(value, kind):
+            raise CaseError(argument, f"{type(value).__name__} was given, {kind.__name__} is expected", remedy)
 
 
 @contextmanager

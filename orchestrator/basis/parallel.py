@@ -25,6 +25,8 @@ P = ParamSpec("P")
 T = TypeVar("T")
 Spread = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 """what calls a function for every value, in any order"""
+RANK = ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK")
+"""variables in which mpirun and srun tell a process its rank"""
 
 
 def all_ranks() -> MPI.Intracomm | None:
@@ -45,8 +47,12 @@ def this_rank() -> MPI.Comm:
 
 def started_as_rank() -> int:
     """Return the rank that mpirun or srun gave this process, 0 without either. Does not start MPI."""
-    variables = ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK")
-    return next((int(os.environ[name]) for name in variables if name in os.environ), 0)
+    return next((int(os.environ[name]) for name in RANK if name in os.environ), 0)
+
+
+def started_by_launcher() -> bool:
+    """Return whether mpirun or srun has started this process, be it alone. Does not start MPI."""
+    return any(name in os.environ for name in RANK)
 
 
 class Ending:

@@ -23,7 +23,7 @@ from annotated_types import Ge, Le, MinLen
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.checked import Checked
-from orchestrator.basis.errors import CaseError
+from orchestrator.basis.errors import CaseError, require_kinds
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.rigid import cross
 from orchestrator.loads.dead_loads import (
@@ -178,7 +178,9 @@ def upright_resultant(live: FloatArray) -> float | None:
 
 def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
     """Return the loads on a wall: by default its weight, and the same forces along x. Raises CaseError."""
-    settings = settings or LoadSettings()
+    settings = LoadSettings() if settings is None else settings
+    remedy = "write loads_on(assemblage.wall, LoadSettings())"
+    require_kinds(remedy, wall=(wall, Wall), settings=(settings, LoadSettings))
     live = live_loads(wall, settings)
     parts = (np.outer(live.size, part) for part in np.diag(settings.vector))
     sideways, upwards = (_on_blocks(wall, live.block, live.point, part) for part in parts)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, IntArray, read_only
+from orchestrator.basis.arrays import FloatArray, IntArray, frozen, read_only
 from orchestrator.basis.graphs import connected_groups
 
 STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength", "normal_stiffness", "shear_stiffness")
@@ -60,7 +60,7 @@ class Interfaces:
     @property
     def is_tie(self) -> npt.NDArray[np.bool_]:
         """Which of them are ties in space (k,)."""
-        return np.isfinite(self.capacity)
+        return frozen(np.isfinite(self.capacity))
 
     @property
     def start(self) -> FloatArray:
@@ -80,7 +80,7 @@ class Interfaces:
     @property
     def length(self) -> FloatArray:
         """Lengths (k,) in m of those in the plane."""
-        return np.linalg.norm(self.end - self.start, axis=1)
+        return frozen(np.linalg.norm(self.end - self.start, axis=1))
 
     @property
     def pairs(self) -> list[tuple[int, int]]:

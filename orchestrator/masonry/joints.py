@@ -13,7 +13,7 @@ from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray, fingerprint, read_only
 from orchestrator.basis.checked import Checked
-from orchestrator.basis.errors import CaseError
+from orchestrator.basis.errors import CaseError, require_kinds
 from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import VISIBLE
@@ -82,6 +82,8 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
     Joints are sorted by block i, block j and position along block i's outline; two supports have none. Raises CaseError
     for what is no wall (`check_wall`).
     """
+    remedy = "write find_joints(wall, JointSettings()), with a wall as read_blocks(path) returns it"
+    require_kinds(remedy, wall=(wall, Wall), settings=(settings, JointSettings))
     check_wall(wall, settings.tolerance)
     try:
         outlines = planar_map([block.polygon for block in wall.blocks], settings.tolerance)
@@ -210,6 +212,7 @@ def blocks_without_support(assemblage: Assemblage) -> IntArray:
 
 def check_assemblage(assemblage: Assemblage) -> None:
     """Raise CaseError for a block that no chain of joints connects to a support, and say how far its neighbours are."""
+    require_kinds("write check_assemblage(find_joints(wall, settings))", assemblage=(assemblage, Assemblage))
     blocks, apart = assemblage.wall.blocks, blocks_without_support(assemblage)
     if not len(apart):
         return

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from orchestrator.basis.arrays import FloatArray
-from orchestrator.basis.errors import CaseError
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.errors import CaseError, require_kinds
 from orchestrator.basis.printed import millimetres
 
 GRAVITY = 9.81
@@ -44,6 +44,11 @@ class Block:
     elastic_modulus: float | None = None
     poisson_ratio: float | None = None
 
+    def __post_init__(self) -> None:
+        polygon = self.polygon
+        if isinstance(polygon, np.ndarray) and polygon.flags.writeable:  # what is no array `check_wall` refuses
+            object.__setattr__(self, "polygon", read_only(polygon, polygon.dtype))
+
 
 @dataclass(frozen=True, slots=True)
 class MortarGap:
@@ -72,6 +77,7 @@ def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:
     Two blocks overlap when they share more than a strip of width `tolerance` (m) along the shorter outline; less is the
     rounding of a drawing.
     """
+    require_kinds("write check_wall(read_blocks(path))", wall=(wall, Wall))
     check_blocks(wall, tolerance)
     refuse_overlaps(wall, tolerance)
 

@@ -1,3 +1,4 @@
+from .clearing import clear, remove_picture
 from .files import (
     hash_file,
     logging_to,
@@ -11,7 +12,7 @@ from .files import (
 from .force_tables import write_forces, write_rigid_curve
 from .model_geometry import ContactPlaces, read_geometry, write_geometry
 from .notes import reasons, remarks
-from .outputs import clear, holds_run, refuse_overwriting_run, refuse_run, try_file, try_folder
+from .outputs import holds_run, refuse_overwriting_run, refuse_run, try_file, try_folder
 from .paraview import stress_and_pressure, write_paraview
 from .reading import read_limit_analysis, read_macroblocks
 from .stored_increments import IN_MEMORY, StateStore, load_increments
@@ -67,6 +68,7 @@ __all__ = [
     "refuse_overwriting_run",
     "refuse_run",
     "remarks",
+    "remove_picture",
     "stress_and_pressure",
     "summarise",
     "try_file",

@@ -13,9 +13,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import os
 import re
-import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, fields
@@ -25,12 +23,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from orchestrator.basis.atomic_files import (
-    TEMPORARY,
+    remove_if_empty,
     replacing,
     require_room,
     require_seal,
     seal,
     sealed,
+    sweep,
     unsealed,
     write_bytes,
 )
@@ -65,11 +64,7 @@ class StateStore:
     def clear(self) -> None:
         """Forget all stored increments. Killed half-way it leaves either all of an earlier run or its beginning."""
         self._kept.clear()
-        self._sweep()
-        if self._parts.exists():
-            doomed = self._parts.with_name(f".{STATES_FOLDER}.{os.getpid()}{TEMPORARY}")
-            os.replace(self._parts, doomed)
-            shutil.rmtree(doomed)
+        self._remove_single()
         (self.folder / STATES_FILE).unlink(missing_ok=True)
 
     def append(self, increment: Increment) -> None:
@@ -106,6 +101,12 @@ class StateStore:
         numbers = self.numbers()
         return self.read(numbers[-1]) if numbers else None
 
+    def refuse_others(self, beginning: str) -> None:
+        """Raise CaseError where the last increment is of a model whose fingerprint does not begin like this."""
+        for number, file, path in self._files(self.numbers()[-1:]):
+            if not str(file[_name(number)].attrs["fingerprint"]).startswith(beginning):
+                raise _stranger(path, number)
+
     def assemble(self) -> Path:
         """Gather everything in states.h5 and return its path; the single files are deleted once it is on the disk."""
         path = self.folder / STATES_FILE
@@ -120,8 +121,7 @@ class StateStore:
                     for number, source, _ in self._files(numbers):
                         source.copy(_name(number), target)
                 seal(temporary)
-        self._sweep()
-        shutil.rmtree(self._parts, ignore_errors=True)
+        self._remove_single()
         return path
 
     def _keep(self, increment: Increment) -> None:
@@ -137,9 +137,7 @@ class StateStore:
             try:
                 increment = _read(file[_name(number)], self.fingerprint)
             except _OtherModelError:
-                problem = "was stored by another model (wall, mesh or settings differ)"
-                remedy = "run without --resume or into another folder"
-                raise CaseError(f"increment {number}", problem, remedy, str(path)) from None
+                raise _stranger(path, number) from None
             except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
                 raise _damaged(path, f"increment {number}") from error
             self._keep(increment)
@@ -176,10 +174,12 @@ class StateStore:
         with _opened(path) as file:
             return [int(name) for name in file]
 
-    def _sweep(self) -> None:
-        """Delete what killed runs left half-written."""
-        for path in [*self.folder.glob(f".*{TEMPORARY}"), *self._parts.glob(f".*{TEMPORARY}")]:
-            shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+    def _remove_single(self) -> None:
+        """Delete the single files, the last one first, and what killed runs left half-written; nothing else."""
+        sweep(self.folder, self._parts)
+        for path in reversed(self._single()):
+            path.unlink(missing_ok=True)
+        remove_if_empty(self._parts)
 
 
 def load_increments(folder: Path, fingerprint: str) -> list[Increment]:
@@ -200,6 +200,11 @@ def _opened(path: Path) -> h5py.File:
         return hdf5_file(path, "r")
     except (OSError, ValueError) as error:
         raise _damaged(path, "") from error
+
+
+def _stranger(path: Path, number: int) -> CaseError:
+    problem = "was stored by another model (wall, mesh or settings differ)"
+    return CaseError(f"increment {number}", problem, "run without --resume or into another folder", str(path))
 
 
 def _damaged(path: Path, key: str) -> CaseError:

@@ -16,11 +16,15 @@ import orchestrator
 from orchestrator import (  # fmt: skip
     CaseError,
     DeadLoad,
+    JointSettings,
     LoadSettings,
     MacroblockSettings,
     MeshSettings,
     SteppingSettings,
     analyse,
+    check_assemblage,
+    check_wall,
+    find_joints,
     loads_on,
     macroblocks_of,
     make_bodies,
@@ -29,6 +33,7 @@ from orchestrator import (  # fmt: skip
     plot_curves,
     plot_macroblocks,
     push,
+    read_blocks,
     read_case,
     read_run,
 )
@@ -52,6 +57,10 @@ def imported_by(statement):
     program = f"{statement}\nimport sys\nprint(*[name for name in {HEAVY} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     return done.stdout.split()
+
+
+def test_nothing_but_public_names_is_listed():
+    assert [name for name in dir(orchestrator) if not name.startswith("_")] == orchestrator.__all__
 
 
 @pytest.mark.parametrize("name", orchestrator.__all__)
@@ -247,3 +256,26 @@ def test_push_follows_the_curve_that_run_stores_and_read_run_reads(tmp_path):
     said = [line.get_label() for line in figure.axes[0].lines]
     assert any(f"λ = {pushed.capacity.peak_multiplier:.4f}" in text for text in said)
     assert plot_macroblocks(stored.assemblage, stored.partition).axes
+
+
+def test_arguments_of_another_kind_are_told_in_one_line():
+    """Not by an AttributeError of whatever they lack."""
+    assemblage = find_joints(read_blocks(TOWER), JointSettings())
+    wall, settings = assemblage.wall, JointSettings()
+    analysis, stones = analyse(assemblage), one_body_per_block(assemblage)
+    told = {
+        "wall: Assemblage was given, Wall is expected; ": lambda: find_joints(assemblage, settings),
+        "wall: NoneType was given, Wall is expected; ": lambda: find_joints(None, settings),
+        "settings: dict was given, JointSettings is expected; ": lambda: find_joints(wall, {}),
+        "wall: str was given, Wall is expected; ": lambda: check_wall("wall.json"),
+        "assemblage: Wall was given, Assemblage is expected; ": lambda: check_assemblage(wall),
+        "wall: Assemblage was given, Wall is expected; write loads_on": lambda: loads_on(assemblage),
+        "settings: str was given, LoadSettings is expected; ": lambda: loads_on(wall, "+x"),
+        "assemblage: str was given, Assemblage is expected; ": lambda: push("a", "b", "c"),
+        "analysis: Partition was given, LimitAnalysis is expected; ": lambda: push(assemblage, stones, analysis),
+        "partition: NoneType was given, Partition is expected; ": lambda: push(assemblage, analysis, None),
+    }
+    for said, call in told.items():
+        with pytest.raises(CaseError, match=re.escape(said)) as caught:
+            call()
+        assert "\n" not in str(caught.value)

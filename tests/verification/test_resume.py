@@ -61,14 +61,16 @@ def test_resumed_curve_is_the_uninterrupted_one(whole, tmp_path):
         assert first[:5] == pytest.approx(second[:5], rel=1e-10, abs=1e-9)
 
 
-def test_resume_with_another_wall_is_refused_and_nothing_is_lost(tmp_path):
+def test_resume_with_another_wall_is_refused_at_once_and_nothing_is_lost(tmp_path, monkeypatch):
     with pytest.raises(Killed):
         run(tmp_path, killed_after=5)
     stored = sorted((tmp_path / "micro" / "states").glob("*.h5"))
     assert len(stored) == 5
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    with pytest.raises(CaseError, match=r"another model.*without --resume"):
-        run(tmp_path, resume=True, load=case.LoadSettings("-x"))
+    with monkeypatch.context() as patched:
+        patched.setattr(driver, "segment", lambda _: pytest.fail("limit analysis is done before the refusal"))
+        with pytest.raises(CaseError, match=r"another model.*without --resume"):
+            run(tmp_path, resume=True, load=case.LoadSettings("-x"))
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
     assert set(stored) <= set(before)
 
@@ -79,14 +81,21 @@ def test_a_run_over_an_earlier_one_leaves_nothing_of_it_and_can_be_resumed(tmp_p
     run(old)
     (old / "notes.txt").write_text("of the user")
     (old / "figures" / "photo.png").write_text("of the user")
-    for stale in ("report.html", "verdict.csv", "figures/sheet.png", "figures/sheet.svg", "macro/curve.csv"):
+    for stale in ("report.html", "verdict.csv", "figures/bilinear.png", "figures/bilinear.svg", "macro/curve.csv"):
         (old / stale).parent.mkdir(exist_ok=True)
         (old / stale).write_text("stale")
     other = replace(case.read(DATA / "tower_5_blocks.json"), run=micro_case().run)
     with pytest.raises(Killed):
         driver.run(other, old, False, None, killing(4))
     assert len([*(old / "micro" / "states").glob("*.h5")]) == 4
-    for stale in ("macro", "report.html", "verdict.csv", "summary.json", "figures/sheet.png", "figures/sheet.svg"):
+    for stale in (
+        "macro",
+        "report.html",
+        "verdict.csv",
+        "summary.json",
+        "figures/bilinear.png",
+        "figures/bilinear.svg",
+    ):
         assert not (old / stale).exists()
     assert (old / "notes.txt").read_text() == (old / "figures" / "photo.png").read_text() == "of the user"
     outcome = driver.run(other, old, True, None, lambda event: None)
@@ -102,3 +111,37 @@ def test_what_does_not_fit_into_the_memory_is_refused_before_anything_is_written
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
     _, said = load_case_runs.examine(replace(micro_case(), mesh=replace(micro_case().mesh, size=1e-4)))
     assert any("run does not: " in one and "mesh.size" in one for one in said)
+
+
+def both_models(folder, resume=False, killed_after=None, models=("macro", "micro"), displacement=1e-3, **changes):
+    """Run a tower, killed after an increment of micro-FE (None: never); return the summary."""
+
+    def report(event):
+        if isinstance(event, IncrementDone) and (event.model, event.increment.number) == ("micro", killed_after):
+            raise Killed
+
+    tower = case.read(DATA / "tower_5_blocks.json", [f"stepping.final_displacement={displacement}"])
+    chosen = replace(tower, run=case.RunSettings(models), **changes)
+    return driver.run(chosen, folder, resume, None, report).summary
+
+
+def test_a_finished_model_is_carried_on_where_the_other_one_is_resumed(tmp_path):
+    """Both have a folder, so both have their place in the summary."""
+    before = both_models(tmp_path).pushover
+    for one in ("macro", "micro"):
+        after = both_models(tmp_path, resume=True, models=(one,)).pushover
+        assert [pushed.model for pushed in after] == ["macro", "micro"]
+        assert [pushed.peak_multiplier for pushed in after] == [pushed.peak_multiplier for pushed in before]
+    assert case.read(tmp_path / "case.toml").run.models == ("macro", "micro")
+    with pytest.raises(CaseError, match=r"another model.*without --resume"):
+        both_models(tmp_path, resume=True, models=("macro",), load=case.LoadSettings("-x"))
+
+
+def test_a_model_that_was_stopped_is_gone_on_with_only_when_it_is_asked_for(tmp_path):
+    with pytest.raises(Killed):
+        both_models(tmp_path, killed_after=4)
+    assert [pushed.model for pushed in both_models(tmp_path, resume=True, models=("macro",)).pushover] == ["macro"]
+    left = sorted((tmp_path / "micro" / "states").glob("*.h5"))
+    assert len(left) == 4
+    both = both_models(tmp_path, resume=True, models=("micro",))
+    assert [pushed.model for pushed in both.pushover] == ["macro", "micro"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import inf
 from typing import Annotated, Literal, get_args
 
@@ -147,6 +147,21 @@ def refuse_unread(settings: SeismicSettings) -> None:
             readers = " or ".join(repr(spectrum) for spectrum, names in READS.items() if name in names)
             remedy = f"leave it out, or give spectrum = {readers}, which reads it"
             raise CaseError(key, f"the spectrum {settings.spectrum!r} does not read it", remedy)
+
+
+def without_verification(settings: SeismicSettings) -> list[str]:
+    """Return a warning about settings of a verification that is not made, or none."""
+    if settings.peak_ground_acceleration is not None or settings.limit_states:
+        return []
+    default = SeismicSettings()
+    changed = (one.name for one in fields(default) if getattr(settings, one.name) != getattr(default, one.name))
+    given = [f"seismic.{name}" for name in changed]
+    if not given:
+        return []
+    return [
+        f"WARNING: {', '.join(given)}: not read, as no verification is made without a ground acceleration; give "
+        'seismic.peak_ground_acceleration, as in "0.15 g"'
+    ]
 
 
 def known_states(spectrum: Spectra) -> tuple[LimitStateName, ...]:

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from orchestrator.app import cli, driver
+from orchestrator.app import cli, driver, load_case_runs
 from orchestrator.basis.errors import ConvergenceError, ResultError
 from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
 from tests.support.paths import DATA
@@ -101,3 +101,40 @@ def test_interruption_is_one_line(monkeypatch, capsys, command, remedy):
     monkeypatch.setattr(driver, "limit", interrupted)
     assert cli.main([command, TOWER]) == 130
     assert capsys.readouterr().err == f"interrupted{remedy}\n"
+
+
+def test_options_that_contradict_each_other_are_refused(tmp_path, capsys):
+    assert cli.main(["run", TOWER, "--resume", "--force", "--output", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("--resume: does not go with --force, ")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("setting", ["load.direction=+x", "load.direction=+z"])
+def test_an_angle_without_a_settlement_is_refused(tmp_path, capsys, setting):
+    command = ["limit", TOWER, "--set", setting, "--settle-angle", "30", "--output", str(tmp_path)]
+    assert cli.main(command) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == "--settle-angle: is of a settlement, and there is none; give --settle ID with it"
+    assert list(tmp_path.iterdir()) == []
+
+
+SEISMIC = ("seismic.ground=B", "seismic.damping=0.04")
+
+
+@pytest.mark.parametrize("cases", [[], ["--set", "load.cases=[{name='push', direction='+x'}]"]])
+def test_a_verification_that_is_not_made_is_said(monkeypatch, tmp_path, capsys, cases):
+    """Without any ground acceleration there is none, whatever else is asked of it."""
+    settings = [word for one in SEISMIC for word in ("--set", one)]
+    assert cli.main(["check", TOWER, *settings, *cases, "--output", str(tmp_path / "look")]) == 0
+    said = "seismic.ground, seismic.damping: not read, as no verification is made without a ground acceleration"
+    printed = capsys.readouterr().out
+    assert printed.count(said) == 1
+    assert "see the warnings above" in printed
+    limit = LimitSummary(0.1, None, None, 1, False, 0.0, 0.1, 0.1)
+    record = Summary("x", WallSummary(1, 1, 1.0, 1.0, 1.0), limit, None, ())
+    monkeypatch.setattr(driver, "run", lambda *arguments: driver.Outcome(record, ()))
+    monkeypatch.setattr(load_case_runs, "run", lambda *arguments: None)
+    for given, times in ((settings, 1), ([], 0), ([*settings, "--set", "seismic.peak_ground_acceleration=0.1 g"], 0)):
+        assert cli.main(["run", TOWER, *given, *cases, "--output", str(tmp_path / "run")]) == 0
+        assert capsys.readouterr().out.count(said) == times

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from time import monotonic
 
 import pytest
 
 from orchestrator.basis.parallel import is_root, on_root
-from tests.support.paths import DATA
+from tests.support.paths import DATA, PROJECT
 from tests.support.ranks import on_ranks
 
 TOWER = str(DATA / "tower_5_blocks.json")
@@ -95,3 +97,39 @@ def test_what_one_rank_does_alone_ends_all_within_seconds_with_one_message(kind,
     assert monotonic() - began < 45, "of which 5 s waiting for the other rank; else it would never end"
     assert (done.returncode, done.stderr.count(said)) == (code, 1), done.stderr
     assert not (tmp_path / "summary.json").exists()
+
+
+THREADS = """
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from orchestrator import JointSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push, read_blocks
+
+def pushed(displacement):
+    done = push(assemblage, analysis, stones, stepping=SteppingSettings(final_displacement=displacement))
+    return done.capacity.peak_multiplier
+
+assemblage = find_joints(read_blocks(Path(sys.argv[1])), JointSettings())
+analysis, stones = analyse(assemblage), one_body_per_block(assemblage)
+with ThreadPoolExecutor(4) as threads:
+    together = list(threads.map(pushed, (2e-4, 1e-4, 3e-4)))
+print(together == [pushed(2e-4), pushed(1e-4), pushed(3e-4)])
+"""
+
+
+def test_threads_wait_for_each_other_where_libraries_know_one_only():
+    """PETSc and gmsh end the process otherwise."""
+    command = [sys.executable, "-c", THREADS, DATA / "tower_5_blocks.json"]
+    done = subprocess.run(command, cwd=PROJECT, capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout) == (0, "True\n"), done.stderr
+
+
+@pytest.mark.parametrize(("command", "ranks"), [("check", 2), ("limit", 1), ("import", 2), ("run", 1)])
+def test_what_ranks_print_into_a_file_has_no_escape_codes(tmp_path, command, ranks):
+    """mpirun hands rank 0 a terminal, wherever its own output goes."""
+    short = ["--model", "macro", "--set", "stepping.final_displacement=0.1mm"] if command == "run" else []
+    output = tmp_path / ("wall.json" if command == "import" else "out")
+    done = on_ranks(ranks, "-m", "orchestrator", command, TOWER, *short, "--output", output)
+    assert done.returncode == 0, done.stderr
+    assert "block" in done.stdout
+    assert "\x1b" not in done.stdout + done.stderr

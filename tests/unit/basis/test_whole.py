@@ -17,6 +17,14 @@ from tests.support.paths import DATA, PROJECT
 
 TOWER = DATA / "tower_5_blocks.json"
 SHORT = ["--model", "micro", "--set", "stepping.final_displacement=2mm"]
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from orchestrator.basis.atomic_files import replacing
+with replacing(Path(sys.argv[1])) as temporary:
+    temporary.write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
 HOLDER = """
 import sys, time
 from pathlib import Path
@@ -25,6 +33,11 @@ with locked(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)
 """
+
+
+def leave_half_written(path):
+    """Leave what a run leaves that is killed while it writes a file."""
+    assert subprocess.run([sys.executable, "-c", KILLED, path], cwd=PROJECT, check=False).returncode == -9
 
 
 @pytest.fixture
@@ -111,6 +124,66 @@ def test_two_runs_cannot_share_a_folder_and_the_second_touches_nothing(tmp_path,
     assert not list(tmp_path.iterdir())
 
 
+@pytest.fixture
+def busy(tmp_path):
+    """A folder with results of a run that another process holds, and the number of that process."""
+    for name in ("summary.json", "curve.csv", "pull/summary.json", "load_cases.json", "figures/blocks.png"):
+        write_bytes(tmp_path / "run" / name, b'{"load_cases": [{"name": "pull"}]}')
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDER, tmp_path / "run"], stdout=subprocess.PIPE, text=True, cwd=PROJECT
+    ) as holder:
+        assert holder.stdout.readline() == "held\n"
+        yield tmp_path / "run", holder.pid
+        holder.kill()
+
+
+LOAD_CASES = ("--set", 'load.cases=[{name="push", direction="+x"}, {name="pull", direction="-x"}]')
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("limit", str(TOWER), "--force"),
+        ("limit", str(TOWER), "--set", "load.direction=+z", "--force"),
+        ("segment", str(TOWER), "--force"),
+        ("run", str(TOWER), "--force", "-q"),
+        ("run", str(TOWER), *LOAD_CASES, "--force", "-q"),
+        ("limit", str(TOWER), *LOAD_CASES, "--force"),
+        ("report",),
+    ],
+)
+def test_no_command_writes_into_the_folder_of_a_run_in_progress(busy, capsys, command):
+    folder, holder = busy
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    where = (str(folder),) if command == ("report",) else ("--output", str(folder))
+    assert cli.main([*command, *where]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{folder}: is in use by process {holder} on " in line
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+
+
+def test_a_load_case_that_is_being_run_is_not_drawn_over(tmp_path, capsys):
+    with locked(tmp_path / "pull"):
+        assert cli.main(["limit", str(TOWER), *LOAD_CASES, "--output", str(tmp_path)]) == 2
+        assert f"{tmp_path / 'pull'}: is in use by process {os.getpid()} on " in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_check_beside_a_run_that_has_just_begun_leaves_its_picture(tmp_path):
+    with locked(tmp_path):
+        write_bytes(tmp_path / "figures" / "blocks.png", b"of the run")
+        assert cli.main(["check", str(TOWER), "--output", str(tmp_path)]) == 0
+    assert (tmp_path / "figures" / "blocks.png").read_bytes() == b"of the run"
+    assert (tmp_path / "figures" / "checked.png").exists()
+
+
+def test_a_refused_wall_leaves_no_folder(tmp_path):
+    (tmp_path / "wall.json").write_text("{}")
+    for command in ("limit", "segment", "run"):
+        assert cli.main([command, str(tmp_path / "wall.json"), "--output", str(tmp_path / "a" / "b")]) == 2
+        assert [path.name for path in tmp_path.iterdir()] == ["wall.json"]
+
+
 def test_the_lock_is_free_after_a_failure(tmp_path):
     with pytest.raises(ZeroDivisionError), locked(tmp_path):
         raise ZeroDivisionError
@@ -118,14 +191,22 @@ def test_the_lock_is_free_after_a_failure(tmp_path):
         pass
 
 
-def test_sweep_deletes_what_is_half_written_and_nothing_else(tmp_path):
-    for name in (".curve.csv.12.tmp", "macro/.mesh.msh.12.tmp", "macro/mesh.msh", "note.tmp"):
-        write_bytes(tmp_path / name, b"x")
-    sweep(tmp_path)
-    assert sorted(str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()) == [
-        "macro/mesh.msh",
-        "note.tmp",
-    ]
+def test_sweep_deletes_what_a_killed_run_left_half_written_and_nothing_else(tmp_path):
+    folder, elsewhere = tmp_path / "run", tmp_path / "elsewhere"
+    for half in (folder / "macro" / "mesh.msh", elsewhere / "curve.csv"):
+        leave_half_written(half)
+    write_bytes(folder / "macro" / "mesh.msh", b"x")
+    mine = (".thesis.tmp", ".curve.csv.12.tmp", "note.tmp", ".a.orchestrator-12345678.tmp/chapter1.txt")
+    for name in mine:
+        write_bytes(folder / "macro" / name, b"x")
+    (folder / "link").symlink_to(elsewhere)
+    before = {path for path in tmp_path.rglob("*") if path.is_file()}
+    assert len(before) == len(mine) + 3
+    sweep(folder, folder / "link", folder / "not there")
+    assert {path for path in tmp_path.rglob("*") if path.is_file()} == before
+    sweep(folder / "macro")
+    (half_written,) = before - {path for path in tmp_path.rglob("*") if path.is_file()}
+    assert half_written.name.startswith(".mesh.msh.orchestrator-")
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])

@@ -228,7 +228,7 @@ def test_damage_to_a_single_file_leaves_the_others_readable(store):
 
 
 def test_a_half_written_increment_is_not_seen_and_swept_away(store):
-    leftover = store.folder / "states" / ".000003.h5.4711.tmp"
+    leftover = store.folder / "states" / ".000003.h5.orchestrator-0a1b2c3d.tmp"
     leftover.write_bytes((store.folder / "states" / "000002.h5").read_bytes()[:3000])
     assert store.numbers() == [0, 1, 2]
     store.assemble()
