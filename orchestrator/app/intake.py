@@ -26,16 +26,14 @@ from orchestrator.masonry.sources.drawing import (
     Material,
     RefusedWallError,
     closed,
-    doubted_size,
     implausible,
-    size_of,
     wall_of,
 )
 from orchestrator.masonry.sources.dxf import read_dxf
 from orchestrator.masonry.sources.picture import PictureSettings, read_picture
 from orchestrator.masonry.sources.rows import read_rows, uneven_courses
 from orchestrator.masonry.sources.svg import read_svg
-from orchestrator.masonry.wall import Wall, check_blocks, check_wall
+from orchestrator.masonry.wall import Wall, check_blocks, check_wall, doubted_size, size_of
 from orchestrator.present import plots
 from orchestrator.settings.sections import number_or_text, settings_from
 from orchestrator.settings.unusual import THICKEST

@@ -25,12 +25,15 @@ from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS
 from orchestrator.masonry.sources.said_of_healing import NOT_SEEN, said_of_healing
 from orchestrator.masonry.wall import (
     LARGEST_TOLERANCE,
+    PLAUSIBLE,
     Block,
     MortarGap,
     Wall,
     check_blocks,
     check_wall,
+    doubted_size,
     refuse_overlaps,
+    size_of,
 )
 
 LARGEST_COUNT = 100_000
@@ -44,8 +47,6 @@ COURSE = 0.05
 CORNERS_APART = 1.5
 """distance of two corners that belong together, over the width of the mortar joint between them: 2 to the power of 1/2
 across the crossing of two joints, more beside an acute corner"""
-PLAUSIBLE = (0.1, 200.0)
-"""m: a wall that is smaller or larger is probably drawn in another unit (the tallest of masonry has 169 m)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,22 +291,11 @@ def implausible(wall: Wall) -> list[str]:
     return [*warnings, *doubtful_stones(wall), *([f"WARNING: {doubt}"] if doubt else [])]
 
 
-def doubted_size(wall: Wall) -> str:
-    """Return what is said of a wall whose size speaks for another unit; nothing of others."""
-    size = size_of(wall)
-    return "" if PLAUSIBLE[0] <= size <= PLAUSIBLE[1] else f"the wall measures {size:.4g} m: is the unit right?"
-
-
 def refuse_implausible_size(wall: Wall) -> None:
     """Raise CaseError for a wall that no stone would carry: its pushover could only end under its own weight."""
     if (size := size_of(wall)) > PLAUSIBLE[1]:
         problem = f"the wall measures {size:.4g} m; none above {PLAUSIBLE[1]:g} m is pushed over"
         raise CaseError("units.length", problem, "state the unit that the coordinates are in (mm, cm, m)")
-
-
-def size_of(wall: Wall) -> float:
-    """Return the larger of length and height of a wall with its supports, m."""
-    return float(np.ptp(np.vstack([block.polygon for block in wall.blocks]), axis=0).max())
 
 
 def _counter_clockwise(outline: FloatArray) -> FloatArray:
