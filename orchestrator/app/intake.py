@@ -30,6 +30,7 @@ from orchestrator.masonry.sources.drawing import (
     wall_of,
 )
 from orchestrator.masonry.sources.dxf import read_dxf
+from orchestrator.masonry.sources.holes import said_holes
 from orchestrator.masonry.sources.picture import PictureSettings, read_picture
 from orchestrator.masonry.sources.rows import read_rows, uneven_courses
 from orchestrator.masonry.sources.svg import read_svg
@@ -85,7 +86,7 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
         loose = _settings(LooseSettings, texts)
         try:
             wall, remarks = _read(path, texts)
-            remarks = [*_thick(wall), *remarks]
+            remarks = [*_thick(wall), *remarks, *said_holes(wall)]
         except RefusedWallError as error:
             raise _drawn(error, error.wall, picture) from None
         try:
