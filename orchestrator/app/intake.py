@@ -26,16 +26,15 @@ from orchestrator.masonry.sources.drawing import (
     Material,
     RefusedWallError,
     closed,
-    doubted_size,
     implausible,
-    size_of,
     wall_of,
 )
 from orchestrator.masonry.sources.dxf import read_dxf
+from orchestrator.masonry.sources.holes import said_holes
 from orchestrator.masonry.sources.picture import PictureSettings, read_picture
 from orchestrator.masonry.sources.rows import read_rows, uneven_courses
 from orchestrator.masonry.sources.svg import read_svg
-from orchestrator.masonry.wall import Wall, check_blocks, check_wall
+from orchestrator.masonry.wall import Wall, check_blocks, check_wall, doubted_size, size_of
 from orchestrator.present import plots
 from orchestrator.settings.sections import number_or_text, settings_from
 from orchestrator.settings.unusual import THICKEST
@@ -87,7 +86,7 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
         loose = _settings(LooseSettings, texts)
         try:
             wall, remarks = _read(path, texts)
-            remarks = [*_thick(wall), *remarks]
+            remarks = [*_thick(wall), *remarks, *said_holes(wall)]
         except RefusedWallError as error:
             raise _drawn(error, error.wall, picture) from None
         try:

@@ -11,7 +11,7 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.geometry.rigid import cross
-from orchestrator.geometry.ring_geometry import area_of, foot_on, rows_between
+from orchestrator.geometry.ring_geometry import area_of, foot_on, rows_between, sine_of_acute
 
 SAME_POINT = 1e-9
 """part of the wall's size (and 1e-14 of its coordinates) below which two points are the same"""
@@ -178,15 +178,25 @@ class Rings:
         order = np.lexsort((q, p, distance))
         return self.unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
 
-    def join_folds(self, within: float) -> list[float]:
-        """Join the ends of edges up to `within` (m) that two blocks have on one side: the end of an acute tip."""
-        key, _ = self.keys()
-        distinct, count = np.unique(key, return_counts=True)
-        p, q = np.divmod(distinct[count > 1], len(self.point))
+    def join_folds(self, tolerance: float, farthest: float) -> list[float]:
+        """Join the ends of edges that two blocks have on one side, up to the tolerance (m); return their lengths.
+
+        Edges off by the tolerance end so much farther on, the sharper their tip, up to `farthest` times the tolerance.
+        """
+        rows = np.flatnonzero(self.folded())
+        p, q = self.vertex[rows], self.vertex[self.following[rows]]
         distance = np.linalg.norm(self.point[p] - self.point[q], axis=1)
+        along = self.line_end[self.line] - self.line_start[self.line]
+        ends = (rows, self.following[rows])
+        sine = np.minimum(*(sine_of_acute(along[self.preceding[end]], along[end]) for end in ends))
         order = np.argsort(distance, kind="stable")
-        order = order[distance[order] <= within]
+        order = order[(distance * np.maximum(sine, 1.0 / farthest) <= tolerance)[order]]
         return self.unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
+
+    def folded(self) -> npt.NDArray[np.bool_]:
+        """Return for each row whether another block has its edge on the same side."""
+        _, number, count = np.unique(self.keys()[0], return_inverse=True, return_counts=True)
+        return np.asarray(count[number.ravel()] > 1)
 
     def unite(self, pairs: Iterable[tuple[int, int, float]], most: Sequence[float] | None = None) -> list[float]:
         """Make one vertex of each pair, in this order, where outlines stay simple; return the distances joined.

@@ -100,7 +100,7 @@ def planar_map(
         rings.place_on_lines()
         if len(rings.distances(tolerance, reached)):
             continue
-        folds = rings.join_folds(TIP * tolerance)
+        folds = rings.join_folds(tolerance, TIP)
         tips += [apart for apart in folds if apart > tolerance]
         if not folds:
             break

@@ -21,6 +21,12 @@ def foot_on(point: FloatArray, start: FloatArray, unit: FloatArray) -> FloatArra
     return start + np.sum((point - start) * unit, axis=1)[:, None] * unit
 
 
+def sine_of_acute(coming: FloatArray, leaving: FloatArray) -> FloatArray:
+    """Return the sine (r,) of a block's angle between edges (r, 2) that end and begin at a corner; 1 if not acute."""
+    sine = cross(coming, leaving) / (np.linalg.norm(coming, axis=1) * np.linalg.norm(leaving, axis=1))
+    return np.where((np.sum(coming * leaving, axis=1) < 0) & (sine > 0), sine, 1.0)
+
+
 def rows_between(ring: range, points: list[list[float]], rows: list[int]) -> tuple[set[int], int]:
     """Return the rows of a ring that lie between `rows`, but for those on the longest way from one to the next; and
     the row where that way begins. points: [x, y] of every row of the ring, in m."""

@@ -25,7 +25,8 @@ def collapse(rings: Rings, error: float, short: float) -> list[float]:
     doubled_area = np.add.reduceat(x * y[rings.following] - x[rings.following] * y, begin)
     size = np.sqrt(0.5 * np.abs(doubled_area))[rings.block]
     key, reverse = rings.keys()
-    between_two = np.isin(reverse, key)
+    folded = key[rings.folded()]  # two blocks lie on one another there: no error of a drawing but the tolerance's
+    between_two = np.isin(reverse, key) & ~np.isin(key, folded) & ~np.isin(reverse, folded)
     most = np.where(between_two, np.maximum(error, short * size), error)
     rows = np.flatnonzero(length < most)
     rows = rows[np.argsort(-most[rows], kind="stable")]  # of the two blocks at an edge the larger one decides

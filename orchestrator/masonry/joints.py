@@ -20,7 +20,7 @@ from orchestrator.geometry.healing import VISIBLE
 from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, PlanarMap, planar_map
 from orchestrator.masonry.block_properties import fingerprint_of_blocks, outlines_of, rounded_up, thinner
 from orchestrator.masonry.interfaces import STRENGTHS, Interfaces, straight_interfaces
-from orchestrator.masonry.wall import Wall, check_wall
+from orchestrator.masonry.wall import Wall, check_wall, doubted_size
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,4 +236,4 @@ def check_assemblage(assemblage: Assemblage) -> None:
     if 0 < widest < VISIBLE * np.sqrt(outlines[first].area):
         tolerance = f"{rounded_up(1e3 * widest):g} mm"
         remedy = f'close such gaps: import the file with --tolerance "{tolerance}", or --mortar "{tolerance}"'
-    raise CaseError(f"block {blocks[first].id}", problem, remedy)
+    raise CaseError(f"block {blocks[first].id}", problem, doubted_size(assemblage.wall) or remedy)

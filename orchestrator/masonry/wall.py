@@ -23,6 +23,8 @@ LARGEST_TOLERANCE = 0.05
 """m: the largest gap or overlap that may be taken for an error of a drawing"""
 DRAWN_TWICE = 0.9
 """part of the smaller of two blocks that they share where one block was drawn twice"""
+PLAUSIBLE = (0.1, 200.0)
+"""m: a wall that is smaller or larger is probably drawn in another unit (the tallest of masonry has 169 m)"""
 EXTREMES = (1e-9, 1e9)
 """thickness, friction and unit weight (SI) that are computed with: products of others overflow or vanish"""
 
@@ -170,6 +172,17 @@ def refuse_overlaps(wall: Wall, tolerance: float) -> None:
         if not twice and (wider := np.ceil(1.2e3 * depth) / 1e3) <= LARGEST_TOLERANCE:
             remedy += f', or import the file with --tolerance "{1e3 * wider:g} mm" if it is an error'
         raise CaseError(f"block {one.id}", problem, remedy)
+
+
+def doubted_size(wall: Wall) -> str:
+    """Return what is said of a wall whose size speaks for another unit; nothing of others."""
+    size = size_of(wall)
+    return "" if PLAUSIBLE[0] <= size <= PLAUSIBLE[1] else f"the wall measures {size:.4g} m: is the unit right?"
+
+
+def size_of(wall: Wall) -> float:
+    """Return the larger of length and height of a wall with its supports, m."""
+    return float(np.ptp(np.vstack([block.polygon for block in wall.blocks]), axis=0).max())
 
 
 def shapes(wall: Wall) -> npt.NDArray[np.object_]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.printed import counted
-from orchestrator.masonry.sources.drawing import PLAUSIBLE
+from orchestrator.masonry.wall import PLAUSIBLE
 from orchestrator.settings.inventory import ExtraLoad, LoadSums, Range
 from orchestrator.settings.space_case import SpaceCase
 from orchestrator.settings.unusual import FRICTION, UNIT_WEIGHT, unusual_loads

@@ -13,6 +13,7 @@ import tomllib
 import pytest
 
 from orchestrator.app.cli import argument_parser, main
+from orchestrator.masonry.sources import block_files
 from orchestrator.settings import case as cases
 from tests.support.intake import WALL_1, as_polylines, painted, written
 from tests.support.paths import PROJECT
@@ -52,6 +53,32 @@ def test_dead_links_fail_the_build(tmp_path):
     assert built.returncode == 1
     assert "'nowhere.md'" in built.stderr
     assert "'index.md#nowhere'" in built.stderr
+
+
+def test_links_of_pages_lead_somewhere_in_the_repository_too():
+    for page in (PROJECT / "README.md", *(PROJECT / "docs").rglob("*.md")):
+        for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text()):
+            assert link.startswith("code/") or (page.parent / link).exists(), (page.name, link)
+
+
+def test_every_key_of_a_block_file_is_on_the_page_that_its_reader_points_to():
+    page, section = re.search(r"(docs/\S+), '([^']+)'", block_files.ALL_KEYS).groups()
+    text = (PROJECT / page).read_text().partition(f"### {section}")[2].partition("\n## ")[0]
+    top = (*block_files.REQUIRED, *block_files.OPTIONAL, *block_files.INFORMATION)
+    assert not [key for key in (*top, *block_files.BLOCK_KEYS) if f"`{key}`" not in text]
+
+
+def test_every_option_of_every_command_is_on_some_page():
+    pages = "".join(page.read_text() for page in (PROJECT / "README.md", *(PROJECT / "docs").glob("*.md")))
+    commands = next(action.choices for action in argument_parser()._actions if isinstance(action.choices, dict))
+    options = {
+        option
+        for command in commands.values()
+        for action in command._actions
+        for option in action.option_strings
+        if option.startswith("--") and option not in ("--help", "--print-completion")
+    }
+    assert not sorted(option for option in options if not re.search(rf"{option}\b(?!-)", pages))
 
 
 def test_every_page_is_built_and_fetches_nothing(site):

@@ -8,8 +8,10 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from orchestrator.basis.checked import Checked
 from orchestrator.masonry.patterns.arches import ArchedOpening
-from orchestrator.masonry.patterns.courses import IrregularCourses, Rectangle, bed_joints, course, free
+from orchestrator.masonry.patterns.courses import IrregularCourses, bed_joints, course, free
+from orchestrator.masonry.patterns.quantities import Length, Rectangle
 from orchestrator.masonry.patterns.tiling import wall_of_tiles
 from orchestrator.masonry.wall import Wall
 
@@ -18,7 +20,7 @@ Span = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class ArchedWall:
+class ArchedWall(Checked):
     """A coursed wall (`courses`, whose own openings have stone lintels) with openings under arches; lengths in m.
 
     quoins: lengths of the large stones that alternate from course to course at both ends of the wall, and with
@@ -27,7 +29,7 @@ class ArchedWall:
 
     courses: IrregularCourses
     arches: tuple[ArchedOpening, ...] = ()
-    quoins: tuple[float, float] | None = None
+    quoins: tuple[Length, Length] | None = None
     quoins_at_jambs: bool = False
 
 

@@ -9,17 +9,28 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 import shapely
+from annotated_types import Ge
 
 from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.patterns.quantities import (
+    Friction,
+    Length,
+    LengthOrNone,
+    Number,
+    Place,
+    UnitWeight,
+)
 from orchestrator.masonry.wall import Block, Wall
 
 
 @dataclass(frozen=True, slots=True)
-class ArchedOpening:
+class ArchedOpening(Checked):
     """An opening under an arch of an odd number of voussoirs with radial joints; lengths in m.
 
     From `sill` up to `springing` it is a rectangle. `rise` of the intrados above the springing: half the span (left
@@ -27,17 +38,21 @@ class ArchedOpening:
     joints meet in the third corner of the equilateral triangle under its intrados. `depth` is that of the ring.
     """
 
-    left: float
-    right: float
-    sill: float
-    springing: float
-    rise: float | None = None
-    depth: float = 0.25
-    voussoirs: int = 9
+    left: Place
+    right: Place
+    sill: Place
+    springing: Place
+    rise: LengthOrNone | None = None
+    depth: Length = 0.25
+    voussoirs: Number = 9
 
     def __post_init__(self) -> None:
+        Checked.__post_init__(self)
+        if self.left >= self.right or self.sill > self.springing:
+            given = f"({self.left:g}, {self.right:g}, {self.sill:g}, {self.springing:g}) m has no area"
+            raise CaseError("ArchedOpening", given, "give left, right, sill and springing")
         half = 0.5 * (self.right - self.left)
-        if not (self.voussoirs > 0 and self.voussoirs % 2):
+        if not self.voussoirs % 2:
             raise CaseError("voussoirs", f"{self.voussoirs} have no keystone", "give an odd number")
         if self.rise is not None and not 0 <= self.rise <= half:
             raise CaseError("rise", f"{self.rise:g} m is not from 0 to half the span, {half:g} m", "correct it")
@@ -87,25 +102,28 @@ def quadrangles(inner: FloatArray, outer: FloatArray) -> Iterator[FloatArray]:
 
 
 @dataclass(frozen=True, slots=True)
-class Arch:
+class Arch(Checked):
     """A semicircular or segmental arch of equal voussoirs on two rectangular piers; lengths in m, unit weight in N/m3.
 
     radius is that of the middle of the ring, angle (rad) what the arch embraces. Piers of `courses` stones each are
     flush with the intrados at the springing; without any the arch springs from its supports.
     """
 
-    voussoirs: int
-    radius: float
-    depth: float
+    voussoirs: Number
+    radius: Length
+    depth: Length
     angle: float = np.pi
-    courses: int = 0
-    pier_width: float = 0.0
-    pier_height: float = 0.0
-    thickness: float = 1.0
-    unit_weight: float = 20e3
-    friction: float = 0.7
+    courses: Annotated[int, Ge(0)] = 0
+    pier_width: LengthOrNone = 0.0
+    pier_height: LengthOrNone = 0.0
+    thickness: Length = 1.0
+    unit_weight: UnitWeight = 20e3
+    friction: Friction = 0.7
 
     def __post_init__(self) -> None:
+        Checked.__post_init__(self)
+        if self.depth >= 2 * self.radius:
+            raise CaseError("Arch.depth", f"{self.depth:g} m is not below twice the radius", "radius is of the middle")
         if not 0 < self.angle <= np.pi:
             raise CaseError("angle", f"{self.angle:g} rad is not from 0 to half a turn", "correct it")
         if self.courses and not self.pier_height > 0:

@@ -9,16 +9,38 @@ from itertools import pairwise
 import numpy as np
 
 from orchestrator.basis.arrays import read_only
+from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
+from orchestrator.masonry.patterns.quantities import (
+    Friction,
+    Length,
+    LengthOrNone,
+    Number,
+    Rectangle,
+    Seed,
+    UnitWeight,
+    refuse_reversed,
+    refuse_swapped_edges,
+)
 from orchestrator.masonry.wall import Block, Wall
-
-Rectangle = tuple[float, float, float, float]
-"""left, right, bottom, top in m"""
 
 COURSES_DRAWN_WHOLE = 2000
 """tries to draw a course as a whole until one keeps the overlap; long ones hardly ever do"""
 COURSES_DRAWN_BY_JOINTS = 200
 """tries after these to draw it joint by joint"""
+
+
+@dataclass(frozen=True, slots=True)
+class RunningBond(Checked):
+    """What `running_bond` takes."""
+
+    blocks_per_course: Number
+    courses: Number
+    block_length: Length
+    block_height: Length
+    thickness: Length
+    unit_weight: UnitWeight
+    friction: Friction
 
 
 def running_bond(
@@ -36,19 +58,21 @@ def running_bond(
     is weaker: associative multiplier 0.6429 against 0.6500 here). Lengths in m, unit weight in N/m3.
     Blocks are numbered from 1, course by course from the left; the support is 0.
     """
-    length = blocks_per_course * block_length
-    whole = np.arange(blocks_per_course + 1) * block_length
-    halved = np.concatenate([[0.0], whole[:-1] + block_length / 2, [length]])
-    rectangles = [(-0.2, length + 0.2, -block_height, 0.0)]
-    for course in range(courses):
+    bond = RunningBond(blocks_per_course, courses, block_length, block_height, thickness, unit_weight, friction)
+    length = bond.blocks_per_course * bond.block_length
+    whole = np.arange(bond.blocks_per_course + 1) * bond.block_length
+    halved = np.concatenate([[0.0], whole[:-1] + bond.block_length / 2, [length]])
+    rectangles = [(-0.2, length + 0.2, -bond.block_height, 0.0)]
+    for course in range(bond.courses):
         ends = halved if course % 2 else whole
-        level = course * block_height
-        rectangles += [(left, right, level, level + block_height) for left, right in pairwise(ends)]
-    return _wall(f"running bond {blocks_per_course} x {courses}", rectangles, thickness, unit_weight, friction)
+        level = course * bond.block_height
+        rectangles += [(left, right, level, level + bond.block_height) for left, right in pairwise(ends)]
+    name = f"running bond {bond.blocks_per_course} x {bond.courses}"
+    return _wall(name, rectangles, bond.thickness, bond.unit_weight, bond.friction)
 
 
 @dataclass(frozen=True, slots=True)
-class IrregularCourses:
+class IrregularCourses(Checked):
     """Coursed rectangular masonry of irregular stones with an exact outline; lengths in m, unit weight in N/m3.
 
     Widths and heights are drawn from their ranges (least, largest); heights are then stretched so that courses end at
@@ -57,17 +81,23 @@ class IrregularCourses:
     leaves less than a stone, a stone may be down to half the least or up to one and a half of the largest width.
     """
 
-    length: float
-    height: float
-    thickness: float = 0.3
-    widths: tuple[float, float] = (0.12, 0.26)
-    heights: tuple[float, float] = (0.09, 0.13)
-    overlap: float = 0.03
+    length: Length
+    height: Length
+    thickness: Length = 0.3
+    widths: tuple[Length, Length] = (0.12, 0.26)
+    heights: tuple[Length, Length] = (0.09, 0.13)
+    overlap: LengthOrNone = 0.03
     openings: tuple[Rectangle, ...] = ()
-    bearing: float = 0.15
-    unit_weight: float = 19.4e3
-    friction: float = 0.75
-    seed: int = 0
+    bearing: LengthOrNone = 0.15
+    unit_weight: UnitWeight = 19.4e3
+    friction: Friction = 0.75
+    seed: Seed = 0
+
+    def __post_init__(self) -> None:
+        Checked.__post_init__(self)
+        for key in ("widths", "heights"):
+            refuse_reversed(getattr(self, key), f"IrregularCourses.{key}")
+        refuse_swapped_edges(self.openings, "IrregularCourses.openings")
 
 
 def irregular_courses(pattern: IrregularCourses) -> Wall:

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import shapely
+from annotated_types import Gt
 
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.masonry.patterns.courses import Rectangle
+from orchestrator.basis.checked import Checked
+from orchestrator.masonry.patterns.quantities import (
+    Friction,
+    Length,
+    LengthOrNone,
+    Rectangle,
+    Seed,
+    UnitWeight,
+    refuse_swapped_edges,
+)
 from orchestrator.masonry.patterns.tiling import wall_of_tiles
 from orchestrator.masonry.wall import Wall
 
@@ -20,7 +31,7 @@ degrees beside lintels, with three 11 degrees (40 walls)"""
 
 
 @dataclass(frozen=True, slots=True)
-class Rubble:
+class Rubble(Checked):
     """Rubble masonry with an exact outline; lengths in m, unit weight in N/m3.
 
     stone: mean distance of stones side by side; flatness: that over the distance of one above the other (stones reach
@@ -28,16 +39,20 @@ class Rubble:
     each, with a lintel stone / flatness high that bears on `bearing` at both sides.
     """
 
-    length: float
-    height: float
-    stone: float = 0.3
-    flatness: float = 1.6
-    thickness: float = 0.5
+    length: Length
+    height: Length
+    stone: Length = 0.3
+    flatness: Annotated[float, Gt(0)] = 1.6
+    thickness: Length = 0.5
     openings: tuple[Rectangle, ...] = ()
-    bearing: float = 0.2
-    unit_weight: float = 20e3
-    friction: float = 0.65
-    seed: int = 0
+    bearing: LengthOrNone = 0.2
+    unit_weight: UnitWeight = 20e3
+    friction: Friction = 0.65
+    seed: Seed = 0
+
+    def __post_init__(self) -> None:
+        Checked.__post_init__(self)
+        refuse_swapped_edges(self.openings, "Rubble.openings")
 
 
 def rubble(pattern: Rubble) -> Wall:

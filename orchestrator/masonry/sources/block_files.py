@@ -33,6 +33,7 @@ INFORMATION = (
 """keys that may stand in a block file without changing the wall"""
 OPTIONAL = ("unit_weight", "mortar")
 BLOCK_KEYS = ("id", "polygon", "fixed", "unit_weight", "material")
+ALL_KEYS = "docs/your_wall.md, 'Block files', lists every key with an example"
 LARGEST_FILE = 200_000_000
 """bytes; a wall of 100,000 blocks has about 10 MB"""
 
@@ -74,7 +75,7 @@ def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _record(path: Path) -> dict[str, Any]:
-    record = json_in(path, "a JSON block file", LARGEST_FILE, "see the block file format in the README")
+    record = json_in(path, "a JSON block file", LARGEST_FILE, ALL_KEYS)
     if not isinstance(record, dict):
         raise CaseError("", "is not a block file", 'it must be an object with "blocks"')
     return record
@@ -85,7 +86,7 @@ def wall_from(record: dict[str, Any], name: str) -> Wall:
     refuse_unknown(record, (*REQUIRED, *OPTIONAL, *INFORMATION), "")
     for key in REQUIRED:
         if key not in record:
-            raise CaseError(key, "is missing", "see the block file format in the README")
+            raise CaseError(key, "is missing", ALL_KEYS)
     length, weight = (unit_factor(record["units"], kind) for kind in ("length", "unit_weight"))
     unit_weight = number_in(record, "unit_weight", "") * weight if "unit_weight" in record else None
     if not isinstance(record["blocks"], list):

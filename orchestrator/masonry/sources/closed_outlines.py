@@ -19,6 +19,7 @@ from orchestrator.basis.printed import millimetres
 from orchestrator.masonry.block_properties import rounded_up
 from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, slenderness
 from orchestrator.masonry.sources.drawing import Drawing
+from orchestrator.masonry.sources.filled_areas import Filled, only_drawings
 from orchestrator.masonry.wall import LARGEST_TOLERANCE
 
 CHORD = 0.1
@@ -64,18 +65,33 @@ def is_chosen(name: str, patterns: str) -> bool:
     return any(fnmatchcase(name.lower(), pattern.strip()) for pattern in patterns.lower().split(","))
 
 
-def drawing_of(on: dict[str, list[OnLayer]], tolerance: float, remarks: list[str], curved: bool) -> Drawing:
+def drawing_of(
+    on: dict[str, list[OnLayer]],
+    tolerance: float,
+    remarks: list[str],
+    curved: bool,
+    areas: dict[str, list[Filled]] | None = None,
+) -> Drawing:
     """Return the drawing of what is `on` the layers of each role, the first point repeated where it is closed.
 
-    tolerance in m: ends nearer than this meet. remarks: on the reading so far; curved: as of a Drawing.
+    tolerance in m: ends nearer than this meet. remarks: on the reading so far; curved: as of a Drawing, for what is
+    drawn with lines; areas: filled ones, by role.
     """
     closed = {role: _closed(on[role], role, tolerance) for role in ROLES}
-    named = {role: closed[role][0] for role in ROLES}
+    filled = {
+        role: only_drawings((areas or {}).get(role, []), [outline for _, outline in closed[role][0]], role)
+        for role in ROLES
+    }
+    named = {
+        role: [*closed[role][0], *((area.layer, _without_repeats(area.points[:-1])) for area in filled[role][0])]
+        for role in ROLES
+    }
     stones, supports, openings = (tuple(outline for _, outline in named[role]) for role in ROLES)
-    several = len({name for name, _ in on["blocks"]}) > 1
+    several = len({*(name for name, _ in on["blocks"]), *(area.layer for area in filled["blocks"][0])}) > 1
     materials = tuple(name for name, _ in named["blocks"]) if several else ()
-    said = (*remarks, *(text for _, texts, _ in closed.values() for text in texts))
+    said = (*remarks, *(text for role in ROLES for text in (*closed[role][1], *filled[role][1])))
     joined = max(within for _, _, within in closed.values())
+    curved |= any(area.curved for area in filled["blocks"][0])
     return Drawing(stones, supports, openings, said, materials, joined, curved)
 
 

@@ -21,6 +21,7 @@ from scipy import ndimage
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.printed import counted
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.block_files import json_in, refuse_what_is_no_file
 from orchestrator.masonry.sources.closed_outlines import Layers, is_chosen
@@ -101,16 +102,37 @@ def _shapes(record: dict[str, Any]) -> tuple[list[Shape], list[str]]:
     if not isinstance(categories, list) or not all(isinstance(row, dict) for row in categories):
         raise CaseError("categories", "is not a list of objects", "save it as COCO JSON, object detection")
     name = {row.get("id"): str(row.get("name", "")) for row in categories if isinstance(row.get("id"), int | str)}
+    unlisted = {k: _unlisted(row, name) for k, row in rows}
     shapes = [
-        (key, name.get(row.get("category_id"), ""), part)
-        for key, row in ((f"annotations[{k}]", row) for k, row in rows)
-        for part in _parts(row.get("segmentation"), key)
+        (f"annotations[{k}]", unlisted[k] or name.get(row.get("category_id"), ""), part)
+        for k, row in rows
+        for part in _parts(row.get("segmentation"), f"annotations[{k}]")
     ]
     if len(shapes) > LARGEST_COUNT:
         raise CaseError("annotations", f"more than {LARGEST_COUNT}", "import the wall in parts")
     parts = len(shapes) - len({key for key, _, _ in shapes})
     remarks = [f"WARNING: {parts} more outlines than annotations: each part is taken for a stone"] if parts else []
-    return [shape for key, category, part in shapes for shape in _shape(part, category, key)], remarks
+    read = [_shape(part, category, key) for key, category, part in shapes]
+    return [shape for some in read for shape in some], [
+        *remarks,
+        *_said_lost(len(record["annotations"]) - len(rows), "of images that the file does not list, left out"),
+        *_said_lost(sum(not some for some in read), "with an empty mask left out"),
+        *(
+            text
+            for one in sorted({*unlisted.values()} - {""})
+            for text in _said_lost([*unlisted.values()].count(one), f"of a category that the file does not list: {one}")
+        ),
+    ]
+
+
+def _unlisted(row: dict[str, Any], name: dict[int | str, str]) -> str:
+    """Return a name for the category of an annotation where the file lists some and not this one; else none."""
+    category = row.get("category_id")
+    return f"category {category}"[:40] if name and not (isinstance(category, int | str) and category in name) else ""
+
+
+def _said_lost(number: int, what: str) -> list[str]:
+    return [f"WARNING: {counted(number, 'annotation')} {what}"] if number else []
 
 
 def _parts(segmentation: Any, key: str) -> list[Any]:

@@ -17,25 +17,27 @@ from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
-from orchestrator.geometry.healing import Gap, closed_gaps, heal, open_gaps
-from orchestrator.geometry.planar_map import OverlapError, PlanarMap
+from orchestrator.geometry.healing import closed_gaps, heal
+from orchestrator.geometry.planar_map import OverlapError
 from orchestrator.geometry.ring_geometry import without_spikes
 from orchestrator.masonry.sources.copies import without_copies
 from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, doubtful_stones, slenderness
+from orchestrator.masonry.sources.said_of_healing import NOT_SEEN, said_of_healing
 from orchestrator.masonry.wall import (
     LARGEST_TOLERANCE,
+    PLAUSIBLE,
     Block,
     MortarGap,
     Wall,
     check_blocks,
     check_wall,
+    doubted_size,
     refuse_overlaps,
+    size_of,
 )
 
 LARGEST_COUNT = 100_000
 """blocks of one drawing"""
-NOT_SEEN = 1e-6
-"""m: what is nearer was drawn in one place"""
 WIDER = (2.0, 4.0, 8.0)
 """times the tolerance that are tried on a drawing that is no wall with it"""
 FAR_FROM_ORIGIN = 1e4
@@ -45,8 +47,6 @@ COURSE = 0.05
 CORNERS_APART = 1.5
 """distance of two corners that belong together, over the width of the mortar joint between them: 2 to the power of 1/2
 across the crossing of two joints, more beside an acute corner"""
-PLAUSIBLE = (0.1, 200.0)
-"""m: a wall that is smaller or larger is probably drawn in another unit (the tallest of masonry has 169 m)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,14 +158,13 @@ def _closed_within(
         problem = f"lie on one another, by more than the tolerance of {millimetres(within)}"
         raise CaseError(key, problem, "correct the drawing, or raise --tolerance") from None
     blocks = tuple(replace(b, polygon=polygon) for b, polygon in zip(drawn.blocks, polygons, strict=True))
-    gaps = closed_gaps(joined)
     wall = replace(drawn, blocks=blocks)
     if has_mortar:
-        mortar = {(blocks[gap.i].id, blocks[gap.j].id): gap.width for gap in gaps if gap.width > 0}
+        mortar = {(blocks[gap.i].id, blocks[gap.j].id): gap.width for gap in closed_gaps(joined) if gap.width > 0}
         mortar = {(known.i, known.j): known.thickness for known in drawn.mortar} | mortar
         wall = replace(wall, mortar=tuple(MortarGap(i, j, width) for (i, j), width in sorted(mortar.items())))
     _refuse_what_healing_spoilt(wall, within)
-    return wall, [*(_words(gap, wall) for gap in open_gaps(joined)), *_summary(gaps, wall), *_said_changes(joined)]
+    return wall, said_of_healing(joined, wall, within)
 
 
 def _tolerance_that_closes(
@@ -191,21 +190,6 @@ def _refuse_what_healing_spoilt(wall: Wall, within: float) -> None:
     except CaseError as error:
         problem = f"{error.problem} where gaps and overlaps up to {millimetres(within)} are closed"
         raise CaseError(error.key, problem, "correct the corners there") from None
-
-
-def _said_changes(joined: PlanarMap) -> list[str]:
-    """Return what else became of the outlines: tips cut back, edges that became points, joints taken straight."""
-    said = []
-    if joined.tips:
-        many = f"{len(joined.tips)} acute tips that overlap" if len(joined.tips) > 1 else "1 acute tip that overlaps"
-        said.append(f"WARNING: {many} cut back by up to {millimetres(max(joined.tips))}, more than the tolerance")
-    collapsed = [length for length in joined.collapsed if length > NOT_SEEN]
-    if collapsed:
-        many = f"{len(collapsed)} short edges" if len(collapsed) > 1 else "1 short edge"
-        said.append(f"{many} of stones taken for points, up to {millimetres(max(collapsed))} long")
-    if joined.straightened:
-        said.append(f"joints that bend taken straight, by up to {millimetres(joined.straightened)}")
-    return said
 
 
 def _located(error: CaseError, wall: Wall) -> CaseError:
@@ -307,12 +291,6 @@ def implausible(wall: Wall) -> list[str]:
     return [*warnings, *doubtful_stones(wall), *([f"WARNING: {doubt}"] if doubt else [])]
 
 
-def doubted_size(wall: Wall) -> str:
-    """Return what is said of a wall whose size speaks for another unit; nothing of others."""
-    size = size_of(wall)
-    return "" if PLAUSIBLE[0] <= size <= PLAUSIBLE[1] else f"the wall measures {size:.4g} m: is the unit right?"
-
-
 def refuse_implausible_size(wall: Wall) -> None:
     """Raise CaseError for a wall that no stone would carry: its pushover could only end under its own weight."""
     if (size := size_of(wall)) > PLAUSIBLE[1]:
@@ -320,36 +298,5 @@ def refuse_implausible_size(wall: Wall) -> None:
         raise CaseError("units.length", problem, "state the unit that the coordinates are in (mm, cm, m)")
 
 
-def size_of(wall: Wall) -> float:
-    """Return the larger of length and height of a wall with its supports, m."""
-    return float(np.ptp(np.vstack([block.polygon for block in wall.blocks]), axis=0).max())
-
-
 def _counter_clockwise(outline: FloatArray) -> FloatArray:
     return read_only(outline if shapely.LinearRing(outline).is_ccw else outline[::-1])
-
-
-def _words(gap: Gap, wall: Wall) -> str:
-    kind = "gap" if gap.width > 0 else "overlap"
-    first, second = wall.blocks[gap.i].id, wall.blocks[gap.j].id
-    x, y = gap.at
-    return (
-        f"WARNING: {kind} of {millimetres(gap.width)} between blocks {first} and {second} at ({x:.4g}, {y:.4g}) m NOT "
-        f"closed, wider than the tolerance; --tolerance closes it, or --mortar if it is a joint"
-    )
-
-
-def _summary(closed: list[Gap], wall: Wall) -> list[str]:
-    """Return one line about gaps and one about overlaps that were closed, with the widest of each."""
-    said = []
-    for kind, gaps in (("gap", [g for g in closed if g.width > 0]), ("overlap", [g for g in closed if g.width < 0])):
-        if gaps:
-            widest = max(gaps, key=lambda gap: abs(gap.width))
-            i, j = wall.blocks[widest.i].id, wall.blocks[widest.j].id
-            median = float(np.median([abs(gap.width) for gap in gaps]))
-            many = f"{len(gaps)} {kind}s" if len(gaps) > 1 else f"1 {kind}"
-            said.append(
-                f"{many} between blocks closed, median {millimetres(median)}, widest {millimetres(widest.width)} "
-                f"between blocks {i} and {j} at ({widest.at[0]:.4g}, {widest.at[1]:.4g}) m"
-            )
-    return said

@@ -1,16 +1,21 @@
 """DXF drawings -> Drawing: closed outlines, and lines and arcs that close, on the layer of the blocks (ezdxf).
 
-Entities inside block references are read too; texts, dimensions and hatches are passed over.
+Entities inside block references are read too. The outline of a filled area (a hatch, a solid, a face) is that of a
+stone where nothing else draws one; what is not read is counted.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_file
@@ -24,10 +29,11 @@ from orchestrator.masonry.sources.closed_outlines import (
     is_chosen,
 )
 from orchestrator.masonry.sources.drawing import LARGEST_COUNT, Drawing
+from orchestrator.masonry.sources.dxf_entities import DRAWN, FILLED, Seen, entities_of, said_passed_over
+from orchestrator.masonry.sources.filled_areas import Filled
 
 HEADER_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1, 21: 1200 / 3937}
 """m by the header's $INSUNITS: inch, foot, mm, cm, m, km, yard, dm, US survey foot (DXF reference, HEADER section)"""
-DRAWN = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
 LARGEST_FILE = 100_000_000
 """bytes"""
 LARGEST_ENTITIES = 2 * LARGEST_COUNT
@@ -46,26 +52,43 @@ def read_dxf(path: Path, layers: Layers, tolerance: float, unit: str = "") -> Dr
         return _drawing(path, layers, tolerance, unit)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Read:
+    """What a drawing has: `lines` as layer and points, outlines of `areas`, all points (n, 3) in drawing units and the
+    first repeated if closed; whether curves are among the lines; what was `left`."""
+
+    lines: list[OnLayer]
+    areas: list[Filled]
+    curved: bool
+    left: list[Seen]
+
+
 def _drawing(path: Path, layers: Layers, tolerance: float, unit: str) -> Drawing:
     document = _opened(path)
     factor, remark = _factor(document, unit)
     try:
-        paths, curved = _paths(document, CHORD * tolerance / factor)
+        read = _read(document, CHORD * tolerance / factor)
     except CaseError:
         raise
     except Exception as error:  # ezdxf checks little: a damaged entity fails with whatever Python raises
         raise CaseError("", f"an entity cannot be read ({_short(error)})", "repair the drawing (AUDIT)") from None
-    on = {
-        role: [(name, factor * points) for name, points in paths if is_chosen(name, getattr(layers, role))]
-        for role in ROLES
+    chosen = {role: partial(is_chosen, patterns=getattr(layers, role)) for role in ROLES}
+    lines = {role: [(name, factor * points) for name, points in read.lines if on(name)] for role, on in chosen.items()}
+    areas = {
+        role: [replace(area, points=factor * area.points) for area in read.areas if on(area.layer)]
+        for role, on in chosen.items()
     }
-    if not on["blocks"]:
-        layers_drawn = ", ".join(sorted({name for name, _ in paths})[:20]) or "none with lines"
-        problem = f"nothing is drawn on layer {layers.blocks!r}"
-        raise CaseError("blocks", problem, f"choose one with --blocks NAME; the drawing's layers: {layers_drawn}")
-    _refuse_depth(on, tolerance)
-    flat = {role: [(name, points[:, :2]) for name, points in drawn] for role, drawn in on.items()}
-    return drawing_of(flat, tolerance, [remark], curved)
+    passed = said_passed_over(read.left, layers)
+    if not lines["blocks"] and not areas["blocks"]:
+        names = {*(name for name, _ in read.lines), *(area.layer for area in read.areas)}
+        problem = "; ".join([f"nothing is drawn on layer {layers.blocks!r}", *passed])
+        listed = ", ".join(sorted(names)[:20]) or "none with lines"
+        raise CaseError("blocks", problem, f"choose one with --blocks NAME; the drawing's layers: {listed}")
+    drawn = [points for paths in lines.values() for _, points in paths]
+    _refuse_depth([*drawn, *(area.points for of in areas.values() for area in of)], tolerance)
+    flat = {role: [(name, points[:, :2]) for name, points in paths] for role, paths in lines.items()}
+    filled = {role: [replace(area, points=area.points[:, :2]) for area in of] for role, of in areas.items()}
+    return drawing_of(flat, tolerance, [remark, *passed], read.curved, filled)
 
 
 def _opened(path: Path) -> Any:
@@ -96,27 +119,38 @@ def _factor(document: Any, unit: str) -> tuple[float, str]:
     return HEADER_UNITS[code], f"drawing unit {HEADER_UNITS[code]:g} m, from its header"
 
 
-def _paths(document: Any, chord: float) -> tuple[list[OnLayer], bool]:
-    """Return layer and points (n, 3) of everything drawn, in drawing units, the first point repeated if closed; and
-    whether curves are among it."""
-    from ezdxf.disassemble import recursive_decompose
-    from ezdxf.path import make_path
-
+def _read(document: Any, chord: float) -> Read:
+    """Return everything drawn that is shown, curves as chords no farther off than `chord` (drawing units)."""
     if _expanded(document.modelspace(), document, {}) > LARGEST_ENTITIES:
         raise CaseError("", f"more than {LARGEST_ENTITIES} entities", "keep only the layers of the wall")
-    paths, corners, curved = [], 0, False
-    for entity in recursive_decompose(document.modelspace()):
-        if entity.dxftype() not in DRAWN:
+    lines, areas, left = list[OnLayer](), list[Filled](), list[Seen]()
+    corners, curved = 0, False
+    for number, seen in enumerate(entities_of(document)):
+        if seen.hidden or seen.kind not in (*DRAWN, *FILLED):
+            left.append(seen)
             continue
-        path = make_path(entity)
-        curved |= path.has_curves
-        points = np.array(list(islice(path.flattening(chord), LARGEST_CORNERS + 1)), dtype=float)
-        corners += len(points)
-        if corners > LARGEST_CORNERS:
-            raise CaseError("", f"more than {LARGEST_CORNERS} corners", "raise --tolerance or import it in parts")
-        if len(points) > 1:
-            paths.append((str(entity.dxf.layer), points.reshape(-1, 3)))
-    return paths, curved
+        for path in _paths(seen):
+            points = np.array(list(islice(path.flattening(chord), LARGEST_CORNERS + 1)), dtype=float).reshape(-1, 3)
+            corners += len(points)
+            if corners > LARGEST_CORNERS:
+                raise CaseError("", f"more than {LARGEST_CORNERS} corners", "raise --tolerance or import it in parts")
+            if seen.kind in FILLED and len(points) > 2:
+                closed = np.vstack([points, points[:1]])
+                areas.append(Filled(seen.layer, closed, number, path.has_curves))
+            elif len(points) > 1 and seen.kind in DRAWN:
+                lines.append((seen.layer, points))
+                curved |= path.has_curves
+    return Read(lines, areas, curved, left)
+
+
+def _paths(seen: Seen) -> Iterator[Any]:
+    """Yield what bounds an entity, one path for each part of a hatch."""
+    from ezdxf.path import from_hatch, make_path
+
+    if seen.kind in ("HATCH", "MPOLYGON"):
+        yield from from_hatch(seen.entity)
+    else:
+        yield make_path(seen.entity)
 
 
 def _expanded(entities: Any, document: Any, known: dict[str, int], depth: int = 0) -> int:
@@ -137,8 +171,8 @@ def _expanded(entities: Any, document: Any, known: dict[str, int], depth: int = 
     return total
 
 
-def _refuse_depth(on: dict[str, list[OnLayer]], tolerance: float) -> None:
-    points = np.vstack([points for drawn in on.values() for _, points in drawn])
+def _refuse_depth(drawn: list[FloatArray], tolerance: float) -> None:
+    points = np.vstack(drawn)
     if not (np.abs(points) < 1e9).all():
         raise CaseError("", "a coordinate is not a number below 1e9 m", "correct the drawing, or its unit with --unit")
     if np.ptp(points[:, 2]) > tolerance:

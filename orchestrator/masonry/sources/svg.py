@@ -2,13 +2,14 @@
 
 Groups are chosen by name as the layers of a DXF drawing are: by the label that Inkscape gives, else by id. The drawing
 is in user units; width and height in mm and the viewBox say how long one is, or the scale does. Curves become chords.
-Text, images, clones (`use`) and what is hidden are passed over. https://www.w3.org/TR/SVG11/
+Text, images, clones (`use`) and what is hidden are passed over and counted. https://www.w3.org/TR/SVG11/
 """
 
 from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
@@ -19,11 +20,11 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, naming
-from orchestrator.basis.printed import few
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_file, unreadable
 from orchestrator.masonry.sources.closed_outlines import CHORD, LARGEST_CORNERS, ROLES, Layers, drawing_of, is_chosen
 from orchestrator.masonry.sources.drawing import Drawing
-from orchestrator.masonry.sources.svg_shapes import NUMBER, Curve, numbers, subpaths, transform
+from orchestrator.masonry.sources.svg_shapes import NUMBER, Curve, nested_view, numbers, subpaths, transform
+from orchestrator.masonry.sources.svg_styles import is_taken_out, is_unseen, rules_in
 
 LARGEST_FILE = 100_000_000
 """bytes"""
@@ -90,6 +91,7 @@ def _root(path: Path) -> Element:
         raise CaseError("", "declares entities, which are not read", "save it as plain SVG")
 
     parser.StartElementHandler, parser.EndElementHandler, parser.EntityDeclHandler = start, end, entity
+    parser.CharacterDataHandler = builder.data
     try:
         parser.Parse(content, True)
         root = builder.close()
@@ -110,9 +112,8 @@ def _tag(element: Element) -> str:
 
 def _drawing(root: Element, layers: Layers, tolerance: float, scale: float | None) -> Drawing:
     unit, remarks = _unit(root, scale)
-    drawn, unread = _all_drawn(root)
-    if unread:
-        remarks.append(f"WARNING: {len(unread)} elements passed over: {few(sorted(set(unread)))}")
+    drawn, said = _all_drawn(root)
+    remarks += said
     on = _by_role(drawn, layers)
     points = {
         role: [(name, _flat(one, CHORD * tolerance / unit) * unit * [1.0, -1.0], one.path) for name, one in members]
@@ -161,30 +162,54 @@ def _length(text: str) -> float | None:
     return float(match[1]) * LENGTHS[match[2].lower()] if match and match[2].lower() in LENGTHS else None
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Place:
+    """Where an element is: from its user units to the drawing's (3, 3), names around it, and whether it is hidden:
+    `out` with all that is in it, `unseen` unless something in it is shown again."""
+
+    matrix: FloatArray
+    names: tuple[str, ...] = ()
+    out: bool = False
+    unseen: bool = False
+
+
 def _all_drawn(root: Element) -> tuple[list[Drawn], list[str]]:
-    """Return the subpaths of everything that is shown, and the tags of what is not read."""
+    """Return the subpaths of everything that is shown, and remarks on what is not read or hidden."""
     drawn: list[Drawn] = []
-    unread: list[str] = []
-    stack: list[tuple[Element, FloatArray, tuple[str, ...]]] = [(root, np.eye(3), ())]
+    passed: Counter[str] = Counter()
+    rules, unread = rules_in(["".join(each.itertext()) for each in root.iter() if _tag(each) == "style"])
+    stack: list[tuple[Element, Place]] = [(root, Place(np.eye(3)))]
     while stack:
-        element, matrix, names = stack.pop()
+        element, around = stack.pop()
         tag = _tag(element)
-        if tag in PASSED_OVER or _hidden(element):
+        if tag in PASSED_OVER:
             continue
-        if tag in UNREAD or (tag == "svg" and element is not root):
-            unread.append(tag)
+        out = around.out or is_taken_out(element, tag, rules)
+        unseen = is_unseen(element, tag, rules, around.unseen)
+        if tag in UNREAD:
+            passed["hidden " * (out or unseen) + tag] += 1
             continue
-        matrix = matrix @ transform(element.get("transform", ""))
-        names = (*_names(element, tag), *names)
-        stack += [(child, matrix, names) for child in reversed(element)]
-        for curves in subpaths(element, tag):
-            drawn.append(Drawn(names, tuple(c @ matrix[:2, :2].T + matrix[:2, 2] for c in curves), id(element)))
-    return drawn, unread
+        matrix = around.matrix @ transform(element.get("transform", ""))
+        if tag == "svg" and element is not root:
+            matrix = matrix @ nested_view(element)
+        place = Place(matrix, (*_names(element, tag), *around.names), out, unseen)
+        stack += [(child, place) for child in reversed(element)]
+        shapes = [*subpaths(element, tag)]
+        if shapes and (out or unseen):
+            passed[f"hidden {tag}"] += 1
+            continue
+        for curves in shapes:
+            placed = tuple(c @ matrix[:2, :2].T + matrix[:2, 2] for c in curves)
+            drawn.append(Drawn(place.names, placed, id(element)))
+    return drawn, [*_said(passed), *(f"WARNING: style of {one!r} hides something and is not read" for one in unread)]
 
 
-def _hidden(element: Element) -> bool:
-    style = element.get("style", "").replace(" ", "")
-    return element.get("display") == "none" or "display:none" in style
+def _said(passed: Counter[str]) -> list[str]:
+    """Return one line on what is passed over; a warning where something that is shown is among it."""
+    if not passed:
+        return []
+    warning = "WARNING: " * any(not kind.startswith("hidden") for kind in passed)
+    return [f"{warning}passed over: {', '.join(f'{number} {kind}' for kind, number in sorted(passed.items()))}"]
 
 
 def _names(element: Element, tag: str) -> list[str]:

@@ -45,6 +45,37 @@ def transform(text: str) -> FloatArray:
     return matrix
 
 
+def nested_view(element: Element) -> FloatArray:
+    """Return the matrix (3, 3) from the user units in an svg element within another to those around it (section 7.11).
+
+    Raises CaseError for one whose size is not in user units where its viewBox needs it.
+    """
+    place = _place(element, "nested svg")
+    x, y = (_in_user_units(element.get(key, "0"), place) for key in ("x", "y"))
+    matrix = np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
+    box = numbers(element.get("viewBox", ""), f"{place}: viewBox")
+    if not box:
+        return matrix
+    width, height = (_in_user_units(element.get(key, ""), place) for key in ("width", "height"))
+    if len(box) != 4 or not min(box[2], box[3], width, height) > 0:
+        raise CaseError(place, "its size or its viewBox is not above 0", "ungroup it, or save as plain SVG")
+    size, room = np.array(box[2:]), np.array([width, height])
+    align, _, how = element.get("preserveAspectRatio", "").strip().partition(" ")
+    scale = room / size
+    if align != "none":
+        scale[:] = scale.max() if how.strip() == "slice" else scale.min()
+    part = [0.0 if f"{axis}Min" in align else 1.0 if f"{axis}Max" in align else 0.5 for axis in ("x", "Y")]
+    offset = part * (room - scale * size) - scale * box[:2]
+    return matrix @ np.array([[scale[0], 0.0, offset[0]], [0.0, scale[1], offset[1]], [0.0, 0.0, 1.0]])
+
+
+def _in_user_units(text: str, place: str) -> float:
+    if not NUMBER.fullmatch(text.strip().removesuffix("px")):
+        problem = f"its place or size {text[:20]!r} is not in user units"
+        raise CaseError(place, problem, "ungroup it, or save as plain SVG")
+    return float(text.strip().removesuffix("px"))
+
+
 def _single(name: str, values: list[float]) -> FloatArray:
     counts = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skewX": (1,), "skewY": (1,)}
     if len(values) not in counts.get(name, ()):

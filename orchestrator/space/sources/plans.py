@@ -21,7 +21,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.printed import counted
 from orchestrator.geometry.polyhedra import prism
-from orchestrator.masonry.sources.dxf import DRAWN
+from orchestrator.masonry.sources.dxf_entities import DRAWN
 from orchestrator.space.sources.material import SpaceMaterial
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 

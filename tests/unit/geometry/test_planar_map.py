@@ -287,6 +287,23 @@ def test_acute_tips_that_are_cut_back_and_short_edges_are_counted():
     assert (exact.tips, exact.collapsed) == ((), ())
 
 
+@pytest.mark.parametrize(("angle", "joined"), [(15, True), (25, True), (40, False), (90, False)])
+def test_a_tip_is_cut_back_as_far_as_the_tolerance_moves_it_and_a_right_angle_is_none(angle, joined):
+    """Two stones on a bed beside each other, whose joint rises at an angle: one overlaps the other by 2 mm along the
+    bed, which is as deep as the tolerance at 30 degrees."""
+    rise = np.array([0.4 / np.tan(np.radians(angle)), 0.4]) if angle < 90 else np.array([0.0, 0.4])
+    foot, over = np.array([1.0, 0.0]), np.array([2e-3, 0.0])
+    left = np.array([(0.0, 0.0), foot + over, foot + over + rise, (0.0, 0.4)])
+    right = np.array([foot, (4.0, 0.0), (4.0, 0.4), foot + rise])
+    outlines = [rectangle(0, -0.4, 4.0, 0.4), left, right]
+    tolerance = 2e-3 * np.sin(np.radians(30))
+    if joined:
+        assert len(planar_map(outlines, tolerance, short=0.01).tips) == 2
+    else:
+        with pytest.raises(OverlapError):
+            planar_map(outlines, tolerance, short=0.01)
+
+
 def test_what_was_cut_back_and_taken_for_points_is_said():
     outlines = [np.array(outline) for outline in ACUTE]
     ground = rectangle(-0.8, -0.6, 1.2, 0.2)

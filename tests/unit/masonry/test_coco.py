@@ -68,6 +68,34 @@ def test_coco_polygons_are_the_stones(tmp_path):
         assert same(outline, exact) == pytest.approx(0, abs=1e-12)
 
 
+def test_annotations_that_are_lost_are_counted(tmp_path):
+    """Two of an image and one of a category that the file does not list, one with an empty mask."""
+    file = annotated(tmp_path, [[flat(stone)] for stone in STONES])
+    record = json.loads(file.read_text())
+    one = record["annotations"][0]
+    record["annotations"][3]["category_id"] = 12
+    record["annotations"] += [one | {"image_id": 8}, one | {"image_id": 9}]
+    record["annotations"] += [one | {"segmentation": {"size": [90, 120], "counts": [90 * 120]}}]
+    file.write_text(json.dumps(record))
+    drawing = read_coco(file, Layers(), CocoSettings(0.01))
+    assert len(drawing.stones) == 4
+    assert drawing.materials == ("stone", "stone", "stone", "category 12")
+    said = [remark for remark in drawing.remarks if "WARNING" in remark]
+    assert said == [
+        "WARNING: 2 annotations of images that the file does not list, left out",
+        "WARNING: 1 annotation with an empty mask left out",
+        "WARNING: 1 annotation of a category that the file does not list: category 12",
+    ]
+
+
+def test_a_file_without_categories_is_one_of_stones(tmp_path):
+    file = annotated(tmp_path, [[flat(stone)] for stone in STONES])
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"categories": []}))
+    drawing = read_coco(file, Layers(), CocoSettings(0.01))
+    assert drawing.materials == ()
+    assert not [remark for remark in drawing.remarks if "WARNING" in remark]
+
+
 def test_coco_categories_are_roles_and_materials(tmp_path):
     names = ["stone", "brick", "stone", "stone", "supports", "Openings"]
     path = annotated(tmp_path, [[flat(shape)] for shape in [*STONES, GROUND, STONES[3]]], names)

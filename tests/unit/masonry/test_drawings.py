@@ -128,6 +128,19 @@ def test_outlines_that_overlap_by_more_than_the_tolerance_are_refused_with_the_o
     assert not [remark for remark in remarks if "WARNING" in remark]
 
 
+@pytest.mark.parametrize("overlap", [2, 5, 6])
+def test_a_stone_drawn_too_long_is_refused_above_the_tolerance_and_has_no_tip(tmp_path, overlap):
+    boxes = [(0, 0, 500 + overlap, 250), (500, 0, 1000, 250), (0, 250, 250, 500), (250, 250, 1000, 500)]
+    path = drawn(tmp_path / "long.dxf", outlines=[between(*box) for box in boxes])
+    with pytest.raises(CaseError, match=r"blocks? 1 .*(lie on one another, by more than|overlaps block 2)") as refused:
+        read(path)
+    tolerance = refused.value.remedy.partition('"')[2].partition('"')[0]
+    found, remarks = read(path, tolerance=tolerance)
+    assert found == 4
+    assert any(f"1 overlap between blocks closed, median {overlap} mm" in remark for remark in remarks)
+    assert not [remark for remark in remarks if "WARNING" in remark or "tip" in remark]
+
+
 def test_an_exact_drawing_has_no_short_edges_to_speak_of(tmp_path):
     joints = [((200.1 * k, 0), (200.1 * k, 300)) for k in range(1, 4)]
     _, remarks = read(drawn(tmp_path / "exact.dxf", frame(0, 0, 800.4, 300) + joints))

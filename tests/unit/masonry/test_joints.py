@@ -83,6 +83,15 @@ def test_groups_without_support_are_named():
         check_assemblage(find_joints(wall(GROUND, stone, above, top), JointSettings()))
 
 
+def test_a_wall_in_another_unit_is_asked_for_its_unit_instead_of_its_stones():
+    stones = [([[x, 0], [x + 1, 0], [x + 1, 1], [x, 1]], False) for x in (0, 1)]
+    small = wall(*((1e-3 * np.array(polygon), fixed) for polygon, fixed in (GROUND, *stones)))
+    with pytest.raises(
+        CaseError, match=r"block 11: touches no other .*; the wall measures 0.004 m: is the unit right\?"
+    ):
+        check_assemblage(find_joints(small, JointSettings()))
+
+
 def test_shared_segment_is_cut_to_both_edges():
     """The stone's base runs over both ends of a short support; its left side continues that of the stone below."""
     support = ([[0.3, -1], [0.8, -1], [0.8, 0], [0.3, 0]], True)

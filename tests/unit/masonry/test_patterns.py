@@ -289,3 +289,38 @@ def test_least_depth_of_a_semicircular_arch(depth, standing):
 def test_a_pier_narrower_than_the_springing_is_refused():
     with pytest.raises(CaseError, match=r"pier_width: .* give at least 0.3 m"):
         arch_on_piers(Arch(9, 1.0, 0.3, courses=2, pier_width=0.2, pier_height=1.0))
+
+
+@pytest.mark.parametrize(
+    ("make", "key"),
+    [
+        (lambda: Rubble(-1.8, 1.6), "Rubble.length: -1.8 "),
+        (lambda: Rubble(1.8, 1.6, stone=0), "Rubble.stone: 0.0 "),
+        (lambda: Rubble(1.8, float("nan")), "Rubble.height: nan "),
+        (lambda: Rubble(1.8, 1.6, flatness=-1), "Rubble.flatness: -1 "),
+        (
+            lambda: Rubble(1.8, 1.6, openings=((1.0, 0.5, 0.0, 1.0),)),
+            r"Rubble.openings\[0\]: .* has no area; give left",
+        ),
+        (lambda: Rubble(1.8, 1.6, seed=-1), "Rubble.seed: -1 "),
+        (lambda: IrregularCourses(2.0, 1.0, thickness=-0.4), "IrregularCourses.thickness: -0.4 "),
+        (lambda: IrregularCourses(2.0, 1.0, widths=(0.3, 0.1)), "IrregularCourses.widths: 0.3 to 0.1 m is not a range"),
+        (lambda: IrregularCourses(2.0, 1.0, heights=(0, 0.1)), "IrregularCourses.heights.0: 0.0 "),
+        (lambda: IrregularCourses(2.0, 1.0, openings=((0.5, 1.0, 1.0, 0.2),)), "has no area"),
+        (lambda: ArchedOpening(1.8, 1.0, 0.0, 1.0), "ArchedOpening: .* has no area; give left, right, sill and spr"),
+        (lambda: ArchedOpening(1.0, 1.8, 0.0, 1.0, depth=0), "ArchedOpening.depth: 0.0 "),
+        (lambda: ArchedWall(IrregularCourses(2.0, 1.0), quoins=(0.4, -0.6)), "ArchedWall.quoins.*: -0.6 "),
+        (lambda: Arch(9, 0.1, 0.3), "Arch.depth: 0.3 m is not below twice the radius"),
+        (lambda: Arch(9.5, 1.0, 0.3), "Arch.voussoirs: 9.5 is not a whole number"),
+        (lambda: running_bond(0, 3), "RunningBond.blocks_per_course: 0 "),
+        (lambda: running_bond(2, 3, block_height=-0.1), "RunningBond.block_height: -0.1 "),
+    ],
+)
+def test_a_pattern_of_nothing_is_refused_in_one_line(make, key):
+    with pytest.raises(CaseError, match=key) as refused:
+        make()
+    assert "\n" not in str(refused.value)
+
+
+def test_a_pattern_takes_texts_with_units():
+    assert Rubble("180 cm", 1.6).length == pytest.approx(1.8)

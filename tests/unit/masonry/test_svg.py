@@ -65,11 +65,77 @@ def test_svg_groups_are_roles_and_materials(tmp_path):
     drawing = read_svg(svg(tmp_path, body), Layers("stone, timber"), 1e-5)
     assert drawing.materials == ("stone", "stone", "stone", "timber")
     assert len(drawing.supports) == 1
-    assert any("1 elements passed over: text" in remark for remark in drawing.remarks)
+    assert "WARNING: passed over: 1 hidden path, 1 text" in drawing.remarks
     with pytest.raises(
         CaseError, match=r"nothing is drawn in a group 'blocks'; .*groups: notes, stone, supports, timber"
     ):
         read_svg(svg(tmp_path, body), Layers(), 1e-5)
+
+
+HIDDEN = [
+    ("", '<path d="{0}" visibility="hidden"/>'),
+    ("", '<path d="{0}" style="fill:none; visibility : collapse"/>'),
+    ("", '<g visibility="hidden"><path d="{0}"/></g>'),
+    ("", '<g display="none"><path visibility="visible" d="{0}"/></g>'),
+    (".old, .gone { display: none }", '<path class="a gone" d="{0}"/>'),
+    ("path#p7{visibility:hidden !important}", '<path id="p7" d="{0}"/>'),
+    ("/* path{} */ .old{display:inline} .old{display:none}", '<g class="old"><path d="{0}"/></g>'),
+]
+SHOWN = [
+    ("", '<g visibility="hidden"><path visibility="visible" d="{0}"/></g>'),
+    ("circle.old{display:none} .older{display:none}", '<path class="old" d="{0}"/>'),
+    (".old{display:none}", '<path class="old" style="display:inline" d="{0}"/>'),
+    (".old{display:none} #p7{display:block}", '<path class="old" id="p7" d="{0}"/>'),
+]
+
+
+@pytest.mark.parametrize(("sheet", "last"), HIDDEN)
+def test_what_is_hidden_is_passed_over_and_counted(tmp_path, sheet, last):
+    rest = "".join(f'<path d="{as_path(stone)}"/>' for stone in STONES[:-1])
+    body = f"<style>{sheet}</style>{rest}{last.format(as_path(STONES[-1]))}"
+    drawing = read_svg(svg(tmp_path, body), Layers(), 1e-5)
+    assert len(drawing.stones) == 3
+    assert "passed over: 1 hidden path" in drawing.remarks
+
+
+@pytest.mark.parametrize(("sheet", "last"), SHOWN)
+def test_what_is_shown_again_is_read(tmp_path, sheet, last):
+    rest = "".join(f'<path d="{as_path(stone)}"/>' for stone in STONES[:-1])
+    body = f"<style>{sheet}</style>{rest}{last.format(as_path(STONES[-1]))}"
+    assert len(read_svg(svg(tmp_path, body), Layers(), 1e-5).stones) == 4
+
+
+def test_a_rule_that_hides_and_cannot_be_read_is_a_warning(tmp_path):
+    body = f'<style>g > .old {{display:none}}</style><path d="{as_path(STONES[0])}"/>'
+    remarks = read_svg(svg(tmp_path, body), Layers(), 1e-5).remarks
+    assert "WARNING: style of 'g > .old' hides something and is not read" in remarks
+
+
+@pytest.mark.parametrize(
+    ("inner", "unit"),
+    [
+        ('x="10" y="20" width="60" height="45" viewBox="0 0 120 90"', 0.5e-3),
+        ('width="60" height="80" viewBox="0 0 120 90"', 0.5e-3),
+        ('width="60" height="45" viewBox="0 0 240 90" preserveAspectRatio="xMinYMax slice"', 0.5e-3),
+        ('x="7"', 1e-3),
+    ],
+)
+def test_a_drawing_within_a_drawing_is_read_at_its_scale(tmp_path, inner, unit):
+    body = f"<svg {inner}>" + "".join(f'<path d="{as_path(stone)}"/>' for stone in STONES) + "</svg>"
+    drawing = read_svg(svg(tmp_path, body), Layers(), 1e-5)
+    for outline, exact in zip(drawing.stones, expected(unit), strict=True):
+        assert same(outline, exact) == pytest.approx(0, abs=1e-12)
+
+
+def test_a_drawing_within_a_drawing_is_where_it_is_placed(tmp_path):
+    """A square of 10 in a view of 20 x 10 that is fitted into 100 x 100: 50 high, 25 from the top; beside it one of the
+    drawing around."""
+    body = (
+        '<rect x="0" y="0" width="5" height="100"/><svg x="5" y="0" width="100" height="100" viewBox="0 0 20 10">'
+        '<rect width="10" height="10"/></svg>'
+    )
+    _, inner = polygons(read_svg(svg(tmp_path, body), Layers(), 1e-5))
+    assert inner.bounds == pytest.approx((0.005, 0.025, 0.055, 0.075))
 
 
 @pytest.mark.parametrize(
@@ -135,6 +201,7 @@ def test_svg_curves_are_as_fine_as_asked(tmp_path, body, area):
         ('<path d="M0 0 C 0 1e8 1e8 0 5 5z"/>', None, "a curve needs more than 1000 chords"),
         ('<g transform="spin(3)"><path d="M0 0"/></g>', None, "transform: 'spin' with 1 numbers cannot be read"),
         ('<g transform="scale(x)"><path d="M0 0"/></g>', None, "transform: 'x' is not a list of numbers"),
+        ('<svg width="50%" height="9" viewBox="0 0 9 9"/>', None, "nested svg: its place or size '50%' is not in user"),
         ("<g>" * 200 + "</g>" * 200, None, "nested more than 100 deep"),
     ],
 )

@@ -1,0 +1,34 @@
+"""Holes of a stone's size that stones enclose: a stone that was left out, or a small opening; said without judging."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from orchestrator.basis.printed import counted, few
+from orchestrator.masonry.wall import Wall, shapes
+
+SIZES = (0.25, 1.5)
+"""times the median and the largest area of the stones between which a hole is of a stone's size; doors and windows are
+larger, what is left between stones that do not fit is smaller"""
+CRACK = 1e-3
+"""part of a stone's size (root of the median area): joints that are open by less enclose a hole all the same"""
+
+
+def said_holes(wall: Wall) -> list[str]:
+    """Return a remark on holes of a stone's size, with place and size of the first; nothing where there is none."""
+    outlines = shapes(wall)
+    area = shapely.area(outlines)[[not block.fixed for block in wall.blocks]]
+    if not len(area):
+        return []
+    median, largest = float(np.median(area)), float(area.max())
+    together = shapely.union_all(shapely.buffer(outlines, 0.5 * CRACK * np.sqrt(median), join_style="mitre"))
+    rings = [ring for part in shapely.get_parts(together) for ring in part.interiors]
+    holes = [hole for hole in map(shapely.Polygon, rings) if SIZES[0] * median < hole.area < SIZES[1] * largest]
+    named = [_place(hole) for hole in sorted(holes, key=lambda hole: hole.bounds[1::-1])]
+    return [f"{counted(len(holes), 'hole')} of a stone's size between stones: {few(named)}"] if holes else []
+
+
+def _place(hole: shapely.Polygon) -> str:
+    left, bottom, right, top = hole.bounds
+    return f"{right - left:.3g} m x {top - bottom:.3g} m at ({hole.centroid.x:.4g}, {hole.centroid.y:.4g}) m"

@@ -1,0 +1,74 @@
+"""What became of the outlines of a drawing, in words: gaps and overlaps that were closed, or not, tips, short edges."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from orchestrator.basis.printed import few, millimetres
+from orchestrator.geometry.healing import Gap, closed_gaps, open_gaps
+from orchestrator.geometry.planar_map import PlanarMap
+from orchestrator.masonry.wall import Wall
+
+NOT_SEEN = 1e-6
+"""m: what is nearer was drawn in one place"""
+MORE_THAN_ROUNDING = 0.01
+"""part of the tolerance by which an overlap is more than the tolerance, and not as deep as it"""
+
+
+def said_of_healing(joined: PlanarMap, wall: Wall, within: float) -> list[str]:
+    """Return remarks on the healed `wall`: what was not closed over the tolerance `within` (m) first, then what was."""
+    gaps = closed_gaps(joined)
+    not_closed = [_words(gap, wall) for gap in open_gaps(joined)]
+    return [*not_closed, *_said_deep(gaps, wall, within), *_summary(gaps, wall), *_said_changes(joined)]
+
+
+def _words(gap: Gap, wall: Wall) -> str:
+    kind = "gap" if gap.width > 0 else "overlap"
+    first, second = wall.blocks[gap.i].id, wall.blocks[gap.j].id
+    x, y = gap.at
+    return (
+        f"WARNING: {kind} of {millimetres(gap.width)} between blocks {first} and {second} at ({x:.4g}, {y:.4g}) m NOT "
+        f"closed, wider than the tolerance; --tolerance closes it, or --mortar if it is a joint"
+    )
+
+
+def _said_deep(closed: list[Gap], wall: Wall, within: float) -> list[str]:
+    """Return a warning of overlaps that were closed with others though they are deeper than the tolerance (m)."""
+    deep = [gap for gap in closed if -gap.width > within * (1 + MORE_THAN_ROUNDING)]
+    named = [
+        f"blocks {wall.blocks[gap.i].id} and {wall.blocks[gap.j].id} by {millimetres(gap.width)} at "
+        f"({gap.at[0]:.4g}, {gap.at[1]:.4g}) m"
+        for gap in deep
+    ]
+    return [f"WARNING: overlaps closed with others are deeper than the tolerance: {few(named)}"] if deep else []
+
+
+def _summary(closed: list[Gap], wall: Wall) -> list[str]:
+    """Return one line about gaps and one about overlaps that were closed, with the widest of each."""
+    said = []
+    for kind, gaps in (("gap", [g for g in closed if g.width > 0]), ("overlap", [g for g in closed if g.width < 0])):
+        if gaps:
+            widest = max(gaps, key=lambda gap: abs(gap.width))
+            i, j = wall.blocks[widest.i].id, wall.blocks[widest.j].id
+            median = float(np.median([abs(gap.width) for gap in gaps]))
+            many = f"{len(gaps)} {kind}s" if len(gaps) > 1 else f"1 {kind}"
+            said.append(
+                f"{many} between blocks closed, median {millimetres(median)}, widest {millimetres(widest.width)} "
+                f"between blocks {i} and {j} at ({widest.at[0]:.4g}, {widest.at[1]:.4g}) m"
+            )
+    return said
+
+
+def _said_changes(joined: PlanarMap) -> list[str]:
+    """Return what else became of the outlines: tips cut back, edges that became points, joints taken straight."""
+    said = []
+    if joined.tips:
+        many = f"{len(joined.tips)} acute tips that overlap" if len(joined.tips) > 1 else "1 acute tip that overlaps"
+        said.append(f"WARNING: {many} cut back by up to {millimetres(max(joined.tips))}, more than the tolerance")
+    collapsed = [length for length in joined.collapsed if length > NOT_SEEN]
+    if collapsed:
+        many = f"{len(collapsed)} short edges" if len(collapsed) > 1 else "1 short edge"
+        said.append(f"{many} of stones taken for points, up to {millimetres(max(collapsed))} long")
+    if joined.straightened:
+        said.append(f"joints that bend taken straight, by up to {millimetres(joined.straightened)}")
+    return said
