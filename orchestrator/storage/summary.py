@@ -124,6 +124,10 @@ class PushoverSummary:
     """moment that toes which crush carry too much at the peak, over that of the live load"""
     crushing: bool = False
     """whether a joint has a finite compressive strength"""
+    max_pressed_gap: float = 0.0
+    """largest distance of displaced outlines of two bodies that press each other, at the peak or the end, m"""
+    max_pressed_gap_over_size: float = 0.0
+    """and over the smaller body's size"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,6 +255,7 @@ def pushover_summary(
     stopped_because: str,
     *,
     overlap: tuple[float, float],
+    pressed_gap: tuple[float, float],
     toe_error: float,
     crushing: bool,
     large_displacement: bool,
@@ -260,7 +265,10 @@ def pushover_summary(
     complaint: str | None,
     not_valid_because: str | None,
 ) -> PushoverSummary:
-    """Return the summary of one pushover. overlap: of displaced outlines in m, and over the smaller body's size."""
+    """Return the summary of one pushover. overlap: of displaced outlines in m, and over the smaller body's size.
+
+    pressed_gap: between outlines of bodies that press each other, likewise.
+    """
     assert set(seconds) == set(TIMINGS), f"timings {sorted(seconds)}, not {sorted(TIMINGS)}"
     return PushoverSummary(
         model=model,
@@ -281,6 +289,8 @@ def pushover_summary(
         not_valid_because=not_valid_because,
         toe_error=toe_error,
         crushing=crushing,
+        max_pressed_gap=pressed_gap[0],
+        max_pressed_gap_over_size=pressed_gap[1],
     )
 
 

@@ -251,6 +251,12 @@ def _checks(summary: storage.PushoverSummary) -> list[dict[str, Any]]:
             curve_checks.OVERLAP,
             "largest overlap of two bodies / smaller size",
         ),
+        (
+            "touch",
+            "max_pressed_gap_over_size",
+            curve_checks.APART,
+            "largest gap between two bodies that press each other / smaller size",
+        ),
         ("energy balance", "energy_error", curve_checks.ENERGY, "largest imbalance of work and energies"),
     )
     return [
