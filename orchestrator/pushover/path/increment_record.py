@@ -39,6 +39,8 @@ def at_rest(model: ContactModel) -> Increment:
     """Return the stress-free wall without weight, the start of gravity (number 0)."""
     count, nodes = len(model.possible), len(model.body)
     zero = read_only(np.zeros(count))
+    closed = np.minimum(model.gap_offset, 0.0)  # what lies apart is open; joints are closed, whatever their last digit
+    joined = model.rows < (model.tracking.touching if model.tracking else count)
     return Increment(
         number=0,
         phase="gravity",
@@ -54,7 +56,7 @@ def at_rest(model: ContactModel) -> Increment:
         tie_force=read_only(np.zeros(len(model.ties or ()))),
         tie_rest=read_only(np.zeros(len(model.ties or ()))),
         gap=zero,
-        overlap=read_only(scattered(np.zeros(count), model.rows, np.minimum(model.gap_offset, 0.0))),
+        overlap=read_only(scattered(np.zeros(count), model.rows, np.where(joined, model.gap_offset, closed))),
         status=read_only(np.full(count, ContactStatus.STICK), np.int64),
         base_shear=0.0,
         horizontal_load=model.horizontal_load,
