@@ -227,7 +227,8 @@ class MacroblockSummary:
 class Summary:
     """A run. macroblocks: None where it stopped before them; pushover may be empty; seismic: the verification.
 
-    settings: of the run, as its case.toml has them, and blocks_sha256 of its blocks.json; None of what was not run.
+    failed: models that have no curve, where others have one, and why. settings: of the run, as its case.toml has them,
+    and blocks_sha256 of its blocks.json; None of what was not run.
     """
 
     case: str
@@ -238,11 +239,12 @@ class Summary:
     seismic: dict[str, Any] | None = None
     settings: dict[str, Any] | None = None
     blocks_sha256: str | None = None
+    failed: dict[str, str] | None = None
 
     @property
     def record(self) -> dict[str, Any]:
-        """What summary.json holds; `seismic`, `settings` and `blocks_sha256` only where there are any."""
-        last = ("seismic", "settings", "blocks_sha256")
+        """What summary.json holds; what may be None at the end only where there is any."""
+        last = ("seismic", "settings", "blocks_sha256", "failed")
         return {key: value for key, value in asdict(self).items() if value is not None or key not in last}
 
 

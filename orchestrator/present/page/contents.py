@@ -82,6 +82,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "pictures": {path.stem: picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
         "models": [_model(run, model) for model in models],
         "complaints": [(LABELS[m.name], m.summary.complaint) for m in models if m.summary.complaint],
+        "failed": [(LABELS[name], why) for name, why in (run.summary.failed or {}).items()],
         "remarks": remarks,
         "failed_checks": sum(not check["passed"] for model in models for check in _checks(model.summary)),
         "versions": dict(_provenance(run.folder)),
