@@ -193,8 +193,9 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """Run the whole chain into the folder `output`; the same outcome on every rank.
 
     With `resume` a pushover goes on after its last stored increment, and a model that the folder holds finished is
-    carried on beside those of the case; else results of an earlier run are removed. Raises CaseError before anything is
-    written.
+    carried on beside those of the case; else results of an earlier run are removed. A model without a curve is a
+    complaint where another one has a curve. Raises CaseError before anything is written, ConvergenceError where no
+    model has a curve.
     """
     began = perf_counter()
     if resume:
@@ -244,17 +245,23 @@ def push(
             logger.info("settings as run: %s", output / "case.toml")
             logger.info("micro-LA and macroblocks: %s", _words(segmented))
         pushed: dict[ModelName, Pushed] = {}
+        failed: dict[ModelName, ConvergenceError] = {}
         for model in dict.fromkeys(case.run.models):
             chosen = segmented.partition
-            segmented, pushed[model] = push_segmented(model, case, segmented, output, resume, comm, report)
+            try:
+                segmented, pushed[model] = push_segmented(model, case, segmented, output, resume, comm, report)
+            except ConvergenceError as error:  # before the first lateral increment
+                failed[model] = error
             if segmented.partition is not chosen:
                 on_root(
                     comm,
                     reporting.write_partition,
                     output, case, segmented.assemblage, segmented.partition, segmented.bodies,
                 )  # fmt: skip
+        if failed and not pushed:
+            raise next(iter(failed.values()))
         report(StageBegun("report", "curves, verification where asked for, and report.html"))
-        outcome = on_root(comm, _finished, case, segmented, pushed, output)
+        outcome = on_root(comm, _finished, case, segmented, pushed, failed, output)
         for model, done in pushed.items():
             peak, stopped = done.capacity.peak_base_shear, done.curve.stopped_because
             logger.info("%s: peak base shear %.6g N; %s", model, peak, stopped)
@@ -271,7 +278,13 @@ def rebuild_report(run_folder: Path) -> Path:
     return reporting.rebuild(run_folder)
 
 
-def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed], output: Path) -> Outcome:
+def _finished(
+    case: Case,
+    segmented: Segmented,
+    pushed: dict[ModelName, Pushed],
+    failed: dict[ModelName, ConvergenceError],
+    output: Path,
+) -> Outcome:
     from orchestrator.present import report as reporting
 
     summary = reporting.write_summary(
@@ -282,8 +295,10 @@ def _finished(case: Case, segmented: Segmented, pushed: dict[ModelName, Pushed],
         segmented.partition,
         {model: (done.curve, done.capacity) for model, done in pushed.items()},
         [done.summary for done in pushed.values()],
+        {model: str(error) for model, error in failed.items()},
     )
-    return Outcome(summary, tuple(complaint for done in pushed.values() for complaint in done.complaints))
+    complaints = (complaint for done in pushed.values() for complaint in done.complaints)
+    return Outcome(summary, (*failed.values(), *complaints))
 
 
 def _words(segmented: Segmented) -> str:

@@ -159,7 +159,8 @@ def _finished(run: LoadCaseRun) -> Outcome | None:
     if _without_commit(written.read_text(encoding="utf-8")) != _without_commit(as_run(run.case)):
         return None
     summary = storage.read_summary(run.folder)
-    return None if any(pushed.complaint for pushed in summary.pushover) else Outcome(summary, ())
+    complains = summary.failed or any(pushed.complaint for pushed in summary.pushover)
+    return None if complains else Outcome(summary, ())
 
 
 def _without_commit(text: str) -> list[str]:
@@ -256,6 +257,8 @@ def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
     limit = summary.limit_analysis
     lowest = "" if limit.non_associative is None else limit.non_associative
     sums = {f"{name}_N": getattr(summary.wall, name) for name in ("weight", "vertical_load", "horizontal_load")}
+    for why in (summary.failed or {}).values():
+        yield row | {"complaint": why}
     for pushed in summary.pushover:
         figures = {
             "model": pushed.model,

@@ -192,15 +192,21 @@ def judged(
     curve = PushoverCurve.from_increments(increments(), stopped)
     effort = storage.effort_of(increments(), contact_model.body_names, contact_model.body_weight)
     failures, capacity = [complaint] if isinstance(complaint, ConvergenceError) else [], find_capacity(curve)
-    overlap = _overlap_of(bodies, contact_model, last) if (large := stepping.large_displacement) else (0.0, 0.0)
     peak = _peak(curve)
     at_peak = next(one for one in increments() if one.number == peak)
+    overlap = pressed_gap = (0.0, 0.0)
+    if large := stepping.large_displacement:
+        overlap = _overlap_of(bodies, contact_model, last)
+        pressed_gap = max(
+            (_pressed_gap_of(bodies, contact_model, one) for one in (at_peak, last)), key=lambda of: of[1]
+        )
     bound = None if large else expected * contact_model.horizontal_load
     ended = f"it broke off {place(last)}" if failures else ""
-    invalid = _invalid(model, curve, overlap[1], effort.energy_error, bound, ended)
+    invalid = _invalid(model, curve, overlap[1], pressed_gap[1], effort.energy_error, bound, ended)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     summary = storage.pushover_summary(
         model, contact_model.meshes, len(contact_model.contacts), effort, capacity, stopped, overlap=overlap,
+        pressed_gap=pressed_gap,
         toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, _moment_of_load(contact_model, at_peak)),
         crack_elements=elements_at_cracks(bodies, contact_model.contacts, at_peak),
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
@@ -226,6 +232,15 @@ def _overlap_of(bodies: Bodies, contact_model: ContactModel, last: Increment) ->
 
     closed = largest_closing(contact_model.mortar, last)
     return largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen, closed)
+
+
+def _pressed_gap_of(bodies: Bodies, contact_model: ContactModel, state: Increment) -> tuple[float, float]:
+    """Return how far two bodies that press each other are apart, in m and over the size of the smaller one."""
+    from orchestrator.pushover.path.body_overlap import largest_pressed_gap
+
+    pairs, weight = contact_model.pairs, contact_model.body_weight
+    here = (state.displacement, state.fallen, pairs, state.normal_force, weight)
+    return largest_pressed_gap(bodies, contact_model.meshes, *here)
 
 
 def _moment_of_load(contact_model: ContactModel, state: Increment) -> float:
@@ -293,6 +308,7 @@ def _invalid(
     model: str,
     curve: PushoverCurve,
     overlap: float,
+    pressed_gap: float,
     energy_error: float,
     highest: float | None,
     broke_off: str,
@@ -301,7 +317,7 @@ def _invalid(
     from orchestrator.pushover.path.curve_checks import check_curve
 
     try:
-        check_curve(curve, overlap, energy_error, highest)
+        check_curve(curve, overlap, pressed_gap, energy_error, highest)
         if broke_off:
             raise ResultError("end of the curve", broke_off)
     except ResultError as error:

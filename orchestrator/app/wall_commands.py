@@ -143,6 +143,8 @@ def run(options: argparse.Namespace, case: Case, comm: MPI.Intracomm | None, con
     console.print(tables.run_table(outcome.summary))
     for remark in storage.remarks(outcome.summary):
         console.print(remark, soft_wrap=True, markup=False)
+    for why in (outcome.summary.failed or {}).values():
+        console.print(f"NO CURVE: {why}", soft_wrap=True, markup=False)
     for reason in storage.reasons(outcome.summary.pushover):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)
     console.print(answer.answer_of_run(outcome.summary), soft_wrap=True, markup=False)

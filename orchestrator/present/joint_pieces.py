@@ -16,6 +16,8 @@ HAIRLINE = 1e-5
 """m; a joint that is open by less is drawn thin: it is a crack in the model, none that anybody finds on the wall"""
 THIN = 3
 """status of such a joint in pictures, after those of ContactStatus"""
+NO_STATE = 4
+"""status of a joint with a stone that has fallen: it is not drawn"""
 DAMAGED = 0.01
 """degree of damage from which a bonded joint is shown as damaged; loading alone leaves less"""
 
@@ -24,6 +26,20 @@ def shown_status(increment: Increment) -> IntArray:
     """Return the status (c,) of the contacts as pictures show it: ContactStatus, or THIN."""
     thin = (increment.status == ContactStatus.OPEN) & (increment.gap < HAIRLINE)
     return np.where(thin, THIN, increment.status)
+
+
+def status_of_pieces(bodies: Bodies, contacts: ContactPlaces, contact: IntArray, increment: Increment) -> IntArray:
+    """Return the shown status (p,) of pieces of joints by the `contact` (p,) of each, NO_STATE where a side fell."""
+    fallen = np.append(increment.fallen, np.zeros(len(bodies.bodies) - bodies.moving, bool))
+    joint = contacts.interface[contact]
+    gone = fallen[bodies.interfaces.i[joint]] | fallen[bodies.interfaces.j[joint]]
+    return np.where(gone, NO_STATE, shown_status(increment)[contact])
+
+
+def shown_displacement(meshes: BodyMeshes, increment: Increment) -> FloatArray:
+    """Return the displacements (m, 2) of the nodes in m as they are shown: what has fallen is drawn where it stood."""
+    here = ~increment.fallen[meshes.body_of_node]
+    return np.where(here[:, None], increment.displacement[: len(meshes.nodes), :2], 0.0)
 
 
 def front_loops(meshes: BodyMeshes, body: int) -> list[list[int]]:

@@ -168,8 +168,12 @@ def write_summary(
     partition: Partition,
     curves: Mapping[str, tuple[PushoverCurve, Capacity]],
     pushovers: Sequence[storage.PushoverSummary],
+    failed: Mapping[str, str],
 ) -> storage.Summary:
-    """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary."""
+    """Draw all curves ("macro" and "micro" -> curve, capacity) in one picture; write and return the summary.
+
+    failed: models without a curve, and why.
+    """
     reasons = storage.reasons(pushovers)
     draw_curves(output / "figures", case.name, analysis, partition, curves, reasons, case.project.language)
     summary = storage.summarise(case.name, assemblage, analysis, partition, pushovers)
@@ -178,6 +182,7 @@ def write_summary(
         seismic=write_verification(output, case, assemblage, analysis, partition, curves, pushovers),
         settings=plain(as_record(case, "blocks.json")),
         blocks_sha256=storage.hash_file(output / "blocks.json"),
+        failed=dict(failed) or None,
     )
     storage.write_summary(output, summary)
     page.write_verdict(output, page.verdict_of(case, summary))

@@ -126,6 +126,10 @@ class PushoverSummary:
     """elements along the bonded joint that cracks at the peak and has the fewest, where one does"""
     crushing: bool = False
     """whether a joint has a finite compressive strength"""
+    max_pressed_gap: float = 0.0
+    """largest distance of displaced outlines of two bodies that press each other, at the peak or the end, m"""
+    max_pressed_gap_over_size: float = 0.0
+    """and over the smaller body's size"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,7 +233,8 @@ class MacroblockSummary:
 class Summary:
     """A run. macroblocks: None where it stopped before them; pushover may be empty; seismic: the verification.
 
-    settings: of the run, as its case.toml has them, and blocks_sha256 of its blocks.json; None of what was not run.
+    failed: models that have no curve, where others have one, and why. settings: of the run, as its case.toml has them,
+    and blocks_sha256 of its blocks.json; None of what was not run.
     """
 
     case: str
@@ -240,11 +245,12 @@ class Summary:
     seismic: dict[str, Any] | None = None
     settings: dict[str, Any] | None = None
     blocks_sha256: str | None = None
+    failed: dict[str, str] | None = None
 
     @property
     def record(self) -> dict[str, Any]:
-        """What summary.json holds; `seismic`, `settings` and `blocks_sha256` only where there are any."""
-        last = ("seismic", "settings", "blocks_sha256")
+        """What summary.json holds; what may be None at the end only where there is any."""
+        last = ("seismic", "settings", "blocks_sha256", "failed")
         return {key: value for key, value in asdict(self).items() if value is not None or key not in last}
 
 
@@ -257,6 +263,7 @@ def pushover_summary(
     stopped_because: str,
     *,
     overlap: tuple[float, float],
+    pressed_gap: tuple[float, float],
     toe_error: float,
     crack_elements: int | None,
     crushing: bool,
@@ -267,7 +274,10 @@ def pushover_summary(
     complaint: str | None,
     not_valid_because: str | None,
 ) -> PushoverSummary:
-    """Return the summary of one pushover. overlap: of displaced outlines in m, and over the smaller body's size."""
+    """Return the summary of one pushover. overlap: of displaced outlines in m, and over the smaller body's size.
+
+    pressed_gap: between outlines of bodies that press each other, likewise.
+    """
     assert set(seconds) == set(TIMINGS), f"timings {sorted(seconds)}, not {sorted(TIMINGS)}"
     return PushoverSummary(
         model=model,
@@ -289,6 +299,8 @@ def pushover_summary(
         toe_error=toe_error,
         crack_elements=crack_elements,
         crushing=crushing,
+        max_pressed_gap=pressed_gap[0],
+        max_pressed_gap_over_size=pressed_gap[1],
     )
 
 

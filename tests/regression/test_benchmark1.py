@@ -64,6 +64,7 @@ def test_pushover_is_static_and_goes_to_20_mm(summary, model):
     assert entry["peak_reached"]
     assert not entry["events"]
     assert 0.0 < entry["max_penetration_over_size"] < 5e-3
+    assert entry["max_pressed_gap_over_size"] < 1e-4
     assert entry["peak_memory"] < 2e9
 
 

@@ -48,36 +48,47 @@ WRONG = {
         {"load_multiplier": np.array([0.0, 0.1, 0.203, 0.15])},
         0.0,
         0.0,
+        0.0,
         200.0,
         r"1.50e-02 \(at most 0.001\) of the peak",
     ),
-    "penetration": ({}, 6e-3, 0.0, 200.0, r"6.00e-03 \(at most 0.005\) of the smaller body"),
-    "energy balance": ({}, 0.0, 0.02, 200.0, r"2.00e-02 \(at most 0.01\) of stored energy"),
-    "static theorem": ({}, 0.0, 0.0, 198.0, r"1.01e-02 \(at most 0.005\) is what the peak is above the associative"),
+    "penetration": ({}, 6e-3, 0.0, 0.0, 200.0, r"6.00e-03 \(at most 0.005\) of the smaller body's size is the depth"),
+    "touch": ({}, 0.0, 6e-3, 0.0, 200.0, r"6.00e-03 \(at most 0.005\) of the smaller body's size is the gap"),
+    "energy balance": ({}, 0.0, 0.0, 0.02, 200.0, r"2.00e-02 \(at most 0.01\) of stored energy"),
+    "static theorem": (
+        {},
+        0.0,
+        0.0,
+        0.0,
+        198.0,
+        r"1.01e-02 \(at most 0.005\) is what the peak is above the associative",
+    ),
 }
 
 
 def test_a_good_curve_passes():
-    check_curve(curve(), 1e-12, 1e-6, 200.0)
-    check_curve(curve(), 1e-12, 1e-6, None)
+    check_curve(curve(), 1e-12, 1e-12, 1e-6, 200.0)
+    check_curve(curve(), 1e-12, 1e-12, 1e-6, None)
 
 
 def test_a_row_in_motion_may_be_out_of_balance_and_above_what_a_static_state_carries():
     multiplier = np.array([0.0, 0.1, 0.25, 0.15])
-    check_curve(curve(load_multiplier=multiplier, moving=np.array([0, 0, 1, 0])), 0.0, 0.0, 150.0)
+    check_curve(curve(load_multiplier=multiplier, moving=np.array([0, 0, 1, 0])), 0.0, 0.0, 0.0, 150.0)
 
 
 @pytest.mark.parametrize("name", WRONG)
 def test_every_bound_is_guarded_and_named(name):
-    changed, penetration, energy, highest, said = WRONG[name]
+    changed, penetration, gap, energy, highest, said = WRONG[name]
     with pytest.raises(ResultError, match=said) as caught:
-        check_curve(curve(**changed), penetration, energy, highest)
+        check_curve(curve(**changed), penetration, gap, energy, highest)
     assert caught.value.check == name
 
 
 def test_all_failures_are_named():
-    with pytest.raises(ResultError, match=r"penetration: 1\.00e\+00 .*and energy balance: 5\.00e-01"):
-        check_curve(curve(), 1.0, 0.5, 200.0)
+    with pytest.raises(
+        ResultError, match=r"penetration: 1\.00e\+00 .*and touch: 1\.00e\+00 .*and energy balance: 5\.00e-01"
+    ):
+        check_curve(curve(), 1.0, 1.0, 0.5, 200.0)
 
 
 @pytest.mark.parametrize("name", ["load_multiplier", "base_shear_N"])
@@ -85,10 +96,10 @@ def test_what_is_not_a_number_is_not_valid(name):
     values = getattr(curve(), name).copy()
     values[1] = np.nan
     with pytest.raises(ResultError):
-        check_curve(curve(**{name: values}), 0.0, 0.0, 200.0)
-    for penetration, energy in ((np.nan, 0.0), (0.0, np.nan)):
+        check_curve(curve(**{name: values}), 0.0, 0.0, 0.0, 200.0)
+    for found in ((np.nan, 0.0, 0.0), (0.0, np.nan, 0.0), (0.0, 0.0, np.nan)):
         with pytest.raises(ResultError):
-            check_curve(curve(), penetration, energy, 200.0)
+            check_curve(curve(), *found, 200.0)
 
 
 def leaky(*arguments):

@@ -6,16 +6,21 @@ other. A portal of two piers with a slit between them and a stone across bears w
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mpi4py import MPI
 
 from orchestrator import JointSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
 from orchestrator.masonry.wall import Block, Wall
+from orchestrator.pushover.path.body_overlap import largest_pressed_gap
+from orchestrator.pushover.path.curve_checks import APART
+from orchestrator.pushover.path.increment_record import at_rest, of_all_nodes, scattered
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
-from tests.support.pushover_chain import model_of, rectangle
+from tests.support.pushover_chain import bodies_of, model_of, rectangle
 
 WIDTH, HEIGHT = 0.4, 0.8
 FAR = 0.004
@@ -57,6 +62,13 @@ def test_a_portal_with_a_slit_between_its_piers(slit):
     assert peak == pytest.approx(rigid, rel=5e-3)
 
 
+def pressed_gap(model, state):
+    """Return the largest gap across which stones of `towers` press each other, over the size of the smaller one."""
+    bodies = bodies_of(towers(0.005))
+    force, weight = state.normal_force, model.body_weight
+    return largest_pressed_gap(bodies, model.meshes, state.displacement, state.fallen, model.pairs, force, weight)[1]
+
+
 def test_nothing_presses_across_a_gap():
     model = model_of(towers(0.005), mesh_size=0.4, large_displacement=True)
     slave, master = model.pairs
@@ -65,4 +77,17 @@ def test_nothing_presses_across_a_gap():
     with LinearSystem(model, MPI.COMM_SELF) as system:
         rows = list(Pushover(model, system, NewtonSettings(), SteppingSettings(final_displacement=FAR)).increments())
     assert rows[-1].phase == "displacement"
+    assert pressed_gap(model, rows[-1]) < 1e-6
     assert max(np.abs(row.normal_force[across]).max() for row in rows) == 0.0
+
+
+def test_the_check_of_a_curve_finds_contacts_that_start_closed_across_a_gap():
+    """A start in which every gap is taken for closed, as it once was: the towers lean on each other from afar."""
+    gap = 0.005
+    model = model_of(towers(gap), mesh_size=0.4, large_displacement=True)
+    start = at_rest(model)
+    start = replace(start, overlap=scattered(start.overlap, model.rows, model.gap_offset))
+    with LinearSystem(model, MPI.COMM_SELF) as system:
+        path = Pushover(model, system, NewtonSettings(), SteppingSettings(final_displacement=FAR))
+        leans = next(row for row in path.increments(of_all_nodes(model, start)) if pressed_gap(model, row) > APART)
+    assert pressed_gap(model, leans) == pytest.approx(gap / np.sqrt(WIDTH * HEIGHT), rel=0.1)

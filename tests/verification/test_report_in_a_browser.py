@@ -292,6 +292,38 @@ def test_damage_of_bonded_joints_is_shown_from_none_to_broken(bonded, run, brows
     assert browser.get_log("browser") == []
 
 
+@pytest.fixture(scope="module")
+def toppled(tmp_path_factory):
+    """A stone of 0.5 m x 1.5 m on a block of 9 m x 4 m, pushed until the block slides: the stone has fallen before."""
+    folder = tmp_path_factory.mktemp("toppled")
+    boxes = [(-9.0, -0.5, 18.0, 0.0), (0.0, 0.0, 9.0, 4.0), (4.25, 4.0, 4.75, 5.5)]
+    blocks = [
+        {"id": n, "polygon": [[x0, y0], [x1, y0], [x1, y1], [x0, y1]], "fixed": n == 0}
+        for n, (x0, y0, x1, y1) in enumerate(boxes)
+    ]
+    wall = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.3, "friction": 0.7, "unit_weight": 25.0}
+    (folder / "wall.json").write_text(json.dumps(wall | {"blocks": blocks}), encoding="utf-8")
+    with undrawn():
+        assert main(["run", str(folder / "wall.json"), "--output", str(folder / "run"), "--model", "micro", "-q"]) == 0
+    return folder / "run"
+
+
+def test_a_stone_that_fell_is_an_outline_where_it_stood(toppled, browser):
+    opened(browser, (toppled / "report.html").as_uri())
+    assert browser.find_element("id", "fell").is_displayed()
+    set_slider(browser, 0)
+    assert len(browser.find_elements("css selector", "#picture .body")) == 2
+    set_slider(browser, 10**6)
+    assert len(browser.find_elements("css selector", "#picture .body")) == 1
+    (left,) = browser.find_elements("css selector", "#picture .fell")
+
+    def corners(drawn):
+        return {tuple(float(x) for x in point.split()) for point in re.split("[MLZ]", drawn) if point}
+
+    assert {(4.25, -4.0), (4.75, -4.0), (4.75, -5.5), (4.25, -5.5)} <= corners(left.get_attribute("d"))
+    assert browser.get_log("browser") == []
+
+
 def test_the_rest_of_a_long_table_of_damage_is_shown_when_asked_for(page):
     visible = "return [...document.querySelectorAll('#damage tbody.more tr')].filter((r) => r.offsetHeight).length"
     assert page.execute_script(visible) == 0

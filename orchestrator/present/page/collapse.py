@@ -1,8 +1,9 @@
 """The collapse as data for the page: outlines of the bodies, displacements and joint states by increment.
 
 Displacements are 16-bit integers in base64, scaled by the largest of their increment; joint states are one digit a
-piece of joint (0 open, 1 stick, 2 slip, 3 open by a hair), and so are degrees of damage (0 to 9 for 0 to 1; the empty
-word where nothing is damaged). Increments are thinned out evenly to fit `room`; peak and ends stay.
+piece of joint (0 open, 1 stick, 2 slip, 3 open by a hair, 4 of a stone that has fallen: not drawn), and so are degrees
+of damage (0 to 9 for 0 to 1; the empty word where nothing is damaged). Increments are thinned out evenly to fit `room`;
+peak and ends stay.
 """
 
 from __future__ import annotations
@@ -14,7 +15,13 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.present.joint_pieces import DAMAGED, front_loops, interface_pieces, shown_status
+from orchestrator.present.joint_pieces import (
+    DAMAGED,
+    front_loops,
+    interface_pieces,
+    shown_displacement,
+    status_of_pieces,
+)
 from orchestrator.present.tie_states import ShownTies
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
@@ -53,7 +60,9 @@ def collapse(
         "ties": [] if ties is None else ties.ends,
         "pieces": np.column_stack([at_contact[before], at_contact[contact], at_contact[after]]),
         "frames": [
-            _frame(row, increment, curve, nodes, contact) | {"ties": _tied(ties, increment)}
+            _frame(row, increment, curve)
+            | _drawn(increment, meshes, nodes, status_of_pieces(bodies, contacts, contact, increment), contact)
+            | {"ties": _tied(ties, increment)}
             for row, increment in zip(rows.tolist(), store.these(curve.step[rows].tolist()), strict=True)
         ],
         "increments": len(curve.step),
@@ -66,8 +75,7 @@ def chosen_rows(rows: int, peak: int, most: int) -> IntArray:
     return np.unique(np.append(wanted, peak))
 
 
-def _frame(row: int, increment: Increment, curve: PushoverCurve, nodes: IntArray, contact: IntArray) -> dict[str, Any]:
-    scale, text = packed(increment.displacement[nodes, :2])
+def _frame(row: int, increment: Increment, curve: PushoverCurve) -> dict[str, Any]:
     return {
         "row": row,
         "increment": increment.number,
@@ -75,9 +83,20 @@ def _frame(row: int, increment: Increment, curve: PushoverCurve, nodes: IntArray
         "multiplier": increment.load_multiplier,
         "shear": increment.base_shear,
         "moved": float(curve.control_displacement_m[row] - curve.control_displacement_m[0]),
+    }
+
+
+def _drawn(
+    increment: Increment, meshes: BodyMeshes, nodes: IntArray, status: IntArray, contact: IntArray
+) -> dict[str, Any]:
+    """Return displacements of the nodes that are drawn, status (p,) and damage of the pieces of joints, and the bodies
+    that have fallen: these stay where they stood."""
+    scale, text = packed(shown_displacement(meshes, increment)[nodes])
+    return {
+        "fallen": np.flatnonzero(increment.fallen).tolist(),
         "scale": scale,
         "displacements": text,
-        "status": "".join(map(str, shown_status(increment)[contact].tolist())),
+        "status": "".join(map(str, status.tolist())),
         "damage": ninths(increment.damage[contact]),
     }
 

@@ -82,6 +82,7 @@ def contents(run: StoredRun) -> dict[str, Any]:
         "pictures": {path.stem: picture(path) for path in sorted((run.folder / "figures").glob("*.png"))},
         "models": [_model(run, model) for model in models],
         "complaints": [(LABELS[m.name], m.summary.complaint) for m in models if m.summary.complaint],
+        "failed": [(LABELS[name], why) for name, why in (run.summary.failed or {}).items()],
         "remarks": remarks,
         "failed_checks": sum(not check["passed"] for model in models for check in _checks(model.summary)),
         "versions": dict(_provenance(run.folder)),
@@ -250,6 +251,12 @@ def _checks(summary: storage.PushoverSummary) -> list[dict[str, Any]]:
             "max_penetration_over_size",
             curve_checks.OVERLAP,
             "largest overlap of two bodies / smaller size",
+        ),
+        (
+            "touch",
+            "max_pressed_gap_over_size",
+            curve_checks.APART,
+            "largest gap between two bodies that press each other / smaller size",
         ),
         ("energy balance", "energy_error", curve_checks.ENERGY, "largest imbalance of work and energies"),
     )

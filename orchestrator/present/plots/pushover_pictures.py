@@ -24,13 +24,16 @@ from orchestrator.masonry.wall import Wall
 from orchestrator.present.joint_pieces import (
     DAMAGED,
     HAIRLINE,
+    NO_STATE,
     THIN,
     front_loops,
     interface_pieces,
-    shown_status,
+    shown_displacement,
+    status_of_pieces,
 )
 from orchestrator.present.plots.canvas import (
     BLUE,
+    FAINT,
     GREEN,
     INK,
     ORANGE,
@@ -46,7 +49,7 @@ from orchestrator.present.plots.dead_load_arrows import draw_dead_load
 from orchestrator.present.plots.words import legend_below, write_title
 from orchestrator.present.tie_states import ShownTies, State
 from orchestrator.present.weights import multiplied, weight_words
-from orchestrator.pushover.increments import ContactStatus, Increment, PushoverCurve
+from orchestrator.pushover.increments import BodyMask, ContactStatus, Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces
 
@@ -61,6 +64,7 @@ LINES = {
 TIES: dict[State, tuple[str, float, str]] = {
     "slack": (GREEN, 1.0, "--"), "taut": (GREEN, 2.2, "-"), "yields": (PURPLE, 3.2, "-"),
 }  # fmt: skip
+FELL = "fallen: where it stood"
 BAND = 6.0
 """points; width of the band under a damaged joint"""
 MODELS = ((BLUE, "-"), (VERMILLION, "--"), (GREEN, "-."), (PURPLE, ":"))
@@ -81,14 +85,15 @@ def deformed(
 ) -> Figure:
     """Draw the outline of every body at z = 0, displaced times `amplification`, and its contacts coloured by status.
 
-    Bonded joints that are damaged have a band under them whose colour is their degree of damage.
+    Bodies that have fallen are pale outlines where they stood, without joints and loads. Bonded joints that are damaged
+    have a band under them whose colour is their degree of damage.
 
     Without `amplification` it is chosen so that the picture can be read (1, 2 or 5 times a power of
     ten, never below 1). under_gravity: control displacement (m) that the one in the title is counted from. moment:
     what the title begins with; loads: weights in words. ties: drawn with their forces. dead: extra loads of a wall,
     whose arrows move with the nearest nodes of their bodies.
     """
-    plane = increment.displacement[: len(meshes.nodes), :2]
+    plane = shown_displacement(meshes, increment)
     supports = [body.exterior for body in bodies.bodies[bodies.moving :]]
     height = float(np.ptp(meshes.nodes[:, 1]))
     factor = amplification or readable_factor(DRAWN_DISPLACEMENT * height, float(np.abs(plane).max()))
@@ -96,14 +101,21 @@ def deformed(
     title = _title(moment, increment, loads, under_gravity, factor)
     bars = np.empty((0, 2, 2)) if ties is None else ties.ends + factor * ties.moved(increment)
     figure, axes = wall_figure(np.vstack([moved, *supports, bars.reshape(-1, 2)]), title, name)
-    for number in range(bodies.moving):
+    for number in np.flatnonzero(~increment.fallen).tolist():
         axes.add_patch(PathPatch(outline(meshes, number, moved), facecolor=STONE, edgecolor="#888888", linewidth=0.5))
+    for number in (fallen := np.flatnonzero(increment.fallen).tolist()):
+        left = PathPatch(outline(meshes, number, moved), fill=False, edgecolor=FAINT, linestyle="--", linewidth=0.8)
+        axes.add_patch(left).set_label(FELL if number == fallen[0] else "_")
     draw_supports(axes, supports)
-    _draw_contacts(axes, interface_pieces(bodies, meshes, contacts), increment, moved[contacts.slave_node])
+    pieces = interface_pieces(bodies, meshes, contacts)
+    status = status_of_pieces(bodies, contacts, pieces[0], increment)
+    _draw_contacts(axes, pieces, status, increment.damage, moved[contacts.slave_node])
     if ties is not None:
         _draw_ties(axes, bars, increment.tie_force, ties.states(increment))
     if dead is not None and dead[1]:
-        draw_dead_load(axes, *dead, _carried_by(bodies, meshes, factor * plane)).set_label("extra dead loads")
+        draw_dead_load(axes, *dead, _carried_by(bodies, meshes, factor * plane, increment.fallen)).set_label(
+            "extra dead loads"
+        )
     legend_below(axes, 3)
     return figure
 
@@ -199,11 +211,16 @@ def _title(moment: str, increment: Increment, loads: str, under_gravity: float, 
     return "\n".join(filter(None, [moment, state, loads, drawn]))
 
 
-def _carried_by(bodies: Bodies, meshes: BodyMeshes, moved: FloatArray) -> Callable[[int, FloatArray], FloatArray]:
-    """Return where points (p, 2) of a block go that move as the nearest nodes of its body, by `moved` (m, 2)."""
+def _carried_by(
+    bodies: Bodies, meshes: BodyMeshes, moved: FloatArray, fallen: BodyMask
+) -> Callable[[int, FloatArray], FloatArray]:
+    """Return where points (p, 2) of a block go that move as the nearest nodes of its body, by `moved` (m, 2); none of
+    a body that has fallen."""
     body_of = {block: number for number, body in enumerate(bodies.bodies) for block in body.blocks}
 
     def carried(block: int, points: FloatArray) -> FloatArray:
+        if fallen[body_of[block]]:
+            return points[:0]
         nodes = np.flatnonzero(meshes.body_of_node == body_of[block])
         apart = np.linalg.norm(points[:, None] - meshes.nodes[None, nodes, :2], axis=2)
         return points + moved[nodes[apart.argmin(axis=1)]]
@@ -236,16 +253,20 @@ def idealised(models: Mapping[str, tuple[PushoverCurve, Bilinear]], name: str) -
 
 
 def _draw_contacts(
-    axes: Axes, pieces_of_joints: tuple[IntArray, IntArray, IntArray], increment: Increment, drawn: FloatArray
+    axes: Axes,
+    pieces_of_joints: tuple[IntArray, IntArray, IntArray],
+    status: IntArray,
+    damages: FloatArray,
+    drawn: FloatArray,
 ) -> None:
-    """Draw every interface on its slave's displaced face (`drawn` (c, 2): displaced contacts), coloured by status."""
-    status = shown_status(increment)
+    """Draw every interface on its slave's displaced face (`drawn` (c, 2): displaced contacts), its pieces coloured by
+    their status (p,); damages (c,) of the contacts."""
     contact, before, after = pieces_of_joints
     corners = np.stack([0.5 * (drawn[before] + drawn[contact]), 0.5 * (drawn[contact] + drawn[after])], axis=1)
-    pieces = {name: corners[status[contact] == name] for name in LINES}
+    pieces = {name: corners[status == name] for name in LINES}
     for name, (colour, width, label) in LINES.items():
         draw_segments(axes, pieces[name], colour, width, label)
-    damage = increment.damage[contact]
+    damage = np.where(status == NO_STATE, 0.0, damages[contact])
     if (damaged := damage > DAMAGED).any():
         _draw_damage(axes, corners[damaged], damage[damaged])
 

@@ -1,4 +1,7 @@
-"""How deep displaced bodies overlap, from their outlines alone: a check on contacts that knows nothing of them."""
+"""Displaced outlines alone: how deep bodies overlap, and how far those that press each other are apart.
+
+Checks on contacts that know nothing of where these are: of forces only that they act between two bodies.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import BodyMask
 from orchestrator.pushover.meshing import BodyMeshes
@@ -15,6 +18,9 @@ from orchestrator.pushover.meshing import BodyMeshes
 GRID = 1e-12
 """of coordinates, over the size of the smallest body: without one, edges that coincide to the last digits now and then
 have all of a thin stone as their overlap (the polygons' order decides)"""
+PRESSES = 0.01
+"""share of the lighter body's weight from which the force between two bodies counts: ten times what a static body may
+be out of balance"""
 
 
 def largest_overlap(
@@ -28,7 +34,7 @@ def largest_overlap(
     """
     place = meshes.nodes[:, :2] + displacement[: len(meshes.nodes), :2]
     outlines = [_outline(meshes, body, place) for body in range(bodies.moving) if not fallen[body]]
-    outlines += [shapely.Polygon(body.exterior) for body in bodies.bodies[bodies.moving :]]
+    outlines += _supports(bodies)
     moving = int(bodies.moving - fallen.sum())
     first, second = shapely.STRtree(outlines).query(outlines, predicate="intersects")
     pairs = (first < second) & (first < moving)
@@ -40,6 +46,39 @@ def largest_overlap(
     depth = np.maximum(2.0 * area / np.where(length > 0.0, length, 1.0) - closed, 0.0)
     smaller = np.sqrt(np.minimum(sizes[first[pairs]], sizes[second[pairs]]))
     return float(np.max(depth, initial=0.0)), float(np.max(depth / smaller, initial=0.0))
+
+
+def largest_pressed_gap(
+    bodies: Bodies,
+    meshes: BodyMeshes,
+    displacement: FloatArray,
+    fallen: BodyMask,
+    pairs: tuple[IntArray, IntArray],
+    normal_force: FloatArray,
+    weight: FloatArray,
+) -> tuple[float, float]:
+    """Return the largest distance in m of two bodies that press each other, displaced by `displacement` (>= m, 3) in m.
+
+    And that over the size of the smaller body, the square root of its area. pairs (c,), (c,): the bodies of contacts
+    with normal_force (c,) in N; what they press by together counts from `PRESSES` of the lighter body's weight (b,) in
+    N, and what pulls (a bond) does not. Bodies that are `fallen` (b,) do not count.
+    """
+    supports = len(bodies.bodies) - bodies.moving
+    weights = np.append(weight, np.full(supports, np.inf))
+    gone = np.append(fallen, np.zeros(supports, bool))
+    both, contact = np.unique(np.sort(np.column_stack(pairs), axis=1), axis=0, return_inverse=True)
+    force = np.bincount(contact.ravel(), np.maximum(normal_force, 0.0), len(both))
+    first, second = both[(force > PRESSES * weights[both].min(axis=1)) & ~gone[both].any(axis=1)].T
+    place = meshes.nodes[:, :2] + displacement[: len(meshes.nodes), :2]
+    outlines = [_outline(meshes, body, place) for body in range(bodies.moving)]
+    shapes = np.array(outlines + _supports(bodies), dtype=object)
+    sizes = np.sqrt(shapely.area(shapes))
+    gap = shapely.distance(shapes[first], shapes[second])
+    return float(np.max(gap, initial=0.0)), float(np.max(gap / np.minimum(sizes[first], sizes[second]), initial=0.0))
+
+
+def _supports(bodies: Bodies) -> list[shapely.Geometry]:
+    return [shapely.Polygon(body.exterior) for body in bodies.bodies[bodies.moving :]]
 
 
 def _outline(meshes: BodyMeshes, body: int, place: FloatArray) -> shapely.Geometry:

@@ -13,6 +13,8 @@ ENERGY = 0.01
 """largest imbalance of work and energies / (stored energy + friction + live load's work)"""
 OVERLAP = 5e-3
 """largest depth by which the displaced outlines of two bodies overlap, over the size of the smaller one"""
+APART = OVERLAP
+"""largest distance of the displaced outlines of two bodies that press each other, over the size of the smaller one"""
 BEYOND = 5e-3
 """share by which the peak may exceed the associative multiplier, which no static state exceeds"""
 
@@ -27,20 +29,23 @@ def equilibrium_error(curve: PushoverCurve) -> float:
 def check_curve(
     curve: PushoverCurve,
     overlap: float,
+    pressed_gap: float,
     energy_error: float,
     highest: float | None,
 ) -> None:
-    """Raise ResultError if the curve is not in balance, its bodies penetrate each other, or its peak is not static.
+    """Raise ResultError if the curve is not in balance, its bodies penetrate each other or press each other
+    from afar, or its peak is not static.
 
-    overlap: of displaced outlines over the smaller body's size; energy_error: share of the energies. highest: base
-    shear in N that limit analysis says no static state exceeds, None where that does not hold. The error names every
-    check that failed; a value that is not a number fails.
+    overlap, pressed_gap: of displaced outlines over the smaller body's size; energy_error: share of the energies.
+    highest: base shear in N that limit analysis says no static state exceeds, None where that does not hold. The error
+    names every check that failed; a value that is not a number fails.
     """
     static = curve.base_shear_N[curve.moving == 0]
     beyond = -1.0 if highest is None else float(static.max()) / highest - 1.0
     found = {
         "equilibrium": (equilibrium_error(curve), EQUILIBRIUM, "of the peak is missing at the supports"),
         "penetration": (overlap, OVERLAP, "of the smaller body's size is the depth to which two bodies overlap"),
+        "touch": (pressed_gap, APART, "of the smaller body's size is the gap across which two bodies press each other"),
         "energy balance": (energy_error, ENERGY, "of stored energy, friction and the live load's work is missing"),
         "static theorem": (beyond, BEYOND, "is what the peak is above the associative multiplier"),
     }

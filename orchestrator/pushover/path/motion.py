@@ -21,6 +21,9 @@ LONGEST = 100
 FASTEST = 0.05
 """largest motion of a body in an increment, over its size; and in a motion that may yet come to rest: under a held load
 it goes further than a slip does, and what is driven in its place snaps back to a lower load"""
+TOO_FAR = 2.0
+"""a step of motion in which a body goes farther than FASTEST times this is taken again, as much shorter: a stone creeps
+off its neighbour in steps of seconds, in which it would fall by many walls"""
 VISCOUS_FORCE = 0.01
 """a contact that slides by the length of a step of motion resists with this share of the weight"""
 INERTIA = 0.1
@@ -71,11 +74,17 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             reached = replace(aim, value=min(aim.value, state.mean_displacement + length))
         try:
             moved = solver.solved(state, reached, predicted, viscosity, time_step)
-            attempts.extend(replace(attempt, tried=length) for attempt in moved.attempts)
-            break
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "a shorter step", error.iterations))
             length, predicted = length / SHORTER_STEP, here
+            continue
+        attempts.extend(replace(attempt, tried=length) for attempt in moved.attempts)
+        motions = body_motion(solver.model, moved.change.ravel())
+        far = float(np.max(motions / body_size(solver.model)))
+        if far <= TOO_FAR * FASTEST:
+            break
+        attempts.append(Attempt("a body goes too far", length, "a shorter step", moved.iterations))
+        length, predicted = length * FASTEST / far, here
     else:
         spent = sum(attempt.iterations for attempt in attempts)
         raise ConvergenceError("Newton", f"no motion is found: {attempts[-1].cause}", spent)
@@ -90,8 +99,6 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             attempts.append(Attempt("it does not rest", length, "moved on", rest.iterations))
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "moved on", error.iterations))
-    motions = body_motion(solver.model, moved.change.ravel())
-    far = float(np.max(motions / body_size(solver.model)))
     if far < FASTEST / FASTER and length >= state.step[0]:
         length *= FASTER
     length *= min(1.0, FASTEST / far) if far else 1.0

@@ -20,9 +20,19 @@ from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present import plots
-from orchestrator.present.joint_pieces import closed_loops, shares_of_interface
-from orchestrator.present.plots.canvas import BLUE, INK, STONE, VERMILLION
-from orchestrator.present.plots.pushover_pictures import outline, readable_factor
+from orchestrator.present.joint_pieces import (
+    NO_STATE,
+    closed_loops,
+    interface_pieces,
+    shares_of_interface,
+    shown_displacement,
+    status_of_pieces,
+)
+from orchestrator.present.page.collapse import LARGEST_INTEGER, packed
+from orchestrator.present.phrases import phrases
+from orchestrator.present.plots.canvas import BLUE, FAINT, INK, STONE, VERMILLION
+from orchestrator.present.plots.pushover_pictures import FELL, outline, readable_factor
+from orchestrator.present.plots.words import tell
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces
@@ -109,6 +119,51 @@ def test_arrows_of_a_floor_move_with_their_body(model, increment):
     tips = np.array([tip for _, tip in drawn.get_segments()])
     np.testing.assert_allclose(tips[:, 1], 2.05, atol=1e-12)
     assert 0.1 < tips[:, 0].min() < 0.2 < 1.0 < tips[:, 0].max() < 1.1
+
+
+@pytest.fixture
+def fell(model, increment):
+    """Body 1 has fallen by 400 m; body 0 has gone 10 mm to the right."""
+    _, meshes = model
+    displacement = np.zeros_like(meshes.nodes)
+    displacement[meshes.body_of_node == 0, 0] = 0.01
+    displacement[meshes.body_of_node == 1] = [4.0, -400.0, 0.0]
+    return replace(increment, displacement=displacement, fallen=np.array([False, True]))
+
+
+def test_a_stone_that_fell_is_a_pale_outline_where_it_stood(model, fell):
+    """Neither axes nor the factor know how far it fell; it has no joints any more, and no load."""
+    blocks = tuple(Block(n, body.exterior, n == 2, 25e3) for n, body in enumerate(model[0].bodies))
+    dead = Wall("frame", blocks, 0.1, 0.65), (DeadLoad(blocks=(0,), force=1e3), DeadLoad(blocks=(1,), line_load=1e3))
+    figure = plots.deformed(*model, fell, CONTACTS, name="frame", dead=dead)
+    axes = figure.axes[0]
+    assert axes.get_title().endswith("× 10")
+    assert np.ptp(axes.get_ylim()) < 3.0
+    frame, top = (patch for patch in axes.patches if isinstance(patch, PathPatch))
+    assert {tuple(np.round(p, 9)) for p in top.get_path().vertices} == {tuple(p) for p in between(0, 1.5, 1, 2)}
+    assert (top.get_fill(), to_hex(top.get_edgecolor()), top.get_linestyle()) == (False, FAINT, "--")
+    assert frame.get_fill()
+    (arrow,) = (one for one in axes.collections if one.get_label() == "extra dead loads")
+    assert len(arrow.get_segments()) == 3, "the one onto the middle of body 0"
+    assert not segments(figure, VERMILLION)[3:], "no open joint"
+    assert FELL in shown(figure)[1]
+
+
+@pytest.mark.parametrize("language", ["it", "pt"])
+def test_that_a_stone_fell_is_said_in_other_languages(model, fell, language):
+    figure = plots.deformed(*model, fell, CONTACTS, name="frame")
+    tell(figure, language)
+    assert FELL not in shown(figure)[1]
+    assert phrases(language)(FELL) in shown(figure)[1]
+
+
+def test_a_stone_in_the_page_that_fell_stays_where_it_stood(model, fell):
+    """Its displacement would take all digits of the others; its joints are in no state."""
+    contact = interface_pieces(*model, CONTACTS)[0]
+    status = status_of_pieces(model[0], CONTACTS, contact, fell)
+    np.testing.assert_array_equal(status == NO_STATE, CONTACTS.interface[contact] == 1)
+    np.testing.assert_array_equal(shown_displacement(model[1], fell)[model[1].body_of_node == 1], 0.0)
+    assert packed(shown_displacement(model[1], fell))[0] == pytest.approx(0.01 / LARGEST_INTEGER)
 
 
 def test_deformed_colours_joints_by_status_on_the_displaced_slave(model, increment):

@@ -5,6 +5,7 @@
   const byId = (id) => document.getElementById(id);
   const [picture, chart, slider, play, factor] = ["picture", "chart", "slider", "play", "factor"].map(byId);
   const states = ["open", "stick", "slip", "hair"];
+  const fell = states.length;  // joints of what has fallen are not drawn
   const colours = ["#0072b2", "#d55e00"];
   let model = 0, timer = null, bodies = [], joints = [], damaged = [], ties = [];
 
@@ -59,6 +60,7 @@
     picture.append(joints[1], joints[3], joints[2], joints[0]);
     ties = shown.ties.map(() => element(picture, "line", {}));
     byId("tied").hidden = !ties.length;
+    byId("fell").hidden = !shown.frames.some((frame) => frame.fallen.length);
     byId("damaged").hidden = !shown.frames.some((frame) => frame.damage);
     slider.max = shown.frames.length - 1;
     const peak = shown.frames.reduce((best, frame, k) => (frame.shear > shown.frames[best].shear ? k : best), 0);
@@ -75,9 +77,11 @@
     const text = (p) => `${p[0].toFixed(5)} ${p[1].toFixed(5)}`;
     const middle = (a, b) => [0.5 * (at[a][0] + at[b][0]), 0.5 * (at[a][1] + at[b][1])];
     shown.bodies.forEach((loops, k) => bodies[k].setAttribute("d", loops.map((loop) => "M" + loop.map((n) => text(at[n])).join("L") + "Z").join("")));
+    bodies.forEach((path, k) => path.setAttribute("class", frame.fallen.includes(k) ? "fell" : "body"));
     const lines = ["", "", "", ""], count = [0, 0, 0, 0], bands = Array(10).fill("");
     shown.pieces.forEach(([before, node, after], k) => {
       const state = Number(frame.status[k]);
+      if (state === fell) return;
       count[state] += 1;
       const line = "M" + text(middle(before, node)) + "L" + text(at[node]) + "L" + text(middle(node, after));
       lines[state] += line;
@@ -99,7 +103,7 @@
       number: frame.increment, phase: frame.row === 0 ? words.gravity : words[frame.phase] ?? frame.phase,
       multiplier: local(frame.multiplier.toFixed(4)), shear: local((frame.shear / 1e3).toPrecision(4)),
       moved: local((1e3 * frame.moved).toPrecision(4)), open: count[0] + count[3], hair: count[3],
-      limit: local("0.01"), slip: count[2], points: shown.pieces.length,
+      limit: local("0.01"), slip: count[2], points: count.reduce((all, one) => all + one, 0),
     });
     byId("state").textContent = said + (pulls ? filled(words.ties, { forces: pulls }) : "") + (some ? filled(words.damaged, { some, broken }) : "") + filled(words.drawn, { times });
     mark(frame);
