@@ -1,9 +1,12 @@
 """Running-bond walls under gravity and a growing horizontal load, every stone a body."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mpi4py import MPI
 
+from orchestrator import push
 from orchestrator.limit_analysis import analyse
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body, one_body_per_block
@@ -47,6 +50,23 @@ def test_peak_against_limit_analysis_and_an_independent_prototype(courses, block
     assert result.peak <= limit.associative.load_multiplier + 1e-6
     assert result.peak == pytest.approx(peak, rel=5e-3)
     assert result.peak == pytest.approx(limit.headline.load_multiplier, rel=5e-3)
+
+
+@pytest.mark.parametrize("far", [1e3, 1e6])
+def test_a_wall_far_from_the_origin_has_the_same_peak(far):
+    """In coordinates of a national grid, checks included."""
+
+    def pushed(away):
+        wall = running_bond(4, 5)
+        blocks = tuple(replace(block, polygon=block.polygon + away) for block in wall.blocks)
+        assemblage = assemblage_of(replace(wall, blocks=blocks))
+        stepping = SteppingSettings(final_displacement=5e-3)
+        return push(assemblage, analyse(assemblage), one_body_per_block(assemblage), stepping=stepping)
+
+    here, there = pushed(0.0), pushed(far)
+    assert there.complaints == ()
+    assert there.summary.max_penetration_over_size < 1e-6
+    assert there.capacity.peak_multiplier == pytest.approx(here.capacity.peak_multiplier, rel=1e-4)
 
 
 def test_a_tall_thin_wall_rests_under_its_weight():

@@ -18,6 +18,8 @@ from orchestrator.pushover.meshing import BodyMeshes
 GRID = 1e-12
 """of coordinates, over the size of the smallest body: without one, edges that coincide to the last digits now and then
 have all of a thin stone as their overlap (the polygons' order decides)"""
+LAST_DIGITS = 16.0
+"""of the farthest coordinate, to which coordinates are rounded at least: they are larger far from the origin"""
 PRESSES = 0.01
 """share of the lighter body's weight from which the force between two bodies counts: ten times what a static body may
 be out of balance"""
@@ -32,15 +34,14 @@ def largest_overlap(
     half its perimeter: the mean thickness of a sliver. Bodies that are `fallen` (b,) do not count, nor does the depth
     (m) by which mortar has `closed`.
     """
-    place = meshes.nodes[:, :2] + displacement[: len(meshes.nodes), :2]
-    outlines = [_outline(meshes, body, place) for body in range(bodies.moving) if not fallen[body]]
-    outlines += _supports(bodies)
+    standing = np.append(~fallen, np.ones(len(bodies.bodies) - bodies.moving, bool))
+    shapes = np.array(_outlines(bodies, meshes, displacement), dtype=object)[standing]
     moving = int(bodies.moving - fallen.sum())
-    first, second = shapely.STRtree(outlines).query(outlines, predicate="intersects")
+    first, second = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     pairs = (first < second) & (first < moving)
-    shapes = np.array(outlines, dtype=object)
     sizes = shapely.area(shapes)
-    grid = GRID * float(np.sqrt(sizes.min()))
+    rounding = LAST_DIGITS * float(np.spacing(np.abs(meshes.nodes).max()))
+    grid = max(GRID * float(np.sqrt(sizes.min())), rounding)
     common = shapely.intersection(shapes[first[pairs]], shapes[second[pairs]], grid_size=grid)
     area, length = shapely.area(common), shapely.length(common)
     depth = np.maximum(2.0 * area / np.where(length > 0.0, length, 1.0) - closed, 0.0)
@@ -69,16 +70,18 @@ def largest_pressed_gap(
     both, contact = np.unique(np.sort(np.column_stack(pairs), axis=1), axis=0, return_inverse=True)
     force = np.bincount(contact.ravel(), np.maximum(normal_force, 0.0), len(both))
     first, second = both[(force > PRESSES * weights[both].min(axis=1)) & ~gone[both].any(axis=1)].T
-    place = meshes.nodes[:, :2] + displacement[: len(meshes.nodes), :2]
-    outlines = [_outline(meshes, body, place) for body in range(bodies.moving)]
-    shapes = np.array(outlines + _supports(bodies), dtype=object)
+    shapes = np.array(_outlines(bodies, meshes, displacement), dtype=object)
     sizes = np.sqrt(shapely.area(shapes))
     gap = shapely.distance(shapes[first], shapes[second])
     return float(np.max(gap, initial=0.0)), float(np.max(gap / np.minimum(sizes[first], sizes[second]), initial=0.0))
 
 
-def _supports(bodies: Bodies) -> list[shapely.Geometry]:
-    return [shapely.Polygon(body.exterior) for body in bodies.bodies[bodies.moving :]]
+def _outlines(bodies: Bodies, meshes: BodyMeshes, displacement: FloatArray) -> list[shapely.Geometry]:
+    """Return the outlines of all bodies displaced by `displacement` (>= m, 3) in m, about a node of the wall."""
+    origin = meshes.nodes[0, :2]
+    place = meshes.nodes[:, :2] - origin + displacement[: len(meshes.nodes), :2]
+    moving = [_outline(meshes, body, place) for body in range(bodies.moving)]
+    return moving + [shapely.Polygon(body.exterior - origin) for body in bodies.bodies[bodies.moving :]]
 
 
 def _outline(meshes: BodyMeshes, body: int, place: FloatArray) -> shapely.Geometry:
