@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.geometry.rigid import cross
 from orchestrator.pushover.contact.contact_search import Contacts, barycentric
+from orchestrator.pushover.contact.corners import of_larger_gap
 from orchestrator.pushover.contact.faces import Faces
 
 END = 1e-4
@@ -41,6 +42,8 @@ DEEPEST = -7.5e-3
 TURNED = 0.1
 """rad; faces may be turned so far towards each other for one to slide onto the other (drawings are healed, arches have
 facets), and count as nearly parallel"""
+MEETING = 3
+"""number of a corner, in `Tracking.corner`, whose body meets the master in this one point only (corners.py)"""
 SUPPORT_POINT = -1
 """slave node of a corner contact whose corner belongs to a support"""
 
@@ -95,10 +98,10 @@ class Tracking:
 
     slave_of_pair, master_of_pair (p,): faces of each pair; size_of_pair (p,) in m: what END and the like are shares of.
     possible: all contacts, undeformed, those that touch there first (`touching` of them). For each: pair (c,) of faces,
-    master_face (c,), corner (c,): 0 primary, 1 or 2 the corner at the start or end of the pair's master face, level
-    (c,): number of its z. first_triangle, triangles (c,): the master's triangles on its face as a range of rows of
-    `triangle` (t, 3), with corners (t, 3, 3) in m; none for a support. rest (c,) in m: height over the straight face of
-    points that touch the body in the undeformed wall, 0 for others.
+    master_face (c,), corner (c,): 0 primary, 1 or 2 the corner at the start or end of the pair's master face, MEETING
+    that at the end of its slave's face; level (c,): number of its z. first_triangle, triangles (c,): the master's
+    triangles on its face as a range of rows of `triangle` (t, 3), with corners (t, 3, 3) in m; none for a support. rest
+    (c,) in m: height over the straight face of points that touch the body in the undeformed wall, 0 for others.
     end_node (f, 2, levels): node at the start and at the end of each face at each z, -1 of supports.
     """
 
@@ -182,6 +185,7 @@ def track(
         known = np.arange(len(tracking.pair)) < tracking.touching
     points = _points(tracking, of, frames, moved)
     near = _is_near(tracking, points, known, closed) & _overlaps(tracking, frames, known)
+    near &= _meets(tracking, points, known)
     rows = np.flatnonzero(near if gone is None else near & ~gone)
     size = tracking.size_of_pair[tracking.pair[rows]]
     master_nodes, weights = _project(tracking, points.home[rows], rows, COVER * size)
@@ -189,7 +193,7 @@ def track(
     on_master = np.einsum("cj,cji->ci", weights, moved[master_nodes])
     apart = np.einsum("ci,ci->c", contacts.normal, (contacts.point - on_master)[:, :2])
     gap = np.where(weights.any(axis=1), apart, points.height[rows])
-    off = points.inside[rows] < -END * size
+    off = (points.inside[rows] < -END * size) & (tracking.corner[rows] != MEETING)
     rank = np.argsort(np.lexsort((rows, gap - DEEPER * size * known[rows], off)))
     stays, heirs = _deepest(rank, off, *_at_one_place(tracking, rows, contacts.point))
     return Tracked(rows[stays], contacts.chosen(stays), gap[stays], rows[heirs])
@@ -229,14 +233,27 @@ def _is_near(
     deepest = np.zeros(len(tracking.slave_of_pair))
     if closed is not None:
         np.maximum.at(deepest, tracking.pair, closed)
-    near = (known | (points.height > DEEPEST * size - deepest[tracking.pair])) & (points.height < REACH * size)
+    lowest = np.where(tracking.corner == MEETING, -REACH, DEEPEST) * size  # corners.py tells their faces apart
+    near = (known | (points.height > lowest - deepest[tracking.pair])) & (points.height < REACH * size)
     return near & (points.inside >= -COVER * size)
 
 
 def _overlaps(tracking: Tracking, frames: Frames, known: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """Return whether the faces of contacts (c,) overlap far enough to touch."""
     least = np.where(_in_touch(tracking, known), END, ONTO) * tracking.size_of_pair
-    return (_overlap(tracking, frames) > least)[tracking.pair]
+    return (_overlap(tracking, frames) > least)[tracking.pair] | (tracking.corner == MEETING)
+
+
+def _meets(tracking: Tracking, points: _Points, known: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return whether contacts (c,) exist as far as they are of bodies that meet in one point only; others do."""
+    exists = np.ones(len(tracking.pair), bool)
+    rows = np.flatnonzero(tracking.corner == MEETING)
+    vertex = tracking.faces.stop[tracking.slave_of_pair[tracking.pair[rows]]]
+    keys = np.column_stack([vertex, tracking.possible.master_body[rows], tracking.level[rows]])
+    place = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+    size = tracking.size_of_pair[tracking.pair[rows]]
+    exists[rows] = of_larger_gap(place, points.height[rows], known[rows], ONTO * size)
+    return exists
 
 
 def _turned(

@@ -28,6 +28,7 @@ import numpy.typing as npt
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.pushover.contact.cohesion import dissipation, shear_limit, stored
 from orchestrator.pushover.contact.contact_law import tolerances
+from orchestrator.pushover.contact.contact_tracking import MEETING
 from orchestrator.pushover.contact.mortar import Mortar
 from orchestrator.pushover.increments import ContactStatus, Increment, Phase
 from orchestrator.pushover.model import ContactModel
@@ -42,6 +43,7 @@ def at_rest(model: ContactModel) -> Increment:
     """Return the stress-free wall without weight, the start of gravity (number 0)."""
     count, nodes = len(model.possible), len(model.body)
     zero = read_only(np.zeros(count))
+    gap = zero if model.tracking is None else np.where(model.tracking.corner == MEETING, np.nan, zero)
     return Increment(
         number=0,
         phase="gravity",
@@ -56,7 +58,7 @@ def at_rest(model: ContactModel) -> Increment:
         closing=zero,
         tie_force=read_only(np.zeros(len(model.ties or ()))),
         tie_rest=read_only(np.zeros(len(model.ties or ()))),
-        gap=zero,
+        gap=read_only(gap),
         overlap=read_only(scattered(np.zeros(count), model.rows, _drawn_overlap(model))),
         status=read_only(np.full(count, ContactStatus.STICK), np.int64),
         base_shear=0.0,
