@@ -23,7 +23,7 @@ def try_folder(folder: Path) -> None:
     The root of the file system takes none: nobody means it.
     """
     _try_place(folder)
-    if folder.resolve() == Path(folder.resolve().anchor):
+    if folder.exists() and folder.samefile(folder.absolute().anchor):
         raise CaseError("--output", "is the root of the file system", "give a folder", str(folder))
 
 
