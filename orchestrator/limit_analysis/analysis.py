@@ -14,7 +14,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import accepted
-from orchestrator.basis.errors import ConvergenceError, refuse_other_kind
+from orchestrator.basis.errors import ConvergenceError, refuse_other_kind, require_kinds
 from orchestrator.limit_analysis.gravity import associative_optimum, refuse_what_falls
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
@@ -62,6 +62,7 @@ def analyse(
     """
     started = perf_counter()
     remedy = "write analyse(assemblage, settings, loads), or analyse(assemblage, loads=loads_on(assemblage.wall, load))"
+    require_kinds(remedy, assemblage=(assemblage, Assemblage))
     refuse_other_kind("settings", settings, LimitAnalysisSettings, remedy)
     refuse_other_kind("loads", loads, Loads, remedy)
     elastic_modulus = accepted(ElasticModulus, elastic_modulus, "elastic_modulus")

@@ -68,8 +68,7 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     """Draw the mechanism of the headline state, as picture and DXF, and write its forces beside the pictures' folder;
     likewise the curve of rigid blocks, where there is one. Return the pictures of the mechanism."""
     storage.write_forces(figures.parent, assemblage, analysis.headline)
-    for old in figures.glob("rigid_pushover.*"):
-        old.unlink()
+    storage.remove_picture(figures, "rigid_pushover")
     if storage.write_rigid_curve(figures.parent, analysis) is not None:
         plots.save(plots.rigid_pushover(analysis), figures, "rigid_pushover", case.project.language)
     storage.write_text(figures.parent / "mechanism.dxf", plots.mechanism_dxf(assemblage, analysis.headline))
@@ -146,8 +145,7 @@ def draw_moments(
     if moments["end"] == moments["peak"]:
         del moments["peak"]
         words["end"] = "end, with the largest base shear"
-        for old in (store.folder.parent / "figures").glob(f"{name}_peak.*"):
-            old.unlink()
+        storage.remove_picture(store.folder.parent / "figures", f"{name}_peak")
     under_gravity, loads = float(curve.control_displacement_m[0]), weight_words(load_sums(wall, case.load))
     ties = shown_ties(wall, bodies, meshes, case.reinforcement.ties)
     for moment, number in moments.items():

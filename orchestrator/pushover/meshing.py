@@ -21,6 +21,7 @@ from annotated_types import Ge, Gt, Le
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.atomic_files import replacing, sealed, unsealed, write_bytes
 from orchestrator.basis.checked import Checked
+from orchestrator.basis.threads import in_turn
 from orchestrator.basis.units import Unit
 from orchestrator.macroblocks.bodies import Bodies, Body
 from orchestrator.pushover.toes import element_ends
@@ -92,6 +93,7 @@ class CutOutline:
     cuts: tuple[tuple[float, ...], ...] = ()
 
 
+@in_turn
 def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = None) -> BodyMeshes:
     """Return the meshes of the moving bodies; equal shapes are meshed once, and kept in the folder `cache`."""
     began = perf_counter()
