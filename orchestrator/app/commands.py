@@ -92,7 +92,7 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
             return space_check.check(options.case, options.set, output, console)
         if not (as_json or options.force):
             refuse_overwriting_run(output, resumable=False)
-        with locked(*[output][: not as_json]):
+        with locked(*([] if as_json else [output])):
             return space_commands.limit(options.case, options.set, output, options.force, as_json, console)
     from orchestrator.app import study_commands, wall_commands
 
