@@ -19,7 +19,7 @@ from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import last_state, push_model
 from orchestrator.app.segmented import Segmented
-from orchestrator.basis.errors import CaseError
+from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, stones_of
@@ -50,7 +50,8 @@ def push_and_refine(
     """Push macroblocks, and finer ones until finite elements, limit analysis and twice as many agree; return the last.
 
     margin: as in MacroblockSettings. The remarks of the partition say what was pushed before. Raises CaseError where
-    the first do not fit into the memory; where finer ones do not, those before them stand.
+    the first do not fit into the memory, ConvergenceError where they have no curve; where finer ones do not fit or have
+    none, those before them stand (the latter pushed again: what they left in a folder is gone).
     """
     said, borne, stones = partition.remarks, list[Borne](), stones_of(assemblage)
     next_one: Partition | None = partition
@@ -61,6 +62,12 @@ def push_and_refine(
             if not borne:
                 raise
             said = (*said, f"{next_one.count} macroblocks could not be pushed: {error}")
+            break
+        except ConvergenceError as error:
+            if not borne:
+                raise
+            said = (*said, f"{next_one.count} macroblocks could not be pushed: {error}")
+            done = push_partition(partition)
             break
         partition, peak = next_one, done.capacity.peak_multiplier
         is_peak, in_large = done.capacity.peak_reached, done.summary.displacements == "large"
@@ -93,8 +100,10 @@ def push_segmented(
         return done
 
     def push_macroblocks(partition: Partition) -> Pushed:
+        nonlocal resume
         if partition is chosen:
-            return push_bodies(segmented.bodies, resume)
+            goes_on, resume = resume, False  # pushed a second time they do not find what they left
+            return push_bodies(segmented.bodies, goes_on)
         report(StageBegun("macroblocks", f"{partition.count} in their place: to see whether more bear another load"))
         return push_bodies(segmented.divided(partition).bodies, False)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from orchestrator.app.refining import push_and_refine
-from orchestrator.basis.errors import CaseError
+from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis import analyse
 from orchestrator.macroblocks.automatic import ELSEWHERE
 from orchestrator.macroblocks.criteria import one_body, one_body_per_block, partition_of
@@ -140,6 +140,26 @@ def test_finer_macroblocks_that_do_not_fit_into_the_memory_leave_those_before_th
     assert partition.count == done.of == 2
     assert any("4 macroblocks could not be pushed: mesh.size: needs more" in remark for remark in partition.remarks)
     with pytest.raises(CaseError, match="needs more"):
+        push_and_refine(assemblage, analysis, one_body_per_block(assemblage), push)
+
+
+def test_finer_macroblocks_without_a_curve_leave_those_before_them(wall_1):
+    """A stone that macroblocks hold falls under gravity once it is a body of its own."""
+    assemblage, analysis = wall_1
+    pushed = []
+
+    def push(partition):
+        pushed.append(partition.count)
+        if partition.count > 2:
+            raise ConvergenceError("macro FE", "no equilibrium under gravity")
+        summary = SimpleNamespace(valid=True, displacements="large")
+        return SimpleNamespace(capacity=SimpleNamespace(peak_multiplier=1.0, peak_reached=True), summary=summary)
+
+    partition, _ = push_and_refine(assemblage, analysis, one_body(assemblage), push)
+    assert pushed[-2:] == [4, 2], "what the last pushover leaves in a folder is that of the macroblocks returned"
+    assert partition.count == 2
+    assert any("4 macroblocks could not be pushed: " in remark for remark in partition.remarks)
+    with pytest.raises(ConvergenceError):
         push_and_refine(assemblage, analysis, one_body_per_block(assemblage), push)
 
 
