@@ -58,16 +58,12 @@ def push_and_refine(
     while next_one is not None:
         try:
             done = push_partition(next_one)
-        except CaseError as error:
+        except (CaseError, ConvergenceError) as error:
             if not borne:
                 raise
             said = (*said, f"{next_one.count} macroblocks could not be pushed: {error}")
-            break
-        except ConvergenceError as error:
-            if not borne:
-                raise
-            said = (*said, f"{next_one.count} macroblocks could not be pushed: {error}")
-            done = push_partition(partition)
+            if isinstance(error, ConvergenceError):
+                done = push_partition(partition)
             break
         partition, peak = next_one, done.capacity.peak_multiplier
         is_peak, in_large = done.capacity.peak_reached, done.summary.displacements == "large"

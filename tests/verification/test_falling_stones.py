@@ -27,10 +27,9 @@ def ledge(width: float) -> Wall:
     """A block of 2 m x 1 m whose top falls along x, and a flat stone on its end."""
     right = 2.0 + 0.45 * width
     left = right - width
-    top = lambda x: 1.0 - SLOPE * x  # noqa: E731
-    below = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, top(2.0)), (0.0, top(0.0))])
+    below = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 1.0 - SLOPE * 2.0), (0.0, 1.0)])
     corners = ((left, 0.0), (right, 0.0), (right, width / 4), (left, width / 4))
-    stone = np.array([(x, top(x) + height) for x, height in corners])
+    stone = np.array([(x, 1.0 - SLOPE * x + height) for x, height in corners])
     blocks = (
         Block(0, rectangle(-1.0, -0.2, 4.0, 0.2), True, 20e3),
         Block(1, below, False, 20e3),
