@@ -51,6 +51,12 @@ class Measured:
 MEASURED: dict[str, Measured] = {}
 
 
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a command writes without --output lands beside no other test's."""
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.fixture(scope="module")
 def without_pictures() -> Iterator[None]:
     """Of a file no test of which looks at a picture (tests.support.undrawn)."""

@@ -47,7 +47,7 @@ from orchestrator.pushover.model import build_model
 from orchestrator.pushover.path.stepping import Pushover, end_of_curve
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
-from orchestrator.storage.summary import effort_of
+from orchestrator.storage.effort import effort_of
 
 LIMIT = 120.0
 COURSES, DRAWN = 24, 50

@@ -65,10 +65,12 @@ WITHOUT = {
     ),
     "no growth after an increment that bends": lambda: _set(stepping, BENT=np.inf),
     "a part that slides inside goes farther": lambda: _set(
-        stepping.Pushover, _resolved=lambda self, _state, solved: self._largest(solved.phase)
+        stepping.Pushover, _resolved=lambda self, solved, _length: self._largest(solved.phase)
     ),
+    "increments above the largest past the peak": lambda: _set(stepping, LONGEST_STRAIGHT=1.0),
     "motion goes on from its last step": lambda: _set(motion, carried_on=lambda _m, here, _c, _s: here),
     "a step of motion is made shorter": lambda: _set(motion, TRIES=1),
+    "a step in which a body goes too far is made shorter": lambda: _set(motion, TOO_FAR=np.inf),
     "rest is looked for only near it": lambda: _set(motion, NEAR_REST=np.inf),
 }
 """what is taken away -> how"""

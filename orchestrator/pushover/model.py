@@ -14,7 +14,8 @@ from orchestrator.loads.block_loads import horizontal
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.cohesion import Bond
 from orchestrator.pushover.contact.contact_search import Contacts
-from orchestrator.pushover.contact.contact_tracking import Frames, Tracking, fit_frames, handed_over, track
+from orchestrator.pushover.contact.contact_tracking import Tracking, handed_over, track
+from orchestrator.pushover.contact.frames import Frames, fit_frames
 from orchestrator.pushover.contact.mortar import Mortar
 from orchestrator.pushover.front import FrontNodes, front_nodes
 from orchestrator.pushover.joints_in_front import joints_in_front

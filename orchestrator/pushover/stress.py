@@ -20,8 +20,8 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.cohesion import shear_limit, tributary
 from orchestrator.pushover.contact.contact_law import tolerances
-from orchestrator.pushover.contact.contact_tracking import fit_frames
 from orchestrator.pushover.contact.faces import find_faces, sides_of_edges
+from orchestrator.pushover.contact.frames import fit_frames
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.pushover.solids.edges import TETRAHEDRON_EDGES, edges_of, on_outline

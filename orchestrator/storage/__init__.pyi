@@ -1,4 +1,5 @@
 from .clearing import clear, remove_picture
+from .effort import Effort, Event, effort_of
 from .files import (
     hash_file,
     logging_to,
@@ -17,11 +18,8 @@ from .paraview import stress_and_pressure, write_paraview
 from .reading import read_limit_analysis, read_macroblocks
 from .stored_increments import IN_MEMORY, StateStore, load_increments
 from .summary import (
-    Effort,
-    Event,
     PushoverSummary,
     Summary,
-    effort_of,
     limit_summary,
     pushover_summary,
     read_summary,

@@ -10,7 +10,7 @@ from orchestrator.pushover.path.increment_solver import FROM_BEFORE
 from orchestrator.pushover.path.stepping import RESTED, Pushover
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
-from orchestrator.storage.summary import Effort, effort_of
+from orchestrator.storage.effort import Effort, effort_of
 from tests.support.pushover_chain import model_of
 
 

@@ -10,17 +10,16 @@ it reaches another face along the line, the contacts with that one.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from orchestrator.basis.arrays import FloatArray, IntArray
-from orchestrator.geometry.rigid import cross
 from orchestrator.pushover.contact.contact_search import Contacts, barycentric
 from orchestrator.pushover.contact.corners import of_larger_gap
 from orchestrator.pushover.contact.faces import Faces
+from orchestrator.pushover.contact.frames import BodyNodes, Frames
 
 END = 1e-4
 """a point may lie so far beyond the end of a face; this and the next five are shares of the square root of the smaller
@@ -46,50 +45,6 @@ MEETING = 3
 """number of a corner, in `Tracking.corner`, whose body meets the master in this one point only (corners.py)"""
 SUPPORT_POINT = -1
 """slave node of a corner contact whose corner belongs to a support"""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Frames:
-    """Rigid motion of each body that fits its nodes best: x = R X + t in the wall's plane.
-
-    angle (b,) in rad, counter-clockwise; rotation (b, 2, 2); translation (b, 2) in m; supports included, at rest.
-    """
-
-    angle: FloatArray
-    rotation: FloatArray
-    translation: FloatArray
-
-
-class BodyNodes(Protocol):
-    """Nodes of bodies: those of a mesh, or the ones in front (front.py)."""
-
-    @property
-    def nodes(self) -> FloatArray:
-        """(m, 3) in m."""
-
-    @property
-    def body_of_node(self) -> IntArray:
-        """(m,)."""
-
-
-def fit_frames(of: BodyNodes, displacement: FloatArray, bodies: int) -> Frames:
-    """Return the frames of `bodies` bodies (the moving ones first); displacement (>= m, 3) in m, nodes first."""
-    body, reference = of.body_of_node, of.nodes[:, :2]
-    moved = reference + displacement[: len(reference), :2]
-    count = np.maximum(np.bincount(body, minlength=bodies), 1.0)
-
-    def mean(values: FloatArray) -> FloatArray:
-        return np.stack([np.bincount(body, values[:, k], bodies) for k in range(2)], axis=1) / count[:, None]
-
-    old, new = mean(reference), mean(moved)
-    arm, turned = reference - old[body], moved - new[body]
-    sine = np.bincount(body, cross(arm, turned), bodies)
-    cosine = np.bincount(body, np.sum(arm * turned, axis=1), bodies)
-    angle = np.arctan2(sine, cosine)
-    rotation = np.stack(
-        [np.stack([np.cos(angle), -np.sin(angle)], -1), np.stack([np.sin(angle), np.cos(angle)], -1)], 1
-    )
-    return Frames(angle, rotation, new - np.einsum("bij,bj->bi", rotation, old))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

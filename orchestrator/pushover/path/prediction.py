@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.pushover.contact.contact_tracking import fit_frames
+from orchestrator.pushover.contact.frames import fit_frames
 from orchestrator.pushover.model import ContactModel
 
 
