@@ -24,7 +24,7 @@ PUBLIC = {
     "limit_analysis": (
         "LimitAnalysis", "LimitAnalysisSettings", "LimitState", "Mechanism", "analyse", "centres_of_rotation", "settle",
     ),
-    "loads": ("DeadLoad", "LiveLoad", "LoadCase", "LoadSettings", "Loads", "loads_on"),
+    "loads": ("DeadLoad", "LiveLoad", "LoadCase", "LoadSettings", "Loads", "load_cases", "loads_on"),
     "macroblocks.automatic": ("macroblocks_of",),
     "macroblocks.bodies": ("Bodies", "Body", "make_bodies"),
     "macroblocks.criteria": (

@@ -21,6 +21,7 @@ from orchestrator.loads import LiveLoad as LiveLoad
 from orchestrator.loads import LoadCase as LoadCase
 from orchestrator.loads import Loads as Loads
 from orchestrator.loads import LoadSettings as LoadSettings
+from orchestrator.loads import load_cases as load_cases
 from orchestrator.loads import loads_on as loads_on
 from orchestrator.macroblocks.automatic import macroblocks_of as macroblocks_of
 from orchestrator.macroblocks.bodies import Bodies as Bodies
@@ -114,6 +115,7 @@ __all__ = [
     "check_wall",
     "find_capacity",
     "find_joints",
+    "load_cases",
     "loads_on",
     "macroblocks_of",
     "make_bodies",

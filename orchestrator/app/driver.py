@@ -29,7 +29,7 @@ from orchestrator.geometry.healing import open_gaps
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
-from orchestrator.loads import loads_on
+from orchestrator.loads import LoadSettings, load_cases, loads_on
 from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.bodies import make_bodies
@@ -89,7 +89,7 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
         refuse_what_cannot_be_analysed(tied, loads)
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall), *without_verification(case.seismic)]
     if case.reinforcement.ties:
-        said.append("WARNING: check, limit, segment and run take ties; study and export do not yet")
+        said.append("WARNING: check, limit, segment, run and sensitivity take ties; study and export do not yet")
     if limit_states(case.seismic):
         said += not_accelerated(assemblage.wall, case.load.dead)
     try:
@@ -122,6 +122,13 @@ def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
     ]
 
 
+def refuse_what_is_not_run(case: Case) -> None:
+    """Raise CaseError for one load case with loads, ties or a verification that `run` does not take."""
+    refuse_what_only_limit_analysis_takes(case)
+    refuse_ties_of_run(case)
+    refuse_seismic(case)
+
+
 def refuse_what_cannot_be_pushed(case: Case, assemblage: Assemblage) -> None:
     """Raise CaseError for a wall that is too large to be one or has joints of no known law, before its pushover."""
     with naming(case.block_file):
@@ -139,13 +146,20 @@ def _refuse_own_input(case: Case, output: Path) -> None:
 
 
 def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
-    """Run micro limit analysis on a checked wall, ties among its joints. Raises CaseError for one that cannot stand."""
+    """Run micro limit analysis on a checked wall; ties are no joints of what is returned, and have their forces apart.
+    Raises CaseError for a wall that cannot stand."""
+    assemblage, _, analysis = _analysed(case)
+    return assemblage, of_first_joints(analysis, assemblage.joints.count)
+
+
+def _analysed(case: Case) -> tuple[Assemblage, Assemblage, LimitAnalysis]:
+    """Return the checked wall, the same with its ties after its joints, and the limit analysis of the latter."""
     assemblage = check(case)
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
-        assemblage = with_ties(assemblage, case.reinforcement.ties)
+        tied = with_ties(assemblage, case.reinforcement.ties)
     with naming(case.block_file):
-        return assemblage, analyse(assemblage, case.limit_analysis, loads, case.elastic.elastic_modulus)
+        return assemblage, tied, analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
 
 
 def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:
@@ -169,15 +183,22 @@ def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[Li
     from orchestrator.present import report as reporting
 
     with naming(case.file):
-        assemblage = with_ties(check(case), case.reinforcement.ties)
-        state = settle(assemblage, support, angle, loads_on(assemblage.wall, case.load))
+        assemblage = with_ties(check(case), case.reinforcement.ties, settling=support)
+        state = settle(assemblage, support, angle, loads_on(assemblage.wall, _dead_load(case)))
     return state, reporting.write_settlement(output / "figures", assemblage, state, angle, case.project.language)[0]
+
+
+def _dead_load(case: Case) -> LoadSettings:
+    """Return loads with the dead load of a case. Raises CaseError (key only) where its load cases differ in that."""
+    first, *others = load_cases(case.load).values()
+    if any(one.dead != first.dead for one in others):
+        raise CaseError("load.cases", "have dead loads of their own, and a settlement has one", "--set load.cases=[]")
+    return first
 
 
 def segment(case: Case) -> Segmented:
     """Run everything before the finite elements. Ties are no joints: nothing after limit analysis has them as such."""
-    tied, analysis = limit(case)
-    assemblage = check(case) if case.reinforcement.ties else tied
+    assemblage, tied, analysis = _analysed(case)
     with naming(case.file):
         criteria = case.macroblocks
         if criteria.choose == "automatic":  # a case file that says so and has tolerances has them for `study`
@@ -200,9 +221,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     began = perf_counter()
     if resume:
         case = on_root(comm, _resumed, case, output)
-    on_root(comm, refuse_what_only_limit_analysis_takes, case)
-    on_root(comm, refuse_ties_of_run, case)
-    on_root(comm, refuse_seismic, case)
+    on_root(comm, refuse_what_is_not_run, case)
     segmented = on_root(comm, segment, case)
     on_root(comm, refuse_what_cannot_be_pushed, case, segmented.assemblage)
     for model in case.run.models:

@@ -25,7 +25,7 @@ from orchestrator.present import page, plots
 from orchestrator.present.report import as_run
 from orchestrator.present.verdict import Answered, Verdict, verdict
 from orchestrator.pushover.estimate import estimate
-from orchestrator.settings.case import Case
+from orchestrator.settings.case import Case, read, refuse_verification
 from orchestrator.settings.project import ProjectSettings
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, repo
 
     With `resume` finished load cases stay as they are. Raises CaseError before anything is written.
     """
-    assemblage = on_root(comm, check, case)
+    assemblage = on_root(comm, _checked, case)
     runs = [LoadCaseRun(name, one, output / name, resume) for name, one in each(case).items()]
     if comm is not None and comm.size > 1:
         pushover_run.start_finite_elements()
@@ -109,6 +109,15 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, repo
         done = [compute(one, comm, _named(report, one.name)) for one in runs]
         report(StageBegun("report", "all load cases"))
         return on_root(comm, _collected, case, runs, done, output)
+
+
+def _checked(case: Case) -> Assemblage:
+    """Return the assemblage of a case of which every load case may be run. Raises CaseError."""
+    assemblage = check(case)
+    for one in each(case).values():
+        driver.refuse_what_is_not_run(one)
+    driver.refuse_what_cannot_be_pushed(case, assemblage)
+    return assemblage
 
 
 def _begin(case: Case, output: Path, resume: bool) -> None:
@@ -211,10 +220,14 @@ def are_in(folder: Path) -> bool:
 
 
 def rebuild(folder: Path) -> Path:
-    """Draw all pictures of all load cases again and write their pages, from stored results alone; return the index."""
-    for entry in storage.read_json(folder / INDEX)["load_cases"]:
-        if (folder / entry["name"] / "summary.json").is_file():
-            driver.rebuild_report(folder / entry["name"])
+    """Draw all pictures of all load cases again and write their pages, from stored results alone; return the index.
+    Raises CaseError before anything is written."""
+    names = [entry["name"] for entry in storage.read_json(folder / INDEX)["load_cases"]]
+    finished = [folder / name for name in names if (folder / name / "summary.json").is_file()]
+    for one in finished:
+        refuse_verification(read(one / "case.toml"))
+    for one in finished:
+        driver.rebuild_report(one)
     _presented(folder)
     return folder / "report.html"
 

@@ -36,13 +36,13 @@ from orchestrator.assessment.sensitivity import (
     value_of_range,
 )
 from orchestrator.basis.errors import CaseError, ConvergenceError, naming
-from orchestrator.basis.parallel import Spread, workers_into
+from orchestrator.basis.parallel import Spread, on_root, workers_into
 from orchestrator.basis.program import sources
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.masonry.joints import Assemblage, JointClass
 from orchestrator.present import plots
 from orchestrator.present.verdict import Answered, kind_of, verdict
-from orchestrator.settings.case import Case, RunSettings
+from orchestrator.settings.case import Case, RunSettings, refuse_verification
 from orchestrator.settings.project import ProjectSettings
 
 if TYPE_CHECKING:
@@ -84,10 +84,18 @@ class SensitivityOutcome:
 
 def sensitivity(case: Case, output: Path, comm: MPI.Intracomm | None, report: Report) -> SensitivityOutcome | None:
     """Run the ranges of [sensitivity] into `output`; None on the ranks that only work. Raises CaseError."""
+    on_root(comm, _refuse_what_is_not_computed, case)
     if case.sensitivity.analysis != "limit":
         pushover_run.start_finite_elements()
     with workers_into(output, comm) as spread:
         return _sensitivity(case, output, spread, report) if spread else None
+
+
+def _refuse_what_is_not_computed(case: Case) -> None:
+    """Raise CaseError for a case that no point could be computed of, before anything is written."""
+    refuse_verification(case)
+    for one in load_case_runs.each(case).values() if case.sensitivity.analysis != "limit" else ():
+        driver.refuse_what_is_not_run(one)
 
 
 def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> SensitivityOutcome:

@@ -247,9 +247,10 @@ def mechanism_rows(analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[t
 
 
 def kinematic_rows(case: SpaceCase, analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[tuple[str, str]]:
-    """Return at which acceleration the mechanism starts; nothing where the load is not horizontal and as the mass."""
+    """Return at which acceleration the mechanism starts; nothing where the load is not horizontal and as the mass, and
+    of a wall with ties, which is not verified."""
     found = participation_in_space(case.wall, case.load, mechanism, analysis.shown.velocities)
-    if found is None:
+    if found is None or case.reinforcement.ties:
         return []
     used = participation_used(found)
     start = activation_acceleration(analysis.shown.load_multiplier, used, 1.0)

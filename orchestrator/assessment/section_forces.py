@@ -1,4 +1,4 @@
-"""Section forces of piers and spandrels and reactions of supports, from the forces in the joints.
+"""Section forces of piers and spandrels and reactions of supports, from the forces in the joints and in ties.
 
     F_i on j = (n_start + n_end) normal + s tangent       of every joint (limit_analysis/paper/equilibrium.py)
     N, V     of a pier: vertical, horizontal force of what is above on what is below; of a spandrel: horizontal,
@@ -6,25 +6,30 @@
     M        moment of the same forces about the middle of the section, counter-clockwise
     R        of a support: force that it exerts on the wall, and its moment about the middle of the support's joints
 
-A section cuts joints, not stones: it is stepped where the bond is, and in exact balance with the loads beyond it.
+A section cuts joints, not stones: it is stepped where the bond is, and in exact balance with the loads beyond it. A
+tie across it has a row of its own, and so has the reaction of an anchor or of a support at the end of a tie: piers and
+spandrels carry what their joints do. Both are given where the tie runs, and so without moment.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.assessment.panels import Section, cut, piers, rows, spandrels
+from orchestrator.assessment.panels import Panel, Section, cut, piers, rows, spandrels
+from orchestrator.assessment.tie_forces import TieForce
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.geometry.rigid import cross
+from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
 
 
 @dataclass(frozen=True, slots=True)
 class SectionForce:
     """panel, and which of its sections (foot, middle, head; middle of a spandrel); x, y of its middle in m; N, V in N,
-    M in N m; the panel's depth in m."""
+    M in N m; the panel's depth in m, 0 for a tie across the sections of all piers of a storey, or of a spandrel."""
 
     panel: str
     section: str
@@ -43,9 +48,10 @@ class SectionForce:
 
 @dataclass(frozen=True, slots=True)
 class Reaction:
-    """Force (N) and moment (N m) that a support, named by its id, exerts on the wall; x, y in m where it acts on."""
+    """Force (N) and moment (N m) that a support, named by its id, or the held end of a tie exerts on the wall; x, y in
+    m where it acts on."""
 
-    block: int
+    support: str
     x: float
     y: float
     horizontal: float
@@ -68,8 +74,14 @@ def moments_on_j(assemblage: Assemblage, joint_forces: FloatArray, about: FloatA
     return at_start + at_end + along
 
 
-def section_forces(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[SectionForce, ...]:
-    """Return N, V, M of every pier at foot, middle and head, and of every spandrel in its middle."""
+def section_forces(
+    assemblage: Assemblage, joint_forces: FloatArray, ties: Sequence[TieForce] = ()
+) -> tuple[SectionForce, ...]:
+    """Return N, V, M of every pier at foot, middle and head and of every spandrel in its middle, and what ties carry
+    across the same sections.
+
+    joint_forces (k, 3) in N, of the joints of the assemblage, which has no ties among them.
+    """
     forces = []
     on_j = forces_on_j(assemblage, joint_forces)
     for row in rows(piers(assemblage.wall)):
@@ -78,9 +90,11 @@ def section_forces(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[Se
         forces += [
             _of(assemblage, joint_forces, on_j, cuts[name][place], name) for place in range(len(row)) for name in cuts
         ]
+        forces += [one for name, at in heights.items() for one in _of_ties(assemblage, ties, row, at, name)]
     for row in rows(spandrels(assemblage.wall)):
         at = 0.5 * (row[0].left + row[0].right)
         forces += [_of(assemblage, joint_forces, on_j, one, "middle") for one in cut(assemblage, row, at)]
+        forces += _of_ties(assemblage, [tie for tie in ties if tie.held is None], row, at, "middle")
     return tuple(forces)
 
 
@@ -95,8 +109,33 @@ def _of(
     return SectionForce(section.panel.name, name, x, y, float(normal), float(shear), moment, section.panel.depth)
 
 
-def reactions(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[Reaction, ...]:
-    """Return what every support that carries anything exerts on the wall."""
+def _of_ties(
+    assemblage: Assemblage, ties: Sequence[TieForce], row: Sequence[Panel], at: float, name: str
+) -> list[SectionForce]:
+    """Return what ties carry across the section at `at` of panels of one row."""
+    axis = 0 if row[0].horizontal else 1
+    beyond = block_centroids(assemblage.wall)[:, axis] > at
+    forces = []
+    for tie in ties:
+        if found := tie.crossing(beyond, axis, at):
+            before, (x, y) = found
+            force = tie.on(before)
+            normal, shear = 0.0 - force[axis], force[1 - axis]
+            panel = f"tie {tie.number} with {_name_of(row, float(y))}"
+            forces.append(SectionForce(panel, name, float(x), float(y), float(normal), float(shear), 0.0, 0.0))
+    return forces
+
+
+def _name_of(row: Sequence[Panel], y: float) -> str:
+    """Return what a tie crosses a cut with: the spandrel nearest to y (m), or all piers of a storey."""
+    if row[0].horizontal:
+        return min(row, key=lambda panel: max(panel.bottom - y, y - panel.top, 0.0)).name
+    return f"piers {row[0].name.removeprefix('pier ').partition('.')[0]}"
+
+
+def reactions(assemblage: Assemblage, joint_forces: FloatArray, ties: Sequence[TieForce] = ()) -> tuple[Reaction, ...]:
+    """Return what every support that carries anything exerts on the wall, by its joints, and then what every tie does
+    that an anchor or a support holds."""
     on_j, between = forces_on_j(assemblage, joint_forces), assemblage.joints
     exerted = []
     for position, block in enumerate(assemblage.wall.blocks):
@@ -107,5 +146,9 @@ def reactions(assemblage: Assemblage, joint_forces: FloatArray) -> tuple[Reactio
         at = np.average(between.centroid[joints], axis=0, weights=between.length[joints])
         force = (sign[:, None] * on_j[joints]).sum(axis=0)
         moment = float(sign @ moments_on_j(assemblage, joint_forces, at)[joints])
-        exerted.append(Reaction(block.id, float(at[0]), float(at[1]), float(force[0]), float(force[1]), moment))
+        exerted.append(Reaction(str(block.id), float(at[0]), float(at[1]), float(force[0]), float(force[1]), moment))
+    for tie in ties:
+        if tie.held is not None:
+            (x, y), (along, upwards) = tie.points[tie.held].tolist(), tie.on(1 - tie.held).tolist()
+            exerted.append(Reaction(f"tie {tie.number}", x, y, along, upwards, 0.0))
     return tuple(exerted)

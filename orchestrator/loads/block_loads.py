@@ -119,8 +119,15 @@ NOT_A_FOLDER = ("figures", "macro", "micro", "runs")
 """names that the run folder uses itself"""
 
 
+def with_envelope(settings: LoadSettings) -> LoadSettings:
+    """Return the settings with the load cases of an envelope that is asked for before the others in `cases`."""
+    return replace(settings, cases=(*ENVELOPE, *settings.cases), envelope=False) if settings.envelope else settings
+
+
 def load_cases(settings: LoadSettings) -> dict[str, LoadSettings]:
-    """Return the loads of every load case by its name; {"": settings} where there are none. Raises CaseError."""
+    """Return the loads of every load case, those of an envelope too, by its name; {"": settings} where there are none.
+    Raises CaseError."""
+    settings = with_envelope(settings)
     if not settings.cases:
         return {"": settings}
     cases: dict[str, LoadSettings] = {}
@@ -177,7 +184,8 @@ def upright_resultant(live: FloatArray) -> float | None:
 
 
 def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
-    """Return the loads on a wall: by default its weight, and the same forces along x. Raises CaseError."""
+    """Return the loads on a wall: by default its weight, and the same forces along x. Raises CaseError, also for
+    settings of several load cases (`load_cases` has each by its name)."""
     settings = LoadSettings() if settings is None else settings
     remedy = "write loads_on(assemblage.wall, LoadSettings())"
     require_kinds(remedy, wall=(wall, Wall), settings=(settings, LoadSettings))
@@ -226,7 +234,12 @@ def height_of_live_load(wall: Wall, settings: LoadSettings) -> float:
 
 
 def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
-    """Raise CaseError for settings that contradict each other or name blocks that cannot be loaded."""
+    """Raise CaseError for settings of several load cases, that contradict each other, or name blocks that cannot be
+    loaded."""
+    if several := with_envelope(settings).cases:
+        key = "load.envelope" if settings.envelope else "load.cases"
+        problem = f"makes {len(several)} load case{'s' * (len(several) > 1)}, where the loads of one are expected"
+        raise CaseError(key, problem, "take one after the other from load_cases(load).values()")
     if (settings.distribution == "per_block") != bool(settings.live):
         remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
         raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)

@@ -96,14 +96,16 @@ def make_bodies(assemblage: Assemblage, partition: Partition, forces: FloatArray
     """Return the outlines of all bodies and the joints that remain between them.
 
     forces (joints, 3) in N: of a limit state (`LimitState.joint_forces`), which say where joints crush. Raises
-    CaseError for a partition of another wall.
+    CaseError for a partition of another wall, and for an assemblage with ties among its joints.
     """
     refuse_other_partition(assemblage, partition)
     body_i, body_j = (partition.body_of_block[side] for side in (assemblage.joints.i, assemblage.joints.j))
     joint = np.flatnonzero(body_i != body_j)
     outlines, edge = assemblage.outlines, assemblage.edge
-    assert outlines is not None, "an assemblage without its planar map has no bodies"
-    assert edge is not None, "an assemblage without its planar map has no bodies"
+    if outlines is None or edge is None:
+        problem = "has joints that are no edges of its blocks, as ties are: no finite elements are made of it"
+        remedy = "give what find_joints returns; finite elements with ties: `run`, with [[reinforcement.ties]]"
+        raise CaseError("assemblage", problem, remedy)
     is_interface = np.zeros(len(outlines.left), bool)
     is_interface[edge[joint]] = True
     rings = _rings(outlines, partition.body_of_block, is_interface)

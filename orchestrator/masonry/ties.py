@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 from annotated_types import Ge, Gt, MinLen
 
-from orchestrator.basis.arrays import IntArray
+from orchestrator.basis.arrays import IntArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
@@ -32,6 +32,8 @@ TIE_LENGTH = 1e-5
 its multiplier to 7e-10; 1e-7 would leave 8e-7, as both ends become one to the linear program"""
 NO_THRUST = 1e-9
 """compressive over tensile strength of that joint"""
+ANCHOR = -1
+"""position of the block at an end that no block has"""
 ON_OUTLINE = 1e-6
 """of a block's perimeter: an end so near its outline is on it"""
 
@@ -64,19 +66,32 @@ class TieSettings(Checked):
     """each a table [[reinforcement.ties]] with `blocks`, `start`, `end`, `strength`, and for `run` `stiffness`"""
 
 
-def with_ties(assemblage: Assemblage, ties: Sequence[Tie]) -> Assemblage:
-    """Return the assemblage with ties among its joints, for limit analysis alone: they have no place in the planar map.
+def ends_of(wall: Wall, ties: Sequence[Tie]) -> IntArray:
+    """Return the positions (m, 2) of the blocks at the start and at the end of every tie, ANCHOR for none."""
+    place = {block.id: position for position, block in enumerate(wall.blocks)}
+    ends = [[place[name] for name in tie.blocks] + [ANCHOR] * (2 - len(tie.blocks)) for tie in ties]
+    return read_only(np.reshape(ends, (-1, 2)), np.int64)
 
-    Raises CaseError for a tie that joins nothing.
+
+def with_ties(assemblage: Assemblage, ties: Sequence[Tie], settling: int | None = None) -> Assemblage:
+    """Return the assemblage with ties after its joints, for limit analysis alone: they have no place in the planar map.
+
+    An anchor is a point of the ground: of a support, but not of the one (its id) that is `settling`. Raises CaseError
+    for a tie that joins nothing, and for an anchor where the ground is nothing but that support.
     """
     if not ties:
         return assemblage
     wall = assemblage.wall
     for number, tie in enumerate(ties):
         _refuse(wall, tie, f"reinforcement.ties.{number}")
-    anchor = next(position for position, block in enumerate(wall.blocks) if block.fixed)
-    place = {block.id: position for position, block in enumerate(wall.blocks)}
-    ends = np.array([[place[n] for n in tie.blocks] + [anchor] * (2 - len(tie.blocks)) for tie in ties])
+    ends = ends_of(wall, ties)
+    ground = [position for position, block in enumerate(wall.blocks) if block.fixed and block.id != settling]
+    if not ground and (ends == ANCHOR).any():
+        number, problem = int(np.argmax((ends == ANCHOR).any(axis=1))), f"no support stays where {settling} gives way"
+        raise CaseError(
+            f"reinforcement.ties.{number}.blocks", problem, "add a support that stays, or leave out the tie"
+        )
+    ends = np.where(ends == ANCHOR, ground[0] if ground else ANCHOR, ends)
     first, last = (np.array([getattr(tie, name) for tie in ties], dtype=float) for name in ("start", "end"))
     across = np.column_stack([first[:, 1] - last[:, 1], last[:, 0] - first[:, 0]])  # the normal then leads to the end
     across /= np.linalg.norm(across, axis=1)[:, None]

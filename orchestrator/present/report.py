@@ -25,7 +25,7 @@ from orchestrator.present.tie_states import shown_ties
 from orchestrator.present.weights import load_words, weight_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
-from orchestrator.settings.case import Case, as_record, as_toml
+from orchestrator.settings.case import Case, as_record, as_toml, refuse_verification
 from orchestrator.settings.inventory import class_words, load_sums
 from orchestrator.settings.project import Language
 from orchestrator.storage.files import plain
@@ -67,7 +67,7 @@ def write_given(figures: Path, case: Case, assemblage: Assemblage, name: str = "
 def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> list[Path]:
     """Draw the mechanism of the headline state, as picture and DXF, and write its forces beside the pictures' folder;
     likewise the curve of rigid blocks, where there is one. Return the pictures of the mechanism."""
-    storage.write_forces(figures.parent, assemblage, analysis.headline)
+    storage.write_forces(figures.parent, assemblage, analysis.headline, case.reinforcement.ties)
     storage.remove_picture(figures, "rigid_pushover")
     if storage.write_rigid_curve(figures.parent, analysis) is not None:
         plots.save(plots.rigid_pushover(analysis), figures, "rigid_pushover", case.project.language)
@@ -263,9 +263,11 @@ def draw_curves(
 def rebuild(run: Path) -> Path:
     """Draw all pictures of a finished run again, verify it again and write its report.html, from stored results alone.
 
-    Raises CaseError for a folder that holds no finished run, or another case than the one that was run.
+    Raises CaseError, before anything is written, for a folder that holds no finished run, or another case than the one
+    that was run, and for a verification that is not made.
     """
     stored = read_run(run)
+    refuse_verification(stored.case)
     figures, wall, language = run / "figures", stored.assemblage.wall, stored.case.project.language
     write_given(figures, stored.case, stored.assemblage)
     write_mechanism(figures, stored.case, stored.assemblage, stored.analysis)

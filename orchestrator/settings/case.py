@@ -20,6 +20,7 @@ from annotated_types import Gt, MinLen
 
 from orchestrator.assessment.seismic.control import named_point
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states, refuse_building
+from orchestrator.assessment.seismic.settings import refuse_ties as refuse_ties_verified
 from orchestrator.assessment.seismic.spectrum import spectrum_of
 from orchestrator.assessment.sensitivity import SensitivitySettings
 from orchestrator.basis.checked import Checked, checked, row_type
@@ -27,7 +28,7 @@ from orchestrator.basis.errors import CaseError, naming, refuse_other_kind
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis import LimitAnalysisSettings
 from orchestrator.loads import LoadSettings
-from orchestrator.loads.block_loads import ENVELOPE
+from orchestrator.loads.block_loads import with_envelope
 from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings
 from orchestrator.macroblocks.tolerance_grid import StudySettings
 from orchestrator.masonry.block_classes import BlockClass, with_classes
@@ -164,19 +165,15 @@ def refuse_what_only_limit_analysis_takes(case: Case) -> None:
 def refuse_ties(case: Case, command: str) -> None:
     """Raise CaseError for ties that `command` would leave out."""
     if case.reinforcement.ties:
-        remedy = "use the commands check, limit, segment and run, or leave them out"
+        remedy = "use the commands check, limit, segment, run and sensitivity, or leave them out"
         raise CaseError("reinforcement.ties", f"{command} takes no ties yet", remedy, str(case.file))
 
 
 def refuse_ties_of_run(case: Case) -> None:
-    """Raise CaseError for ties without stiffness, or in a wall that is to be verified: what a mechanism withstands ends
-    where a tie breaks (C8.7.1.2.1.6), and no tie says where that is."""
+    """Raise CaseError for ties without stiffness, or in a wall that is to be verified."""
     with naming(case.file):
         refuse_rigid(case.reinforcement.ties)
-        if case.reinforcement.ties and limit_states(case.seismic):
-            remedy = "leave out the ties, or [seismic]"
-            problem = "walls with ties are not verified, as it is not known at which elongation a tie breaks"
-            raise CaseError("reinforcement.ties", problem, remedy)
+        refuse_ties_verified(case.seismic, len(case.reinforcement.ties))
 
 
 def refuse_seismic(case: Case) -> None:
@@ -188,6 +185,13 @@ def refuse_seismic(case: Case) -> None:
         if states:
             refuse_building(case.seismic)
             named_point(case.seismic, read_wall(case))
+
+
+def refuse_verification(case: Case) -> None:
+    """Raise CaseError for a verification that is not made, as `refuse_seismic`, of a wall with ties too."""
+    with naming(case.file):
+        refuse_ties_verified(case.seismic, len(case.reinforcement.ties))
+    refuse_seismic(case)
 
 
 def as_record(case: Case, block_file: str) -> dict[str, Any]:
@@ -275,6 +279,4 @@ def _case(record: dict[str, Any]) -> Case:
     macroblocks = record.get("macroblocks", {})
     if "choose" not in macroblocks and any(name in macroblocks for name in TOLERANCES):
         case = replace(case, macroblocks=replace(case.macroblocks, choose="tolerances"))
-    if case.load.envelope:
-        case = replace(case, load=replace(case.load, cases=(*ENVELOPE, *case.load.cases), envelope=False))
-    return case
+    return replace(case, load=with_envelope(case.load))

@@ -12,8 +12,8 @@ from orchestrator.storage.stored_increments import StateStore
 
 RESULTS = (
     *OF_A_RUN, "case.toml", "blocks.json", "joints.csv", "limit_analysis.json", "macroblocks.json", "joint_forces.csv",
-    "section_forces.csv", "reactions.csv", "rigid_pushover.csv", "mechanism.dxf", "verdict.csv", "load_cases.csv",
-    "report.html", "collapse.html", "directions.json",
+    "section_forces.csv", "reactions.csv", "tie_forces.csv", "rigid_pushover.csv", "mechanism.dxf", "verdict.csv",
+    "load_cases.csv", "report.html", "collapse.html", "directions.json",
 )  # fmt: skip
 """all that a run or a limit analysis writes, but run.log, which goes on, pictures, and folders of load cases"""
 OF_A_MODEL = (

@@ -6,11 +6,15 @@ large displacements.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import astuple
 from pathlib import Path
 
 from orchestrator.assessment.section_forces import forces_on_j, reactions, section_forces
+from orchestrator.assessment.tie_forces import TieForce, tie_forces
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.ties import Tie
 from orchestrator.storage.files import write_csv
 
 JOINT_FORCE_COLUMNS = (
@@ -20,28 +24,40 @@ JOINT_FORCE_COLUMNS = (
 SECTION_COLUMNS = ("panel", "section", "x_m", "y_m", "depth_m", "N_N", "V_N", "M_Nm")
 RIGID_CURVE_COLUMNS = ("mean_displacement_m", "load_multiplier", "base_shear_N")
 REACTION_COLUMNS = ("support", "x_m", "y_m", "horizontal_N", "vertical_N", "moment_Nm")
+TIE_COLUMNS = ("tie", "block", "other_block", "start_x_m", "start_y_m", "end_x_m", "end_y_m", "pull_N", "strength_N")
 
 
-def write_forces(folder: Path, assemblage: Assemblage, state: LimitState) -> list[Path]:
-    """Write joint_forces.csv, section_forces.csv and reactions.csv of a state; return their paths.
+def write_forces(folder: Path, assemblage: Assemblage, state: LimitState, ties: Sequence[Tie] = ()) -> list[Path]:
+    """Write joint_forces.csv, section_forces.csv and reactions.csv of a state, and tie_forces.csv of one with ties;
+    return their paths.
 
-    Rates are over the largest displacement of the mechanism; compression is positive.
+    Rates are over the largest displacement of the mechanism; compression is positive, and so is what a tie pulls with.
     """
+    pulls = tie_forces(assemblage.wall, ties, state.tie_forces)
     ids = [block.id for block in assemblage.wall.blocks]
     names = ("joint_forces.csv", "section_forces.csv", "reactions.csv")
     paths = [folder / name for name in names]
     write_csv(paths[0], JOINT_FORCE_COLUMNS, _joints(ids, assemblage, state))
     sections = (
         (one.panel, one.section, one.x, one.y, one.depth, one.normal, one.shear, one.moment)
-        for one in section_forces(assemblage, state.joint_forces)
+        for one in section_forces(assemblage, state.joint_forces, pulls)
     )
     write_csv(paths[1], SECTION_COLUMNS, sections)
-    supports = (
-        (one.block, one.x, one.y, one.horizontal, one.vertical, one.moment)
-        for one in reactions(assemblage, state.joint_forces)
+    write_csv(paths[2], REACTION_COLUMNS, map(astuple, reactions(assemblage, state.joint_forces, pulls)))
+    return paths + _written_ties(folder / "tie_forces.csv", ties, pulls)
+
+
+def _written_ties(path: Path, ties: Sequence[Tie], pulls: Sequence[TieForce]) -> list[Path]:
+    """Write tie_forces.csv and return its path; without ties what an earlier analysis left of them goes."""
+    path.unlink(missing_ok=True)
+    if not ties:
+        return []
+    rows = (
+        (pull.number, *(*tie.blocks, "")[:2], *tie.start, *tie.end, pull.pull, tie.strength)
+        for tie, pull in zip(ties, pulls, strict=True)
     )
-    write_csv(paths[2], REACTION_COLUMNS, supports)
-    return paths
+    write_csv(path, TIE_COLUMNS, rows)
+    return [path]
 
 
 def write_rigid_curve(folder: Path, analysis: LimitAnalysis) -> Path | None:

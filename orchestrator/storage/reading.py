@@ -15,6 +15,7 @@ from orchestrator.storage.files import read_json
 
 ARRAYS = {
     "joint_forces": "joint_forces_N",
+    "tie_forces": "tie_forces_N",
     "velocities": "block_velocities",
     "opening": "joint_opening",
     "slip": "joint_slip",

@@ -66,6 +66,8 @@ def read_run(folder: str | PathLike[str]) -> StoredRun:
         assemblage = find_joints(replace(cases.read_wall(case), name=name), case.joints)
         tied = with_ties(assemblage, case.reinforcement.ties)
         analysis = replace(storage.read_limit_analysis(folder), wall=fingerprint_of_wall(tied))
+        if len(analysis.headline.tie_forces) != len(case.reinforcement.ties):
+            raise ValueError("limit_analysis.json has other ties than the case")
         partition = storage.read_macroblocks(folder, assemblage.wall)
         partition = replace(partition, places=fingerprint_of_places(assemblage))
         models = tuple(_model(folder, pushed, assemblage, partition) for pushed in summary.pushover)

@@ -179,6 +179,7 @@ def _state_record(state: LimitState) -> dict[str, Any]:
         "horizontal_load_N": state.horizontal_load,
         "records": [asdict(record) for record in state.records],
         "joint_forces_N": state.joint_forces,
+        "tie_forces_N": state.tie_forces,
         "mechanism": {
             "block_velocities": state.mechanism.velocities,
             "joint_opening": state.mechanism.opening,

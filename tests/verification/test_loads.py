@@ -8,6 +8,8 @@ from math import cos, radians, sin
 import numpy as np
 import pytest
 
+from orchestrator import LoadCase, load_cases, one_body_per_block, push
+from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
 from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
 from tests.support.limit_analysis_cases import FLOOR, assemblage_of, box, case, mirrored, tower
@@ -153,3 +155,26 @@ def test_mirror_image_of_an_unsymmetrically_loaded_wall():
     image = analyse(other, loads=loads_on(other.wall, image)).associative.load_multiplier
     assert image == pytest.approx(plain, abs=1e-8)
     assert abs(plain - analyse(wall).associative.load_multiplier) > 1e-3
+
+
+CASES = (LoadCase("left", "-x", dead=(DeadLoad((1,), force=5e3),)), LoadCase("right", "+x"))
+
+
+@pytest.mark.parametrize(
+    ("load", "key", "multipliers_of"),
+    [
+        (LoadSettings(envelope=True), "load.envelope", [0.5, 0.5, 0.5, 0.5]),
+        (LoadSettings(cases=CASES), "load.cases", [0.75, 0.5]),
+    ],
+)
+def test_from_python_load_cases_are_taken_one_by_one_and_never_left_out(load, key, multipliers_of):
+    """A block of 10 kN, b/h = 1/2: (b/h)(W + F)/W. All at once would silently be [load] alone."""
+    assemblage = tower(0.5, 1.0)
+    analysis, stones = analyse(assemblage), one_body_per_block(assemblage)
+    for refusing in (lambda: loads_on(assemblage.wall, load), lambda: push(assemblage, analysis, stones, load)):
+        with pytest.raises(CaseError) as refused:
+            refusing()
+        assert refused.value.key == key
+        assert "load_cases(load)" in refused.value.remedy
+    found = [multipliers(assemblage, one)[-1] for one in load_cases(load).values()]
+    assert found == pytest.approx(multipliers_of, abs=1e-6)

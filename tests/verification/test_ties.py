@@ -6,13 +6,17 @@ A tie pulls with up to its strength T and never pushes. Blocks are b x h, of wei
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from math import cos, radians, sin, tan
 
 import pytest
 
-from orchestrator.app import cli
+from orchestrator import analyse, one_body_per_block, push
+from orchestrator.app import cli, driver
+from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.ties import Tie, with_ties
+from orchestrator.settings import case as cases
 from tests.support.limit_analysis_cases import analysed, assemblage_of, box
 
 B, H, Z = 0.5, 2.0, 1.5
@@ -121,7 +125,7 @@ def test_limit_and_check_take_ties(tied, capsys):
     assert (tied.parent / "look" / "figures" / "blocks.png").exists()
     printed = capsys.readouterr().out
     assert "tie 1: block 1 to an anchor at (-3, 1.5) m, 3 m long, yields at 4.000 kN" in printed
-    assert "check, limit, segment and run take ties; study and export do not yet" in printed
+    assert "check, limit, segment, run and sensitivity take ties; study and export do not yet" in printed
 
 
 RIGID = "reinforcement.ties.0.stiffness: is missing: the finite elements know no rigid tie"
@@ -144,3 +148,87 @@ def test_what_takes_no_ties_says_so(tied, tmp_path, monkeypatch, capsys, command
     monkeypatch.chdir(tmp_path)
     assert cli.main([command, str(tied)]) == 2
     assert f"reinforcement.ties: {command} takes no ties yet; " in capsys.readouterr().err
+
+
+HELD = "reinforcement.ties=[{blocks=[1], start=[0, 1.5], end=[-3, 1.5], strength=4000, stiffness=1e6}]"
+SHORT = ("run.models=['macro']", "stepping.final_displacement=1 mm")
+
+
+def carried_out(command, path, output, *settings):
+    words = [word for one in settings for word in ("--set", one)]
+    return cli.main([command, str(path), *([] if command == "report" else ["--output", str(output)]), *words])
+
+
+def contents(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.usefixtures("without_pictures")
+@pytest.mark.parametrize("load", [(), ("load.envelope=true",)])
+def test_a_report_does_not_verify_a_wall_with_ties(tied, tmp_path, capsys, load):
+    """[seismic] may be changed after a run; with load cases each has its own case.toml, and the last is changed."""
+    run = tmp_path / "run"
+    assert carried_out("run", tied, run, HELD, *SHORT, *load) == 0
+    changed = sorted(run.rglob("case.toml"))[-1]
+    text = changed.read_text(encoding="utf-8")
+    changed.write_text(text.replace("[seismic]\n", "[seismic]\npeak_ground_acceleration = 0.981\n"), encoding="utf-8")
+    before = contents(run)
+    assert carried_out("report", run, None) == 2
+    assert f"{changed}: reinforcement.ties: {UNKNOWN}" in capsys.readouterr().err
+    assert contents(run) == before
+
+
+@pytest.mark.parametrize("analysis", ["limit", "macro"])
+def test_sensitivity_does_not_verify_a_wall_with_ties(tied, tmp_path, capsys, analysis):
+    given = (HELD, "sensitivity.friction=[0.4, 0.6]", f"sensitivity.analysis={analysis}")
+    asked = "seismic.peak_ground_acceleration=0.981"
+    assert carried_out("sensitivity", tied, tmp_path / "out", *given, asked) == 2
+    assert f"{tied}: reinforcement.ties: {UNKNOWN}" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.usefixtures("without_pictures")
+@pytest.mark.parametrize(("settings", "said"), [((), RIGID), (VERIFIED, UNKNOWN)])
+def test_load_cases_that_are_refused_leave_an_earlier_run_alone(tied, tmp_path, capsys, settings, said):
+    run = tmp_path / "run"
+    assert carried_out("run", tied, run, HELD, *SHORT, "load.envelope=true") == 0
+    before = contents(run)
+    again = [word for one in ("load.envelope=true", *settings) for word in ("--set", one)]
+    assert cli.main(["run", str(tied), "--output", str(run), "--force", *again]) == 2
+    assert said in capsys.readouterr().err
+    assert contents(run) == before
+
+
+def test_the_verification_itself_takes_no_ties(tied):
+    """The last gate: whatever road leads to it, an analysis with forces of ties is not verified."""
+    case = cases.read(tied, [HELD])
+    assemblage, analysis = driver.limit(case)
+    assert analysis.headline.tie_forces == pytest.approx([4e3], rel=1e-6)
+    asked = replace(case.seismic, peak_ground_acceleration=0.981)
+    with pytest.raises(CaseError, match="walls with ties are not verified"):
+        verify(asked, case.load, case.limit_analysis, assemblage, analysis, [])
+
+
+HUNG = "reinforcement.ties=[{blocks=[1], start=[0.25, 2.0], end=[0.25, 5.0], strength=4000}]"
+
+
+@pytest.mark.usefixtures("without_pictures")
+def test_an_anchor_does_not_go_down_with_a_support(tied, tmp_path, capsys):
+    """An anchor above a block bears 4 kN of its weight, 20 kN: the ground that gives way bears the rest. Where there is
+    no other ground it is not said what the anchor is fixed to."""
+    assert cli.main(["limit", str(tied), "--settle", "0", "--set", HUNG, "--output", str(tmp_path / "one")]) == 2
+    assert "reinforcement.ties.0.blocks: no support stays where 0 gives way; add" in capsys.readouterr().err
+    record = json.loads((tmp_path / "wall.json").read_text())
+    record["blocks"].append({"id": 2, "polygon": box(-9.0, -0.5, 4.0, 0.5), "fixed": True})
+    (tmp_path / "wall.json").write_text(json.dumps(record))
+    assert cli.main(["limit", str(tied), "--settle", "0", "--set", HUNG, "--output", str(tmp_path / "two")]) == 0
+    assert "least reaction 16.0000 kN" in capsys.readouterr().out
+
+
+def test_finite_elements_from_python_refuse_ties_in_one_line():
+    tied = with_ties(block(), [Tie(blocks=(1,), start=(0.0, Z), end=(-3.0, Z), strength=4e3, stiffness=1e7)])
+    with pytest.raises(CaseError) as refused:
+        push(tied, analyse(tied), one_body_per_block(tied))
+    said = str(refused.value)
+    assert "\n" not in said
+    assert "finite elements with ties: `run`, with [[reinforcement.ties]]" in said

@@ -32,6 +32,7 @@ from orchestrator.assessment.seismic.settings import (
     SeismicSettings,
     largest_force_ratio,
     limit_states,
+    refuse_ties,
 )
 from orchestrator.assessment.seismic.spectrum import Spectrum, spectrum_of
 from orchestrator.assessment.seismic.verification_record import in_its_unit
@@ -72,8 +73,9 @@ def verify(
 ) -> tuple[dict[str, Any], dict[str, Observed]] | None:
     """Return the record `seismic` of the summary and what was observed of every curve, None where nothing is asked.
 
-    Raises CaseError (key only).
+    Raises CaseError (key only), for a wall with ties too.
     """
+    refuse_ties(settings, len(analysis.headline.tie_forces))
     states = limit_states(settings)
     if not states:
         return None

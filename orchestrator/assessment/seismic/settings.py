@@ -97,6 +97,14 @@ class SeismicSettings(Checked):
     """xi_1 of that building, part of critical damping"""
 
 
+def refuse_ties(settings: SeismicSettings, ties: int) -> None:
+    """Raise CaseError (key only) for a wall with ties that is to be verified: what a mechanism withstands ends where a
+    tie breaks (C8.7.1.2.1.6), and no tie says where that is."""
+    if ties and limit_states(settings):
+        problem = "walls with ties are not verified, as it is not known at which elongation a tie breaks"
+        raise CaseError("reinforcement.ties", problem, "leave out the ties, or [seismic]")
+
+
 def limit_states(settings: SeismicSettings) -> tuple[LimitStateSettings, ...]:
     """Return every limit state that is verified, F_0 and T_C* filled in, mildest first. Raises CaseError (key only)."""
     known = known_states(settings.spectrum)

@@ -85,7 +85,7 @@ class LimitState:
     horizontal_load: horizontal resultant in N, at a multiplier of 1, of the live load on the blocks that it is a state
     of: those that have come loose before bear none.
     open_ends (k, 2): ends of joints that stand open when this state is met and may close in it, None where all joints
-    are as drawn.
+    are as drawn. tie_forces (m,): what ties pull with in N, once they are parted from the joints (`of_first_joints`).
     """
 
     flow_rule: FlowRule
@@ -100,6 +100,7 @@ class LimitState:
     dilation: float
     horizontal_load: float
     open_ends: BoolArray | None = None
+    tie_forces: FloatArray = field(default_factory=lambda: read_only(np.zeros(0)))
 
     @property
     def base_shear(self) -> float:
@@ -243,13 +244,16 @@ def refuse_other_analysis(assemblage: Assemblage, analysis: LimitAnalysis) -> No
 
 
 def of_first_joints(analysis: LimitAnalysis, joints: int) -> LimitAnalysis:
-    """Return the analysis with the forces and rates of so many joints, the first ones: ties come after them."""
+    """Return the analysis with the forces and rates of so many joints, the first ones; those after them are ties, which
+    have their forces apart (`LimitState.tie_forces`)."""
 
     def cut(state: LimitState) -> LimitState:
         motion = state.mechanism
         motion = replace(motion, opening=motion.opening[:joints], slip=motion.slip[:joints])
         ends = None if state.open_ends is None else state.open_ends[:joints]
-        return replace(state, joint_forces=state.joint_forces[:joints], mechanism=motion, open_ends=ends)
+        pull = read_only(-state.joint_forces[joints:, :2].sum(axis=1))
+        forces = state.joint_forces[:joints]
+        return replace(state, joint_forces=forces, mechanism=motion, open_ends=ends, tie_forces=pull)
 
     return replace(
         analysis,
@@ -257,6 +261,7 @@ def of_first_joints(analysis: LimitAnalysis, joints: int) -> LimitAnalysis:
         sequence=analysis.sequence and cut(analysis.sequence),
         path=analysis.path and cut(analysis.path),
         lowest=analysis.lowest and cut(analysis.lowest),
+        drawn=analysis.drawn and cut(analysis.drawn),
         associative_left=analysis.associative_left and cut(analysis.associative_left),
         local_failures=tuple(replace(one, state=cut(one.state)) for one in analysis.local_failures),
     )

@@ -8,6 +8,7 @@ from typing import Any
 
 from orchestrator.assessment.section_forces import reactions, section_forces
 from orchestrator.assessment.seismic.settings import limit_states
+from orchestrator.assessment.tie_forces import tie_forces
 from orchestrator.settings.inventory import joint_classes, load_sums, materials
 from orchestrator.storage.stored_run import StoredRun
 
@@ -18,8 +19,9 @@ SHOWN_REACTIONS = 30
 def practice_contents(run: StoredRun) -> dict[str, Any]:
     """Return what the template of the practice's tables needs, of a stored run."""
     state = run.analysis.headline
-    sections = section_forces(run.assemblage, state.joint_forces)
-    supports = reactions(run.assemblage, state.joint_forces)
+    ties = tie_forces(run.assemblage.wall, run.case.reinforcement.ties, state.tie_forces)
+    sections = section_forces(run.assemblage, state.joint_forces, ties)
+    supports = reactions(run.assemblage, state.joint_forces, ties)
     return {
         "materials": materials(run.case, run.assemblage.wall),
         "joints": (classes := joint_classes(run.assemblage)),
@@ -31,6 +33,7 @@ def practice_contents(run: StoredRun) -> dict[str, Any]:
         "sections": [astuple(one) for one in sections],
         "reactions": [astuple(one) for one in supports[:SHOWN_REACTIONS]],
         "more_reactions": max(len(supports) - SHOWN_REACTIONS, 0),
+        "held_ties": any(tie.held is not None for tie in ties),
         "sums": (sum(one.horizontal for one in supports), sum(one.vertical for one in supports)),
         "multiplier": state.load_multiplier,
         "state": state.name,

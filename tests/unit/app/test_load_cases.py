@@ -301,3 +301,16 @@ def test_load_cases_that_cannot_be(walls, tmp_path, change, complaint):
 def test_commands_that_take_one_load_case_say_so(walls, capsys, command):
     assert main([command, str(walls / "stone.toml")]) == 2
     assert f"stone.toml: load.cases: {command} takes one load case; " in capsys.readouterr().err
+
+
+def test_a_settlement_has_the_dead_load_of_all_load_cases_or_is_refused(walls, tmp_path, capsys):
+    """The support of a wall that sinks as a whole bears all its dead load, whatever the live load of a case."""
+    command = ["limit", str(walls / "stone.toml"), "--settle", "0", "--output", str(tmp_path)]
+    with undrawn():
+        assert main(command) == 0
+    alike = capsys.readouterr().out
+    assert main([*command, "--set", "load.cases=[]"]) == 0
+    assert alike.partition("; mechanism")[0] == capsys.readouterr().out.partition("; mechanism")[0]
+    differing = "load.cases=[{name='a', dead=[{blocks=[1], force='1 kN'}]}, {name='b'}]"
+    assert main([*command, "--set", differing]) == 2
+    assert "load.cases: have dead loads of their own, and a settlement has one" in capsys.readouterr().err

@@ -47,6 +47,12 @@ ON_PAGES = [
     "all blocks are one macroblock: it can only slide or overturn on its support",
     "3 joints inside macroblocks exceed a tolerance; their blocks are joined through others",
     "tie 1 joins two stones of one macroblock: it holds nothing that could part there",
+    # reactions and section forces
+    "all supports and anchors",
+    "tie 1",
+    "tie 12 with piers",
+    "tie 12 with spandrel above",
+    "tie 12 with spandrel below",
     # curves
     f"micro FE: stopped after increment 7 (displacement, 1.234 mm, multiplier 0.2500): {NEWTON}",
     f"macro FE: stopped before any increment: {NEWTON}",
