@@ -10,6 +10,7 @@ Under MPI rank 0 does everything, but all ranks share a pushover of more than ne
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -29,7 +30,7 @@ from orchestrator.geometry.healing import open_gaps
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
-from orchestrator.loads import loads_on
+from orchestrator.loads import Loads, loads_on
 from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.bodies import make_bodies
@@ -75,30 +76,45 @@ def check(case: Case) -> Assemblage:
     return assemblage
 
 
-def examine(case: Case, assemblage: Assemblage) -> list[str]:
+def _loaded(case: Case, assemblage: Assemblage) -> tuple[Assemblage, Loads]:
+    """Return the assemblage of a case with ties among its joints, and the loads on it. Raises CaseError."""
+    with naming(case.file):
+        return with_ties(assemblage, case.reinforcement.ties), loads_on(assemblage.wall, case.load)
+
+
+def refuse_what_does_not_stand(case: Case, assemblage: Assemblage) -> None:
+    """Raise CaseError, of one load case, for a wall that cannot stand, or that no live load brings down."""
+    tied, loads = _loaded(case, assemblage)
+    with naming(case.block_file):
+        refuse_what_cannot_be_analysed(tied, loads)
+
+
+def refuse_pushover(case: Case, assemblage: Assemblage) -> None:
+    """Raise CaseError, of one load case, for what limit analysis takes and the finite elements do not."""
+    refuse_what_only_limit_analysis_takes(case)
+    refuse_ties_of_run(case)
+    refuse_what_cannot_be_pushed(case, assemblage)
+    if "micro" in case.run.models:
+        room_for(make_bodies(assemblage, one_body_per_block(assemblage)), case)
+
+
+def examine(case: Case, assemblage: Assemblage, key_in_file: Callable[[str], str] = str) -> list[str]:
     """Refuse, of one load case, whatever `limit` would refuse, and a verification that `run` would (CaseError); return
     what else is to be said.
 
-    assemblage: of the case, as `check` returns it.
+    assemblage: of the case, as `check` returns it. key_in_file: of a key, as in "load.dead.0", what the file calls it.
     """
     refuse_seismic(case)
-    with naming(case.file):
-        loads = loads_on(assemblage.wall, case.load)
-        tied = with_ties(assemblage, case.reinforcement.ties)
-    with naming(case.block_file):
-        refuse_what_cannot_be_analysed(tied, loads)
+    refuse_what_does_not_stand(case, assemblage)
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall), *without_verification(case.seismic)]
     if case.reinforcement.ties:
         said.append("WARNING: check, limit, segment and run take ties; study and export do not yet")
     if limit_states(case.seismic):
-        said += not_accelerated(assemblage.wall, case.load.dead)
+        said += not_accelerated(assemblage.wall, case.load.dead, key_in_file)
     try:
-        refuse_what_only_limit_analysis_takes(case)
-        refuse_ties_of_run(case)
-        refuse_what_cannot_be_pushed(case, assemblage)
-        if "micro" in case.run.models:
-            room_for(make_bodies(assemblage, one_body_per_block(assemblage)), case)
+        refuse_pushover(case, assemblage)
     except CaseError as error:
+        error = CaseError(key_in_file(error.key), error.problem, error.remedy, error.file)
         said.append(f"WARNING: check, limit and segment take this case, run does not: {error}")
     return said
 
@@ -130,7 +146,7 @@ def refuse_what_cannot_be_pushed(case: Case, assemblage: Assemblage) -> None:
         refuse_bonded_mortar(assemblage, case.contact.softening_displacement)
 
 
-def _refuse_own_input(case: Case, output: Path) -> None:
+def refuse_own_input(case: Case, output: Path) -> None:
     """Raise CaseError where a run would write its case.toml or blocks.json over the file that it is given."""
     for read, name in ((case.file, "case.toml"), (case.block_file, "blocks.json")):
         if (output / name).exists() and (output / name).samefile(read):
@@ -140,10 +156,7 @@ def _refuse_own_input(case: Case, output: Path) -> None:
 
 def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
     """Run micro limit analysis on a checked wall, ties among its joints. Raises CaseError for one that cannot stand."""
-    assemblage = check(case)
-    with naming(case.file):
-        loads = loads_on(assemblage.wall, case.load)
-        assemblage = with_ties(assemblage, case.reinforcement.ties)
+    assemblage, loads = _loaded(case, check(case))
     with naming(case.block_file):
         return assemblage, analyse(assemblage, case.limit_analysis, loads, case.elastic.elastic_modulus)
 
@@ -164,14 +177,18 @@ def draw_macroblocks(case: Case, segmented: Segmented, output: Path) -> tuple[Pa
     return picture, draw_mechanism(case, segmented.assemblage, segmented.analysis, output)
 
 
-def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[LimitState, Path]:
-    """Let a support give way at `angle` (rad from +x); draw and return the state. Raises CaseError."""
+def settlement(case: Case, support: int, angle: float) -> tuple[Assemblage, LimitState]:
+    """Let a support give way at `angle` (rad from +x) under the dead load of one load case. Raises CaseError."""
+    assemblage, loads = _loaded(case, check(case))
+    with naming(case.file):
+        return assemblage, settle(assemblage, support, angle, loads)
+
+
+def draw_settlement(case: Case, assemblage: Assemblage, state: LimitState, angle: float, output: Path) -> Path:
+    """Draw a support that has given way at `angle` (rad from +x) into the run folder `output`; return its PNG."""
     from orchestrator.present import report as reporting
 
-    with naming(case.file):
-        assemblage = with_ties(check(case), case.reinforcement.ties)
-        state = settle(assemblage, support, angle, loads_on(assemblage.wall, case.load))
-    return state, reporting.write_settlement(output / "figures", assemblage, state, angle, case.project.language)[0]
+    return reporting.write_settlement(output / "figures", assemblage, state, angle, case.project.language)[0]
 
 
 def segment(case: Case) -> Segmented:
@@ -199,7 +216,7 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     if resume:
-        case = on_root(comm, _resumed, case, output)
+        case = on_root(comm, resumed, case, output)
     on_root(comm, refuse_what_only_limit_analysis_takes, case)
     on_root(comm, refuse_ties_of_run, case)
     on_root(comm, refuse_seismic, case)
@@ -207,12 +224,12 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     on_root(comm, refuse_what_cannot_be_pushed, case, segmented.assemblage)
     for model in case.run.models:
         on_root(comm, room_for, segmented.bodies_of(model), case)
-    on_root(comm, _refuse_own_input, case, output)
+    on_root(comm, refuse_own_input, case, output)
     report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
     return push(case, segmented, output, resume, comm, report)
 
 
-def _resumed(case: Case, output: Path) -> Case:
+def resumed(case: Case, output: Path) -> Case:
     """Return the case with all models to be gone on with. Raises CaseError where the folder holds another run."""
     case = with_finished(case, output)
     refuse_another_run(case, check(case).wall, output)
