@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from orchestrator.app import load_case_runs
+from orchestrator.app import load_cases
 from orchestrator.app.terminal import shown
 from orchestrator.present.report import write_given
 from orchestrator.present.weights import way_of
@@ -39,8 +39,8 @@ def check(case: Case, place: str, picture: Path, console: Console) -> int:
     """Print what a case holds, under the name `place`, and draw it as `picture`; return the exit code. Raises CaseError
     for whatever `limit` would refuse, and for a verification that `run` would."""
     with shown(console, "check", "joints, and whether the wall stands"):
-        assemblage, said = load_case_runs.examine(case)
-    wall, cases = assemblage.wall, load_case_runs.each(case)
+        assemblage, said = load_cases.examine(case)
+    wall, cases = assemblage.wall, load_cases.each(case)
     loads = {name: load_sums(wall, one.load) for name, one in cases.items()}
     of_materials, classes = materials(case, wall), joint_classes(assemblage)
     for name, sums in loads.items():
@@ -60,7 +60,7 @@ def check(case: Case, place: str, picture: Path, console: Console) -> int:
         )
     free = sum(not block.fixed for block in wall.blocks)
     counted = f"{free} blocks, {assemblage.joints.count} joints"
-    counted += f", {len(cases)} load cases" if case.load.cases else ""
+    counted += f", {len(cases)} load cases" if case.load.several else ""
     verdict = "see the warnings above" if warnings else "nothing to complain about"
     console.print(f"{place}: {counted}, {verdict}; {pictures}", soft_wrap=True, markup=False)
     return 0

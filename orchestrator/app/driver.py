@@ -10,6 +10,7 @@ Under MPI rank 0 does everything, but all ranks share a pushover of more than ne
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -29,7 +30,7 @@ from orchestrator.geometry.healing import open_gaps
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
-from orchestrator.loads import LoadSettings, load_cases, loads_on
+from orchestrator.loads import Loads, loads_on
 from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.bodies import make_bodies
@@ -75,30 +76,45 @@ def check(case: Case) -> Assemblage:
     return assemblage
 
 
-def examine(case: Case, assemblage: Assemblage) -> list[str]:
+def _loaded(case: Case, assemblage: Assemblage) -> tuple[Assemblage, Loads]:
+    """Return the assemblage of a case with ties among its joints, and the loads on it. Raises CaseError."""
+    with naming(case.file):
+        return with_ties(assemblage, case.reinforcement.ties), loads_on(assemblage.wall, case.load)
+
+
+def refuse_what_does_not_stand(case: Case, assemblage: Assemblage) -> None:
+    """Raise CaseError, of one load case, for a wall that cannot stand, or that no live load brings down."""
+    tied, loads = _loaded(case, assemblage)
+    with naming(case.block_file):
+        refuse_what_cannot_be_analysed(tied, loads)
+
+
+def refuse_pushover(case: Case, assemblage: Assemblage) -> None:
+    """Raise CaseError, of one load case, for what limit analysis takes and the finite elements do not."""
+    refuse_what_only_limit_analysis_takes(case)
+    refuse_ties_of_run(case)
+    refuse_what_cannot_be_pushed(case, assemblage)
+    if "micro" in case.run.models:
+        room_for(make_bodies(assemblage, one_body_per_block(assemblage)), case)
+
+
+def examine(case: Case, assemblage: Assemblage, key_in_file: Callable[[str], str] = str) -> list[str]:
     """Refuse, of one load case, whatever `limit` would refuse, and a verification that `run` would (CaseError); return
     what else is to be said.
 
-    assemblage: of the case, as `check` returns it.
+    assemblage: of the case, as `check` returns it. key_in_file: of a key, as in "load.dead.0", what the file calls it.
     """
     refuse_seismic(case)
-    with naming(case.file):
-        loads = loads_on(assemblage.wall, case.load)
-        tied = with_ties(assemblage, case.reinforcement.ties)
-    with naming(case.block_file):
-        refuse_what_cannot_be_analysed(tied, loads)
+    refuse_what_does_not_stand(case, assemblage)
     said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall), *without_verification(case.seismic)]
     if case.reinforcement.ties:
         said.append("WARNING: check, limit, segment, run and sensitivity take ties; study and export do not yet")
     if limit_states(case.seismic):
-        said += not_accelerated(assemblage.wall, case.load.dead)
+        said += not_accelerated(assemblage.wall, case.load.dead, key_in_file)
     try:
-        refuse_what_only_limit_analysis_takes(case)
-        refuse_ties_of_run(case)
-        refuse_what_cannot_be_pushed(case, assemblage)
-        if "micro" in case.run.models:
-            room_for(make_bodies(assemblage, one_body_per_block(assemblage)), case)
+        refuse_pushover(case, assemblage)
     except CaseError as error:
+        error = CaseError(key_in_file(error.key), error.problem, error.remedy, error.file)
         said.append(f"WARNING: check, limit and segment take this case, run does not: {error}")
     return said
 
@@ -137,7 +153,7 @@ def refuse_what_cannot_be_pushed(case: Case, assemblage: Assemblage) -> None:
         refuse_bonded_mortar(assemblage, case.contact.softening_displacement)
 
 
-def _refuse_own_input(case: Case, output: Path) -> None:
+def refuse_own_input(case: Case, output: Path) -> None:
     """Raise CaseError where a run would write its case.toml or blocks.json over the file that it is given."""
     for read, name in ((case.file, "case.toml"), (case.block_file, "blocks.json")):
         if (output / name).exists() and (output / name).samefile(read):
@@ -148,18 +164,16 @@ def _refuse_own_input(case: Case, output: Path) -> None:
 def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
     """Run micro limit analysis on a checked wall; ties are no joints of what is returned, and have their forces apart.
     Raises CaseError for a wall that cannot stand."""
-    assemblage, _, analysis = _analysed(case)
+    assemblage = check(case)
+    _, analysis = _analysed(case, assemblage)
     return assemblage, of_first_joints(analysis, assemblage.joints.count)
 
 
-def _analysed(case: Case) -> tuple[Assemblage, Assemblage, LimitAnalysis]:
-    """Return the checked wall, the same with its ties after its joints, and the limit analysis of the latter."""
-    assemblage = check(case)
-    with naming(case.file):
-        loads = loads_on(assemblage.wall, case.load)
-        tied = with_ties(assemblage, case.reinforcement.ties)
+def _analysed(case: Case, assemblage: Assemblage) -> tuple[Assemblage, LimitAnalysis]:
+    """Return a checked wall with its ties after its joints, and the limit analysis of that."""
+    tied, loads = _loaded(case, assemblage)
     with naming(case.block_file):
-        return assemblage, tied, analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
+        return tied, analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
 
 
 def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:
@@ -178,27 +192,25 @@ def draw_macroblocks(case: Case, segmented: Segmented, output: Path) -> tuple[Pa
     return picture, draw_mechanism(case, segmented.assemblage, segmented.analysis, output)
 
 
-def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[LimitState, Path]:
-    """Let a support give way at `angle` (rad from +x); draw and return the state. Raises CaseError."""
+def settlement(case: Case, support: int, angle: float) -> tuple[Assemblage, LimitState]:
+    """Let a support give way at `angle` (rad from +x) under the dead load of one load case. Raises CaseError."""
+    assemblage = check(case)
+    with naming(case.file):
+        tied = with_ties(assemblage, case.reinforcement.ties, settling=support)
+        return tied, settle(tied, support, angle, loads_on(assemblage.wall, case.load))
+
+
+def draw_settlement(case: Case, assemblage: Assemblage, state: LimitState, angle: float, output: Path) -> Path:
+    """Draw a support that has given way at `angle` (rad from +x) into the run folder `output`; return its PNG."""
     from orchestrator.present import report as reporting
 
-    with naming(case.file):
-        assemblage = with_ties(check(case), case.reinforcement.ties, settling=support)
-        state = settle(assemblage, support, angle, loads_on(assemblage.wall, _dead_load(case)))
-    return state, reporting.write_settlement(output / "figures", assemblage, state, angle, case.project.language)[0]
-
-
-def _dead_load(case: Case) -> LoadSettings:
-    """Return loads with the dead load of a case. Raises CaseError (key only) where its load cases differ in that."""
-    first, *others = load_cases(case.load).values()
-    if any(one.dead != first.dead for one in others):
-        raise CaseError("load.cases", "have dead loads of their own, and a settlement has one", "--set load.cases=[]")
-    return first
+    return reporting.write_settlement(output / "figures", assemblage, state, angle, case.project.language)[0]
 
 
 def segment(case: Case) -> Segmented:
     """Run everything before the finite elements. Ties are no joints: nothing after limit analysis has them as such."""
-    assemblage, tied, analysis = _analysed(case)
+    assemblage = check(case)
+    tied, analysis = _analysed(case, assemblage)
     with naming(case.file):
         criteria = case.macroblocks
         if criteria.choose == "automatic":  # a case file that says so and has tolerances has them for `study`
@@ -220,18 +232,18 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """
     began = perf_counter()
     if resume:
-        case = on_root(comm, _resumed, case, output)
+        case = on_root(comm, resumed, case, output)
     on_root(comm, refuse_what_is_not_run, case)
     segmented = on_root(comm, segment, case)
     on_root(comm, refuse_what_cannot_be_pushed, case, segmented.assemblage)
     for model in case.run.models:
         on_root(comm, room_for, segmented.bodies_of(model), case)
-    on_root(comm, _refuse_own_input, case, output)
+    on_root(comm, refuse_own_input, case, output)
     report(StageDone("micro-LA and macroblocks", perf_counter() - began, _words(segmented)))
     return push(case, segmented, output, resume, comm, report)
 
 
-def _resumed(case: Case, output: Path) -> Case:
+def resumed(case: Case, output: Path) -> Case:
     """Return the case with all models to be gone on with. Raises CaseError where the folder holds another run."""
     case = with_finished(case, output)
     refuse_another_run(case, check(case).wall, output)

@@ -94,10 +94,10 @@ def export(options: argparse.Namespace, console: Console) -> int:
     source = options.case / "case.toml" if options.case.is_dir() else options.case
     refuse_space(source, options.set, "export")
     case = cases.read(source, options.set)
-    from orchestrator.app import driver, load_case_runs
+    from orchestrator.app import driver, load_cases
     from orchestrator.app import export as exports
 
-    load_case_runs.refuse_several(case, "export")
+    load_cases.refuse_several(case, "export")
     cases.refuse_ties(case, "export")
     name = options.case.resolve().name if options.case.is_dir() else options.case.stem
     output = options.output or Path(f"{name}_{options.model}{exports.SUFFIX[options.format]}")

@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from orchestrator import storage
-from orchestrator.app import driver, pushover_run
+from orchestrator.app import driver, load_cases, pushover_run
 from orchestrator.app.driver import Outcome
 from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
 from orchestrator.basis.atomic_files import locked
-from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
+from orchestrator.basis.errors import ConvergenceError, ResultError
 from orchestrator.basis.parallel import on_root, on_root_while, workers_into
-from orchestrator.loads import load_cases, loads_on
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.joints import Assemblage
@@ -60,46 +59,14 @@ class LoadCasesOutcome:
     complaints: tuple[ConvergenceError | ResultError, ...]
 
 
-def each(case: Case) -> dict[str, Case]:
-    """Return the case of each load case alone, by name; a case without load cases is {"": case}. Raises CaseError."""
-    with naming(case.file):
-        loads = load_cases(case.load)
-    return {
-        name: replace(case, load=load, name=f"{case.name}, {name}") if name else case for name, load in loads.items()
-    }
-
-
-def refuse_several(case: Case, command: str) -> None:
-    """Raise CaseError for a case with load cases, which `command` would leave out."""
-    if case.load.cases:
-        remedy = "give the case.toml in the run folder of one of them, or --set load.cases=[]"
-        raise CaseError("load.cases", f"{command} takes one load case", remedy, str(case.file))
-
-
-def check(case: Case) -> Assemblage:
-    """Refuse a wall or loads that cannot be analysed (CaseError)."""
-    assemblage = driver.check(case)
-    for one in each(case).values():
-        with naming(case.file):
-            loads_on(assemblage.wall, one.load)
-    return assemblage
-
-
-def examine(case: Case) -> tuple[Assemblage, list[str]]:
-    """Refuse whatever `limit` would refuse, and a verification that `run` would (CaseError); return the assemblage and
-    what else is to be said."""
-    assemblage = check(case)
-    said = [remark for one in each(case).values() for remark in driver.examine(one, assemblage)]
-    return assemblage, list(dict.fromkeys(said))
-
-
 def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, report: Report) -> LoadCasesOutcome | None:
     """Run every load case into its folder in `output`; None on ranks that have worked for others.
 
     With `resume` finished load cases stay as they are. Raises CaseError before anything is written.
     """
-    assemblage = on_root(comm, _checked, case)
-    runs = [LoadCaseRun(name, one, output / name, resume) for name, one in each(case).items()]
+    assemblage = on_root(comm, load_cases.refuse_run, case)
+    on_root(comm, load_cases.refuse_folders, case, output, resume)
+    runs = [LoadCaseRun(name, one, output / name, resume) for name, one in load_cases.each(case).items()]
     if comm is not None and comm.size > 1:
         pushover_run.start_finite_elements()
         if not _is_large(case, assemblage):
@@ -109,15 +76,6 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, repo
         done = [compute(one, comm, _named(report, one.name)) for one in runs]
         report(StageBegun("report", "all load cases"))
         return on_root(comm, _collected, case, runs, done, output)
-
-
-def _checked(case: Case) -> Assemblage:
-    """Return the assemblage of a case of which every load case may be run. Raises CaseError."""
-    assemblage = check(case)
-    for one in each(case).values():
-        driver.refuse_what_is_not_run(one)
-    driver.refuse_what_cannot_be_pushed(case, assemblage)
-    return assemblage
 
 
 def _begin(case: Case, output: Path, resume: bool) -> None:
@@ -200,6 +158,7 @@ def _collected(case: Case, runs: list[LoadCaseRun], done: list[Outcome], output:
                 "name": one.name,
                 "direction": one.case.load.direction,
                 "distribution": one.case.load.distribution,
+                "inclination": one.case.load.inclination,
                 "complaints": [str(complaint) for complaint in outcome.complaints],
             }
             for one, outcome in zip(runs, done, strict=True)
@@ -256,7 +215,8 @@ def _presented(folder: Path) -> tuple[tuple[dict[str, Any], ...], Verdict]:
 
 def _answered(entry: dict[str, Any], folder: Path) -> Answered:
     summary = storage.read_summary(folder) if (folder / "summary.json").is_file() else None
-    return Answered(entry["name"], entry["direction"], entry["distribution"], summary, tuple(entry["complaints"]))
+    about = (entry["name"], entry["direction"], entry["distribution"])
+    return Answered(*about, summary, tuple(entry["complaints"]), entry.get("inclination", 0.0))
 
 
 def _rows(entry: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from orchestrator import storage
-from orchestrator.app import driver, load_case_runs, pushover_run
+from orchestrator.app import driver, load_cases, pushover_run
+from orchestrator.app.counted_capacity import NO_ANSWER, Quantity, compared, governing, quantity_of
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.assessment.seismic.settings import limit_states
@@ -41,7 +42,7 @@ from orchestrator.basis.program import sources
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.masonry.joints import Assemblage, JointClass
 from orchestrator.present import plots
-from orchestrator.present.verdict import Answered, kind_of, verdict
+from orchestrator.present.verdict import Answered
 from orchestrator.settings.case import Case, RunSettings, refuse_verification
 from orchestrator.settings.project import ProjectSettings
 
@@ -50,7 +51,6 @@ if TYPE_CHECKING:
 
 FALLS = "cannot stand"
 """how the refusal of a wall that falls under its dead load begins, and which kind of answer it is"""
-NO_ANSWER = "no answer"
 OF_JOINTS = ("friction", "cohesion", "tensile_strength", "compressive_strength")
 COLUMNS = ("point", "capacity", "kind", "quantity", "load_case", "check", "remark")
 
@@ -67,43 +67,36 @@ class PointRun:
 @dataclass(frozen=True, eq=False, slots=True)
 class SensitivityOutcome:
     """What a study leaves: the quantity; the capacity of the case as given and which kind of answer it is; rows of the
-    tornado with the largest first; the capacity of every sample; the lognormal fit; how many samples are of which kind.
+    tornado with the largest first; the capacity of every sample; the lognormal fit; how many samples are of which kind;
+    which load cases are not compared.
 
     bars: name, low, high (SI); of each end at_ (capacity), found_ and kind_: what was found, of which kind. A capacity
     is None, of ends and samples, where none is known or one of another kind, which is compared with nothing.
     """
 
-    quantity: str
+    quantity: Quantity
     base: float | None
     kind: str
     bars: tuple[dict[str, Any], ...]
     samples: tuple[float | None, ...]
     fit: Lognormal | None
     kinds: Mapping[str, int]
+    steep: tuple[str, ...] = ()
 
 
 def sensitivity(case: Case, output: Path, comm: MPI.Intracomm | None, report: Report) -> SensitivityOutcome | None:
     """Run the ranges of [sensitivity] into `output`; None on the ranks that only work. Raises CaseError."""
-    on_root(comm, _refuse_what_is_not_computed, case)
+    on_root(comm, refuse, case)
     if case.sensitivity.analysis != "limit":
         pushover_run.start_finite_elements()
     with workers_into(output, comm) as spread:
         return _sensitivity(case, output, spread, report) if spread else None
 
 
-def _refuse_what_is_not_computed(case: Case) -> None:
-    """Raise CaseError for a case that no point could be computed of, before anything is written."""
-    refuse_verification(case)
-    for one in load_case_runs.each(case).values() if case.sensitivity.analysis != "limit" else ():
-        driver.refuse_what_is_not_run(one)
-
-
 def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> SensitivityOutcome:
     began, settings = perf_counter(), case.sensitivity
-    with naming(case.file):
-        limits = ranges(settings)
-        points = (*one_at_a_time(limits), *latin_hypercube(limits, settings.samples, settings.seed))
-    driver.check(case)
+    limits = ranges(settings)
+    points = (*one_at_a_time(limits), *latin_hypercube(limits, settings.samples, settings.seed))
     digests = _digest_of(case)
     runs = [_run_of(point, case, output / "points", digests) for point in points]
     missing = [run for run in runs if not run.file.exists()]
@@ -113,6 +106,21 @@ def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> Se
     report(StageBegun("sensitivity", "pictures"))
     answers = {run.point.name: storage.read_json(run.file) for run in runs}
     return _presented(case, output, limits, [run.point for run in runs], answers)
+
+
+def refuse(case: Case) -> None:
+    """Refuse whatever the input shows that a point would refuse, before any is run (CaseError)."""
+    with naming(case.file):
+        ranges(case.sensitivity)
+    assemblage = load_cases.check(case)
+    refuse_verification(case)
+    if case.sensitivity.analysis != "limit":
+        pushed = compared(replace(case, run=RunSettings((case.sensitivity.analysis,))))
+        load_cases.refuse_pushover(case, pushed, assemblage)
+    if not compared(case):
+        problem = "all of them have a live load that is more vertical than horizontal, which no base shear compares"
+        remedy = "give one of them alone, as [load] without load cases"
+        raise CaseError("load.cases", problem, remedy, str(case.file))
 
 
 def varied(case: Case, values: Mapping[str, float]) -> Case:
@@ -146,11 +154,11 @@ def compute(run: PointRun) -> str:
     """Compute one point into its file; return what happened in a few words."""
     analysis = run.case.sensitivity.analysis
     answers, remarks = [], []
-    for name, one in load_case_runs.each(run.case).items():
+    for name, one in compared(run.case).items():
         load = name or f"{one.load.direction} {one.load.distribution}"
         about = (load, one.load.direction, one.load.distribution)
         try:
-            summary = _limit(one) if analysis == "limit" else _pushed(one, run.file.parent)
+            summary = _limit(one) if analysis == "limit" else _pushed(one, run.file.parents[1])
         except CaseError as error:
             if not error.problem.startswith(FALLS):
                 raise
@@ -161,32 +169,10 @@ def compute(run: PointRun) -> str:
             remarks.append(f"{load}: {error}")
             continue
         answers.append(Answered(*about, summary))
-    record = governing(answers, remarks)
+    record = governing(answers, remarks, quantity_of(run.case))
     storage.write_json(run.file, {"values": dict(run.point.values)} | record)
     capacity = record["capacity"]
     return f"{run.point.name}: " + ("no answer" if capacity is None else f"{capacity:.4g}")
-
-
-def governing(answers: Sequence[Answered], remarks: Sequence[str]) -> dict[str, Any]:
-    """Return the capacity of the load case that governs, and which kind of answer it is; None where a load case has
-    no answer."""
-    judgement = verdict("", answers) if answers else None
-    row = None if judgement is None or remarks else judgement.governing
-    if row is None:
-        said = "; ".join(remarks) or "nothing counts"
-        return {"capacity": None, "kind": NO_ANSWER, "load_case": "", "check": "", "remark": said}
-    capacity = row["multiplier"] if row["safety_ratio"] == "" else row["capacity_ag_m_per_s2"]
-    assert judgement is not None
-    summary = next(answer.summary for answer in answers if answer.name == row["load_case"])
-    assert summary is not None
-    left_out = (
-        f"{judgement.not_made} check{'s' * (judgement.not_made > 1)} could not be made" if judgement.not_made else ""
-    )
-    remark = "; ".join(text for text in (left_out, *row["remarks"]) if text)
-    kind = kind_of(row, summary)
-    if judgement.not_made and row["safety_ratio"] != "":
-        kind += f", {judgement.not_made} not made"
-    return {"capacity": capacity, "kind": kind, "load_case": row["load_case"], "check": row["check"], "remark": remark}
 
 
 def _limit(case: Case) -> storage.Summary:
@@ -203,10 +189,9 @@ def _kinematic(case: Case, assemblage: Assemblage, analysis: LimitAnalysis) -> d
 
 
 def _pushed(case: Case, folder: Path) -> storage.Summary | None:
-    """Return the summary of a pushover, of which nothing else is kept."""
+    """Return the summary of a pushover in a `folder`, of which nothing else is kept."""
     model = case.sensitivity.analysis
     assert model != "limit"
-    folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder) as temporary:
         alone = replace(case, run=RunSettings((model,)))
         return driver.run(alone, Path(temporary) / "run", False, None, lambda event: None).summary
@@ -220,8 +205,7 @@ def _presented(
     answers: Mapping[str, Mapping[str, Any]],
 ) -> SensitivityOutcome:
     """Write tables and pictures; return the outcome."""
-    asked = bool(limit_states(case.seismic))
-    quantity = "ground acceleration that passes (m/s²)" if asked else "load multiplier"
+    quantity = quantity_of(case)
     kind = _kind_compared(answers)
     bars: list[dict[str, Any]] = [
         {"name": name, "low": low, "high": high} | _ends(name, answers, kind) for name, (low, high) in limits.items()
@@ -243,8 +227,9 @@ def _presented(
     if known:
         _write_fragility(case, output, known, fit, quantity)
     return SensitivityOutcome(
-        quantity, base, kind, tuple(bars), tuple(sampled), fit, Counter(one["kind"] for one in samples)
-    )
+        quantity, base, kind, tuple(bars), tuple(sampled), fit, Counter(one["kind"] for one in samples),
+        tuple(name for name in load_cases.each(case) if name not in compared(case)),
+    )  # fmt: skip
 
 
 def _write_fragility(case: Case, output: Path, known: Sequence[float], fit: Lognormal | None, quantity: str) -> None:
@@ -288,6 +273,8 @@ def words(outcome: SensitivityOutcome) -> list[str]:
     """Return what the samples say, in a few sentences."""
     known = [capacity for capacity in outcome.samples if capacity is not None]
     said = _not_compared(outcome)
+    if outcome.steep:
+        said.insert(0, f"Not compared, as more vertical than horizontal: {', '.join(outcome.steep)}.")
     if known:
         ordered, _ = fragility(known)
         low, middle, high = (float(np.quantile(ordered, part)) for part in (0.05, 0.5, 0.95))
@@ -299,11 +286,11 @@ def words(outcome: SensitivityOutcome) -> list[str]:
         fit = outcome.fit
         said.append(f"Lognormal fit: median {fit.median:.4g}, beta {fit.beta:.3f}, off by up to {fit.distance:.2f}.")
     elif known and known[0] > 0.0 and max(known) - min(known) <= ALIKE * max(known):
-        left_out = len(outcome.samples) - len(known)
+        left_out, told = len(outcome.samples) - len(known), " to what is compared" * bool(outcome.steep)
         said.append(
             f"{len(known)} samples have one answer, {left_out} are left out: whether these ranges matter is not known."
             if left_out
-            else "All samples have one answer: these ranges do not matter."
+            else f"All samples have one answer: these ranges do not matter{told}."
         )
     if fallen := sum(capacity == 0.0 for capacity in known):
         said.append(f"{fallen} of them do not stand under their own weight: their capacity is 0, and there is no fit.")

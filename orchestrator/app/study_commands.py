@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from orchestrator import storage
-from orchestrator.app import load_case_runs, sensitivity_runs, study_runs
+from orchestrator.app import load_cases, sensitivity_runs, study_runs
 from orchestrator.app.terminal import Reporter
 from orchestrator.basis.installed import refuse_missing
 from orchestrator.basis.parallel import is_root, on_root
@@ -24,11 +24,12 @@ if TYPE_CHECKING:
 
 def study(options: argparse.Namespace, case: cases.Case, comm: MPI.Intracomm | None, console: Console) -> int:
     """Run the tolerance study; return the exit code."""
-    load_case_runs.refuse_several(case, "study")
+    load_cases.refuse_several(case, "study")
     cases.refuse_ties(case, "study")
     output = options.output or Path("results") / f"{options.case.stem}-study"
     on_root(comm, storage.try_folder, output)
     on_root(comm, storage.refuse_run, output)
+    on_root(comm, load_cases.refuse_run, case)
     logging.getLogger("orchestrator").propagate = False
     with Reporter(console) as report:
         outcome = study_runs.study(case, output, comm, report)

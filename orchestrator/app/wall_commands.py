@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from orchestrator import storage
-from orchestrator.app import case_check, driver, load_case_runs
+from orchestrator.app import case_check, driver, load_case_runs, load_cases
 from orchestrator.app.terminal import Reporter, shown
 from orchestrator.assessment.seismic.settings import without_verification
 from orchestrator.assessment.seismic.verification_record import notes, verdict
 from orchestrator.basis.atomic_files import is_locked, locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.basis.parallel import is_root, on_root
+from orchestrator.loads import DeadLoad
 from orchestrator.masonry.sources.drawing import implausible
 from orchestrator.present import answer, page, tables
 from orchestrator.present.verdict import Answered, sentence
@@ -52,11 +53,13 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
         storage.try_folder(output)
         return _settle(options, case, output, console)
     if options.json:
-        analyses = {name: driver.limit(one) for name, one in load_case_runs.each(case).items()}
+        load_cases.refuse_limit(case)
+        analyses = {name: driver.limit(one) for name, one in load_cases.each(case).items()}
         records = {name: asdict(storage.limit_summary(one[1])) for name, one in analyses.items()}
         print(json.dumps(records.get("", records), indent=1))
         return 0
     _try_output(options, case, output)
+    _refuse(case, console)
     with locked(*_folders(case, output)):
         _limit(options, case, output, console)
     return 0
@@ -64,11 +67,12 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
 
 def _limit(options: argparse.Namespace, case: Case, output: Path, console: Console) -> None:
     answers = []
-    for number, (name, one) in enumerate(load_case_runs.each(case).items()):
+    for number, (name, one) in enumerate(load_cases.each(case).items()):
         with Reporter(console):
             assemblage, analysis = driver.limit(one)
         summary = storage.summarise(one.name, assemblage, analysis, None, [])
-        answers.append(Answered(name, one.load.direction, one.load.distribution, summary))
+        about = (name, one.load.direction, one.load.distribution, summary)
+        answers.append(Answered(*about, inclination=one.load.inclination))
         console.print(tables.limit_table(analysis, name))
         for remark in (*analysis.remarks, *implausible(assemblage.wall)):
             console.print(remark, soft_wrap=True)
@@ -83,13 +87,24 @@ def _limit(options: argparse.Namespace, case: Case, output: Path, console: Conso
 
 
 def _settle(options: argparse.Namespace, case: Case, output: Path, console: Console) -> int:
+    """Let a support give way under every dead load that there is: load cases that share theirs have one answer."""
     angle = _settle_angle(options)
-    state, picture = driver.settlement(case, options.settle, math.radians(angle), output)
-    console.print(
-        f"support {options.settle} gives way at {angle:g} degrees: "
-        f"least reaction {-state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
-        soft_wrap=True,
-    )
+    load_cases.check(case)
+    alike: dict[tuple[DeadLoad, ...], list[tuple[str, Case]]] = {}
+    for name, one in load_cases.each(case).items():
+        alike.setdefault(one.load.dead, []).append((name, one))
+    found = [(group, driver.settlement(group[0][1], options.settle, math.radians(angle))) for group in alike.values()]
+    for group, (assemblage, state) in found:
+        (name, one), *_ = group
+        folder = output / name if len(found) > 1 else output
+        picture = driver.draw_settlement(one, assemblage, state, math.radians(angle), folder)
+        under = f"{', '.join(name for name, _ in group)}: " if len(found) > 1 else ""
+        console.print(
+            f"{under}support {options.settle} gives way at {angle:g} degrees: "
+            f"least reaction {-state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
+            soft_wrap=True,
+            markup=False,
+        )
     return 0
 
 
@@ -102,13 +117,14 @@ def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console
     """Find the macroblocks; return the exit code."""
     output = _output(options)
     _try_output(options, case, output)
+    _refuse(case, console)
     with locked(*_folders(case, output)):
         _segment(options, case, output, console)
     return 0
 
 
 def _segment(options: argparse.Namespace, case: Case, output: Path, console: Console) -> None:
-    for number, (name, one) in enumerate(load_case_runs.each(case).items()):
+    for number, (name, one) in enumerate(load_cases.each(case).items()):
         with Reporter(console):
             segmented = driver.segment(one)
         console.print(tables.limit_table(segmented.analysis, name))
@@ -135,7 +151,7 @@ def run(options: argparse.Namespace, case: Case, comm: MPI.Intracomm | None, con
     logging.getLogger("orchestrator").propagate = False  # run.log has it
     for remark in without_verification(case.seismic):
         console.print(remark, soft_wrap=True, markup=False)
-    if case.load.cases:
+    if case.load.several:
         return _run_load_cases(options, case, output, comm, console)
     with Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
@@ -194,6 +210,12 @@ def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:
     return min((1 if isinstance(complaint, ConvergenceError) else 3 for complaint in complaints), default=0)
 
 
+def _refuse(case: Case, console: Console) -> None:
+    """Refuse whatever limit analysis refuses of any load case (CaseError), before a folder is made."""
+    with shown(console, "load cases", "the wall, and whether it stands under each of them"):
+        load_cases.refuse_limit(case)
+
+
 def _try_output(options: argparse.Namespace, case: Case, output: Path) -> None:
     """Raise OSError or CaseError for a folder that takes no files, or has those of a finished run."""
     storage.try_folder(output)
@@ -203,7 +225,7 @@ def _try_output(options: argparse.Namespace, case: Case, output: Path) -> None:
 
 def _folders(case: Case, output: Path) -> tuple[Path, ...]:
     """Return the folders that limit and segment write into."""
-    return (output, *(output / name for name in load_case_runs.each(case)))
+    return (output, *(output / name for name in load_cases.each(case)))
 
 
 def _output(options: argparse.Namespace) -> Path:

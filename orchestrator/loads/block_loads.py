@@ -12,7 +12,6 @@ mirrored load has the same answer.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal, Protocol
@@ -67,7 +66,7 @@ class LoadCase(Checked):
     distribution: Distribution | None = None
     """proportional to mass, to mass x height above the base, or as given in `live`"""
     live: tuple[LiveLoad, ...] = ()
-    """forces on named blocks, instead of those of [load]"""
+    """forces on named blocks, instead of those of [load]; these go with "per_block" only"""
     dead: tuple[DeadLoad, ...] = ()
     """extra dead loads, besides those of [load]"""
 
@@ -101,50 +100,16 @@ class LoadSettings(Checked):
         return np.array([forward * math.cos(self.inclination), math.sin(self.inclination)])
 
     @property
+    def several(self) -> bool:
+        """Whether there are load cases, of the envelope or in `cases`; else [load] itself is the only one."""
+        return self.envelope or bool(self.cases)
+
+    @property
     def beyond_default(self) -> str:
         """Return the first key that makes the loads more than a horizontal one proportional to mass, or ""."""
         default = LoadSettings()
         keys = ("dead", "distribution", "inclination", "live")
         return next((f"load.{key}" for key in keys if getattr(self, key) != getattr(default, key)), "")
-
-
-ENVELOPE = (
-    LoadCase("+x mass", "+x", distribution="mass"),
-    LoadCase("-x mass", "-x", distribution="mass"),
-    LoadCase("+x mass x height", "+x", distribution="mass_height"),
-    LoadCase("-x mass x height", "-x", distribution="mass_height"),
-)
-"""the load cases of an assessment in the plane of a wall: NTC 2018 7.3.4.2, EN 1998-1 4.3.3.4.2.2"""
-NOT_A_FOLDER = ("figures", "macro", "micro", "runs")
-"""names that the run folder uses itself"""
-
-
-def with_envelope(settings: LoadSettings) -> LoadSettings:
-    """Return the settings with the load cases of an envelope that is asked for before the others in `cases`."""
-    return replace(settings, cases=(*ENVELOPE, *settings.cases), envelope=False) if settings.envelope else settings
-
-
-def load_cases(settings: LoadSettings) -> dict[str, LoadSettings]:
-    """Return the loads of every load case, those of an envelope too, by its name; {"": settings} where there are none.
-    Raises CaseError."""
-    settings = with_envelope(settings)
-    if not settings.cases:
-        return {"": settings}
-    cases: dict[str, LoadSettings] = {}
-    for number, case in enumerate(settings.cases):
-        key = f"load.cases.{number}.name"
-        if case.name in NOT_A_FOLDER or not re.fullmatch(r"[\w+-]([\w+. -]{0,98}[\w+-])?", case.name):
-            remedy = "use letters, digits, + - _ . and spaces, at most 100, and no name of the run folder's own"
-            raise CaseError(key, f"{case.name!r} cannot name a folder", remedy)
-        if case.name.casefold() in {name.casefold() for name in cases}:
-            raise CaseError(key, f"{case.name!r} is the name of another one", "give every load case its own name")
-        changed = {
-            name: value
-            for name in ("direction", "inclination", "distribution", "live")
-            if (value := getattr(case, name)) not in (None, ())
-        }
-        cases[case.name] = replace(settings, cases=(), dead=(*settings.dead, *case.dead), **changed)
-    return cases
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -175,6 +140,17 @@ LEAST_RESULTANT = 0.1
 along the live load divide by the sum; at 1/3 they agree with closed forms to 0.1 % (test_loads_pushover.py)"""
 UPRIGHT = 1e-6
 """horizontal over vertical resultant of a live load up to which it has no base shear to speak of"""
+
+
+STEEPEST = math.pi / 4
+"""largest angle in rad, to either side of the horizontal, of a live load that its base shear measures: the horizontal
+part is not the smaller one. The base shear of a steeper one goes to zero with its horizontal part, however much the
+wall bears"""
+
+
+def is_measured_by_base_shear(inclination: float) -> bool:
+    """Return whether base shears of a live load at an inclination in rad can be compared with those of others."""
+    return abs(inclination) <= STEEPEST
 
 
 def upright_resultant(live: FloatArray) -> float | None:
@@ -236,12 +212,12 @@ def height_of_live_load(wall: Wall, settings: LoadSettings) -> float:
 def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
     """Raise CaseError for settings of several load cases, that contradict each other, or name blocks that cannot be
     loaded."""
-    if several := with_envelope(settings).cases:
+    if settings.several:
         key = "load.envelope" if settings.envelope else "load.cases"
-        problem = f"makes {len(several)} load case{'s' * (len(several) > 1)}, where the loads of one are expected"
-        raise CaseError(key, problem, "take one after the other from load_cases(load).values()")
+        remedy = "take one after the other from load_cases(load).values()"
+        raise CaseError(key, "makes load cases, where the loads of one are expected", remedy)
     if (settings.distribution == "per_block") != bool(settings.live):
-        remedy = 'give [[load.live]] together with distribution = "per_block", or neither'
+        remedy = 'give `live` together with distribution = "per_block", or neither'
         raise CaseError("load.live", f'{len(settings.live)} given for "{settings.distribution}"', remedy)
     _refuse_no_resultant(settings.live)
     for number, load in enumerate(settings.dead):

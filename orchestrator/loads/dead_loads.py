@@ -7,7 +7,7 @@ told.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -124,10 +124,10 @@ def loaded_blocks(wall: Wall, load: DeadLoad) -> list[int]:
     return [place[wanted] for wanted in load.blocks]
 
 
-def not_accelerated(wall: Wall, dead: Sequence[DeadLoad]) -> list[str]:
+def not_accelerated(wall: Wall, dead: Sequence[DeadLoad], key_in_file: Callable[[str], str] = str) -> list[str]:
     """Return a warning of dead loads whose mass an earthquake does not accelerate, as they are given; none if there are
-    none."""
-    keys = [f"load.dead.{number}" for number, load in enumerate(dead) if not load.inertia]
+    none. key_in_file: of a key of theirs, as in "load.dead.0", what the case file calls it."""
+    keys = [key_in_file(f"load.dead.{number}") for number, load in enumerate(dead) if not load.inertia]
     if not keys:
         return []
     force = extra_dead_loads(wall, tuple(load for load in dead if not load.inertia)).size.sum()

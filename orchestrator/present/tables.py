@@ -176,6 +176,8 @@ def verdict_table(verdict: Verdict) -> Table:
             ratio_said = printed("ratio", row["safety_ratio"])
         elif row["capacity"] != "":
             capacity = f"{printed('force', row['capacity'])} kN"
+        elif row["multiplier"] != "":
+            capacity = f"λ = {printed('multiplier', row['multiplier'])}"
         governs = "governs" if row["governs"] else ""
         texts = (escape(row["load_case"]), row["limit_state"], row["check"], demand, capacity, ratio_said)
         table.add_row(*texts, row["verified"], governs)

@@ -1,7 +1,8 @@
 """The verdict over all load cases of a wall: one table, the check that governs, and one sentence that can be signed.
 
 strength      of every load case the base shear that counts: FE of every stone, else of macroblocks, where its curve
-              is valid; else the headline of limit analysis. The least base shear governs
+              is valid; else the headline of limit analysis. The least base shear governs. Of several load cases
+              those whose live load is more vertical than horizontal are not compared: no base shear measures them
 verification  where a ground acceleration is asked for: every check of every load case. A limit state is verified
               where all its checks pass, and open where one of them could not be made. The least ratio governs
 """
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from orchestrator.basis.printed import printed
+from orchestrator.loads.block_loads import is_measured_by_base_shear
 from orchestrator.masonry.wall import GRAVITY
 from orchestrator.storage.notes import COARSE_TOES, cautions
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
@@ -26,18 +28,22 @@ STRENGTH = "strength"
 ENDS_EARLY = "the curve ends before its peak: a lower bound"
 LIMIT = "limit analysis"
 """the check of such a row where it is not from a curve"""
-State = Literal["verified", "not verified", "open", "strength", "nothing"]
+STEEP = "its live load is more vertical than horizontal: its base shear is not compared"
+"""remark on such a row of a load case that is one of several"""
+State = Literal["verified", "not verified", "open", "strength", "not compared", "nothing"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Answered:
-    """What one load case has answered: its name, live load, and summary (None where there is none: complaints)."""
+    """What one load case has answered: its name, live load (inclination above the horizontal in rad), and summary (None
+    where there is none: complaints)."""
 
     name: str
     direction: str
     distribution: str
     summary: Summary | None
     complaints: tuple[str, ...] = ()
+    inclination: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,6 +69,11 @@ class Verdict:
         )
 
     @property
+    def steep(self) -> list[str]:
+        """Names of the load cases whose base shear is not compared."""
+        return [row["load_case"] for row in self.rows if STEEP in row["remarks"]]
+
+    @property
     def not_made(self) -> int:
         """How many checks could not be made, the rows that say so."""
         return sum(row["verified"] == "not made" for row in self.rows)
@@ -71,6 +82,9 @@ class Verdict:
 def verdict(case: str, answers: Sequence[Answered]) -> Verdict:
     """Return the verdict on load cases; `case` names the wall."""
     rows = [row for answer in answers for row in _rows(answer)]
+    if len(answers) > 1:
+        steep = {answer.name for answer in answers if not is_measured_by_base_shear(answer.inclination)}
+        rows = [_not_compared(row) if row["load_case"] in steep else row for row in rows]
     asked = [row for row in rows if row["limit_state"] != STRENGTH]
     least, state = _governing(rows, asked)
     governing = None if least is None else least | {"governs": "yes"}
@@ -84,13 +98,20 @@ def _governing(rows: Sequence[dict[str, Any]], asked: Sequence[dict[str, Any]]) 
     if not asked:
         counted = [row for row in rows if row["capacity"] != ""]
         if not counted:
-            return None, "nothing"
+            return None, "not compared" if any(row["multiplier"] != "" for row in rows) else "nothing"
         return min(counted, key=lambda row: float(row["capacity"])), "strength"
     least = min(ratios, key=lambda row: float(row["safety_ratio"]), default=None)
     if least is not None and least["safety_ratio"] < 1.0:
         return least, "not verified"
     unknown = any(row["verified"] == "not made" for row in rows)
     return least, "open" if unknown else "verified"
+
+
+def _not_compared(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a row of a load case whose live load no base shear measures: its multiplier alone stands."""
+    if row["limit_state"] != STRENGTH or row["multiplier"] == "":
+        return row
+    return row | {"capacity": "", "unit": "", "remarks": (*row["remarks"], STEEP)}
 
 
 def _rows(answer: Answered) -> list[dict[str, Any]]:
@@ -161,18 +182,24 @@ def sentence(judged: Verdict, say: Callable[[str], str] = str) -> str:
     if count > 1:
         head = "{case}, {count} load cases in the plane of the wall ({cases})"
     text = say(head).format(case=judged.case, count=count, cases=cases) + ": " + _body(judged, say)
+    unverified = judged.state in ("strength", "not compared")
+    if unverified and judged.steep:
+        steep = ", ".join(map(say, judged.steep))
+        text += "; " + say("not compared, as more vertical than horizontal: {load_cases}").format(load_cases=steep)
     if judged.not_made:
         doubt = "1 check could not be made" if judged.not_made == 1 else "{count} checks could not be made"
         text += "; " + say(doubt).format(count=judged.not_made)
     if any(COARSE_TOES in remark for row in judged.rows for remark in row["remarks"]) and say(COARSE_TOES) not in text:
         text += "; " + say(COARSE_TOES)
-    if judged.state == "strength":
+    if unverified:
         text += "; " + say("no ground acceleration was given, so nothing is verified")
     return text + "."
 
 
 def _body(judged: Verdict, say: Callable[[str], str]) -> str:
     row = judged.governing
+    if judged.state == "not compared":
+        return say("no load case governs by its base shear")
     if row is None:
         return say("NOTHING CAN BE SAID")
     if judged.state == "strength":

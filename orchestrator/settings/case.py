@@ -28,7 +28,6 @@ from orchestrator.basis.errors import CaseError, naming, refuse_other_kind
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis import LimitAnalysisSettings
 from orchestrator.loads import LoadSettings
-from orchestrator.loads.block_loads import with_envelope
 from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings
 from orchestrator.macroblocks.tolerance_grid import StudySettings
 from orchestrator.masonry.block_classes import BlockClass, with_classes
@@ -279,4 +278,4 @@ def _case(record: dict[str, Any]) -> Case:
     macroblocks = record.get("macroblocks", {})
     if "choose" not in macroblocks and any(name in macroblocks for name in TOLERANCES):
         case = replace(case, macroblocks=replace(case.macroblocks, choose="tolerances"))
-    return replace(case, load=with_envelope(case.load))
+    return case

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from orchestrator.app import driver, load_case_runs
+from orchestrator.app import driver, load_cases
 from orchestrator.app.progress import IncrementDone
 from orchestrator.basis.errors import CaseError
 from orchestrator.settings import case
@@ -109,7 +109,7 @@ def test_what_does_not_fit_into_the_memory_is_refused_before_anything_is_written
     with pytest.raises(CaseError, match=r"mesh\.size"):
         run(tmp_path, mesh=replace(micro_case().mesh, size=1e-4))
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
-    _, said = load_case_runs.examine(replace(micro_case(), mesh=replace(micro_case().mesh, size=1e-4)))
+    _, said = load_cases.examine(replace(micro_case(), mesh=replace(micro_case().mesh, size=1e-4)))
     assert any("run does not: " in one and "mesh.size" in one for one in said)
 
 

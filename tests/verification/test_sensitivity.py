@@ -11,13 +11,14 @@ import csv
 import json
 from collections import Counter
 from dataclasses import replace
-from math import exp, log, sqrt
+from math import exp, log, radians, sqrt, tan
 
 import numpy as np
 import pytest
 
 from orchestrator.app import sensitivity_runs
 from orchestrator.app.cli import main
+from orchestrator.app.counted_capacity import ACCELERATION, MULTIPLIER, governing
 from orchestrator.assessment.sensitivity import SensitivitySettings, fragility, latin_hypercube, lognormal, ranges
 from orchestrator.basis.errors import CaseError
 from orchestrator.present.verdict import Answered
@@ -221,11 +222,99 @@ def limit(**changes):
     ],
 )
 def test_a_last_rest_and_an_upper_bound_are_called_so(changes, kind):
-    found = sensitivity_runs.governing([Answered("a", "+x", "mass", limit(**changes))], [])
+    found = governing([Answered("a", "+x", "mass", limit(**changes))], [], MULTIPLIER)
     assert (found["kind"], found["capacity"]) == (kind, limit(**changes).limit_analysis.multiplier)
 
 
 def test_a_check_that_could_not_be_made_is_one():
     refused = {"approach": "N2, micro-FE", "limit_state": "all", "refused": "the peak was not reached"}
-    found = sensitivity_runs.governing([Answered("a", "+x", "mass", summary(check(1.5), refused))], [])
+    found = governing([Answered("a", "+x", "mass", summary(check(1.5), refused))], [], ACCELERATION)
     assert found["remark"].startswith("1 check could not be made")
+
+
+STONE = """
+[wall]
+blocks = "stone.json"
+[load]
+{common}
+{cases}
+[sensitivity]
+friction = [0.4, 0.6]
+samples = 6
+"""
+TWO = """
+[[load.cases]]
+name = "mass"
+dead = [{blocks = [1], force = "0.5 kN", at = [0.5, 1.0]}]
+[[load.cases]]
+name = "top"
+distribution = "per_block"
+inclination = "20 deg"
+live = [{blocks = [1], force = "100 N"}]
+dead = [{blocks = [1], force = "0.5 kN", at = [0.0, 1.0]}]
+"""
+
+
+def write_stone(folder, load_cases, common=""):
+    """Write a stone of 3 kN, 0.5 m wide and 1 m high, with its load cases; return the case file."""
+    ground = {"id": 0, "polygon": [[-1, -0.2], [2, -0.2], [2, 0], [-1, 0]], "fixed": True}
+    block = {"id": 1, "polygon": [[0, 0], [0.5, 0], [0.5, 1], [0, 1]]}
+    record = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.3, "friction": 0.9, "unit_weight": 20.0}
+    (folder / "stone.json").write_text(json.dumps(record | {"blocks": [ground, block]}), "utf-8")
+    (folder / "stone.toml").write_text(STONE.format(common=common, cases=load_cases), "utf-8")
+    return folder / "stone.toml"
+
+
+def of_stone(folder, load_cases, common="", more=()):
+    """Run the ranges of a stone; return the rows of the table by point."""
+    path = write_stone(folder, load_cases, common)
+    assert main(["sensitivity", str(path), "--output", str(folder / "out"), *more]) == 0
+    with (folder / "out" / "sensitivity.csv").open(encoding="utf-8") as file:
+        return {row["point"]: row for row in csv.DictReader(file)}
+
+
+def test_load_cases_of_other_live_loads_are_compared_by_base_shear(tmp_path, capsys):
+    """W = 3 kN and 0.5 kN on it. By mass it overturns at W b / h = 1.5 kN and slides at 3.5 mu kN; under a force F that
+    points up by 20 degrees it slides at F cos 20 = 3.5 mu / (1 + mu tan 20) kN, and overturns at 1.69 kN."""
+    rows = of_stone(tmp_path, TWO)
+    friction = {name: float(row["friction"] or 0.9) for name, row in rows.items()}
+    for name, row in rows.items():
+        sliding = 3.5 * friction[name] / (1.0 + friction[name] * tan(radians(20.0)))
+        assert float(row["capacity"]) == pytest.approx(min(sliding, 1.5), rel=1e-6)
+        assert row["load_case"] == ("top" if sliding < 1.5 else "mass")
+        assert row["quantity"] == "base shear (kN)"
+    ordered = [float(rows[name]["capacity"]) for name in sorted(friction, key=friction.get)]
+    assert ordered == pytest.approx(sorted(ordered), rel=1e-6), "more friction bears no less"
+    said = " ".join(capsys.readouterr().out.split())
+    assert "6 samples, base shear (kN): from " in said
+    with (tmp_path / "out" / "fragility.csv").open(encoding="utf-8") as file:
+        assert next(csv.reader(file))[0] == "base shear (kN)"
+
+
+def test_load_cases_of_one_horizontal_load_are_compared_by_its_multiplier(tmp_path):
+    """The envelope: all four load cases have the weight as their horizontal load, whatever the unit weight."""
+    rows = of_stone(tmp_path, "", "envelope = true", ["--set", 'sensitivity.unit_weight=["16 kN/m3", "24 kN/m3"]'])
+    assert {row["quantity"] for row in rows.values()} == {"load multiplier"}
+    for row in rows.values():
+        assert float(row["capacity"]) == pytest.approx(min(float(row["friction"] or 0.9), 0.5), rel=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [90, -90, 89.99, 80])
+def test_a_load_case_that_lifts_or_presses_does_not_govern_by_its_small_base_shear(tmp_path, capsys, degrees):
+    """At 80 degrees the stone is all but lifted at a base shear of W / tan 80, a third of what overturns it."""
+    steep = f'[[load.cases]]\nname = "side"\n[[load.cases]]\nname = "steep"\ninclination = "{degrees} deg"\n'
+    if degrees < 0:  # pressed along its weight it stands for ever, pressed on its edge it slides or overturns
+        steep += 'distribution = "per_block"\nlive = [{blocks = [1], force = "1 kN"}]\n'
+    rows = of_stone(tmp_path, steep)
+    assert {row["load_case"] for row in rows.values()} == {"side"}
+    assert float(rows["as given"]["capacity"]) == pytest.approx(0.5, rel=1e-6)
+    assert float(rows["friction low"]["capacity"]) == pytest.approx(0.4, rel=1e-6)
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Not compared, as more vertical than horizontal: steep." in said
+
+
+def test_load_cases_that_no_base_shear_compares_are_refused(tmp_path, capsys):
+    steep = "".join(f'[[load.cases]]\nname = "{n}"\ninclination = "{n} deg"\n' for n in (60, 90))
+    assert main(["sensitivity", str(write_stone(tmp_path, steep)), "--output", str(tmp_path / "out")]) == 2
+    assert "stone.toml: load.cases: all of them have a live load that is more vertical" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

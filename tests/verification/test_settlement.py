@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
+import re
 from math import pi, radians
 
 import numpy as np
 import pytest
 
+from orchestrator.app.cli import main
 from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import settle
 from tests.support.limit_analysis_cases import assemblage_of, box, case
+from tests.support.undrawn import undrawn
 
 
 def settled(assemblage, support, degrees):
@@ -79,3 +83,55 @@ def test_arch_on_spreading_supports_has_heymans_least_thrust():
 def test_only_supports_settle():
     with pytest.raises(CaseError, match=r"settlement\.support: block 3 is not a support; supports are 0"):
         settle(case("tower_5_blocks"), 3, 0.0)
+
+
+LINTEL = """
+[wall]
+blocks = "lintel.json"
+[[load.cases]]
+name = "right"
+[[load.cases]]
+name = "left"
+direction = "-x"
+{more}
+"""
+LOADED = "[[load.cases]]\nname = 'loaded'\ndead = [{blocks = [3], force = '50 kN'}]\n"
+
+
+def least_reactions(folder, capsys, more):
+    """Return what `limit --settle` prints of the right support, by load cases: reactions in kN, and its pictures."""
+    places = {
+        0: (-0.5, -0.2, 1, 0.2),
+        9: (2.2, -0.2, 1, 0.2),
+        1: (0, 0, 0.4, 1),
+        2: (2.3, 0, 0.4, 1),
+        3: (0, 1, 2.7, 0.4),
+    }
+    blocks = [
+        {"id": n, "polygon": [list(map(float, corner)) for corner in box(*place)], "fixed": n in (0, 9)}
+        for n, place in places.items()
+    ]
+    record = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.3, "friction": 0.6, "unit_weight": 20.0}
+    (folder / "lintel.json").write_text(json.dumps(record | {"blocks": blocks}))
+    (folder / "lintel.toml").write_text(LINTEL.format(more=more))
+    with undrawn():
+        assert main(["limit", str(folder / "lintel.toml"), "--settle", "9", "--output", str(folder / "out")]) == 0
+    said = capsys.readouterr().out
+    found = re.findall(r"^(?:(.*): )?support 9 .* least reaction ([0-9.]+) kN", said, re.MULTILINE)
+    pictures = sorted(path.relative_to(folder / "out") for path in folder.rglob("settlement.png"))
+    return {name: float(value) for name, value in found}, [path.parts[0] for path in pictures]
+
+
+def test_a_support_gives_way_under_the_dead_loads_of_every_load_case(tmp_path, capsys):
+    """A post of 2.4 kN and its part of a lintel of 6.48 kN (and 50 kN) in the middle of 2.7 m: the lintel turns about
+    the other post's inner edge at 0.4 m and hangs on this one's outer edge, 2.3 m from there."""
+    reaction = [2.4 + load * (1.35 - 0.4) / 2.3 for load in (6.48, 56.48)]
+    found, pictures = least_reactions(tmp_path, capsys, LOADED)
+    assert found == pytest.approx({"right, left": reaction[0], "loaded": reaction[1]}, abs=1e-4)
+    assert pictures == ["loaded", "right"]
+
+
+def test_load_cases_that_share_their_dead_loads_have_one_settlement(tmp_path, capsys):
+    found, pictures = least_reactions(tmp_path, capsys, "")
+    assert found == pytest.approx({"": 2.4 + 6.48 * (1.35 - 0.4) / 2.3}, abs=1e-4)
+    assert pictures == ["figures"]

@@ -33,7 +33,8 @@ def verdict_of(case: Case, summary: storage.Summary) -> Verdict:
     """Return the verdict on a run of one load case from its summary."""
     load = case.load
     name = f"{load.direction} {load.distribution.replace('_', ' x ')}"
-    return verdict(summary.case, [Answered(name, load.direction, load.distribution, summary)])
+    about = (name, load.direction, load.distribution, summary)
+    return verdict(summary.case, [Answered(*about, inclination=load.inclination)])
 
 
 def write_verdict(folder: Path, verdict: Verdict) -> Path:
@@ -45,10 +46,11 @@ def write_verdict(folder: Path, verdict: Verdict) -> Path:
 
 
 def _row(row: dict[str, Any], language: Language) -> dict[str, Any]:
-    strength = row["limit_state"] == STRENGTH
     shown = {"demand": "", "capacity": "", "ground": "", "ratio": ""}
-    if strength and row["capacity"] != "":
-        shown["capacity"] = f"{printed('force', row['capacity'])} kN (λ = {printed('multiplier', row['multiplier'])})"
+    if row["limit_state"] == STRENGTH and row["multiplier"] != "":
+        shown["capacity"] = multiplier = f"λ = {printed('multiplier', row['multiplier'])}"
+        if row["capacity"] != "":
+            shown["capacity"] = f"{printed('force', row['capacity'])} kN ({multiplier})"
     elif row["safety_ratio"] != "":
         shown = {
             "demand": in_its_unit(row["demand"], row["unit"]),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 
-from orchestrator.app import cli, load_case_runs
+from orchestrator.app import cli, load_cases
 from orchestrator.loads.block_loads import height_of_live_load
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.wall import Block, Wall
@@ -74,7 +74,7 @@ def checked(case_file, capsys, *settings):
 
 def read(given, *settings):
     case = cases.read(given, settings)
-    return case, load_case_runs.check(case)
+    return case, load_cases.check(case)
 
 
 def test_a_floor_without_mass_is_pointed_out_where_a_verification_is_asked_for(given, capsys):
@@ -84,7 +84,7 @@ def test_a_floor_without_mass_is_pointed_out_where_a_verification_is_asked_for(g
 
 
 def pointed_out(case, assemblage):
-    loads = [load_sums(assemblage.wall, one.load) for one in load_case_runs.each(case).values()]
+    loads = [load_sums(assemblage.wall, one.load) for one in load_cases.each(case).values()]
     return unusual(case, assemblage.wall, loads, materials(case, assemblage.wall), joint_classes(assemblage))
 
 

@@ -11,7 +11,7 @@ from orchestrator.limit_analysis.remarks import NO_PATH
 from orchestrator.macroblocks.automatic import EVERY_STONE, NO_FEWER, UNPROVEN
 from orchestrator.present.page.verdict_page import verdict_contents
 from orchestrator.present.phrases import phrases
-from orchestrator.present.verdict import Answered, verdict
+from orchestrator.present.verdict import STEEP, Answered, verdict
 from tests.support.verdicts import check, of, summary
 
 NEWTON = (
@@ -20,6 +20,8 @@ NEWTON = (
 )
 EQUILIBRIUM = "2.10e-03 (at most 0.001) of the peak is missing at the supports"
 ON_PAGES = [
+    # load cases
+    STEEP,
     # limit analysis
     NO_PATH,
     "from 0.2883 on displacements are large",

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import csv
 import json
+from math import radians
 
 import pytest
+from rich.console import Console
 
 from orchestrator.app.cli import main
 from orchestrator.assessment.seismic.verification_record import ratio
 from orchestrator.assessment.seismic.verification_record import verdict as of_record
+from orchestrator.loads import load_cases
+from orchestrator.present.page.verdict_page import verdict_contents
 from orchestrator.present.phrases import phrases
-from orchestrator.present.verdict import COLUMNS, sentence
+from orchestrator.present.tables import verdict_table
+from orchestrator.present.verdict import COLUMNS, Answered, sentence, verdict
 from orchestrator.settings import case as cases
 from tests.support.leaning_stone import CASE, stone
 from tests.support.undrawn import undrawn
@@ -69,10 +74,10 @@ def test_curves_that_are_not_valid_leave_limit_analysis_and_say_so():
 def test_the_envelope_is_four_load_cases_before_those_given(tmp_path):
     (tmp_path / "stone.json").write_text(json.dumps(stone(mirror=False)))
     (tmp_path / "case.toml").write_text(
-        CASE.format(blocks="stone", common="envelope = true").replace("+x mass", "mine")
+        CASE.format(blocks="stone", common="envelope = true").replace("+x mass", "mine").replace("-x mass", "other")
     )
     load = cases.read(tmp_path / "case.toml").load
-    found = [(case.name, case.direction, case.distribution) for case in load.cases]
+    found = [(name, case.direction, case.distribution) for name, case in load_cases(load).items()]
     standard = [("+x mass", "+x", "mass"), ("-x mass", "-x", "mass")]
     assert found[:2] == standard
     assert {(direction, shape) for _, direction, shape in found[2:4]} == {("+x", "mass_height"), ("-x", "mass_height")}
@@ -131,3 +136,48 @@ def test_a_safety_ratio_has_one_rounding_in_sentence_record_and_tables():
     assert "safety ratio 4.237" in sentence(of(a=summary(*checks)))
     assert "least safety ratio 4.237 (" in of_record({"checks": checks})
     assert ratio(checks[0]) == "4.237 (3.876)"
+
+
+def steep(**summaries):
+    """The verdict over load cases whose live load stands at 0, 90, 89.99 and 46 degrees, in the order given."""
+    answers = zip(summaries.items(), (0.0, 90.0, 89.99, 46.0), strict=False)
+    return verdict("wall", [Answered(n, "+x", "mass", s, (), radians(angle)) for (n, s), angle in answers])
+
+
+def test_load_cases_more_vertical_than_horizontal_are_listed_and_not_ranked():
+    found = steep(side=summary(peak=9e3), lift=summary(peak=1e-13), steep=summary(peak=1.0), inclined=summary(peak=5e3))
+    assert (found.governing["load_case"], found.governing["capacity"]) == ("side", 9e3)
+    assert [row["capacity"] for row in found.rows] == [9e3, "", "", ""]
+    assert all(row["multiplier"] for row in found.rows), "what they bear is told"
+    assert "; not compared, as more vertical than horizontal: lift, steep, inclined; no ground" in sentence(found)
+    rows = verdict_contents(found, "it")["rows"]
+    assert [" kN " in row["capacity"] for row in rows] == [True, False, False, False]
+    assert all("λ = 0,2" in row["capacity"] for row in rows)
+    assert "non confrontati, perché più verticali che orizzontali: lift" in sentence(found, phrases("it"))
+    assert "não comparados, por serem mais verticais do que horizontais: lift" in sentence(found, phrases("pt"))
+    console = Console(width=120)
+    with console.capture() as capture:
+        console.print(verdict_table(found))
+    assert capture.get().count("λ = ") == 3
+
+
+def test_load_cases_of_which_none_is_compared_leave_none_to_govern():
+    answers = [Answered(name, "+x", "mass", summary(peak=1e3), (), radians(80.0)) for name in ("up", "more")]
+    found = verdict("wall", answers)
+    assert (found.state, found.governing) == ("not compared", None)
+    assert ": no load case governs by its base shear; not compared, as more vertical than horizontal: up, more; " in (
+        sentence(found)
+    )
+    assert "nessun caso di carico governa per taglio alla base" in sentence(found, phrases("it"))
+    assert "nenhum caso de carga condiciona pelo corte basal" in sentence(found, phrases("pt"))
+
+
+def test_a_single_load_case_is_compared_with_nothing_and_governs():
+    found = verdict("wall", [Answered("alone", "+x", "mass", summary(peak=1e3), (), radians(80.0))])
+    assert (found.state, found.governing["capacity"]) == ("strength", 1e3)
+
+
+def test_checks_of_steep_load_cases_are_compared_by_their_ratios():
+    found = steep(side=summary(check(1.5)), lift=summary(check(1.2)))
+    assert (found.state, found.governing["load_case"]) == ("verified", "lift")
+    assert "not compared" not in sentence(found)
