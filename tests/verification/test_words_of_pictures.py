@@ -110,7 +110,7 @@ def draw_all(folder, run, language):
     assert main(["report", str(run)]) == 0
     assert main(["check", str(path), "--output", str(run / "check")]) == 0
     case = cases.read(path)
-    driver.settlement(case, 7, -np.pi / 2, run)
+    driver.draw_settlement(case, *driver.settlement(case, 7, -np.pi / 2), -np.pi / 2, run)
     figure = plots.blocks(driver.check(case).wall)
     plots.stamp_not_valid(figure)
     plots.save(figure, run, "stamped", language)
