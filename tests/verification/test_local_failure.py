@@ -303,9 +303,8 @@ def test_a_light_stone_with_little_of_the_live_load_is_local():
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_wall_from_which_all_live_load_has_fallen_ends():
-    """Pinnacles of 1 kN and 0.9 kN, 53 % and 47 % of the live load, with 60 % called local by hand. Limit analysis stops
-    at the half that may be lost; in finite elements one overturns after the other, and nothing is left that is pushed.
-    """
+    """Pinnacles of 1 kN and 0.9 kN, 53 % and 47 % of the live load, with 60 % called local by hand. Limit analysis
+    stops at the half that may be lost; in finite elements one overturns after the other, until nothing is pushed."""
     live = (LiveLoad(blocks=(2,), force=1e3), LiveLoad(blocks=(3,), force=0.9e3))
     wall, load = pinnacles(0.3, 0.3), LoadSettings(distribution="per_block", live=live)
     assemblage = find_joints(wall, JointSettings())
