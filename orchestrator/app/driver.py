@@ -27,14 +27,14 @@ from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, 
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
 from orchestrator.geometry.healing import open_gaps
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
-from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
+from orchestrator.limit_analysis.gravity import problem_of, refuse_what_cannot_be_analysed, refuse_what_falls
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.loads import loads_on
 from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, one_body_per_block
-from orchestrator.masonry.joints import Assemblage, JointSettings, check_assemblage, find_joints
+from orchestrator.masonry.joints import Assemblage, JointSettings, check_assemblage, find_joints, idle_classes
 from orchestrator.masonry.sources.drawing import implausible, refuse_implausible_size
 from orchestrator.masonry.ties import idle_ties, with_ties
 from orchestrator.masonry.wall import check_wall
@@ -87,7 +87,13 @@ def examine(case: Case, assemblage: Assemblage) -> list[str]:
         tied = with_ties(assemblage, case.reinforcement.ties)
     with naming(case.block_file):
         refuse_what_cannot_be_analysed(tied, loads)
-    said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall), *without_verification(case.seismic)]
+    idle = idle_classes(assemblage, case.joints.classes)
+    said = [
+        *lost_joints(assemblage, case.joints),
+        *idle,
+        *implausible(assemblage.wall),
+        *without_verification(case.seismic),
+    ]
     if case.reinforcement.ties:
         said.append("WARNING: check, limit, segment and run take ties; study and export do not yet")
     if limit_states(case.seismic):
@@ -143,9 +149,11 @@ def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
     assemblage = check(case)
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
-        assemblage = with_ties(assemblage, case.reinforcement.ties)
+        tied = with_ties(assemblage, case.reinforcement.ties)
     with naming(case.block_file):
-        return assemblage, analyse(assemblage, case.limit_analysis, loads, case.elastic.elastic_modulus)
+        analysis = analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
+    idle = idle_classes(assemblage, case.joints.classes)
+    return tied, replace(analysis, remarks=(*idle, *analysis.remarks))
 
 
 def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:
@@ -170,7 +178,11 @@ def settlement(case: Case, support: int, angle: float, output: Path) -> tuple[Li
 
     with naming(case.file):
         assemblage = with_ties(check(case), case.reinforcement.ties)
-        state = settle(assemblage, support, angle, loads_on(assemblage.wall, case.load))
+        loads = loads_on(assemblage.wall, case.load)
+    with naming(case.block_file):
+        refuse_what_falls(problem_of(assemblage, loads))
+    with naming(case.file):
+        state = settle(assemblage, support, angle, loads)
     return state, reporting.write_settlement(output / "figures", assemblage, state, angle, case.project.language)[0]
 
 

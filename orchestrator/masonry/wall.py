@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 import shapely
+from annotated_types import Ge, Le
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, require_kinds
@@ -27,6 +29,8 @@ PLAUSIBLE = (0.1, 200.0)
 """m: a wall that is smaller or larger is probably drawn in another unit (the tallest of masonry has 169 m)"""
 EXTREMES = (1e-9, 1e9)
 """thickness, friction and unit weight (SI) that are computed with: products of others overflow or vanish"""
+Friction = Annotated[float, Ge(EXTREMES[0]), Le(EXTREMES[1])]
+"""a coefficient of friction, wherever it is given"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -151,6 +155,8 @@ def _check_block(block: Block, simple: bool, area: float, length: float, toleran
     if block.poisson_ratio is not None and not 0 <= block.poisson_ratio < 0.5:
         raise CaseError(key, f"poisson_ratio {block.poisson_ratio:g} is not from 0 to below 0.5", "correct it")
     _refuse_extreme(key, block.unit_weight)
+    if block.friction is not None:
+        _refuse_extreme(f"{key}.friction", block.friction)
 
 
 def refuse_overlaps(wall: Wall, tolerance: float) -> None:

@@ -88,6 +88,11 @@ ON_PAGES = [
     "the control displacement is zero in the first lateral increments",
     "micro FE: the peak is too high: bonded joints crack there that have 3 elements along them, and need ten: "
     "refine mesh.size",
+    # joint classes
+    "WARNING: joints.classes.3 acts on no joint: it gives no value",
+    "WARNING: joints.classes.0 acts on no joint: the wall has no head joint between a and b; not used: friction",
+    "WARNING: joints.classes.0 acts on no joint: the wall has no bed joint; not used: friction, cohesion",
+    "WARNING: joints.classes.1: later classes replace it in all its joints; not used: friction",
     # walls in space
     "WARNING: 7 common areas too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2), 2 | 5 (1 mm2)",
     "WARNING: 1 common area too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2)",
