@@ -96,6 +96,7 @@ def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> Se
         limits = ranges(settings)
         points = (*one_at_a_time(limits), *latin_hypercube(limits, settings.samples, settings.seed))
     driver.check(case)
+    _refuse_ends(case, limits)
     digests = _digest_of(case)
     runs = [_run_of(point, case, output / "points", digests) for point in points]
     missing = [run for run in runs if not run.file.exists()]
@@ -105,6 +106,16 @@ def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> Se
     report(StageBegun("sensitivity", "pictures"))
     answers = {run.point.name: storage.read_json(run.file) for run in runs}
     return _presented(case, output, limits, [run.point for run in runs], answers)
+
+
+def _refuse_ends(case: Case, limits: Mapping[str, tuple[float, float]]) -> None:
+    """Raise CaseError for an end of a range with which the wall of the case is no wall."""
+    for name, ends in limits.items():
+        for end in ends:
+            try:
+                driver.check(varied(case, {name: end}))
+            except CaseError as error:
+                raise CaseError(f"sensitivity.{name}", error.problem, error.remedy, str(case.file)) from None
 
 
 def varied(case: Case, values: Mapping[str, float]) -> Case:

@@ -40,6 +40,7 @@ from orchestrator.masonry.block_properties import (
     block_weights,
     fingerprint_of_blocks,
     refuse_beyond_weight,
+    weights_that_move,
 )
 from orchestrator.masonry.wall import Wall
 
@@ -239,13 +240,14 @@ def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
     for number, load in enumerate(settings.dead):
         refuse_dead_load(wall, load, f"load.dead.{number}")
     refuse_blocks_that_cannot_move({block.id: not block.fixed for block in wall.blocks}, settings.live, settings.dead)
+    weights = weights_that_move(wall)
     for number, load in enumerate(settings.dead):
         refuse_place(wall, load, f"load.dead.{number}")
         size = "force" if load.line_load is None else "line_load"
         largest = float(extra_dead_loads(wall, (load,)).size.max(initial=0.0))
-        refuse_beyond_weight(wall, largest, f"load.dead.{number}.{size}")
+        refuse_beyond_weight(weights, largest, f"load.dead.{number}.{size}")
     for number, live in enumerate(settings.live):
-        refuse_beyond_weight(wall, abs(live.force), f"load.live.{number}.force")
+        refuse_beyond_weight(weights, abs(live.force), f"load.live.{number}.force")
 
 
 def _refuse_no_resultant(live: Sequence[LiveLoad]) -> None:

@@ -88,13 +88,16 @@ def block_weights(wall: Wall) -> FloatArray:
     return block_areas(wall) * block_thicknesses(wall) * np.array([block.unit_weight for block in wall.blocks])
 
 
-def refuse_beyond_weight(wall: Wall, force: float, key: str) -> None:
-    """Raise CaseError for a force or a strength (N) that is out of proportion with the blocks (MOST_OF_WEIGHT)."""
-    free = np.array([not block.fixed for block in wall.blocks])
-    weights = block_weights(wall)[free]
+def refuse_beyond_weight(weights: FloatArray, force: float, key: str) -> None:
+    """Raise CaseError for a force or a strength (N) out of proportion with the weights (m,) of the blocks that move."""
     if len(weights) and not force <= MOST_OF_WEIGHT * float(weights.mean()):
         problem = f"comes to {force:.3g} N, more than {MOST_OF_WEIGHT:g} times the mean weight of a block"
         raise CaseError(key, problem, f"that is {weights.mean():.3g} N: is the unit right?")
+
+
+def weights_that_move(wall: Wall) -> FloatArray:
+    """Return the weights (m,) in N of the free blocks."""
+    return block_weights(wall)[[not block.fixed for block in wall.blocks]]
 
 
 def rounded_up(length: float) -> float:

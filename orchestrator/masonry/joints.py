@@ -25,6 +25,7 @@ from orchestrator.masonry.block_properties import (
     refuse_beyond_weight,
     rounded_up,
     thinner,
+    weights_that_move,
 )
 from orchestrator.masonry.interfaces import STRENGTHS, Interfaces, straight_interfaces
 from orchestrator.masonry.wall import Friction, Wall, check_wall, doubted_size
@@ -147,7 +148,7 @@ def with_class(assemblage: Assemblage, joint_class: JointClass, key: str) -> Ass
     joints, fits = assemblage.joints, fitting(assemblage, joint_class)
     for name in ("cohesion", "tensile_strength"):
         force = (getattr(joint_class, name) or 0.0) * float(joints.area[fits].max(initial=0.0))
-        refuse_beyond_weight(assemblage.wall, force, f"{key}.{name}")
+        refuse_beyond_weight(weights_that_move(assemblage.wall), force, f"{key}.{name}")
 
     def changed(value: float | FloatArray | None, before: FloatArray) -> FloatArray:
         return before if value is None else read_only(np.where(fits, value, before))

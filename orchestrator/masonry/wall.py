@@ -95,7 +95,7 @@ def check_blocks(wall: Wall, tolerance: float) -> None:
     for key, value in (("thickness", wall.thickness), ("friction", wall.friction)):
         if not 0 < value < np.inf:
             raise CaseError(key, f"{value:g} is not a positive number", "give a value above 0")
-        _refuse_extreme(key, value)
+        refuse_extreme(key, value)
     _refuse_doubled_ids(wall)
     for block in wall.blocks:
         _check_place(block)
@@ -112,7 +112,8 @@ def check_blocks(wall: Wall, tolerance: float) -> None:
         raise CaseError("blocks", "every block is a support", 'leave "fixed" out of the blocks of the wall')
 
 
-def _refuse_extreme(key: str, value: float) -> None:
+def refuse_extreme(key: str, value: float) -> None:
+    """Raise CaseError for a thickness, a friction or a unit weight (SI) outside EXTREMES."""
     if not EXTREMES[0] <= value <= EXTREMES[1]:
         raise CaseError(key, f"{value:g} is outside {EXTREMES[0]:g} to {EXTREMES[1]:g} (SI)", "is its unit right?")
 
@@ -154,9 +155,9 @@ def _check_block(block: Block, simple: bool, area: float, length: float, toleran
             raise CaseError(key, f"{name} {value:g} is not a positive number", "give a value above 0")
     if block.poisson_ratio is not None and not 0 <= block.poisson_ratio < 0.5:
         raise CaseError(key, f"poisson_ratio {block.poisson_ratio:g} is not from 0 to below 0.5", "correct it")
-    _refuse_extreme(key, block.unit_weight)
+    refuse_extreme(key, block.unit_weight)
     if block.friction is not None:
-        _refuse_extreme(f"{key}.friction", block.friction)
+        refuse_extreme(f"{key}.friction", block.friction)
 
 
 def refuse_overlaps(wall: Wall, tolerance: float) -> None:

@@ -17,7 +17,8 @@ class ElasticSettings(Checked):
     """Isotropic linear elasticity of every stone."""
 
     elastic_modulus: ElasticModulus = ELASTIC_MODULUS
-    """Young's modulus of the stones; joints add what their stiffness (joints.classes) and contact.slip_tolerance say"""
+    """Young's modulus of the stones; joints add what their stiffness (joints.classes) and contact.slip_tolerance say.
+    The peak of limit analysis in large displacements depends on it, its state in small ones does not"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
     """lateral contraction over axial strain"""
     element_order: Literal[1, 2] = 1

@@ -24,6 +24,7 @@ from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import FLAT, Polyhedron, face_normals
 from orchestrator.loads.block_loads import Distribution, LiveLoad, refuse_blocks_that_cannot_move
 from orchestrator.loads.dead_loads import AT_LEVEL
+from orchestrator.masonry.block_properties import refuse_beyond_weight
 from orchestrator.space.wall import SpaceWall
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -183,8 +184,7 @@ def _placed(wall: SpaceWall, settings: SpaceLoadSettings) -> Iterator[tuple[int,
         along = unit_vector(load.direction, f"load.dead.{number}.direction") if load.direction else -wall.up
         for k in _loaded(wall, load):
             point, length = top_of(wall, k, load.level)
-            size = load.force if load.force is not None else (load.line_load or 0.0) * length
-            yield k, point, size * along, load.inertia
+            yield k, point, _size(load, length) * along, load.inertia
 
 
 def _wrench(force: FloatArray, arm: FloatArray) -> FloatArray:
@@ -263,3 +263,14 @@ def _refuse_contradictions(wall: SpaceWall, settings: SpaceLoadSettings) -> None
             problem = f"no block has its top at {load.level:g} m"
             raise CaseError(f"load.dead.{number}.level", problem, f"tops are at {listed}{', ...' * (len(tops) > 20)} m")
     refuse_blocks_that_cannot_move({block.id: not block.fixed for block in wall.blocks}, settings.live, settings.dead)
+    for number, load in enumerate(settings.dead):
+        given = "force" if load.line_load is None else "line_load"
+        largest = max(_size(load, top_of(wall, k, load.level)[1]) for k in _loaded(wall, load))
+        refuse_beyond_weight(wall.weights[~wall.fixed], largest, f"load.dead.{number}.{given}")
+    for number, live in enumerate(settings.live):
+        refuse_beyond_weight(wall.weights[~wall.fixed], live.force, f"load.live.{number}.force")
+
+
+def _size(load: SpaceDeadLoad, length: float) -> float:
+    """Return the force in N of a load on a block whose top is `length` m long."""
+    return load.force if load.force is not None else (load.line_load or 0.0) * length

@@ -62,7 +62,8 @@ class Loaded:
     The state's arrays are those of the whole wall: stones that came loose are at rest in it, their joints carry
     nothing. left (n,): the blocks that are still there, `part` their problem and `optimum` its associative one. spread:
     lowest and highest multiplier with joints of different stiffness, or in small and large displacements. pushed: the
-    curve of what is left in large displacements, where the wall was pushed. factorisations: of all loading so far.
+    curve of what is left in large displacements, where the wall was pushed. displaced_rests: whether it came to rest
+    there under some live load, if it was. factorisations: of all loading so far.
     """
 
     state: LimitState | None
@@ -73,6 +74,7 @@ class Loaded:
     optimum: LimitSolution
     spread: tuple[float, float] | None = None
     pushed: RigidPushover | None = None
+    displaced_rests: bool = True
     factorisations: int = 0
 
     @property
@@ -123,7 +125,7 @@ def loaded(
         logger.info("pushing rigid blocks in large displacements")
         pushed = rigid_pushover(found.part, found.optimum.load_multiplier)
         spent = found.factorisations + (pushed.factorisations if pushed else 0)
-        found = replace(found, pushed=pushed, factorisations=spent)
+        found = replace(found, pushed=pushed, displaced_rests=pushed is not None, factorisations=spent)
         failure = come_loose(found, problem, loads, local_share)
         if failure is None:
             return found

@@ -241,6 +241,18 @@ def test_a_settlement_of_a_wall_that_cannot_stand_is_refused_as_check_refuses_it
     assert settled == checked
 
 
+@pytest.mark.parametrize(
+    ("ends", "key"),
+    [("cohesion = [0.1, 1e20]", "sensitivity.cohesion"), ("friction = [0.1, 1e12]", "sensitivity.friction.1")],
+)
+def test_a_range_with_an_end_that_is_refused_is_refused_before_anything_runs(ends, key, tmp_path, capsys):
+    (tmp_path / "wall.json").write_text(json.dumps(WALL))
+    file, output = tmp_path / "case.toml", tmp_path / "study"
+    file.write_text(f'[wall]\nblocks = "wall.json"\n[sensitivity]\nanalysis = "limit"\n{ends}\n')
+    assert f"{file}: {key}: " in refused(capsys, "sensitivity", file, "--output", output)
+    assert not output.exists()
+
+
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_the_largest_forces_that_are_taken_are_analysed_without_a_warning(tmp_path, capsys):
     """2 GN on a stone of 10 kN: 2e5 times its weight; it slides at the coefficient of friction times both."""

@@ -40,6 +40,9 @@ ON_PAGES = [
     "geometry decides: rigid blocks in large displacements bear 0.2776, in small ones 0.3200",
     "in large displacements rigid blocks bear at most 0.3100",
     "in large displacements rigid blocks bear at least 0.3100",
+    "the peak in large displacements depends on the elastic modulus of the stones, here 3.5 GPa",
+    "the peak in large displacements depends on the elastic modulus of the stones, here 3.5 to 11 GPa",
+    "in large displacements no rest under a live load was found, with an elastic modulus of 0.35 GPa",
     # macroblocks
     EVERY_STONE,
     NO_FEWER,

@@ -256,6 +256,17 @@ def test_a_floor_lies_on_the_step_of_a_top_that_is_at_its_level(of, level, lengt
     assert extra[4] == pytest.approx(1e3 * length * (middle - wall.centroids[1][0]))
 
 
+@pytest.mark.parametrize(
+    ("load", "key"),
+    [({"force": 1e300}, "load.dead.0.force"), ({"line_load": 1e12}, "load.dead.0.line_load")],
+)
+def test_forces_beside_which_the_weights_have_no_digits_are_refused(load, key):
+    wall = wall_of([GROUND, CUBE], 0.6)
+    with pytest.raises(CaseError, match="mean weight of a block") as refused:
+        loads_on(wall, SpaceLoadSettings(dead=(SpaceDeadLoad(blocks=(1,), **load),)))
+    assert refused.value.key == key
+
+
 def test_mass_times_height():
     wall = wall_of([GROUND, CUBE, CUBE.moved(np.eye(3), np.array([0.0, 0.0, 1.0]))], 0.6)
     live = loads_on(wall, SpaceLoadSettings(distribution="mass_height")).live
