@@ -28,14 +28,14 @@ from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, 
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
 from orchestrator.geometry.healing import open_gaps
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
-from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
+from orchestrator.limit_analysis.gravity import problem_of, refuse_what_cannot_be_analysed, refuse_what_falls
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
 from orchestrator.loads import Loads, loads_on
 from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, one_body_per_block
-from orchestrator.masonry.joints import Assemblage, JointSettings, check_assemblage, find_joints
+from orchestrator.masonry.joints import Assemblage, JointSettings, check_assemblage, find_joints, idle_classes
 from orchestrator.masonry.sources.drawing import implausible, refuse_implausible_size
 from orchestrator.masonry.ties import idle_ties, with_ties
 from orchestrator.masonry.wall import check_wall
@@ -106,7 +106,12 @@ def examine(case: Case, assemblage: Assemblage, key_in_file: Callable[[str], str
     """
     refuse_seismic(case)
     refuse_what_does_not_stand(case, assemblage)
-    said = [*lost_joints(assemblage, case.joints), *implausible(assemblage.wall), *without_verification(case.seismic)]
+    said = [
+        *lost_joints(assemblage, case.joints),
+        *idle_classes(assemblage, case.joints.classes),
+        *implausible(assemblage.wall),
+        *without_verification(case.seismic),
+    ]
     if case.reinforcement.ties:
         said.append("WARNING: check, limit, segment, run and sensitivity take ties; study and export do not yet")
     if limit_states(case.seismic):
@@ -173,7 +178,9 @@ def _analysed(case: Case, assemblage: Assemblage) -> tuple[Assemblage, LimitAnal
     """Return a checked wall with its ties after its joints, and the limit analysis of that."""
     tied, loads = _loaded(case, assemblage)
     with naming(case.block_file):
-        return tied, analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
+        analysis = analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
+    idle = idle_classes(assemblage, case.joints.classes)
+    return tied, replace(analysis, remarks=(*idle, *analysis.remarks))
 
 
 def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:
@@ -196,8 +203,12 @@ def settlement(case: Case, support: int, angle: float) -> tuple[Assemblage, Limi
     """Let a support give way at `angle` (rad from +x) under the dead load of one load case. Raises CaseError."""
     assemblage = check(case)
     with naming(case.file):
+        loads = loads_on(assemblage.wall, case.load)
         tied = with_ties(assemblage, case.reinforcement.ties, settling=support)
-        return tied, settle(tied, support, angle, loads_on(assemblage.wall, case.load))
+    with naming(case.block_file):
+        refuse_what_falls(problem_of(tied, loads))
+    with naming(case.file):
+        return tied, settle(tied, support, angle, loads)
 
 
 def draw_settlement(case: Case, assemblage: Assemblage, state: LimitState, angle: float, output: Path) -> Path:

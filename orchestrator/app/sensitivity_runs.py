@@ -111,8 +111,9 @@ def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> Se
 def refuse(case: Case) -> None:
     """Refuse whatever the input shows that a point would refuse, before any is run (CaseError)."""
     with naming(case.file):
-        ranges(case.sensitivity)
+        limits = ranges(case.sensitivity)
     assemblage = load_cases.check(case)
+    _refuse_ends(case, limits)
     refuse_verification(case)
     if case.sensitivity.analysis != "limit":
         pushed = compared(replace(case, run=RunSettings((case.sensitivity.analysis,))))
@@ -121,6 +122,16 @@ def refuse(case: Case) -> None:
         problem = "all of them have a live load that is more vertical than horizontal, which no base shear compares"
         remedy = "give one of them alone, as [load] without load cases"
         raise CaseError("load.cases", problem, remedy, str(case.file))
+
+
+def _refuse_ends(case: Case, limits: Mapping[str, tuple[float, float]]) -> None:
+    """Raise CaseError for an end of a range with which the wall of the case is no wall."""
+    for name, ends in limits.items():
+        for end in ends:
+            try:
+                driver.check(varied(case, {name: end}))
+            except CaseError as error:
+                raise CaseError(f"sensitivity.{name}", error.problem, error.remedy, str(case.file)) from None
 
 
 def varied(case: Case, values: Mapping[str, float]) -> Case:

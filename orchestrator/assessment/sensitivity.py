@@ -22,6 +22,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
+from orchestrator.masonry.wall import Friction
 
 Analysis = Literal["limit", "macro", "micro"]
 NOT_A_RANGE = ("samples", "seed", "analysis")
@@ -42,7 +43,7 @@ ALIKE = 1e-4
 class SensitivitySettings(Checked):
     """The ranges of `sensitivity`, each [low, high]; what is left out stays as the case has it."""
 
-    friction: Annotated[tuple[Annotated[float, Gt(0)], ...], MaxLen(2)] = ()
+    friction: Annotated[tuple[Friction, ...], MaxLen(2)] = ()
     """coefficient of friction of every joint"""
     unit_weight: Annotated[tuple[Annotated[float, Gt(0), Unit("N/m3")], ...], MaxLen(2)] = ()
     """of every block"""

@@ -23,8 +23,9 @@ from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, ru
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.remarks import remarks_of
+from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER, Loaded, has_path, in_large_displacements, loaded
-from orchestrator.limit_analysis.search.loading_path import going_down
+from orchestrator.limit_analysis.search.loading_path import StateSearch, going_down
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.search.other_states import (
     closed_state,
@@ -33,6 +34,7 @@ from orchestrator.limit_analysis.search.other_states import (
     states_around,
     touched,
 )
+from orchestrator.limit_analysis.search.rigid_pushover import DisplacedWallSearch
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.loads.block_loads import Loads, loads_on, refuse_other_loads
@@ -53,7 +55,8 @@ def analyse(
 ) -> LimitAnalysis:
     """Analyse an assemblage under its dead load and lambda times its live load.
 
-    elastic_modulus: of stones that have none of their own, Pa: only walls that move far before they fail depend on it.
+    elastic_modulus: of stones that have none of their own, Pa: the state in small displacements depends on ratios of
+    stiffness alone, the peak in large ones on weight x size over the modulus, and the headline where that peak is it.
     Without `loads` both are the weight of every block, the live load along +x. The wall is analysed in its standard
     view: neither its numbering nor the side it is seen from matters. Raises CaseError for arguments of another kind,
     loads of another wall or a modulus of no stone, when the wall cannot stand under its dead load or no live load
@@ -112,8 +115,16 @@ def non_associative_of(
     met = None if met is None else closed_by_others(met, other)
     drawn = None if met is None else met.state
     met = None if met is None else in_large_displacements(met, problem.assemblage)
-    falling = going_down(problem) if met is None and has_path(problem.friction) else ()
+    falling = ids_of_falling(problem, met) if has_path(problem.friction) else ()
     return NonAssociative(met, drawn, falling, sequence, other, remarks)
+
+
+def ids_of_falling(problem: Problem, met: Loaded | None) -> tuple[int, ...]:
+    """Return the ids of the blocks that go down where a wall does not come to rest under its dead load, in small
+    displacements or, as soft as its stones are, in large ones."""
+    if met is None:
+        return going_down(StateSearch(problem, STIFFNESSES[0]))
+    return () if met.displaced_rests else going_down(DisplacedWallSearch(met.part, STIFFNESSES[0]))
 
 
 def answered(

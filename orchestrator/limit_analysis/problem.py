@@ -21,7 +21,8 @@ from orchestrator.masonry.joints import Assemblage
 class Problem:
     """What all flow rules share: the assemblage, its equilibrium and Coulomb's law in its joints.
 
-    elastic_modulus: of stones that have none of their own, Pa. Only how far the wall moves depends on it.
+    elastic_modulus: of stones that have none of their own, Pa. How far the wall moves depends on it, and so does what
+    it bears in large displacements; in small ones only ratios of stiffness matter.
     """
 
     assemblage: Assemblage

@@ -10,6 +10,7 @@ from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.loading import Loaded, has_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath
 from orchestrator.limit_analysis.validation import LIMITS
+from orchestrator.masonry.block_properties import block_moduli
 
 RELEASE = 0.01
 """Part of the multiplier by which a state may lie off the last load at rest without a remark."""
@@ -89,12 +90,25 @@ def mechanism_words(met: Loaded) -> Iterator[str]:
 
 
 def geometry_words(met: Loaded) -> Iterator[str]:
-    """Yield from where on displacements are large, and what rigid blocks bear in large ones."""
+    """Yield from where on displacements are large, what rigid blocks bear in large ones, and whether the modulus
+    decides: in small ones only ratios of stiffness matter, in large ones how far the wall moves."""
     if is_soft(met.path):
         yield f"from {met.path.soft_from:.4f} on displacements are large"
     if met.pushed is not None and not met.geometry_decides:
         most = "bear at most" if met.pushed.is_past else "bear at least"
         yield f"in large displacements rigid blocks {most} {met.pushed.peak:.4f}"
+    modulus = modulus_of(met)
+    if met.geometry_decides:
+        yield f"the peak in large displacements depends on the elastic modulus of the stones, here {modulus}"
+    if not met.displaced_rests:
+        yield f"in large displacements no rest under a live load was found, with an elastic modulus of {modulus}"
+
+
+def modulus_of(met: Loaded) -> str:
+    """Return in words the elastic modulus of the stones that are left, from the least to the largest."""
+    wall = met.part.assemblage.wall
+    moduli = block_moduli(wall, met.part.elastic_modulus)[[not block.fixed for block in wall.blocks]]
+    return " to ".join(dict.fromkeys(f"{1e-9 * one:g}" for one in (moduli.min(), moduli.max()))) + " GPa"
 
 
 def interval_words(met: Loaded) -> Iterator[str]:

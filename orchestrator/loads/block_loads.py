@@ -34,7 +34,13 @@ from orchestrator.loads.dead_loads import (
     refuse_dead_load,
     refuse_place,
 )
-from orchestrator.masonry.block_properties import block_centroids, block_weights, fingerprint_of_blocks
+from orchestrator.masonry.block_properties import (
+    block_centroids,
+    block_weights,
+    fingerprint_of_blocks,
+    refuse_beyond_weight,
+    weights_that_move,
+)
 from orchestrator.masonry.wall import Wall
 
 
@@ -223,8 +229,14 @@ def refuse_contradictions(wall: Wall, settings: LoadSettings) -> None:
     for number, load in enumerate(settings.dead):
         refuse_dead_load(wall, load, f"load.dead.{number}")
     refuse_blocks_that_cannot_move({block.id: not block.fixed for block in wall.blocks}, settings.live, settings.dead)
+    weights = weights_that_move(wall)
     for number, load in enumerate(settings.dead):
         refuse_place(wall, load, f"load.dead.{number}")
+        size = "force" if load.line_load is None else "line_load"
+        largest = float(extra_dead_loads(wall, (load,)).size.max(initial=0.0))
+        refuse_beyond_weight(weights, largest, f"load.dead.{number}.{size}")
+    for number, live in enumerate(settings.live):
+        refuse_beyond_weight(weights, abs(live.force), f"load.live.{number}.force")
 
 
 def _refuse_no_resultant(live: Sequence[LiveLoad]) -> None:

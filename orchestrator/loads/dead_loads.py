@@ -1,8 +1,8 @@
 """Extra dead loads: what they are, and where on the blocks they stand.
 
-A line load lies on the edges that face upwards, all of them or their part between two x; its resultant on a block goes
-through the middle of what it covers, and is line_load x horizontal width. A force acts at the centroid, or where it is
-told.
+A line load lies on the edges that face upwards: all of them, those at a level, or their part between two x. Its
+resultant on a block goes through the middle of what it covers, and is line_load x horizontal width. A force acts at the
+centroid, or where it is told.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy.typing as npt
 import shapely
 from annotated_types import Gt
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
@@ -27,9 +27,9 @@ from orchestrator.masonry.wall import Wall
 STEEP = 1e-9
 """Edges whose outward normal points up by less than this (as a part of 1) are not the top of a block."""
 AT_LEVEL = 1e-2
-"""part of a block's height by which its top may be off the level of a floor"""
-ALL_X = (-np.inf, np.inf)
-"""stretch of x in m of a load on a whole level"""
+"""part of a block's height by which a part of its top may be off the level of a floor"""
+NO_EDGES = read_only(np.zeros((0, 2, 2)))
+"""of what does not lie on a top"""
 
 Spread = Literal["volume", "top", "point"]
 
@@ -38,18 +38,19 @@ Spread = Literal["volume", "top", "point"]
 class DeadLoad(Checked):
     """Extra dead load on blocks, downwards: a force, or a line load on their tops (one of the two).
 
-    The blocks are named, or those whose tops lie at a level: a floor that rests on a course."""
+    The blocks are named, or those with a part of their top at a level: a floor that rests on a course."""
 
     blocks: tuple[int, ...] = ()
     """ids of the blocks"""
     force: Annotated[float, Gt(0), Unit("N")] | None = None
     """on each block, at its centroid or, of one block, `at` a point"""
     line_load: Annotated[float, Gt(0), Unit("N/m")] | None = None
-    """on all edges that face upwards, per metre of horizontal projection, over the wall's whole thickness"""
+    """on all edges that face upwards, of `level` on those that lie there, per metre of horizontal projection, over the
+    whole thickness of the wall"""
     inertia: bool = False
     """whether the live load acts on its mass too, where it stands"""
     level: Annotated[float, Unit("m")] | None = None
-    """height of the blocks' tops (y), instead of `blocks`"""
+    """height (y) of the blocks' tops, or of a step in them, instead of `blocks`"""
     stretch: tuple[Annotated[float, Unit("m")], ...] = ()
     """the line load lies between these two x only, as in ["1.2 m", "3.4 m"]; left out: on the whole tops"""
     at: tuple[Annotated[float, Unit("m")], ...] = ()
@@ -59,23 +60,23 @@ class DeadLoad(Checked):
 @dataclass(frozen=True, eq=False, slots=True)
 class Placed:
     """Sizes (N) of p loads: block (p,), point (p, 2) in m through which the resultant goes, how each is spread: over
-    the block's volume, over its top between two x (stretch (p, 2) in m), or not at all."""
+    the block's volume, over edges of its top (edges (p,) of (e, 2, 2) in m, none of others), or not at all."""
 
     block: IntArray
     point: FloatArray
     size: FloatArray
     spread: tuple[Spread, ...]
-    stretch: FloatArray
+    edges: tuple[FloatArray, ...]
 
     def part(self, which: slice) -> Placed:
         """Return some of the loads."""
-        return Placed(self.block[which], self.point[which], self.size[which], self.spread[which], self.stretch[which])
+        return Placed(self.block[which], self.point[which], self.size[which], self.spread[which], self.edges[which])
 
 
 def over_volume(block: IntArray, point: FloatArray, size: FloatArray) -> Placed:
     """Return loads (p,) that are spread over the volume of their blocks; point (p, 2): the centroids."""
     spread: list[Spread] = ["volume"] * len(block)
-    return Placed(block, point, size, tuple(spread), np.tile(ALL_X, (len(block), 1)))
+    return Placed(block, point, size, tuple(spread), (NO_EDGES,) * len(block))
 
 
 def joined(one: Placed, other: Placed) -> Placed:
@@ -85,7 +86,7 @@ def joined(one: Placed, other: Placed) -> Placed:
         np.vstack([one.point, other.point]),
         np.concatenate([one.size, other.size]),
         one.spread + other.spread,
-        np.vstack([one.stretch, other.stretch]),
+        one.edges + other.edges,
     )
 
 
@@ -97,27 +98,35 @@ def extra_dead_loads(wall: Wall, loads: tuple[DeadLoad, ...]) -> Placed:
         point=np.array([point for _, point, *_ in each]).reshape(-1, 2),
         size=np.array([size for _, _, size, *_ in each], dtype=float),
         spread=tuple(spread for *_, spread, _ in each),
-        stretch=np.array([stretch for *_, stretch in each], dtype=float).reshape(-1, 2),
+        edges=tuple(edges for *_, edges in each),
     )
 
 
-def _parts(wall: Wall, load: DeadLoad) -> Iterator[tuple[int, FloatArray, float, Spread, tuple[float, float]]]:
-    """Yield block position, point (2,) in m, size in N, spread and stretch of each block's part of a load."""
+def _parts(wall: Wall, load: DeadLoad) -> Iterator[tuple[int, FloatArray, float, Spread, FloatArray]]:
+    """Yield block position, point (2,) in m, size in N, spread and edges of each block's part of a load."""
     centroids = block_centroids(wall)
     for position in loaded_blocks(wall, load):
         if load.line_load is None:
             assert load.force is not None
             spread: Spread = "point" if load.at else "volume"
-            yield position, np.array(load.at) if load.at else centroids[position], load.force, spread, ALL_X
+            yield position, np.array(load.at) if load.at else centroids[position], load.force, spread, NO_EDGES
             continue
-        low, high = load.stretch or ALL_X
-        width, middle = top_of(wall.blocks[position].polygon, (low, high))
+        edges = edges_under(wall.blocks[position].polygon, load)
+        width, middle = middle_of(edges)
         if width > 0.0:
-            yield position, middle, load.line_load * width, "top", (low, high)
+            yield position, middle, load.line_load * width, "top", edges
+
+
+def edges_under(polygon: FloatArray, load: DeadLoad) -> FloatArray:
+    """Return the edges (e, 2, 2) in m of a counter-clockwise polygon that a line load lies on."""
+    edges = upper_edges(polygon)
+    if load.level is not None:
+        edges = edges[at_level(edges, polygon, load.level)]
+    return between(edges, load.stretch) if load.stretch else edges
 
 
 def loaded_blocks(wall: Wall, load: DeadLoad) -> list[int]:
-    """Return the positions of the blocks that a load names, or whose tops are at its level."""
+    """Return the positions of the blocks that a load names, or that have a part of their top at its level."""
     if load.level is not None:
         return blocks_at_level(wall, load.level)
     place = {block.id: position for position, block in enumerate(wall.blocks)}
@@ -143,10 +152,10 @@ def refuse_dead_load(wall: Wall, load: DeadLoad, key: str) -> None:
         if (getattr(load, one) in (None, ())) == (getattr(load, other) in (None, ())):
             raise CaseError(key, f"needs one of {one} and {other}", "give one of the two")
     if load.level is not None and not blocks_at_level(wall, load.level):
-        tops = sorted({round(float(b.polygon[:, 1].max()), 3) for b in wall.blocks if not b.fixed})
+        tops = sorted({round(height, 3) for b in wall.blocks if not b.fixed for height in levels_of(b.polygon)})
         listed = ", ".join(f"{top:g}" for top in tops[:20])
-        problem = f"no block has its top at {load.level:g} m"
-        raise CaseError(f"{key}.level", problem, f"tops are at {listed}{', ...' * (len(tops) > 20)} m")
+        remedy = f"tops are at {listed}{', ...' * (len(tops) > 20)} m" if tops else "none is level; name `blocks`"
+        raise CaseError(f"{key}.level", f"no block has its top, or a step in it, at {load.level:g} m", remedy)
 
 
 def refuse_place(wall: Wall, load: DeadLoad, key: str) -> None:
@@ -170,38 +179,51 @@ def refuse_place(wall: Wall, load: DeadLoad, key: str) -> None:
 
 
 def blocks_at_level(wall: Wall, level: float) -> list[int]:
-    """Return the positions of the free blocks all of whose edges that face upwards lie at a level (m)."""
+    """Return the positions of the free blocks with an edge that faces upwards at a level (m)."""
 
-    def at_level(polygon: FloatArray) -> bool:
-        off = np.abs(polygon[_upper_corners(polygon), 1] - level).max()
-        return bool(off < AT_LEVEL * np.ptp(polygon[:, 1]))
+    def reaches(polygon: FloatArray) -> bool:
+        return bool(at_level(upper_edges(polygon), polygon, level).any())
 
-    return [k for k, block in enumerate(wall.blocks) if not block.fixed and at_level(block.polygon)]
-
-
-def _upper_corners(polygon: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return which corners of a counter-clockwise polygon are ends of edges that face upwards."""
-    run = np.roll(polygon, -1, axis=0) - polygon
-    above = -run[:, 0] > STEEP * np.linalg.norm(run, axis=1)
-    return above | np.roll(above, 1)
+    return [k for k, block in enumerate(wall.blocks) if not block.fixed and reaches(block.polygon)]
 
 
-def top_of(polygon: FloatArray, between: tuple[float, float] = ALL_X) -> tuple[float, FloatArray]:
-    """Return horizontal width (m) and middle (2,) of the edges of a counter-clockwise polygon that face upwards, of
-    their part `between` two x (m); a width of 0 has no middle."""
-    start, end = upper_edges(polygon, between).transpose(1, 0, 2)
+def at_level(edges: FloatArray, polygon: FloatArray, level: float) -> npt.NDArray[np.bool_]:
+    """Return which edges (e, 2, 2) of a polygon lie at a level (m), within AT_LEVEL of the polygon's height."""
+    found: npt.NDArray[np.bool_] = np.abs(edges[..., 1] - level).max(axis=1) < AT_LEVEL * np.ptp(polygon[:, 1])
+    return found
+
+
+def levels_of(polygon: FloatArray) -> list[float]:
+    """Return the heights (m) of the edges of a polygon that face upwards and are level."""
+    edges = upper_edges(polygon)
+    heights: list[float] = edges[..., 1].mean(axis=1).tolist()
+    return [height for edge, height in zip(edges, heights, strict=True) if at_level(edge[None], polygon, height).any()]
+
+
+def top_of(polygon: FloatArray) -> tuple[float, FloatArray]:
+    """Return horizontal width (m) and middle (2,) of the edges of a counter-clockwise polygon that face upwards."""
+    return middle_of(upper_edges(polygon))
+
+
+def middle_of(edges: FloatArray) -> tuple[float, FloatArray]:
+    """Return horizontal width (m) and middle (2,) of edges (e, 2, 2) that run towards -x; 0 has no middle."""
+    start, end = edges.transpose(1, 0, 2)
     width = start[:, 0] - end[:, 0]
     if not width.sum() > 0.0:
         return 0.0, np.full(2, np.nan)
     return float(width.sum()), np.average(0.5 * (start + end), axis=0, weights=width)
 
 
-def upper_edges(polygon: FloatArray, between: tuple[float, float] = ALL_X) -> FloatArray:
-    """Return the edges (e, 2, 2) in m of a counter-clockwise polygon that face upwards, so that they run towards -x,
-    cut to what lies `between` two x (m)."""
+def upper_edges(polygon: FloatArray) -> FloatArray:
+    """Return the edges (e, 2, 2) in m of a counter-clockwise polygon that face upwards, so that they run towards -x."""
     start, end = polygon, np.roll(polygon, -1, axis=0)
     above = start[:, 0] - end[:, 0] > STEEP * np.linalg.norm(end - start, axis=1)
-    start, end = start[above], end[above]
-    share = (np.clip([start[:, 0], end[:, 0]], *between) - start[:, 0]) / (end[:, 0] - start[:, 0])
-    edges = start[None] + share[:, :, None] * (end - start)[None]
-    return edges[:, share[0] < share[1]].transpose(1, 0, 2)
+    return np.stack([start[above], end[above]], axis=1)
+
+
+def between(edges: FloatArray, stretch: tuple[float, ...]) -> FloatArray:
+    """Return what of edges (e, 2, 2) lies between two x (m)."""
+    start, end = edges.transpose(1, 0, 2)
+    share = (np.clip([start[:, 0], end[:, 0]], stretch[0], stretch[1]) - start[:, 0]) / (end[:, 0] - start[:, 0])
+    cut = start[None] + share[:, :, None] * (end - start)[None]
+    return cut[:, share[0] < share[1]].transpose(1, 0, 2)

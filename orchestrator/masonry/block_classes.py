@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Lt, MinLen
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.wall import Wall
+from orchestrator.masonry.wall import Friction, Wall
 
 PROPERTIES = ("unit_weight", "thickness", "friction", "elastic_modulus", "poisson_ratio")
 
@@ -27,7 +27,7 @@ class BlockClass(Checked):
     thickness: Annotated[float, Gt(0), Unit("m")] | None = None
     """out of the wall's plane; a joint is as wide as the thinner of its two blocks. The finite elements spread weight
     and stiffness of a thinner block over the wall's thickness"""
-    friction: Annotated[float, Gt(0)] | None = None
+    friction: Friction | None = None
     """coefficient of friction of all its joints, of two blocks the lower one; [joints] may change it"""
     elastic_modulus: Annotated[float, Gt(0), Unit("Pa")] | None = None
     """Young's modulus; a macroblock has the mean of its blocks by volume"""

@@ -9,6 +9,7 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from orchestrator.basis.arrays import FloatArray, IntArray, fingerprint
+from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.rigid import cross
 from orchestrator.masonry.wall import Wall
@@ -16,6 +17,8 @@ from orchestrator.masonry.wall import Wall
 ElasticModulus = Annotated[float, Ge(1e3), Le(1e15), Unit("Pa")]
 ELASTIC_MODULUS = 3.5e9
 """Young's modulus of stones of which nothing is known, Pa."""
+MOST_OF_WEIGHT = 1e6
+"""Times the mean weight of a block: larger forces and strengths leave no digits for the weights beside them."""
 
 
 def block_areas(wall: Wall) -> FloatArray:
@@ -83,6 +86,18 @@ def thinner(wall: Wall, i: IntArray, j: IntArray) -> FloatArray:
 def block_weights(wall: Wall) -> FloatArray:
     """Weights (n,) in N, supports included."""
     return block_areas(wall) * block_thicknesses(wall) * np.array([block.unit_weight for block in wall.blocks])
+
+
+def refuse_beyond_weight(weights: FloatArray, force: float, key: str) -> None:
+    """Raise CaseError for a force or a strength (N) out of proportion with the weights (m,) of the blocks that move."""
+    if len(weights) and not force <= MOST_OF_WEIGHT * float(weights.mean()):
+        problem = f"comes to {force:.3g} N, more than {MOST_OF_WEIGHT:g} times the mean weight of a block"
+        raise CaseError(key, problem, f"that is {weights.mean():.3g} N: is the unit right?")
+
+
+def weights_that_move(wall: Wall) -> FloatArray:
+    """Return the weights (m,) in N of the free blocks."""
+    return block_weights(wall)[[not block.fixed for block in wall.blocks]]
 
 
 def rounded_up(length: float) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Annotated, Literal
 
@@ -18,9 +19,16 @@ from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import VISIBLE
 from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, PlanarMap, planar_map
-from orchestrator.masonry.block_properties import fingerprint_of_blocks, outlines_of, rounded_up, thinner
+from orchestrator.masonry.block_properties import (
+    fingerprint_of_blocks,
+    outlines_of,
+    refuse_beyond_weight,
+    rounded_up,
+    thinner,
+    weights_that_move,
+)
 from orchestrator.masonry.interfaces import STRENGTHS, Interfaces, straight_interfaces
-from orchestrator.masonry.wall import Wall, check_wall, doubted_size
+from orchestrator.masonry.wall import Friction, Wall, check_wall, doubted_size
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +39,7 @@ class JointClass(Checked):
     """bed joints are nearer to the horizontal, head joints to the vertical"""
     between: tuple[str, ...] = ()
     """the two materials that meet, in either order (materials are those of the block file); none: all"""
-    friction: Annotated[float, Gt(0)] | None = None
+    friction: Friction | None = None
     """coefficient of friction"""
     cohesion: Annotated[float, Ge(0), Unit("Pa")] | None = None
     """shear strength without normal force, over the whole joint"""
@@ -49,7 +57,12 @@ class JointClass(Checked):
     mortar_shear_modulus: Annotated[float, Gt(0), Unit("Pa")] | None = None
     """instead of shear_stiffness: shear modulus of the mortar, divided by mortar_thickness"""
     mortar_thickness: Annotated[float, Gt(0), Unit("m")] | None = None
-    """of the joint; none: as drawn (block file), where the joint was drawn as a gap"""
+    """of the joint, beside a modulus of its mortar; none: as drawn (block file), where the joint was drawn as a gap"""
+
+
+MODULI = {"mortar_modulus": "normal_stiffness", "mortar_shear_modulus": "shear_stiffness"}
+"""of the mortar of a joint class, and what they give"""
+NO_MODULUS = "is read beside mortar_modulus or mortar_shear_modulus alone"
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,15 +143,12 @@ def with_class(assemblage: Assemblage, joint_class: JointClass, key: str) -> Ass
         raise CaseError(
             f"{key}.between", f"{list(joint_class.between)} are not two materials", f"materials are {listed}"
         )
-    joints = assemblage.joints
-    horizontal, vertical = np.abs(joints.end - joints.start).T
-    fits = {"any": horizontal >= 0, "bed": horizontal > vertical, "head": horizontal <= vertical}[
-        joint_class.orientation
-    ]
-    if joint_class.between:
-        one, other = joint_class.between
-        i, j = material[joints.i], material[joints.j]
-        fits = fits & (((i == one) & (j == other)) | ((i == other) & (j == one)))
+    if joint_class.mortar_thickness is not None and not _given(joint_class) & MODULI.keys():
+        raise CaseError(f"{key}.mortar_thickness", NO_MODULUS, "give one of the two, or leave it out")
+    joints, fits = assemblage.joints, fitting(assemblage, joint_class)
+    for name in ("cohesion", "tensile_strength"):
+        force = (getattr(joint_class, name) or 0.0) * float(joints.area[fits].max(initial=0.0))
+        refuse_beyond_weight(weights_that_move(assemblage.wall), force, f"{key}.{name}")
 
     def changed(value: float | FloatArray | None, before: FloatArray) -> FloatArray:
         return before if value is None else read_only(np.where(fits, value, before))
@@ -155,6 +165,56 @@ def with_class(assemblage: Assemblage, joint_class: JointClass, key: str) -> Ass
     return replace(assemblage, joints=joints)
 
 
+def fitting(assemblage: Assemblage, joint_class: JointClass) -> npt.NDArray[np.bool_]:
+    """Return which joints (k,) a class fits."""
+    joints = assemblage.joints
+    horizontal, vertical = np.abs(joints.end - joints.start).T
+    fits: npt.NDArray[np.bool_] = {
+        "any": horizontal >= 0,
+        "bed": horizontal > vertical,
+        "head": horizontal <= vertical,
+    }[joint_class.orientation]
+    if not joint_class.between:
+        return fits
+    material = np.array([block.material for block in assemblage.wall.blocks])
+    one, other = joint_class.between
+    i, j = material[joints.i], material[joints.j]
+    return fits & (((i == one) & (j == other)) | ((i == other) & (j == one)))
+
+
+def idle_classes(assemblage: Assemblage, classes: Sequence[JointClass]) -> list[str]:
+    """Return a warning of every class with values that no joint has: it fits none, or later ones replace them."""
+    said, fits = list[str](), [fitting(assemblage, one) for one in classes]
+    for number, (one, here) in enumerate(zip(classes, fits, strict=True)):
+        key, given = f"WARNING: joints.classes.{number}", _given(one)
+        kind = {"any": "joint", "bed": "bed joint", "head": "head joint"}[one.orientation]
+        kind += f" between {one.between[0]} and {one.between[1]}" if one.between else ""
+        if not given:
+            said.append(f"{key} acts on no joint: it gives no value")
+        elif not here.any():
+            said.append(f"{key} acts on no joint: the wall has no {kind}; not used: {', '.join(given)}")
+        else:
+            replaced = [name for name in given if not (here & ~_replaced(name, classes, fits, number)).any()]
+            if replaced:
+                said.append(f"{key}: later classes replace it in all its joints; not used: {', '.join(replaced)}")
+    return said
+
+
+def _given(joint_class: JointClass) -> dict[str, float]:
+    """Return the values that a class gives, by their keys."""
+    names = [one.name for one in fields(joint_class) if one.name not in ("orientation", "between")]
+    return {name: value for name in names if (value := getattr(joint_class, name)) is not None}
+
+
+def _replaced(
+    name: str, classes: Sequence[JointClass], fits: Sequence[npt.NDArray[np.bool_]], number: int
+) -> npt.NDArray[np.bool_]:
+    """Return in which joints (k,) classes after one of a number give its value `name` anew."""
+    value, after = MODULI.get(name, name), range(number + 1, len(classes))
+    later = [fits[k] for k in after if value in {MODULI.get(given, given) for given in _given(classes[k])}]
+    return np.any([np.zeros_like(fits[number]), *later], axis=0)
+
+
 def _stiffness(
     assemblage: Assemblage,
     joint_class: JointClass,
@@ -166,7 +226,8 @@ def _stiffness(
 
     Raises CaseError for `key` where it is given twice, or the thickness of mortar is not known.
     """
-    name, modulus_name = f"{which}_stiffness", {"normal": "mortar_modulus", "shear": "mortar_shear_modulus"}[which]
+    name = f"{which}_stiffness"
+    modulus_name = next(modulus for modulus, gives in MODULI.items() if gives == name)
     stiffness, modulus = getattr(joint_class, name), getattr(joint_class, modulus_name)
     if modulus is None:
         return stiffness

@@ -22,7 +22,7 @@ from orchestrator.basis.arrays import IntArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.block_properties import block_areas, thinner
+from orchestrator.masonry.block_properties import block_areas, refuse_beyond_weight, thinner, weights_that_move
 from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
@@ -128,6 +128,7 @@ def _refuse(wall: Wall, tie: Tie, key: str) -> None:
     if tie.pretension >= tie.strength:
         problem = f"{tie.pretension:g} N is not less than the strength of the tie, {tie.strength:g} N"
         raise CaseError(f"{key}.pretension", problem, "lower it")
+    refuse_beyond_weight(weights_that_move(wall), tie.strength, f"{key}.strength")
     if all(blocks[n].fixed for n in named):
         raise CaseError(f"{key}.blocks", "a tie between supports holds nothing", "name a block that can move")
     if len(tie.start) != 2 or len(tie.end) != 2 or tie.start == tie.end:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 import shapely
+from annotated_types import Ge, Le
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, require_kinds
@@ -27,6 +29,8 @@ PLAUSIBLE = (0.1, 200.0)
 """m: a wall that is smaller or larger is probably drawn in another unit (the tallest of masonry has 169 m)"""
 EXTREMES = (1e-9, 1e9)
 """thickness, friction and unit weight (SI) that are computed with: products of others overflow or vanish"""
+Friction = Annotated[float, Ge(EXTREMES[0]), Le(EXTREMES[1])]
+"""a coefficient of friction, wherever it is given"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,7 +95,7 @@ def check_blocks(wall: Wall, tolerance: float) -> None:
     for key, value in (("thickness", wall.thickness), ("friction", wall.friction)):
         if not 0 < value < np.inf:
             raise CaseError(key, f"{value:g} is not a positive number", "give a value above 0")
-        _refuse_extreme(key, value)
+        refuse_extreme(key, value)
     _refuse_doubled_ids(wall)
     for block in wall.blocks:
         _check_place(block)
@@ -108,7 +112,8 @@ def check_blocks(wall: Wall, tolerance: float) -> None:
         raise CaseError("blocks", "every block is a support", 'leave "fixed" out of the blocks of the wall')
 
 
-def _refuse_extreme(key: str, value: float) -> None:
+def refuse_extreme(key: str, value: float) -> None:
+    """Raise CaseError for a thickness, a friction or a unit weight (SI) outside EXTREMES."""
     if not EXTREMES[0] <= value <= EXTREMES[1]:
         raise CaseError(key, f"{value:g} is outside {EXTREMES[0]:g} to {EXTREMES[1]:g} (SI)", "is its unit right?")
 
@@ -150,7 +155,9 @@ def _check_block(block: Block, simple: bool, area: float, length: float, toleran
             raise CaseError(key, f"{name} {value:g} is not a positive number", "give a value above 0")
     if block.poisson_ratio is not None and not 0 <= block.poisson_ratio < 0.5:
         raise CaseError(key, f"poisson_ratio {block.poisson_ratio:g} is not from 0 to below 0.5", "correct it")
-    _refuse_extreme(key, block.unit_weight)
+    refuse_extreme(key, block.unit_weight)
+    if block.friction is not None:
+        refuse_extreme(f"{key}.friction", block.friction)
 
 
 def refuse_overlaps(wall: Wall, tolerance: float) -> None:

@@ -42,7 +42,8 @@ class ContactModel:
     where the slave is one, else 0. tracking: None for small displacements.
     bond: strengths of all `possible` contacts, or None; mortar: their stiffness and what crushes them, or None; ties or
     None.
-    body_mass, body_weight (b,): of the moving bodies, kg and N (dead load included). fallen (b,): those taken out.
+    body_mass, body_weight, body_live (b,): of the moving bodies, kg, N (dead load included) and N (magnitude of the
+    live load for load multiplier 1). fallen (b,): those taken out.
     mean_row, top_row (n,): mean displacement along the live load, weighted by it (its work over its size), and mean
     horizontal displacement of the top edge.
     contact_stiffness in N/m scales multipliers to displacements
@@ -79,6 +80,7 @@ class ContactModel:
     tracking: Tracking | None
     body_mass: FloatArray
     body_weight: FloatArray
+    body_live: FloatArray
     fallen: npt.NDArray[np.bool_]
     bond: Bond | None = None
     mortar: Mortar | None = None
@@ -182,6 +184,7 @@ def build_model(
         heirs=np.zeros((0, 2), np.int64),
         body_mass=_of_bodies(mass @ np.ones(len(gravity)), body, bodies.moving),
         body_weight=_of_bodies(-gravity, body, bodies.moving),
+        body_live=np.hypot(_of_bodies(lateral, body, bodies.moving), _of_bodies(lateral, body, bodies.moving, 0)),
         fallen=np.zeros(bodies.moving, bool),
         bodies=bodies.moving,
         body_names=tuple(body.name for body in bodies.bodies),
@@ -194,9 +197,9 @@ def build_model(
     return displaced(model, np.zeros_like(gravity))
 
 
-def _of_bodies(values: FloatArray, body: IntArray, bodies: int) -> FloatArray:
-    """Return the sum over each body (b,) of the upright parts of values (n,)."""
-    return np.bincount(body, values[1::3], bodies).astype(float)
+def _of_bodies(values: FloatArray, body: IntArray, bodies: int, axis: int = 1) -> FloatArray:
+    """Return the sum over each body (b,) of the parts of values (n,) along an axis, upright by default."""
+    return np.bincount(body, values[axis::3], bodies).astype(float)
 
 
 def _horizontal(lateral: FloatArray, front: FrontNodes) -> float:

@@ -17,7 +17,8 @@ class ElasticSettings(Checked):
     """Isotropic linear elasticity of every stone."""
 
     elastic_modulus: ElasticModulus = ELASTIC_MODULUS
-    """Young's modulus of the stones; joints add what their stiffness (joints.classes) and contact.slip_tolerance say"""
+    """Young's modulus of the stones; joints add what their stiffness (joints.classes) and contact.slip_tolerance say.
+    The peak of limit analysis in large displacements depends on it, its state in small ones does not"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
     """lateral contraction over axial strain"""
     element_order: Literal[1, 2] = 1
@@ -71,7 +72,8 @@ class SteppingSettings(Checked):
     """an increment is static when no body is out of balance by more than this share of its weight, under load control
     of its live load"""
     local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
-    """a part that moves is a local failure below this share of the wall's dead load: it falls, and the wall goes on"""
+    """a part that moves is a local failure below this share of the wall's dead load and of its live load: it falls, and
+    the wall goes on"""
     displacement_increment: Annotated[float, Gt(0), Le(1)] = 1 / 40
     """largest increment of the mean displacement along the live load, weighted by it, over the final displacement; a
     part inside the wall goes farther while neither the top nor the multiplier moves by its largest increment, and where

@@ -40,7 +40,7 @@ from orchestrator.masonry.sources.block_files import (
     unreadable,
 )
 from orchestrator.masonry.ties import TieSettings
-from orchestrator.masonry.wall import Wall
+from orchestrator.masonry.wall import Friction, Wall
 from orchestrator.pushover.meshing import MeshSettings
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solids.nodal_loads import refuse_upright
@@ -69,7 +69,7 @@ class WallSettings(Checked):
     """of the wall, out of its plane"""
     unit_weight: Annotated[float, Gt(0), Unit("N/m3")] | None = None
     """of every block, those with a value of their own too"""
-    friction: Annotated[float, Gt(0)] | None = None
+    friction: Friction | None = None
     """coefficient of friction (tangent of the friction angle) of every joint; [joints] may change some"""
     classes: tuple[BlockClass, ...] = ()
     """blocks of one material, each a table [[wall.classes]] with `material` (blocks have it in the block file) and what

@@ -13,6 +13,7 @@ from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
+from orchestrator.masonry.wall import Friction
 from orchestrator.settings.case import record_in
 from orchestrator.settings.project import ProjectSettings
 from orchestrator.settings.sections import settings_from
@@ -40,7 +41,7 @@ STRENGTHS = ("cohesion", "tensile_strength", "compressive_strength")
 class Replaced(Checked):
     """What a case file may change in its block file."""
 
-    friction: Annotated[float, Gt(0)] | None = None
+    friction: Friction | None = None
     """coefficient of friction of every joint"""
     unit_weight: Annotated[float, Gt(0), Unit("N/m3")] | None = None
     """of every block"""

@@ -21,12 +21,15 @@ from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.geometry.polyhedra import FLAT, face_normals
+from orchestrator.geometry.polyhedra import FLAT, Polyhedron, face_normals
 from orchestrator.loads.block_loads import Distribution, LiveLoad, refuse_blocks_that_cannot_move
 from orchestrator.loads.dead_loads import AT_LEVEL
+from orchestrator.masonry.block_properties import refuse_beyond_weight
 from orchestrator.space.wall import SpaceWall
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+UPWARD = 0.5
+"""upward part of the normal of a face above which it is of the top"""
 AHEAD = "+x"
 """direction of a live load that is given none"""
 UPRIGHT_WITHIN = 1e-9
@@ -50,7 +53,7 @@ class SpaceDeadLoad(Checked):
     inertia: bool = False
     """whether the live load acts on its mass too, where it stands"""
     level: Annotated[float, Unit("m")] | None = None
-    """height of the blocks' tops, instead of `blocks`"""
+    """height of the blocks' tops, or of a step in them, instead of `blocks`"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,29 +183,30 @@ def _placed(wall: SpaceWall, settings: SpaceLoadSettings) -> Iterator[tuple[int,
     for number, load in enumerate(settings.dead):
         along = unit_vector(load.direction, f"load.dead.{number}.direction") if load.direction else -wall.up
         for k in _loaded(wall, load):
-            point, length = top_of(wall, k)
-            size = load.force if load.force is not None else (load.line_load or 0.0) * length
-            yield k, point, size * along, load.inertia
+            point, length = top_of(wall, k, load.level)
+            yield k, point, _size(load, length) * along, load.inertia
 
 
 def _wrench(force: FloatArray, arm: FloatArray) -> FloatArray:
     return np.concatenate([force, np.cross(arm, force)])
 
 
-def top_of(wall: SpaceWall, block: int) -> tuple[FloatArray, float]:
+def top_of(wall: SpaceWall, block: int, level: float | None = None) -> tuple[FloatArray, float]:
     """Return the middle (3,) of a block's top, by area, and the top's horizontal length (m) along the wall.
 
-    The top is all of the surface that looks up in the plane of the highest such face, in however many faces it comes;
+    The top is all of the surface that looks up in the plane of the highest such face, in however many faces it comes,
+    or of the highest of those at a level (m), where there are such: a step in the top;
     a body that ends in an edge has its centroid and no length. Where the wall's direction is not known it is that of
     the long side of the smallest rectangle around the top.
     """
     shape, along = wall.blocks[block].shape, wall.blocks[block].along
     normals = face_normals(shape)
     rings = [shape.vertices[list(face)] for face in shape.faces]
-    upward = [k for k in range(len(rings)) if normals[k] @ wall.up > 0.5]
+    upward = [k for k in range(len(rings)) if normals[k] @ wall.up > UPWARD]
     if not upward:
         return wall.centroids[block], 0.0
-    highest = max(upward, key=lambda k: float((rings[k] @ wall.up).mean()))
+    stepped = [] if level is None else [k for k in upward if _near(rings[k], level, wall.up, shape.vertices)]
+    highest = max(stepped or upward, key=lambda k: float((rings[k] @ wall.up).mean()))
     normal, corner = normals[highest], rings[highest][0]
     in_plane = [rings[k] for k in upward if np.abs((rings[k] - corner) @ normal).max() <= FLAT * shape.size]
     axes = np.array(plan_axes(wall.up))
@@ -223,12 +227,19 @@ def _loaded(wall: SpaceWall, load: SpaceDeadLoad) -> list[int]:
 
 
 def _at_level(wall: SpaceWall, level: float) -> list[int]:
-    carrying = []
-    for k, block in enumerate(wall.blocks):
-        heights = block.shape.vertices @ wall.up
-        if not block.fixed and abs(heights.max() - level) <= AT_LEVEL * np.ptp(heights):
-            carrying.append(k)
-    return carrying
+    """Return the positions of the free blocks whose highest point, or a face of whose top, is at a level (m)."""
+
+    def reaches(shape: Polyhedron) -> bool:
+        highest = shape.vertices[[np.argmax(shape.vertices @ wall.up)]]
+        tops = [shape.vertices[list(shape.faces[k])] for k in np.flatnonzero(face_normals(shape) @ wall.up > UPWARD)]
+        return any(_near(points, level, wall.up, shape.vertices) for points in (highest, *tops))
+
+    return [k for k, block in enumerate(wall.blocks) if not block.fixed and reaches(block.shape)]
+
+
+def _near(points: FloatArray, level: float, up: FloatArray, vertices: FloatArray) -> bool:
+    """Whether points (p, 3) of a body are at a level (m), within AT_LEVEL of its height."""
+    return bool(np.abs(points @ up - level).max() <= AT_LEVEL * np.ptp(vertices @ up))
 
 
 def _refuse_contradictions(wall: SpaceWall, settings: SpaceLoadSettings) -> None:
@@ -252,3 +263,14 @@ def _refuse_contradictions(wall: SpaceWall, settings: SpaceLoadSettings) -> None
             problem = f"no block has its top at {load.level:g} m"
             raise CaseError(f"load.dead.{number}.level", problem, f"tops are at {listed}{', ...' * (len(tops) > 20)} m")
     refuse_blocks_that_cannot_move({block.id: not block.fixed for block in wall.blocks}, settings.live, settings.dead)
+    for number, load in enumerate(settings.dead):
+        given = "force" if load.line_load is None else "line_load"
+        largest = max(_size(load, top_of(wall, k, load.level)[1]) for k in _loaded(wall, load))
+        refuse_beyond_weight(wall.weights[~wall.fixed], largest, f"load.dead.{number}.{given}")
+    for number, live in enumerate(settings.live):
+        refuse_beyond_weight(wall.weights[~wall.fixed], live.force, f"load.live.{number}.force")
+
+
+def _size(load: SpaceDeadLoad, length: float) -> float:
+    """Return the force in N of a load on a block whose top is `length` m long."""
+    return load.force if load.force is not None else (load.line_load or 0.0) * length

@@ -11,7 +11,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.polyhedra import Polyhedron, centroid_of, face_normals, flaw_of, volume_of
 from orchestrator.geometry.shared_volume import common_volume
-from orchestrator.masonry.wall import LARGEST_COORDINATE
+from orchestrator.masonry.wall import LARGEST_COORDINATE, refuse_extreme
 
 SHARED_PART = 1e-4
 """Part of the smaller block's volume that two blocks may share: the rounding of a drawing."""
@@ -73,8 +73,7 @@ def check_wall(wall: SpaceWall) -> None:
     """Raise CaseError for a wall that is not one: bodies, ids, supports, material, overlaps."""
     if not wall.blocks:
         raise CaseError("blocks", "there are none", "list the blocks, each with vertices and faces, and a support")
-    if not 1e-9 < wall.friction < 1e9:
-        raise CaseError("friction", f"{wall.friction:g} is not a positive number", "give a value above 0")
+    refuse_extreme("friction", wall.friction)
     seen: set[int] = set()
     for block in wall.blocks:
         key = f"block {block.id}"
@@ -99,8 +98,8 @@ def _check_block(block: SpaceBlock, key: str) -> None:
     if flaw := flaw_of(block.shape):
         raise CaseError(key, *flaw)
     for name, value in (("unit_weight", block.unit_weight), ("friction", block.friction)):
-        if value is not None and not 1e-9 < value < 1e9:
-            raise CaseError(key, f"{name} {value:g} is not a positive number", "give a value above 0")
+        if value is not None:
+            refuse_extreme(f"{key}.{name}", value)
 
 
 def refuse_overlaps(wall: SpaceWall) -> None:

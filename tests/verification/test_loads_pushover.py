@@ -12,6 +12,7 @@ from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block, partition_of
 from orchestrator.masonry.block_properties import block_centroids, block_weights
 from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.solids.nodal_loads import nodal_loads
 from tests.support.paths import DATA
@@ -81,6 +82,19 @@ def test_a_floor_at_a_level_is_carried_and_pushed_where_it_rests(merged):
     assert result.model.weight == pytest.approx(2 * weight + P, rel=1e-9)
     reaction = result.under_gravity.normal_force @ result.model.support_side
     assert reaction == pytest.approx(2 * weight + P, rel=1e-7)
+
+
+@pytest.mark.parametrize(("level", "width", "middle"), [(1.0, 0.6, 0.3), (0.9, 0.2, 0.7)])
+def test_a_floor_on_a_step_of_a_top_stands_there(level, width, middle):
+    """A stone with 0.6 m of top at y = 1 and 0.2 m at 0.9: resultant and its x on the nodes, by hand."""
+    outline = np.array([[0, 0], [0.8, 0], [0.8, 0.9], [0.6, 0.9], [0.6, 1], [0, 1]], dtype=float)
+    ground = np.array([[-1, -0.2], [2, -0.2], [2, 0], [-1, 0]], dtype=float)
+    wall = Wall("stepped", (Block(0, ground, True, 25e3), Block(1, outline, False, 25e3)), 0.1, 0.6)
+    loads = LoadSettings(dead=(DeadLoad(level=level, line_load=P),))
+    bare, loaded = model_of(wall), model_of(wall, loads=loads)
+    force = (bare.gravity - loaded.gravity)[: bare.front.nodes.size][1::3]
+    assert force.sum() == pytest.approx(P * width)
+    assert force @ bare.front.nodes[:, 0] == pytest.approx(P * width * middle)
 
 
 def test_mass_times_height():

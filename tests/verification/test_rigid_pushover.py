@@ -231,3 +231,41 @@ def test_where_deformation_takes_from_the_peak_geometry_decides_and_finite_eleme
     )  # fmt: skip
     peak = done.capacity.peak_base_shear / soft.horizontal_load
     assert soft.headline.load_multiplier == pytest.approx(peak, rel=0.01)
+
+
+def test_what_a_wall_bears_depends_on_the_modulus_in_large_displacements_alone_and_a_remark_says_so():
+    """By dimensional analysis angles depend on weight x size / modulus. A tower of 10 MPa loses more than 2 % to its
+    lean: ten times as heavy of 100 MPa, or ten times as large of 100 MPa, it bears the same; as large and heavy but of
+    1 MPa it bears what the tenfold weight with 10 MPa bears. The limit state in small displacements is b / 2 h always.
+    """
+
+    def analysed(modulus, scale=1.0, weight=20e3):
+        stone = box(-0.25 * scale, 0.0, 0.5 * scale, 1.0 * scale)
+        floor = [(scale * x, scale * y) for x, y in FLOOR]
+        return analyse(assemblage_of([floor, stone], friction=3.0, unit_weight=weight), elastic_modulus=modulus)
+
+    soft, heavy, large = analysed(1e7), analysed(1e8, weight=200e3), analysed(1e8, scale=10.0)
+    softer, tenfold, stiff = analysed(1e6), analysed(1e7, weight=200e3), analysed(3.5e9)
+    for one in (soft, softer, heavy, large, tenfold):
+        assert one.geometry_decides
+        assert one.drawn.load_multiplier == pytest.approx(0.5, rel=1e-8)
+    assert stiff.headline.load_multiplier == pytest.approx(0.5, rel=1e-8)
+    for one in (heavy, large):
+        assert one.headline.load_multiplier == pytest.approx(soft.headline.load_multiplier, rel=1e-9)
+    assert tenfold.headline.load_multiplier == pytest.approx(softer.headline.load_multiplier, rel=1e-9)
+    assert softer.headline.load_multiplier < soft.headline.load_multiplier < 0.98 * stiff.headline.load_multiplier
+    assert any("elastic modulus of the stones, here 0.01 GPa" in remark for remark in soft.remarks)
+    assert not any("elastic modulus" in remark for remark in stiff.remarks)
+
+
+def test_a_wall_so_soft_that_it_buckles_under_its_weight_has_no_multiplier_that_counts():
+    """Three stones of 0.2 MPa lean over by themselves: the foot alone, k b^2 / 4 of its two ends at most, is no match
+    for W H / 2. In small displacements they bear b / H, which is not what a wall that does not stand bears."""
+    width, height, modulus = 0.5, 3.0, 2e5
+    weight = 20e3 * width * height
+    springs = SPREAD * modulus * width / 0.5  # centroid of the lowest stone to the floor
+    assert springs * width**2 / 4 < weight * height / 2
+    found = analyse(tower(width, 1.0, blocks=3, friction=3.0), elastic_modulus=modulus)
+    assert found.going_down
+    assert answer_of_limit(found).startswith("Whether it stands is open")
+    assert any("no rest under a live load was found, with an elastic modulus" in remark for remark in found.remarks)

@@ -151,10 +151,11 @@ class LimitAnalysis:
     in large displacements, of what local failures leave, for stones of elastic_modulus (Pa); None where not asked for.
     rigid_peak: the multiplier of its peak, None where that was not passed. Where the peak is the answer, `path` is that
     peak, not converged, and `drawn` what the wall meets in small displacements, with which the interval ends.
-    going_down: ids of the blocks that go on moving where loading finds no rest under the dead load: no multiplier
-    counts then, unless they are wedged. ways_out: how often the path of what is left, and the push, needed which: steps
-    not found or not taken (`shorter`, `turned`, against a drag `slower`), loads `held` above a peak. factorisations: of
-    all loading. wall: which it is of (`fingerprint_of_wall`), "" where that is not known.
+    going_down: ids of the blocks that go on moving where loading finds no rest under the dead load, or none in large
+    displacements of stones so soft: no multiplier counts then, unless they are wedged. ways_out: how often the path of
+    what is left, and the push, needed which: steps not found or not taken (`shorter`, `turned`, against a drag
+    `slower`), loads `held` above a peak. factorisations: of all loading. wall: which it is of (`fingerprint_of_wall`),
+    "" where that is not known.
     """
 
     loads: Loads

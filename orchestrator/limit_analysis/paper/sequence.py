@@ -74,8 +74,8 @@ class LimitAnalysisSettings(Checked):
     large_displacements: bool = True
     """whether walls of up to path_blocks blocks are pushed in large displacements, too"""
     local_share: Annotated[float, Ge(0), Lt(1)] = 0.05
-    """a mechanism that moves less than this part of the dead load is a local failure: its stones are taken away, and
-    the wall goes on to its own state; 0 stops at the first mechanism, however small"""
+    """a mechanism that moves less than this part of the dead load and of the live load is a local failure: its stones
+    are taken away, and the wall goes on to its own state; 0 stops at the first mechanism, however small"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -94,7 +94,7 @@ class ElasticWall:
         """
         spare = np.maximum(self.strength(forces[:, 0]) - np.abs(forces[:, 1]), 0.0)
         done = (forces[:, 0] + self.tension) @ np.abs(rates[:, 0]) + spare @ np.abs(rates[:, 1])
-        return float(done / max(abs(live_power), 1e-300))
+        return float(done / max(abs(live_power), 1e-300, 1e-300 * done))
 
 
 def joint_forces(forces: FloatArray) -> FloatArray:

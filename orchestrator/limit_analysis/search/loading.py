@@ -1,7 +1,8 @@
 """What growing load does to a wall stone by stone: local failures first, then the wall's own state.
 
-A mechanism that moves less than a share of the dead load is a local failure. Its stones are taken away with their
-weight and live load, for they lie on the ground; so are stones that then fall. What stands is loaded anew from gravity.
+A mechanism that moves less than a share of the dead load, and of the live load too, is a local failure. Its stones are
+taken away with their weight and live load, for they lie on the ground; so are stones that then fall. What stands is
+loaded anew from gravity, as long as it carries live load.
 (Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
 
 Joints have two stiffnesses in turn, and the wall is loaded with both. A state that is a property of the wall is the
@@ -33,6 +34,7 @@ from orchestrator.limit_analysis.search.large_walls import large_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath, load_path
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
 from orchestrator.loads.block_loads import Loads
+from orchestrator.loads.local_part import Shares, sizes, taking_part
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
@@ -45,7 +47,7 @@ GEOMETRY = 0.02
 """Part of the multiplier by which the peak in large displacements lies off the limit state of a wall whose answer it
 is. Deformation takes something from any wall: 1.9 % from Ferris & Tin-Loi's wall 6, 1.5 % from its micro-FE."""
 MOST_LOCAL = 0.5
-"""Share of the dead load that may come loose before the wall is no longer looked for."""
+"""Share of the dead load, and of the live load, that may come loose before the wall is no longer looked for."""
 
 Chosen = npt.NDArray[np.bool_]
 Road = Callable[[Problem, LimitSolution], LoadPath | None]
@@ -60,7 +62,8 @@ class Loaded:
     The state's arrays are those of the whole wall: stones that came loose are at rest in it, their joints carry
     nothing. left (n,): the blocks that are still there, `part` their problem and `optimum` its associative one. spread:
     lowest and highest multiplier with joints of different stiffness, or in small and large displacements. pushed: the
-    curve of what is left in large displacements, where the wall was pushed. factorisations: of all loading so far.
+    curve of what is left in large displacements, where the wall was pushed. displaced_rests: whether it came to rest
+    there under some live load, if it was. factorisations: of all loading so far.
     """
 
     state: LimitState | None
@@ -71,6 +74,7 @@ class Loaded:
     optimum: LimitSolution
     spread: tuple[float, float] | None = None
     pushed: RigidPushover | None = None
+    displaced_rests: bool = True
     factorisations: int = 0
 
     @property
@@ -121,7 +125,7 @@ def loaded(
         logger.info("pushing rigid blocks in large displacements")
         pushed = rigid_pushover(found.part, found.optimum.load_multiplier)
         spent = found.factorisations + (pushed.factorisations if pushed else 0)
-        found = replace(found, pushed=pushed, factorisations=spent)
+        found = replace(found, pushed=pushed, displaced_rests=pushed is not None, factorisations=spent)
         failure = come_loose(found, problem, loads, local_share)
         if failure is None:
             return found
@@ -169,9 +173,9 @@ def come_loose(found: Loaded, problem: Problem, loads: Loads, local_share: float
         return None
     state = of_whole(pushed.state, problem.assemblage, found.left)
     moving, share, gone = _moving_share(problem, loads, state, found.left)
-    if share >= local_share or gone + share > MOST_LOCAL:
+    if not _is_local(share, gone, local_share):
         return None
-    return LocalFailure(_ids(problem, moving), share, (pushed.peak, pushed.peak), state)
+    return LocalFailure(_ids(problem, moving), share.dead, (pushed.peak, pushed.peak), state)
 
 
 def lower_of(found: Sequence[Loaded]) -> Loaded | None:
@@ -250,21 +254,27 @@ def peeled(
         state = of_whole(path.state, whole, left)
         found = Loaded(state, path, failures, left, part, optimum, factorisations=spent)
         moving, share, gone = _moving_share(problem, loads, state, left)
-        if share >= local_share or not state.converged or gone + share > MOST_LOCAL:
+        if not state.converged or not _is_local(share, gone, local_share):
             return found
         low, high = sorted((state.load_multiplier, path.last_rest))
-        failures = (*failures, LocalFailure(_ids(problem, moving), share, (low, high), state))
+        failures = (*failures, LocalFailure(_ids(problem, moving), share.dead, (low, high), state))
         left = left & ~moving
     return found
 
 
-def _moving_share(problem: Problem, loads: Loads, state: LimitState, left: Chosen) -> tuple[Chosen, float, float]:
-    """Return the blocks left (n,) that move in a state, their share of the dead load, and that of what is not left."""
-    weights = -loads.dead[:, 1]
+def _is_local(share: Shares, gone: Shares, local_share: float) -> bool:
+    """Whether a part that moves is a local failure of a wall of which some is gone before."""
+    within = gone.dead + share.dead <= MOST_LOCAL and gone.live + share.live <= MOST_LOCAL
+    return share.larger < local_share and within
+
+
+def _moving_share(problem: Problem, loads: Loads, state: LimitState, left: Chosen) -> tuple[Chosen, Shares, Shares]:
+    """Return the blocks left (n,) that move in a state, their shares of the loads, and those of what is not left."""
     free = np.array([not block.fixed for block in problem.assemblage.wall.blocks])
-    moving = left & _moves(problem, state)
-    share, gone = (float(weights[part].sum() / weights[free].sum()) for part in (moving, free & ~left))
-    return moving, share, gone
+    dead, live = np.where(free, -loads.dead[:, 1], 0.0), np.where(free, sizes(loads.live), 0.0)
+    moving, lost = left & _moves(problem, state), free & ~left
+    gone = taking_part(dead, live, lost.astype(float)) if lost.any() else Shares(0.0, 0.0)
+    return moving, taking_part(dead, live, moving.astype(float)), gone
 
 
 def _ids(problem: Problem, chosen: Chosen) -> tuple[int, ...]:
@@ -282,12 +292,12 @@ def _moves(problem: Problem, state: LimitState) -> Chosen:
 def _standing(problem: Problem, loads: Loads, left: Chosen) -> tuple[Problem, Chosen] | None:
     """Return the problem of the blocks left (n,) less those that fall without the others, and which blocks those are.
 
-    None where all of them fall.
+    None where all of them fall, or all that carry live load.
     """
     if left.all():
         return problem, left
     free = np.array([not block.fixed for block in problem.assemblage.wall.blocks])
-    while (left & free).any():
+    while loads.live[left & free].any():
         assemblage = part_of(problem.assemblage, left)
         equilibrium = assemble_equilibrium(assemblage, loads.of_blocks(left))
         friction = coulomb(assemblage, equilibrium.dead_total)

@@ -157,10 +157,12 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     return _path_of(search, way, perf_counter() - started)
 
 
-def going_down(problem: Problem, stiffness: Stiffness = STIFFNESSES[0]) -> tuple[int, ...]:
-    """Return the ids of the blocks that go on moving under the dead load of a wall that does not come to rest."""
-    search = StateSearch(problem, stiffness)
-    speed = np.abs(search.gravity().change.reshape(-1, 3)).max(axis=1)
+def going_down(search: StateSearch) -> tuple[int, ...]:
+    """Return the ids of the blocks that go on moving under the dead load of a wall, none of one that comes to rest."""
+    problem, found = search.problem, search.gravity()
+    if found.rests:
+        return ()
+    speed = np.abs(found.change.reshape(-1, 3)).max(axis=1)
     moving = problem.equilibrium.free_blocks[speed > GOES_DOWN * speed.max()]
     return tuple(sorted(problem.assemblage.wall.blocks[block].id for block in moving))
 

@@ -19,14 +19,13 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.patterns.quantities import (
-    Friction,
     Length,
     LengthOrNone,
     Number,
     Place,
     UnitWeight,
 )
-from orchestrator.masonry.wall import Block, Wall
+from orchestrator.masonry.wall import Block, Friction, Wall
 
 
 @dataclass(frozen=True, slots=True)

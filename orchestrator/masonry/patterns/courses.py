@@ -12,7 +12,6 @@ from orchestrator.basis.arrays import read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.masonry.patterns.quantities import (
-    Friction,
     Length,
     LengthOrNone,
     Number,
@@ -22,7 +21,7 @@ from orchestrator.masonry.patterns.quantities import (
     refuse_reversed,
     refuse_swapped_edges,
 )
-from orchestrator.masonry.wall import Block, Wall
+from orchestrator.masonry.wall import Block, Friction, Wall
 
 COURSES_DRAWN_WHOLE = 2000
 """tries to draw a course as a whole until one keeps the overlap; long ones hardly ever do"""

@@ -13,7 +13,6 @@ Place = Annotated[float, Unit("m")]
 Length = Annotated[float, Gt(0), Unit("m")]
 LengthOrNone = Annotated[float, Ge(0), Unit("m")]
 UnitWeight = Annotated[float, Gt(0), Unit("N/m3")]
-Friction = Annotated[float, Gt(0)]
 Number = Annotated[int, Gt(0), Le(100_000)]
 """of blocks: no more than a drawing may have"""
 Seed = Annotated[int, Ge(0)]

@@ -12,7 +12,6 @@ from annotated_types import Gt
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.checked import Checked
 from orchestrator.masonry.patterns.quantities import (
-    Friction,
     Length,
     LengthOrNone,
     Rectangle,
@@ -21,7 +20,7 @@ from orchestrator.masonry.patterns.quantities import (
     refuse_swapped_edges,
 )
 from orchestrator.masonry.patterns.tiling import wall_of_tiles
-from orchestrator.masonry.wall import Wall
+from orchestrator.masonry.wall import Friction, Wall
 
 JITTER = 0.35
 """of the distance between points: how far each is moved at most along both axes"""

@@ -27,6 +27,7 @@ from orchestrator.masonry.wall import (
     LARGEST_TOLERANCE,
     PLAUSIBLE,
     Block,
+    Friction,
     MortarGap,
     Wall,
     check_blocks,
@@ -57,7 +58,7 @@ class Material(Checked):
     """of the whole wall"""
     unit_weight: Annotated[float, Gt(0), Unit("N/m3")] = 20e3
     """of every block"""
-    friction: Annotated[float, Gt(0)] = 0.6
+    friction: Friction = 0.6
     """coefficient of friction of every joint"""
 
 

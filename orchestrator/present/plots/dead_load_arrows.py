@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads, upper_edges
+from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads
 from orchestrator.masonry.wall import Wall
 from orchestrator.present.plots.canvas import VERMILLION
 
@@ -33,15 +33,8 @@ def draw_dead_load(
     placed = extra_dead_loads(wall, tuple(loads))
     points = np.vstack(
         [
-            moved(
-                k,
-                _along(upper_edges(wall.blocks[k].polygon, tuple(between)), APART * size)
-                if kind == "top"
-                else at[None],
-            )
-            for k, at, kind, between in zip(
-                placed.block.tolist(), placed.point, placed.spread, placed.stretch, strict=True
-            )
+            moved(k, _along(edges, APART * size) if kind == "top" else at[None])
+            for k, at, kind, edges in zip(placed.block.tolist(), placed.point, placed.spread, placed.edges, strict=True)
         ]
     )
     arrows = np.stack([points + [0.0, LENGTH * size], points], axis=1)

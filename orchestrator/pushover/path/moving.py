@@ -6,6 +6,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.graphs import connected_groups
+from orchestrator.loads.local_part import Shares, taking_part
 from orchestrator.pushover.increments import BodyMask
 from orchestrator.pushover.model import ContactModel
 
@@ -30,15 +31,13 @@ def body_size(model: ContactModel) -> FloatArray:
     return np.sqrt(np.prod(high - low, axis=1))
 
 
-def participation(model: ContactModel, motion: FloatArray) -> float:
-    """Return the share of the dead load that takes part in a motion of the bodies (b,).
+def participation(model: ContactModel, motion: FloatArray) -> Shares:
+    """Return the shares of dead and live load that take part in a motion of the bodies (b,).
 
-    (sum W d)^2 / (sum W sum W d^2) is the share of a part that moves alone, and 1 where all move alike; floors are in
-    the W of the bodies that they press on, as in the share by which limit analysis tells local failures.
+    Floors are in the loads of the bodies that they press on, as in the shares by which limit analysis tells local
+    failures.
     """
-    weight = model.body_weight
-    square = float(weight @ motion**2)
-    return float(np.square(weight @ motion)) / (float(weight.sum()) * square) if square > 0.0 else 1.0
+    return taking_part(model.body_weight, model.body_live, motion)
 
 
 def moving_part(model: ContactModel, motion: FloatArray) -> BodyMask:

@@ -11,8 +11,8 @@ The load is prescribed until a part of the wall moves for good; what moves then 
 the proximal term carries less than `out_of_balance` of the weight of every body. Where no static state is found near,
 the prescribed quantity is held and the wall moves against viscous contacts and its mass (motion.py) until it rests.
 
-A part of less than `local_share` of the wall's dead load that does not come to rest is a local failure: its motion is
-kept, it is taken out when it has lost its hold, and the wall goes on.
+A part of less than `local_share` of the wall's dead load and of its live load that does not come to rest is a local
+failure: its motion is kept, it is taken out when it has lost its hold, and the wall goes on while it carries live load.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CollapseError, ConvergenceError
+from orchestrator.loads.local_part import Shares
 from orchestrator.pushover.increments import Attempt, BodyMask, Increment, Phase
 from orchestrator.pushover.model import ContactModel, driven_by
 from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
@@ -236,21 +237,25 @@ class Pushover:
             return state
         names = [self.model.body_names[body] for body in np.flatnonzero(lost)]
         logger.info("%s fell at a multiplier of %.5f", ", ".join(names), state.load_multiplier)
-        weight, stays = self.model.body_weight, lost if self.loose is None else lost & ~self.loose
-        too_much = stays.any() and weight[lost].sum() >= self.stepping.local_share * weight.sum()
-        if too_much or (lost | state.fallen).all():
+        stays = lost if self.loose is None else lost & ~self.loose
+        too_much = stays.any() and self._shares(lost).larger >= self.stepping.local_share
+        if too_much or not self.model.body_live[~(lost | state.fallen)].any():
             raise CollapseError(", ".join(names), 1e3 * state.control_displacement)
         fallen = read_only(state.fallen | lost, np.bool_)
         force = np.where(self._touching(fallen), 0.0, state.normal_force)
         driven = state.driven & ~fallen
         state = replace(state, fallen=fallen, normal_force=read_only(force))
-        return self._driving(state, driven if driven.any() else ~fallen)
+        return self._driving(state, driven if self.model.body_live[driven].any() else ~fallen)
 
     def _is_local(self, motion: FloatArray) -> bool:
         """Whether what moves, by a motion of the bodies (b,), is a local part of the wall."""
         if self.loose is not None and not (moving_part(self.model, motion) & ~self.loose).any():
             return True
-        return participation(self.model, motion) < self.stepping.local_share
+        return participation(self.model, motion).larger < self.stepping.local_share
+
+    def _shares(self, part: BodyMask) -> Shares:
+        """Return the shares of the loads that some bodies (b,) have."""
+        return participation(self.model, part.astype(float)) if part.any() else Shares(0.0, 0.0)
 
     def _touching(self, fallen: BodyMask) -> BodyMask:
         slave, master = (np.minimum(body, self.model.bodies) for body in self.model.pairs)
@@ -272,7 +277,7 @@ class Pushover:
         mass = self.model.body_mass
         if state.phase == "displacement" and mass[part & state.driven].sum() > 0.5 * mass[part].sum():
             return None
-        if not part.any() or float(driven_by(self.model, part).mean_row @ change) <= 0.0:
+        if not self.model.body_live[part].any() or float(driven_by(self.model, part).mean_row @ change) <= 0.0:
             return None
         driving = self._driving(replace(state, phase="displacement", moving=False), part)
         largest = self._largest("displacement")
@@ -296,8 +301,8 @@ class Pushover:
         if state.phase != "displacement" or not self._is_local(motion):
             return None
         driven = state.driven & (motion < TAKES_PART * motion.max())
-        weight = self.model.body_weight
-        if weight[driven].sum() < self.stepping.local_share * weight.sum() or (driven == state.driven).all():
+        too_little = self._shares(driven).smaller < self.stepping.local_share or not self.model.body_live[driven].any()
+        if too_little or (driven == state.driven).all():
             return None
         return self._driving(state, driven)
 

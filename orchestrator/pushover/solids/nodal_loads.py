@@ -16,7 +16,7 @@ import shapely
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.loads.block_loads import LoadSettings, live_loads
-from orchestrator.loads.dead_loads import Placed, extra_dead_loads, over_volume, upper_edges
+from orchestrator.loads.dead_loads import Placed, extra_dead_loads, over_volume
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.block_properties import block_areas, block_centroids, block_weights
 from orchestrator.masonry.wall import Wall
@@ -116,10 +116,7 @@ def _points_of(loads: Placed, number: int, polygon: FloatArray) -> tuple[FloatAr
     """Return points (p, 2) that stand for one load on its block, and their shares (p,) of it."""
     if loads.spread[number] == "point":
         return loads.point[number : number + 1], np.ones(1)
-    low, high = loads.stretch[number]
-    return (
-        _points_on_top(upper_edges(polygon, (low, high))) if loads.spread[number] == "top" else _points_within(polygon)
-    )
+    return _points_on_top(loads.edges[number]) if loads.spread[number] == "top" else _points_within(polygon)
 
 
 def _points_within(polygon: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -13,6 +13,7 @@ from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import Polyhedron, reversed_faces, volume_of
+from orchestrator.masonry.wall import Friction
 from orchestrator.space.wall import SpaceBlock, SpaceWall
 
 AT_FOOT = 0.05
@@ -25,7 +26,7 @@ class SpaceMaterial(Checked):
 
     unit_weight: Annotated[float, Gt(0), Unit("N/m3")] = 20e3
     """of every block"""
-    friction: Annotated[float, Gt(0)] = 0.6
+    friction: Friction = 0.6
     """coefficient in every joint"""
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from orchestrator.app.cli import main
 from tests.support.paths import DATA
-from tests.support.two_blocks import WALL, changed
+from tests.support.two_blocks import GROUND, LEFT, WALL, changed
 
 BLOCK_FILES = {
     "unknown key": (changed(["fricton"], 0.5), "fricton", "did you mean friction"),
@@ -50,7 +50,11 @@ VALUES = {
     "wrong unit": ('[mesh]\nsize = "3 kN"', "mesh.size", "use one of m, mm"),
     "no unit": ('[mesh]\nsize = "3"', "mesh.size", "use one of m, mm"),
     "negative": ('[mesh]\nsize = "-3 mm"', "mesh.size", "greater than 0"),
-    "friction of zero": ("[wall]\nblocks = 'wall.json'\nfriction = 0", "wall.friction", "greater than 0"),
+    "friction of zero": (
+        "[wall]\nblocks = 'wall.json'\nfriction = 0",
+        "wall.friction",
+        "greater than or equal to 0.000000001",
+    ),
     "not a number": ("[macroblocks]\ntol_n = nan", "macroblocks.tol_n", "write a finite one"),
     "below the noise": ("[macroblocks]\ntol_n = 1e-15", "macroblocks.tol_n", "use at least"),
     "a number no float holds": (f"[mesh]\nsize = {10**400}", "mesh.size", "write a finite one"),
@@ -104,6 +108,32 @@ LIMIT_CASES = {
     "dead load of two kinds": ("[[load.dead]]\nblocks = [1]", "load.dead.0", "give one of the two"),
     "dead load on air": ("[[load.dead]]\nblocks = [99]\nforce = 5", "load.dead.0.blocks", "blocks of the wall"),
     "no live load": ('[load]\ndistribution = "per_block"', "load.live", "distribution"),
+    "friction of a joint class": ("[[joints.classes]]\nfriction = 1e12", "joints.classes.0.friction", "1000000000"),
+    "too little friction": ("[[joints.classes]]\nfriction = 1e-12", "joints.classes.0.friction", "0.000000001"),
+    "cohesion": ("[[joints.classes]]\ncohesion = 1e20", "joints.classes.0.cohesion", "1e+06 times the mean weight"),
+    "tension": (
+        "[[joints.classes]]\ntensile_strength = 1e20",
+        "joints.classes.0.tensile_strength",
+        "is the unit right?",
+    ),
+    "force beyond numbers": ("[[load.dead]]\nblocks = [1]\nforce = 1e300", "load.dead.0.force", "1e+06 times the mean"),
+    "force of another unit": ("[[load.dead]]\nblocks = [1]\nforce = 1e12", "load.dead.0.force", "is the unit right?"),
+    "line load": ("[[load.dead]]\nblocks = [1]\nline_load = 1e12", "load.dead.0.line_load", "is the unit right?"),
+    "live force": (
+        '[load]\ndistribution = "per_block"\nlive = [{blocks = [1], force = 1e12}]',
+        "load.live.0.force",
+        "is the unit right?",
+    ),
+    "strength of a tie": (
+        "[[reinforcement.ties]]\nblocks = [1]\nstart = [0.5, 0.5]\nend = [-2, 0.5]\nstrength = 1e20",
+        "reinforcement.ties.0.strength",
+        "is the unit right?",
+    ),
+    "mortar of no modulus": (
+        '[[joints.classes]]\nmortar_thickness = "10 mm"',
+        "joints.classes.0.mortar_thickness",
+        "mortar_modulus",
+    ),
 }
 """refused by limit analysis, which comes first in a run too"""
 
@@ -198,6 +228,40 @@ def test_arch_too_thin_to_stand_is_refused_before_any_finite_element(output, cap
     thin = DATA / "arch27_t0106.json"
     line = refused(capsys, "run", thin, "--output", output, "--force")
     assert "cannot stand under its own weight" in line
+
+
+def test_a_settlement_of_a_wall_that_cannot_stand_is_refused_as_check_refuses_it(tmp_path, capsys):
+    """Three quarters of the stone stand out beyond its support."""
+    record = WALL | {"blocks": [GROUND, {"id": 1, "polygon": [[2.5, 0], [4.5, 0], [4.5, 1], [2.5, 1]]}]}
+    file = tmp_path / "wall.json"
+    file.write_text(json.dumps(record))
+    checked = refused(capsys, "check", file, "--output", tmp_path / "checked")
+    assert "cannot stand under its own weight: blocks 1 move" in checked
+    settled = refused(capsys, "limit", file, "--settle", "0", "--output", tmp_path / "settled")
+    assert settled == checked
+
+
+@pytest.mark.parametrize(
+    ("ends", "key"),
+    [("cohesion = [0.1, 1e20]", "sensitivity.cohesion"), ("friction = [0.1, 1e12]", "sensitivity.friction.1")],
+)
+def test_a_range_with_an_end_that_is_refused_is_refused_before_anything_runs(ends, key, tmp_path, capsys):
+    (tmp_path / "wall.json").write_text(json.dumps(WALL))
+    file, output = tmp_path / "case.toml", tmp_path / "study"
+    file.write_text(f'[wall]\nblocks = "wall.json"\n[sensitivity]\nanalysis = "limit"\n{ends}\n')
+    assert f"{file}: {key}: " in refused(capsys, "sensitivity", file, "--output", output)
+    assert not output.exists()
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_the_largest_forces_that_are_taken_are_analysed_without_a_warning(tmp_path, capsys):
+    """2 GN on a stone of 10 kN: 2e5 times its weight; it slides at the coefficient of friction times both."""
+    (tmp_path / "wall.json").write_text(json.dumps(WALL | {"blocks": [GROUND, LEFT]}))
+    file = tmp_path / "case.toml"
+    file.write_text('[wall]\nblocks = "wall.json"\n[[load.dead]]\nblocks = [1]\nforce = "2000 MN"\n')
+    assert main(["limit", str(file), "--json", "--output", str(tmp_path / "out")]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["non_associative"] == pytest.approx(0.6 * (2e9 + 10e3) / 10e3, rel=1e-6)
 
 
 def test_the_wall_itself_is_accepted(tmp_path, capsys):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection, PolyCollection
 
-from orchestrator.app import cli, load_cases
+from orchestrator.app import cli, driver, load_cases
 from orchestrator.loads.block_loads import height_of_live_load
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.wall import Block, Wall
@@ -140,6 +140,43 @@ def test_joints_of_one_pair_with_other_values_are_another_class(given):
     assert sorted((one.orientation, one.friction, one.joints) for one in joint_classes(assemblage)) == [
         ("bed", 0.6, 2), ("bed", 0.6, 2), ("head", 0.3, 1),
     ]  # fmt: skip
+
+
+NOTHING_BETWEEN_STONE_AND_TIMBER = "acts on no joint: the wall has no head joint between stone and timber"
+
+
+@pytest.mark.parametrize(
+    ("classes", "said"),
+    [
+        ("{orientation='head', between=['stone', 'timber'], friction=0.1}", f"0 {NOTHING_BETWEEN_STONE_AND_TIMBER}"),
+        (
+            "{between=['timber', 'timber'], friction=0.1, cohesion=1e5}",
+            "timber; not used: friction, cohesion",
+        ),
+        ("{orientation='bed'}", "joints.classes.0 acts on no joint: it gives no value"),
+        ("{orientation='bed', friction=0.5}, {friction=0.4}", "0: later classes replace it in all its joints"),
+        ("{mortar_modulus=1e9, mortar_thickness=0.01}, {normal_stiffness=1e10}", "not used: mortar_modulus"),
+    ],
+)
+def test_a_joint_class_that_acts_on_no_joint_is_told_by_check_and_by_limit_analysis(given, capsys, classes, said):
+    setting = f"joints.classes=[{classes}]"
+    assert cli.main(["check", str(given), "--set", setting, "--output", str(given.parent / "checked")]) == 0
+    assert said in capsys.readouterr().out
+    _, analysis = driver.limit(cases.read(given, [setting]))
+    assert [said in remark for remark in analysis.remarks].count(True) == 1
+
+
+@pytest.mark.parametrize(
+    "classes",
+    [
+        "{orientation='head', friction=0.3}",
+        "{friction=0.5, cohesion=1e5}, {orientation='bed', friction=0.4, cohesion=2e5}",
+        "{friction=0.5}, {orientation='bed', friction=0.4}, {orientation='head', cohesion=1e5}",
+    ],
+)
+def test_a_joint_class_that_acts_on_some_joint_is_not_complained_about(given, classes):
+    _, analysis = driver.limit(cases.read(given, [f"joints.classes=[{classes}]"]))
+    assert not any("joints.classes" in remark for remark in analysis.remarks)
 
 
 def test_joints_of_many_stiffnesses_are_one_class_of_each_orientation(given):

@@ -10,6 +10,7 @@ import pytest
 from orchestrator.basis.errors import CaseError
 from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
 from orchestrator.loads.block_loads import height_of_live_load
+from orchestrator.masonry.block_properties import block_centroids
 from tests.support.limit_analysis_cases import FLOOR, assemblage_of, box, tower
 
 
@@ -95,3 +96,43 @@ def given(*forces):
 def test_loads_that_cannot_be(settings, complaint):
     with pytest.raises(CaseError, match=complaint):
         loads_on(tower(1.0, 1.0).wall, settings)
+
+
+STEPPED = np.array([[0.8, 0.6], [1.6, 0.6], [1.6, 0.9], [1.4, 0.9], [1.4, 1.0], [0.8, 1.0]])
+"""a stone with a step in its top: 0.6 m at y = 1, 0.2 m at y = 0.9"""
+
+
+@pytest.mark.parametrize(
+    ("level", "stretch", "expected"),
+    [
+        (1.0, (), {1: (0.8, 0.4), 3: (0.6, 1.1)}),
+        (0.9, (), {3: (0.2, 1.5)}),
+        (1.0, (0.6, 1.0), {1: (0.2, 0.7), 3: (0.2, 0.9)}),
+        (0.9, (1.5, 2.0), {3: (0.1, 1.55)}),
+    ],
+)
+def test_a_floor_lies_on_the_parts_of_a_stepped_top_that_are_at_its_level(level, stretch, expected):
+    """Width and x of the middle of what it lies on, by hand; nothing on the other step, nor on the stone below."""
+    stones = [box(0.0, 0.0, 0.8, 1.0), box(0.8, 0.0, 0.8, 0.6), STEPPED]
+    wall, q = assemblage_of([FLOOR, *stones]).wall, 5e3
+    load = LoadSettings(dead=(DeadLoad(level=level, line_load=q, stretch=stretch, inertia=True),))
+    bare, loaded = loads_on(wall), loads_on(wall, load)
+    extra = loaded.dead - bare.dead
+    assert np.flatnonzero(np.abs(extra[:, 1]) > 1e-9).tolist() == list(expected)
+    for block, (width, middle) in expected.items():
+        centroid = block_centroids(wall)[block]
+        assert extra[block] == pytest.approx([0.0, -q * width, -q * width * (middle - centroid[0])])
+        pushed = (loaded.live - bare.live)[block]
+        assert pushed == pytest.approx([q * width, 0.0, -q * width * (level - centroid[1])])
+
+
+@pytest.mark.parametrize(
+    ("stone", "tops"),
+    [(STEPPED - [0.8, 0.6], "tops are at 0.3, 0.4 m"), (np.array([[0, 0], [2, 0], [1, 1.0]]), "none is level")],
+)
+def test_a_level_without_a_top_is_refused_with_the_levels_that_there_are(stone, tops):
+    wall = assemblage_of([FLOOR, stone]).wall
+    with pytest.raises(CaseError) as refused:
+        loads_on(wall, LoadSettings(dead=(DeadLoad(level=0.7, line_load=1e3),)))
+    assert refused.value.key == "load.dead.0.level"
+    assert tops in refused.value.remedy

@@ -42,6 +42,9 @@ ON_PAGES = [
     "geometry decides: rigid blocks in large displacements bear 0.2776, in small ones 0.3200",
     "in large displacements rigid blocks bear at most 0.3100",
     "in large displacements rigid blocks bear at least 0.3100",
+    "the peak in large displacements depends on the elastic modulus of the stones, here 3.5 GPa",
+    "the peak in large displacements depends on the elastic modulus of the stones, here 3.5 to 11 GPa",
+    "in large displacements no rest under a live load was found, with an elastic modulus of 0.35 GPa",
     # macroblocks
     EVERY_STONE,
     NO_FEWER,
@@ -96,6 +99,11 @@ ON_PAGES = [
     "the control displacement is zero in the first lateral increments",
     "micro FE: the peak is too high: bonded joints crack there that have 3 elements along them, and need ten: "
     "refine mesh.size",
+    # joint classes
+    "WARNING: joints.classes.3 acts on no joint: it gives no value",
+    "WARNING: joints.classes.0 acts on no joint: the wall has no head joint between a and b; not used: friction",
+    "WARNING: joints.classes.0 acts on no joint: the wall has no bed joint; not used: friction, cohesion",
+    "WARNING: joints.classes.1: later classes replace it in all its joints; not used: friction",
     # walls in space
     "WARNING: 7 common areas too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2), 2 | 5 (1 mm2)",
     "WARNING: 1 common area too small for a joint (contact.smallest), between blocks 1 | 2 (0.3 mm2)",

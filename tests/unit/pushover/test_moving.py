@@ -20,8 +20,11 @@ from tests.support.pushover_chain import model_of, stack
 NOBODY = np.zeros(3, bool)
 
 
-def bodies(*masses):
-    return SimpleNamespace(body_mass=np.array(masses, float), body_weight=9.81 * np.array(masses, float))
+def bodies(*masses, live=None):
+    """Bodies of some masses under a live load proportional to them, or another one."""
+    mass = np.array(masses, float)
+    live = 9.81 * mass if live is None else np.array(live, float)
+    return SimpleNamespace(body_mass=mass, body_weight=9.81 * mass, body_live=live)
 
 
 @pytest.fixture(scope="module")
@@ -41,13 +44,24 @@ def model():
     ],
 )
 def test_participation_is_the_share_of_what_moves(motion, share):
-    assert participation(bodies(6, 3, 1), np.array(motion)) == pytest.approx(share)
+    found = participation(bodies(6, 3, 1), np.array(motion))
+    assert (found.dead, found.live) == pytest.approx((share, share)), "the live load is that of the masses"
+
+
+def test_a_part_that_moves_alone_has_its_own_share_of_either_load():
+    """A body of a tenth of the weight with half of the live load, beside bodies that creep a millionth as far."""
+    found = participation(bodies(6, 3, 1, live=[4, 1, 5]), np.array([1e-6, 1e-6, 1.0]))
+    assert (found.dead, found.live) == pytest.approx((0.1, 0.5), rel=1e-4)
+    without = participation(bodies(6, 3, 1, live=[4, 6, 0]), np.array([1e-6, 1e-6, 1.0]))
+    assert without.dead == pytest.approx(0.1, rel=1e-4)
+    assert without.live < 1e-5, "what creeps carries all live load and is not what moves"
 
 
 @pytest.mark.parametrize("factor", [1e-9, 1.0, 1e6])
 def test_participation_knows_no_unit(factor):
     motion = np.array([0.1, 0.7, 0.3])
-    assert participation(bodies(6, 3, 1), factor * motion) == pytest.approx(participation(bodies(6, 3, 1), motion))
+    found = participation(bodies(6, 3, 1), factor * motion)
+    assert found.dead == pytest.approx(participation(bodies(6, 3, 1), motion).dead)
 
 
 def test_the_moving_part_is_what_keeps_up_with_a_tenth_of_the_mean_speed():
@@ -101,6 +115,7 @@ def test_motion_and_size_of_a_body(model):
 def test_masses_and_weights_are_those_of_the_stones(model):
     assert model.body_weight == pytest.approx([25e3 * 0.1 * 0.12, 25e3 * 0.1 * 0.1])
     assert model.body_mass == pytest.approx(model.body_weight / 9.81)
+    assert model.body_live == pytest.approx(model.body_weight)
 
 
 @pytest.mark.parametrize("body", [0, 1])

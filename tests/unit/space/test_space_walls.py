@@ -28,7 +28,7 @@ from orchestrator.space.block_files import wall_from
 from orchestrator.space.contacts import FaceContactSettings, find_joints, gaping
 from orchestrator.space.loads import SpaceDeadLoad, SpaceLoadSettings, loads_on, top_of
 from orchestrator.space.wall import SpaceBlock, check_wall
-from tests.support.space_walls import CUBE, GROUND, L_SHAPE, associative, block_on_ground, record, wall_of
+from tests.support.space_walls import CUBE, GROUND, L_SHAPE, associative, block_on_ground, extruded, record, wall_of
 
 
 def test_a_file_may_hold_polyhedra_and_prisms():
@@ -239,6 +239,32 @@ def test_a_load_on_a_top_stands_at_the_middle_of_its_area(of, load):
     dented = of(prism(np.array(L_SHAPE), np.zeros(3), np.eye(3)))
     point, _ = top_of(wall_of([GROUND, dented], 0.6), 1)
     assert point == pytest.approx([5 / 6, 5 / 6, 1.0])
+
+
+@pytest.mark.parametrize("of", [lambda shape: shape, triangulated], ids=["as drawn", "in triangles"])
+@pytest.mark.parametrize(("level", "length", "middle"), [(1.0, 0.6, 0.3), (0.9, 0.2, 0.7)])
+def test_a_floor_lies_on_the_step_of_a_top_that_is_at_its_level(of, level, length, middle):
+    """A stone of 0.8 m with 0.6 m of top at z = 1 and 0.2 m at 0.9; 1 kN/m stand at the middle of either."""
+    stepped = extruded([(0, 0), (0.8, 0), (0.8, 0.9), (0.6, 0.9), (0.6, 1), (0, 1)], 0.1)
+    wall = wall_of([GROUND, of(stepped)], 0.6)
+    load = SpaceDeadLoad(level=level, line_load=1e3)
+    extra = (loads_on(wall, SpaceLoadSettings(dead=(load,))).dead - loads_on(wall).dead)[1]
+    point, found = top_of(wall, 1, level)
+    assert found == pytest.approx(length)
+    assert point == pytest.approx([middle, point[1], level])
+    assert extra[2] == pytest.approx(-1e3 * length)
+    assert extra[4] == pytest.approx(1e3 * length * (middle - wall.centroids[1][0]))
+
+
+@pytest.mark.parametrize(
+    ("load", "key"),
+    [({"force": 1e300}, "load.dead.0.force"), ({"line_load": 1e12}, "load.dead.0.line_load")],
+)
+def test_forces_beside_which_the_weights_have_no_digits_are_refused(load, key):
+    wall = wall_of([GROUND, CUBE], 0.6)
+    with pytest.raises(CaseError, match="mean weight of a block") as refused:
+        loads_on(wall, SpaceLoadSettings(dead=(SpaceDeadLoad(blocks=(1,), **load),)))
+    assert refused.value.key == key
 
 
 def test_mass_times_height():
