@@ -73,7 +73,7 @@ def analyse(
     refuse_other_loads(assemblage.wall, loads)
     view = standard_view(assemblage, loads)
     equilibrium = assemble_equilibrium(view.assemblage, view.loads)
-    friction = coulomb(view.assemblage, equilibrium.dead_total)
+    friction = coulomb(view.assemblage)
     problem = Problem(view.assemblage, equilibrium, friction, elastic_modulus)
     blocks, joints = len(equilibrium.free_blocks), assemblage.joints.count
     logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)

@@ -71,7 +71,7 @@ def associative_optimum(problem: Problem) -> LimitSolution:
 def problem_of(assemblage: Assemblage, loads: Loads | None = None) -> Problem:
     """Return what all linear programs of a wall share; without `loads` dead and live load are every block's weight."""
     equilibrium = assemble_equilibrium(assemblage, loads)
-    return Problem(assemblage, equilibrium, coulomb(assemblage, equilibrium.dead_total))
+    return Problem(assemblage, equilibrium, coulomb(assemblage))
 
 
 def refuse_what_cannot_be_analysed(assemblage: Assemblage, loads: Loads) -> LimitSolution:

@@ -61,7 +61,7 @@ def settle(assemblage: Assemblage, support: int, angle: float, loads: Loads | No
     Raises CaseError for a support that is none, ConvergenceError when the wall cannot stand whatever the support does.
     """
     equilibrium = settlement_equilibrium(assemblage, support, angle, loads)
-    problem = Problem(assemblage, equilibrium, coulomb(assemblage, equilibrium.dead_total))
+    problem = Problem(assemblage, equilibrium, coulomb(assemblage))
     solution = solve_limit_lp(problem.equilibrium, problem.friction)
     d = problem.equilibrium.live_load
     u = np.where(

@@ -67,7 +67,7 @@ def merged_problem(
         block_length=of_blocks.block_length * float(np.sqrt(len(of_blocks.free_blocks) / bodies)),
         mean_weight=of_blocks.total_weight / bodies,
     )
-    return equilibrium, coulomb(assemblage, of_blocks.dead_total).of_joints(remains)
+    return equilibrium, coulomb(assemblage).of_joints(remains)
 
 
 def rigid_motion(assemblage: Assemblage, equilibrium: Equilibrium, body_of_block: IntArray) -> sp.csr_matrix:

@@ -96,20 +96,25 @@ class LimitProgram:
         flexibility (k, 3): of the joints, any unit; for programs `around` forces.
         """
         self._equilibrium, self._live_total = equilibrium, equilibrium.live_total
-        tolerance, refined = _attainable(tolerance, len(equilibrium.free_blocks))
-        refined = refined or flexibility is not None
-        self._row_scale = scale = equilibrium.row_scale
+        self._tolerance, refined = _attainable(tolerance, len(equilibrium.free_blocks))
+        self._refined = refined or flexibility is not None
+        self._row_scale = equilibrium.row_scale
+        self._squares = None if flexibility is None else sp.diags(np.append(flexibility, 0.0)).tocsc()
+        self._objective = np.zeros(equilibrium.matrix.shape[1] + 1)
+        self._set_up(conditions)
+
+    def _set_up(self, conditions: YieldConditions) -> None:
+        """Hand the program to the solver with the chords of crushing that the conditions have so far."""
+        self._conditions, equilibrium, scale = conditions, self._equilibrium, self._row_scale
         B = sp.diags(scale) @ equilibrium.matrix
         f_L = sp.csc_matrix((scale * equilibrium.live_load / self._live_total)[:, None])
-        C_T = yield_matrix(conditions)
+        C_T, offset = scaled_rows(conditions, equilibrium.mean_weight)
         A = sp.bmat([[B, -f_L], [-C_T, None]], format="csc")
-        self._objective = np.zeros(A.shape[1])
-        self._right_side = np.zeros(A.shape[0])
-        self._right_side[: len(scale)] = scale * equilibrium.dead_load / equilibrium.mean_weight
-        self._right_side[len(scale) :] = yield_offset(conditions) / equilibrium.mean_weight
+        self._right_side = np.append(scale * equilibrium.dead_load / equilibrium.mean_weight, offset)
         cones = [clarabel.ZeroConeT(B.shape[0]), clarabel.NonnegativeConeT(C_T.shape[0])]
-        self._squares = None if flexibility is None else sp.diags(np.append(flexibility, 0.0)).tocsc()
-        self._solver = _solver(self._objective, A, self._right_side, cones, tolerance, refined, self._squares)
+        self._solver = _solver(
+            self._objective, A, self._right_side, cones, self._tolerance, self._refined, self._squares
+        )
 
     def solve(
         self,
@@ -124,18 +129,16 @@ class LimitProgram:
         block weight. Raises InfeasibleError, UnboundedError, or ConvergenceError when the solver stops short of
         ACCEPTED tolerance.
         """
-        equilibrium = self._equilibrium
-        rows, w, live_total = len(self._row_scale), equilibrium.mean_weight, self._live_total
-        self._right_side[rows:][cohesion_rows(len(cohesion))] = np.tile(cohesion / w, 2)
+        equilibrium, w, live_total = self._equilibrium, self._equilibrium.mean_weight, self._live_total
         self._objective[:] = 0.0
+        squares = None
         if around is not None and self._squares is not None:
             squares = around[1] * self._squares
             self._objective[:-1] = -squares.diagonal()[:-1] * around[0].ravel() / w
-            self._solver.update(P=squares)
         self._objective[:-1].reshape(-1, 3)[:, :2] += 0.0 if shift is None else live_total * shift[:, None]
         self._objective[-1] = -live_weight
-        self._solver.update(q=self._objective, b=self._right_side)
-        solution = _solved(self._solver, "limit analysis")
+        solution, iterations, seconds = self._solved_with_all_chords(cohesion, squares)
+        rows = len(self._row_scale)
         q, velocities = np.array(solution.x[:-1]), -np.array(solution.z[:rows]) * self._row_scale
         velocities /= equilibrium.live_load @ velocities
         return LimitSolution(
@@ -143,10 +146,36 @@ class LimitProgram:
             joint_forces=w * q.reshape(-1, 3),
             velocities=velocities,
             rates=equilibrium.joint_rates(velocities),
-            iterations=solution.iterations,
-            seconds=solution.solve_time,
+            iterations=iterations,
+            seconds=seconds,
             status=str(solution.status),
         )
+
+    def _solved_with_all_chords(
+        self, cohesion: FloatArray, squares: sp.csc_matrix | None
+    ) -> tuple[clarabel.DefaultSolution, int, float]:
+        """Solve for the objective, again while forces exceed chords; return iterations and seconds of all."""
+        rows, w = len(self._row_scale), self._equilibrium.mean_weight
+        iterations, seconds = 0, 0.0
+        while True:
+            self._right_side[rows:][cohesion_rows(len(cohesion))] = np.tile(cohesion / w, 2)
+            if squares is not None:
+                self._solver.update(P=squares)
+            self._solver.update(q=self._objective, b=self._right_side)
+            solution = _solved(self._solver, "limit analysis")
+            iterations, seconds = iterations + solution.iterations, seconds + solution.solve_time
+            needed = self._conditions.with_chords_at(w * np.array(solution.x[:-1]).reshape(-1, 3))
+            if needed is self._conditions:
+                return solution, iterations, seconds
+            self._set_up(needed)
+
+
+def scaled_rows(conditions: YieldConditions, force: float) -> tuple[sp.csc_matrix, FloatArray]:
+    """Return C^T and c for forces over `force` (N); rows of chords at far larger forces are brought back to 1."""
+    offset = yield_offset(conditions) / force
+    chords = offset[cohesion_rows(len(conditions.slope)).stop :]
+    size = np.append(np.ones(len(offset) - len(chords)), np.maximum(chords, 1.0))
+    return (sp.diags(1.0 / size) @ yield_matrix(conditions)).tocsc(), offset / size
 
 
 def _attainable(tolerance: float, blocks: int) -> tuple[float, bool]:
@@ -177,18 +206,22 @@ def solve_gravity_lp(equilibrium: Equilibrium, conditions: YieldConditions) -> t
     cone, so that a change of 1e-8 costs no strength (the sum is then 1e-13, 3e-12, 8e-11).
     """
     scale = equilibrium.row_scale
-    B, C_T = sp.diags(scale) @ equilibrium.matrix, yield_matrix(conditions)
+    B = sp.diags(scale) @ equilibrium.matrix
+    C_T, offset = scaled_rows(conditions, equilibrium.mean_weight)
     r = sp.identity(len(scale))
     A = sp.bmat([[B, r, -r], [-C_T, None, None], [None, -r, None], [None, None, -r]], format="csc")
     objective = np.concatenate([np.zeros(B.shape[1]), np.ones(2 * len(scale))])
-    dead, offset = scale * equilibrium.dead_load, yield_offset(conditions)
-    right_side = np.concatenate([dead, offset, np.zeros(2 * len(scale))]) / equilibrium.mean_weight
+    dead = scale * equilibrium.dead_load / equilibrium.mean_weight
+    right_side = np.concatenate([dead, offset, np.zeros(2 * len(scale))])
     cones = [clarabel.ZeroConeT(len(scale)), clarabel.NonnegativeConeT(A.shape[0] - len(scale))]
     solution = _solved(_solver(objective, A, right_side, cones, ITERATE_TOLERANCE), "gravity check")
     q = np.array(solution.x[: B.shape[1]])
+    known = conditions.with_chords_at(equilibrium.mean_weight * q.reshape(-1, 3))
+    if known is not conditions:
+        return solve_gravity_lp(equilibrium, known)
 
     def missing(q: FloatArray) -> float:
-        lacking = np.maximum(-(C_T @ q + offset / equilibrium.mean_weight), 0.0)
+        lacking = np.maximum(-(C_T @ q + offset), 0.0)
         return float(np.abs(right_side[: len(scale)] - B @ q).sum() + lacking.sum())
 
     least = missing(q)

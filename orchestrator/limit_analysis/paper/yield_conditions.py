@@ -5,12 +5,15 @@
 
 T = f_t A is the tensile, N_c = f_c A the compressive strength of the joint. The last line is the moment-thrust limit of
 rectangular (plastic) stress blocks, |M| <= (N + T)/2 (L - (N + T)/((f_c + f_t) t)), since |M| = |n_end - n_start| L/2.
-It is replaced by chords of the parabola between N + T = (N_c + T) sin^2(i pi/(2 K)), i = 0 ... K: inside, because the
-parabola is concave in N, so the multiplier is never above that of the parabola itself. The moment lost is at most
-(pi/(2 K))^2 of the moment carried, 0.099 % for K = 50, at any N (Delta^2/(4 N_c N (1 - N/N_c)) for a chord over Delta;
-with N = N_c sin^2 x it is the same for all chords). That fineness ends where N is the whole dead load W; from there one
-chord leads to N_c. If W + T is less than the first chord spans, that one ends at W + T: it then costs
-(W + T)/(N_c + T) at most. Joints for which even this is below NEGLIGIBLE do not crush.
+It is replaced by K chords with corners at fixed parts p of N_c + T: inside, because the parabola is concave in N, so
+the multiplier is never above that of the parabola itself, and a stronger joint never bears less. Between corners a and
+b (p - a) (b - p) / (p (1 - p)) of the moment is lost. With corners at sin^2(i pi/100), i = 0 ... 50, that is at most
+(pi/100)^2 = 0.099 % for every chord, at any N. Corners at 1e-9, 1e-8 ... 1e-4 come before the first of these: there at
+most 5 p is lost (1e-9 below p = 1e-9), crushing itself takes p, so that strength without end is the wall without.
+
+At one N one chord counts, so few of them are rows: a program begins with the last, which ends at N_c, and is solved
+again with those that its forces exceed until they exceed none (`with_chords_at`). That is the optimum under all chords:
+fewer rows are an upper bound, and its forces respect the others.
 
 Coulomb's law has slope mu. The flow rule of the linear program is normal to this cone: a sliding joint opens by
 slope x |slip| (dilation). Eq. (2) therefore tilts the line to a slope of -alpha mu about the normal force the joint is
@@ -27,57 +30,40 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
-from orchestrator.masonry.block_properties import block_weights
 from orchestrator.masonry.joints import Assemblage
 
-CHORDS = 50
-"""K: chords of the crushing parabola at each end of a joint"""
-CORNERS = np.sin(np.linspace(0.0, 0.5 * np.pi, CHORDS + 1)) ** 2
+CORNERS = np.concatenate([[0.0], 10.0 ** np.arange(-9.0, -3.0), np.sin(np.linspace(0.0, 0.5 * np.pi, 51))[1:] ** 2])
 """N + T at the corners of the chords, (K+1,), as parts of N_c + T"""
-NEGLIGIBLE = 1e-9
-"""Part of the moment that crushing may take away unseen: what linear programs do not resolve."""
+CHORDS = len(CORNERS) - 1
+"""K: chords of the crushing parabola at each end of a joint"""
+LAST_CHORD = np.arange(CHORDS) == CHORDS - 1
+"""(K,) the one that ends at N_c: with it no joint carries without end."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class YieldConditions:
     """Friction lines of k joints: slope (k,) and cohesion (k,) in N; tensile and compressive strength (k,) in N.
 
-    One number stands for all joints; by default there is no tension and no crushing. carried (N): up to this normal
-    force the chords of crushing are fine.
+    One number stands for all joints; by default there is no tension and no crushing. chords (k, K): which
+    of those of crushing are rows of linear programs; whatever is said of forces goes by all of them.
     """
 
     slope: FloatArray
     cohesion: FloatArray
     tension: FloatArray = field(default_factory=lambda: read_only(0.0))
     crushing: FloatArray = field(default_factory=lambda: read_only(np.inf))
-    carried: float = np.inf
+    chords: npt.NDArray[np.bool_] = field(default_factory=lambda: read_only(LAST_CHORD, np.bool_))
 
     def __post_init__(self) -> None:
         for name in ("tension", "crushing"):
             object.__setattr__(self, name, read_only(np.broadcast_to(getattr(self, name), self.slope.shape)))
+        chords = np.broadcast_to(self.chords, (len(self.slope), CHORDS))
+        object.__setattr__(self, "chords", read_only(chords, np.bool_))
 
     @property
     def crushes(self) -> npt.NDArray[np.bool_]:
         """Which joints (k,) have a finite compressive strength."""
         return np.isfinite(self.crushing)
-
-    @property
-    def fine_chords(self) -> IntArray:
-        """Number of fine chords (c,) of each joint that crushes."""
-        return np.maximum(1, np.count_nonzero(CORNERS[:-1] < self._reach[:, None], axis=1))
-
-    @property
-    def corners(self) -> FloatArray:
-        """N + T at the corners of the chords (c, K+1) of each joint that crushes, as parts of N_c + T."""
-        corners = np.tile(CORNERS, (len(self._reach), 1))
-        corners[:, 1] = np.minimum(corners[:, 1], self._reach)
-        return corners
-
-    @property
-    def _reach(self) -> FloatArray:
-        """Largest N + T (c,) to be expected in each joint that crushes, as a part of N_c + T."""
-        tension, crushing = self.tension[self.crushes], self.crushing[self.crushes]
-        return (self.carried + tension) / (crushing + tension)
 
     @property
     def scales_with_load(self) -> bool:
@@ -92,7 +78,25 @@ class YieldConditions:
             cohesion=read_only(self.cohesion[chosen]),
             tension=read_only(self.tension[chosen]),
             crushing=read_only(self.crushing[chosen]),
+            chords=read_only(self.chords[chosen], np.bool_),
         )
+
+    def with_chords_at(self, joint_forces: FloatArray) -> YieldConditions:
+        """Return conditions with the chords that joint forces (k, 3) exceed and those beside them, self where none."""
+        joint = np.flatnonzero(self.crushes)
+        T, both = self.tension[joint], (self.crushing + self.tension)[joint]
+        pressed = joint_forces[joint, :2] + 0.5 * T[:, None]
+        part = pressed.sum(axis=1) / both
+        chord = np.clip(np.searchsorted(CORNERS, part, side="right") - 1, 0, CHORDS - 1)
+        before, after = CORNERS[chord], CORNERS[chord + 1]
+        least = 0.5 * ((before + after) * part - before * after) * both
+        beyond = (pressed.min(axis=1) < least) & ~self.chords[joint, chord]
+        if not beyond.any():
+            return self
+        chords = self.chords.copy()
+        beside = np.clip(chord[beyond, None] + [-1, 0, 1], 0, CHORDS - 1)
+        chords[joint[beyond, None], beside] = True
+        return replace(self, chords=read_only(chords, np.bool_))
 
     def excess(self, joint_forces: FloatArray) -> float:
         """Largest violation in N by joint forces (k, 3): tension, crushing or shear beyond the line; 0 when none."""
@@ -111,33 +115,24 @@ class YieldConditions:
         sliding = (self.cohesion + (self.slope - dilatancy) * joint_forces[:, :2].sum(axis=1)) * slip
         opening = rates[:, :2] - (dilatancy * slip)[:, None]
         resisted = 0.5 * self.tension[:, None] * np.where(self.crushes[:, None], opening, np.maximum(opening, 0.0))
-        lower = 0.5 * self.corners**2  # normal force + T/2 at the end that crushes less
-        higher = self.corners - lower
+        lower = 0.5 * CORNERS**2  # normal force + T/2 at the end that crushes less
+        higher = CORNERS - lower
         closing = -opening[self.crushes, :, None]
         pushed = np.maximum(
             closing[:, 0] * lower + closing[:, 1] * higher, closing[:, 0] * higher + closing[:, 1] * lower
         )
-        left_out = np.arange(CHORDS) > self.fine_chords[:, None]
-        pushed[:, :-1][left_out] = 0.0
         crushed = (self.crushing + self.tension)[self.crushes] * pushed.max(axis=1)
         return float(sliding.sum() + resisted.sum() + crushed.sum())
 
 
-def coulomb(assemblage: Assemblage, carried: float | None = None) -> YieldConditions:
-    """|s| <= mu N + c: slope mu, cohesion and strengths (N/m2) over the joint's area; crushing where it matters.
-
-    carried is the whole dead load in N (none given: the weight of the free blocks).
-    """
+def coulomb(assemblage: Assemblage) -> YieldConditions:
+    """|s| <= mu N + c: slope mu, cohesion and strengths (N/m2) over the joint's area."""
     joints, area = assemblage.joints, assemblage.joints.area
-    free = [not block.fixed for block in assemblage.wall.blocks]
-    carried = block_weights(assemblage.wall)[free].sum() if carried is None else carried
-    tension, crushing = joints.tensile_strength * area, joints.compressive_strength * area
     return YieldConditions(
         slope=read_only(joints.friction),
         cohesion=read_only(joints.cohesion * area),
-        tension=read_only(tension),
-        crushing=read_only(np.where(NEGLIGIBLE * (crushing + tension) < carried + tension, crushing, np.inf)),
-        carried=carried,
+        tension=read_only(joints.tensile_strength * area),
+        crushing=read_only(joints.compressive_strength * area),
     )
 
 
@@ -161,14 +156,9 @@ def relaxed_normal(last: FloatArray, before: FloatArray, relaxation: float) -> F
 
 
 def chords(conditions: YieldConditions) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return joint, and the corners (parts of N_c + T) before and after, of every chord (each (c,))."""
-    joint, fine = np.flatnonzero(conditions.crushes), conditions.fine_chords
-    which, chord = np.nonzero(np.arange(CHORDS) < fine[:, None])
-    coarse = np.flatnonzero(fine < CHORDS)
-    corners = conditions.corners
-    before = np.concatenate([corners[which, chord], corners[coarse, fine[coarse]]])
-    after = np.concatenate([corners[which, chord + 1], np.ones(len(coarse))])
-    return np.concatenate([joint[which], joint[coarse]]), before, after
+    """Return joint, and the corners (parts of N_c + T) before and after, of every chord that is a row (each (c,))."""
+    joint, chord = np.nonzero(conditions.chords & conditions.crushes[:, None])
+    return joint, CORNERS[chord], CORNERS[chord + 1]
 
 
 def yield_matrix(conditions: YieldConditions) -> sp.csc_matrix:

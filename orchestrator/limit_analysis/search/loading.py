@@ -300,7 +300,7 @@ def _standing(problem: Problem, loads: Loads, left: Chosen) -> tuple[Problem, Ch
     while loads.live[left & free].any():
         assemblage = part_of(problem.assemblage, left)
         equilibrium = assemble_equilibrium(assemblage, loads.of_blocks(left))
-        friction = coulomb(assemblage, equilibrium.dead_total)
+        friction = coulomb(assemblage)
         part = Problem(assemblage, equilibrium, friction, problem.elastic_modulus)
         missing, falling = falling_blocks(part)
         if not missing:

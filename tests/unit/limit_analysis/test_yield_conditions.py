@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orchestrator.limit_analysis.paper.yield_conditions import (
+    CHORDS,
     YieldConditions,
     falling_line,
     relaxed_normal,
@@ -67,7 +68,14 @@ def test_rows_at_slope_zero_keep_the_shear():
     assert rows.tolist() == [1.0, 2.0, 1.0, 9.0]
 
 
-CRUSHING = YieldConditions(np.array([100.0]), np.array([1e9]), np.array([30.0]), np.array([970.0]))
+CRUSHING = YieldConditions(
+    np.array([100.0]), np.array([1e9]), np.array([30.0]), np.array([970.0]), chords=np.ones(CHORDS, bool)
+)
+BEGUN = YieldConditions(CRUSHING.slope, CRUSHING.cohesion, CRUSHING.tension, CRUSHING.crushing)
+
+
+def least_row(conditions, forces):
+    return (yield_matrix(conditions) @ forces + yield_offset(conditions)).min()
 
 
 @given(part=st.floats(1e-6, 1.0), eccentricity=st.floats(-0.4995, 0.4995))
@@ -76,11 +84,30 @@ def test_chords_of_crushing_lose_less_than_a_thousandth_of_the_moment(part, ecce
     shifted = part * 1000.0
     moment = shifted * (1.0 - part) * eccentricity
     forces = np.array([0.5 * (shifted - 30.0) - moment, 0.5 * (shifted - 30.0) + moment, 0.0])
-    assert (yield_matrix(CRUSHING) @ forces + yield_offset(CRUSHING)).min() > -1e-9
+    assert least_row(CRUSHING, forces) > -1e-9
+    assert CRUSHING.with_chords_at(forces[None]) is CRUSHING
+
+
+@given(part=st.floats(1e-8, 1e-3))
+def test_chords_of_crushing_lose_little_where_crushing_takes_little(part):
+    """Crushing takes `part` of the moment, chords at most five times as much more."""
+    shifted = part * 1000.0
+    moment = shifted * (1.0 - part) * 0.5 * (1.0 - 5.0 * part)
+    forces = np.array([0.5 * (shifted - 30.0) - moment, 0.5 * (shifted - 30.0) + moment, 0.0])
+    assert least_row(CRUSHING, forces) > -1e-12
 
 
 @given(forces=st.lists(st.floats(-100, 1100), min_size=2, max_size=2))
 def test_chords_of_crushing_are_on_the_safe_side(forces):
     forces = np.array([*forces, 0.0])
-    if (yield_matrix(CRUSHING) @ forces + yield_offset(CRUSHING)).min() >= 0.0:
+    if least_row(CRUSHING, forces) >= 0.0:
         assert CRUSHING.excess(forces[None]) < 1e-9
+
+
+@given(forces=st.lists(st.floats(0, 1100), min_size=2, max_size=2))
+def test_forces_that_ask_for_no_chord_respect_them_all(forces):
+    """Rows begun with, and those asked for, say of forces what all rows say."""
+    forces = np.array([*forces, 0.0])
+    asked = BEGUN.with_chords_at(forces[None])
+    assert (least_row(asked, forces) < 0.0) == (least_row(CRUSHING, forces) < 0.0)
+    assert asked.with_chords_at(forces[None]) is asked
