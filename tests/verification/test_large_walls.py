@@ -79,7 +79,7 @@ def test_a_wall_that_is_not_followed_to_its_end_has_a_valid_state_and_says_how_f
     assert (state.flow_rule, state.converged) == ("smoothed", True)
     assert state is found.path
     terms = assemble_equilibrium(wall)
-    assert validate(wall, terms, coulomb(wall, terms.dead_total), state).complaints == ()
+    assert validate(wall, terms, coulomb(wall), state).complaints == ()
     assert 0.8 * state.load_multiplier < found.last_rest < state.load_multiplier < found.associative.load_multiplier
     (said,) = [remark for remark in found.remarks if "path" in remark]
     assert said.startswith("the path was not followed to its end: state closed by smoothed conditions; at rest up to ")
