@@ -18,6 +18,7 @@ import numpy as np
 
 from orchestrator import storage
 from orchestrator.app.broken_off import SolverSettings, located, place
+from orchestrator.app.curve_end import first_misfit, largest, misfits_of, usable, used
 from orchestrator.app.progress import IncrementDone, Report
 from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.basis.arrays import read_only
@@ -41,6 +42,7 @@ from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.contact.mortar import refuse_bonded_mortar
 from orchestrator.pushover.increments import BodyMask, Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies
+from orchestrator.pushover.path.curve_checks import RowMisfits, check_curve
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.settings.case import ModelName
 
@@ -189,24 +191,22 @@ def judged(
         complaint = located(model, complaint, last, contact_model, settings)
     last = _after_gravity(model, last, complaint)
     stopped = str(complaint or end_of_curve(last, stepping))
+    failures, large = [complaint] if isinstance(complaint, ConvergenceError) else [], stepping.large_displacement
     curve = PushoverCurve.from_increments(increments(), stopped)
-    effort = storage.effort_of(increments(), contact_model.body_names, contact_model.body_weight)
-    failures, capacity = [complaint] if isinstance(complaint, ConvergenceError) else [], find_capacity(curve)
+    rows = misfits_of(bodies, contact_model, curve, increments()) if large else []
+    curve = curve if failures else usable(curve, rows)
+    kept = (one for one in increments() if one.number <= curve.step[-1])
+    effort = storage.effort_of(kept, contact_model.body_names, contact_model.body_weight)
+    capacity, rows = find_capacity(curve), used(rows, curve)
     peak = _peak(curve)
     at_peak = next(one for one in increments() if one.number == peak)
-    overlap = pressed_gap = (0.0, 0.0)
-    if large := stepping.large_displacement:
-        overlap = _overlap_of(bodies, contact_model, last)
-        pressed_gap = max(
-            (_pressed_gap_of(bodies, contact_model, one) for one in (at_peak, last)), key=lambda of: of[1]
-        )
     bound = None if large else expected * contact_model.horizontal_load
     ended = f"it broke off {place(last)}" if failures else ""
-    invalid = _invalid(model, curve, overlap[1], pressed_gap[1], effort.energy_error, bound, ended)
+    invalid = _invalid(model, curve, first_misfit(rows), effort.energy_error, bound, ended)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
     summary = storage.pushover_summary(
-        model, contact_model.meshes, len(contact_model.contacts), effort, capacity, stopped, overlap=overlap,
-        pressed_gap=pressed_gap,
+        model, contact_model.meshes, len(contact_model.contacts), effort, capacity, curve.stopped_because,
+        **largest(rows),
         toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, _moment_of_load(contact_model, at_peak)),
         crack_elements=elements_at_cracks(bodies, contact_model.contacts, at_peak),
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
@@ -223,24 +223,6 @@ def _after_gravity(
     if last is None or last.phase == "gravity":
         raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
     return last
-
-
-def _overlap_of(bodies: Bodies, contact_model: ContactModel, last: Increment) -> tuple[float, float]:
-    """Return how deep two bodies overlap at the end of a curve, in m and over the size of the smaller one."""
-    from orchestrator.pushover.contact.mortar import largest_closing
-    from orchestrator.pushover.path.body_overlap import largest_overlap
-
-    closed = largest_closing(contact_model.mortar, last)
-    return largest_overlap(bodies, contact_model.meshes, last.displacement, last.fallen, closed)
-
-
-def _pressed_gap_of(bodies: Bodies, contact_model: ContactModel, state: Increment) -> tuple[float, float]:
-    """Return how far two bodies that press each other are apart, in m and over the size of the smaller one."""
-    from orchestrator.pushover.path.body_overlap import largest_pressed_gap
-
-    pairs, weight = contact_model.pairs, contact_model.body_weight
-    here = (state.displacement, state.fallen, pairs, state.normal_force, weight)
-    return largest_pressed_gap(bodies, contact_model.meshes, *here)
 
 
 def _moment_of_load(contact_model: ContactModel, state: Increment) -> float:
@@ -307,17 +289,14 @@ def _peak(curve: PushoverCurve) -> int:
 def _invalid(
     model: str,
     curve: PushoverCurve,
-    overlap: float,
-    pressed_gap: float,
+    misfits: RowMisfits | None,
     energy_error: float,
     highest: float | None,
     broke_off: str,
 ) -> ResultError | None:
     """Return why a curve is not valid: what `check` finds, or that it broke off."""
-    from orchestrator.pushover.path.curve_checks import check_curve
-
     try:
-        check_curve(curve, overlap, pressed_gap, energy_error, highest)
+        check_curve(curve, misfits, energy_error, highest)
         if broke_off:
             raise ResultError("end of the curve", broke_off)
     except ResultError as error:

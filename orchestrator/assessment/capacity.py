@@ -85,14 +85,19 @@ def peak_reached(curve: PushoverCurve) -> bool:
     It is where the base shear has fallen by FALLEN of it in a later row, or where the curve goes on to
     FLAT_LENGTH_RATIO times the displacement at which it first came that close to it.
     """
+    if has_fallen(curve):
+        return True
     curve = curve.static
     shear, moved = curve.base_shear_N, curve.control_displacement_m - curve.control_displacement_m[0]
-    peak = int(np.argmax(shear))
-    close = (1.0 - FALLEN) * float(shear[peak])
-    if bool(np.any(shear[peak:] <= close)):
-        return True
-    first = float(moved[int(np.argmax(shear >= close))])
+    first = float(moved[int(np.argmax(shear >= (1.0 - FALLEN) * shear.max()))])
     return bool(first > 0.0 and moved[-1] >= FLAT_LENGTH_RATIO * first)
+
+
+def has_fallen(curve: PushoverCurve) -> bool:
+    """Return whether the base shear of a curve has fallen by FALLEN of its largest in a later row."""
+    shear = curve.static.base_shear_N
+    peak = int(np.argmax(shear))
+    return bool(np.any(shear[peak:] <= (1.0 - FALLEN) * float(shear[peak])))
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import accepted
 from orchestrator.basis.errors import ConvergenceError, refuse_other_kind, require_kinds
 from orchestrator.limit_analysis.gravity import associative_optimum, refuse_what_falls
+from orchestrator.limit_analysis.moved_outlines import blocks_in_each_other
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
@@ -82,7 +83,9 @@ def analyse(
     known = non_associative_of(problem, view.loads, optimum, settings)
     answer = answered(problem, optimum, known, loads, perf_counter() - started)
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
-    return replace(answer, wall=fingerprint_of_wall(assemblage))
+    loose = {stone for failure in answer.local_failures for stone in failure.stones}
+    said = blocks_in_each_other(assemblage, answer.drawn or answer.headline, loose)
+    return replace(answer, remarks=(*answer.remarks, *said), wall=fingerprint_of_wall(assemblage))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -138,7 +138,13 @@ class PushoverCurve:
     @property
     def static(self) -> PushoverCurve:
         """The rows in which the wall is static: those that may give a peak."""
-        rows = self.moving == 0
+        return self._rows(self.moving == 0)
+
+    def up_to(self, number: int, stopped_because: str) -> PushoverCurve:
+        """Return the curve that ends with increment `number`, and why it does."""
+        return replace(self._rows(self.step <= number), stopped_because=stopped_because)
+
+    def _rows(self, rows: BodyMask) -> PushoverCurve:
         kept = {
             field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "stopped_because"
         }

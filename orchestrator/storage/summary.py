@@ -67,7 +67,7 @@ class PushoverSummary:
     crushing: bool = False
     """whether a joint has a finite compressive strength"""
     max_pressed_gap: float = 0.0
-    """largest distance of displaced outlines of two bodies that press each other, at the peak or the end, m"""
+    """largest distance of displaced outlines of two bodies that press each other, m"""
     max_pressed_gap_over_size: float = 0.0
     """and over the smaller body's size"""
 

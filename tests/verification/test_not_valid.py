@@ -14,7 +14,8 @@ from orchestrator.basis.errors import ResultError
 from orchestrator.present import plots
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path import increment_solver
-from orchestrator.pushover.path.curve_checks import check_curve
+from orchestrator.pushover.path.body_overlap import Misfit
+from orchestrator.pushover.path.curve_checks import RowMisfits, check_curve
 from orchestrator.pushover.path.increment_record import increment_of
 from tests.support.paths import DATA
 
@@ -43,22 +44,40 @@ def curve(**changed):
     return replace(whole, **changed)
 
 
+def misfits(overlap=0.0, pressed_gap=0.0):
+    """A row at 2 mm in which two stones overlap and press each other from afar by such shares of their size."""
+    where = (("block 1", "block 2"), (0.25, 1.5))
+    return RowMisfits(2, 2e-3, Misfit(0.3 * overlap, overlap, *where), Misfit(0.3 * pressed_gap, pressed_gap, *where))
+
+
 WRONG = {
     "equilibrium": (
         {"load_multiplier": np.array([0.0, 0.1, 0.203, 0.15])},
-        0.0,
-        0.0,
+        None,
         0.0,
         200.0,
         r"1.50e-02 \(at most 0.001\) of the peak",
     ),
-    "penetration": ({}, 6e-3, 0.0, 0.0, 200.0, r"6.00e-03 \(at most 0.005\) of the smaller body's size is the depth"),
-    "touch": ({}, 0.0, 6e-3, 0.0, 200.0, r"6.00e-03 \(at most 0.005\) of the smaller body's size is the gap"),
-    "energy balance": ({}, 0.0, 0.0, 0.02, 200.0, r"2.00e-02 \(at most 0.01\) of stored energy"),
+    "penetration": (
+        {},
+        misfits(overlap=6e-3),
+        0.0,
+        200.0,
+        r"6.00e-03 \(at most 0.005\) of the smaller body's size is the depth to which block 1 and block 2 overlap at "
+        r"\(0.25, 1.5\) m, from 2 mm on",
+    ),
+    "touch": (
+        {},
+        misfits(pressed_gap=6e-3),
+        0.0,
+        200.0,
+        r"6.00e-03 \(at most 0.005\) of the smaller body's size is the gap across which block 1 and block 2 press each "
+        r"other at \(0.25, 1.5\) m, from 2 mm on",
+    ),
+    "energy balance": ({}, None, 0.02, 200.0, r"2.00e-02 \(at most 0.01\) of stored energy"),
     "static theorem": (
         {},
-        0.0,
-        0.0,
+        None,
         0.0,
         198.0,
         r"1.01e-02 \(at most 0.005\) is what the peak is above the associative",
@@ -67,20 +86,20 @@ WRONG = {
 
 
 def test_a_good_curve_passes():
-    check_curve(curve(), 1e-12, 1e-12, 1e-6, 200.0)
-    check_curve(curve(), 1e-12, 1e-12, 1e-6, None)
+    check_curve(curve(), misfits(1e-12, 1e-12), 1e-6, 200.0)
+    check_curve(curve(), None, 1e-6, None)
 
 
 def test_a_row_in_motion_may_be_out_of_balance_and_above_what_a_static_state_carries():
     multiplier = np.array([0.0, 0.1, 0.25, 0.15])
-    check_curve(curve(load_multiplier=multiplier, moving=np.array([0, 0, 1, 0])), 0.0, 0.0, 0.0, 150.0)
+    check_curve(curve(load_multiplier=multiplier, moving=np.array([0, 0, 1, 0])), None, 0.0, 150.0)
 
 
 @pytest.mark.parametrize("name", WRONG)
 def test_every_bound_is_guarded_and_named(name):
-    changed, penetration, gap, energy, highest, said = WRONG[name]
+    changed, found, energy, highest, said = WRONG[name]
     with pytest.raises(ResultError, match=said) as caught:
-        check_curve(curve(**changed), penetration, gap, energy, highest)
+        check_curve(curve(**changed), found, energy, highest)
     assert caught.value.check == name
 
 
@@ -88,7 +107,7 @@ def test_all_failures_are_named():
     with pytest.raises(
         ResultError, match=r"penetration: 1\.00e\+00 .*and touch: 1\.00e\+00 .*and energy balance: 5\.00e-01"
     ):
-        check_curve(curve(), 1.0, 1.0, 0.5, 200.0)
+        check_curve(curve(), misfits(1.0, 1.0), 0.5, 200.0)
 
 
 @pytest.mark.parametrize("name", ["load_multiplier", "base_shear_N"])
@@ -96,8 +115,8 @@ def test_what_is_not_a_number_is_not_valid(name):
     values = getattr(curve(), name).copy()
     values[1] = np.nan
     with pytest.raises(ResultError):
-        check_curve(curve(**{name: values}), 0.0, 0.0, 0.0, 200.0)
-    for found in ((np.nan, 0.0, 0.0), (0.0, np.nan, 0.0), (0.0, 0.0, np.nan)):
+        check_curve(curve(**{name: values}), None, 0.0, 200.0)
+    for found in ((misfits(np.nan, 0.0), 0.0), (misfits(0.0, np.nan), 0.0), (None, np.nan)):
         with pytest.raises(ResultError):
             check_curve(curve(), *found, 200.0)
 

@@ -14,7 +14,7 @@ from mpi4py import MPI
 
 from orchestrator import JointSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
 from orchestrator.masonry.wall import Block, Wall
-from orchestrator.pushover.path.body_overlap import largest_pressed_gap
+from orchestrator.pushover.path.body_overlap import DisplacedOutlines
 from orchestrator.pushover.path.curve_checks import APART
 from orchestrator.pushover.path.increment_record import at_rest, of_all_nodes, scattered
 from orchestrator.pushover.path.stepping import Pushover
@@ -64,9 +64,9 @@ def test_a_portal_with_a_slit_between_its_piers(slit):
 
 def pressed_gap(model, state):
     """Return the largest gap across which stones of `towers` press each other, over the size of the smaller one."""
-    bodies = bodies_of(towers(0.005))
-    force, weight = state.normal_force, model.body_weight
-    return largest_pressed_gap(bodies, model.meshes, state.displacement, state.fallen, model.pairs, force, weight)[1]
+    outlines = DisplacedOutlines(bodies_of(towers(0.005)), model.meshes)
+    here = (state.displacement, state.fallen, model.pairs, state.normal_force, model.body_weight)
+    return outlines.largest_pressed_gap(*here).share
 
 
 def test_nothing_presses_across_a_gap():

@@ -5,12 +5,16 @@ Checks on contacts that know nothing of where these are: of forces only that the
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.geometry.penetration import penetrations
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import BodyMask
 from orchestrator.pushover.meshing import BodyMeshes
@@ -25,70 +29,97 @@ PRESSES = 0.01
 be out of balance"""
 
 
-def largest_overlap(
-    bodies: Bodies, meshes: BodyMeshes, displacement: FloatArray, fallen: BodyMask, closed: float = 0.0
-) -> tuple[float, float]:
-    """Return the largest depth in m of the overlap of two bodies displaced by `displacement` (>= m, 3) in m.
+@dataclass(frozen=True, slots=True)
+class Misfit:
+    """The worst that two bodies do: distance in m, over the size of the smaller one (the root of its area), the names
+    of the two, and where (m). Where other bodies are farther apart or deeper in m, that is the distance."""
 
-    And that over the size of the smaller body, the square root of its area. The depth of an overlap is its area over
-    half its perimeter: the mean thickness of a sliver. Bodies that are `fallen` (b,) do not count, nor does the depth
-    (m) by which mortar has `closed`.
-    """
-    standing = np.append(~fallen, np.ones(len(bodies.bodies) - bodies.moving, bool))
-    shapes = np.array(_outlines(bodies, meshes, displacement), dtype=object)[standing]
-    moving = int(bodies.moving - fallen.sum())
-    first, second = shapely.STRtree(shapes).query(shapes, predicate="intersects")
-    pairs = (first < second) & (first < moving)
-    sizes = shapely.area(shapes)
-    rounding = LAST_DIGITS * float(np.spacing(np.abs(meshes.nodes).max()))
-    grid = max(GRID * float(np.sqrt(sizes.min())), rounding)
-    common = shapely.intersection(shapes[first[pairs]], shapes[second[pairs]], grid_size=grid)
-    area, length = shapely.area(common), shapely.length(common)
-    depth = np.maximum(2.0 * area / np.where(length > 0.0, length, 1.0) - closed, 0.0)
-    smaller = np.sqrt(np.minimum(sizes[first[pairs]], sizes[second[pairs]]))
-    return float(np.max(depth, initial=0.0)), float(np.max(depth / smaller, initial=0.0))
+    distance: float = 0.0
+    share: float = 0.0
+    names: tuple[str, str] = ("", "")
+    place: tuple[float, float] = (0.0, 0.0)
 
 
-def largest_pressed_gap(
-    bodies: Bodies,
-    meshes: BodyMeshes,
-    displacement: FloatArray,
-    fallen: BodyMask,
-    pairs: tuple[IntArray, IntArray],
-    normal_force: FloatArray,
-    weight: FloatArray,
-) -> tuple[float, float]:
-    """Return the largest distance in m of two bodies that press each other, displaced by `displacement` (>= m, 3) in m.
+@dataclass(frozen=True, eq=False)
+class DisplacedOutlines:
+    """Bodies and their meshes, whose outlines are compared once they are displaced."""
 
-    And that over the size of the smaller body, the square root of its area. pairs (c,), (c,): the bodies of contacts
-    with normal_force (c,) in N; what they press by together counts from `PRESSES` of the lighter body's weight (b,) in
-    N, and what pulls (a bond) does not. Bodies that are `fallen` (b,) do not count.
-    """
-    supports = len(bodies.bodies) - bodies.moving
-    weights = np.append(weight, np.full(supports, np.inf))
-    gone = np.append(fallen, np.zeros(supports, bool))
-    both, contact = np.unique(np.sort(np.column_stack(pairs), axis=1), axis=0, return_inverse=True)
-    force = np.bincount(contact.ravel(), np.maximum(normal_force, 0.0), len(both))
-    first, second = both[(force > PRESSES * weights[both].min(axis=1)) & ~gone[both].any(axis=1)].T
-    shapes = np.array(_outlines(bodies, meshes, displacement), dtype=object)
-    sizes = np.sqrt(shapely.area(shapes))
-    gap = shapely.distance(shapes[first], shapes[second])
-    return float(np.max(gap, initial=0.0)), float(np.max(gap / np.minimum(sizes[first], sizes[second]), initial=0.0))
+    bodies: Bodies
+    meshes: BodyMeshes
+
+    def largest_overlap(self, displacement: FloatArray, fallen: BodyMask, closed: float = 0.0) -> Misfit:
+        """Return the deepest overlap of two bodies displaced by `displacement` (>= m, 3) in m (`penetrations`).
+
+        Bodies that are `fallen` (b,) do not count, nor does the depth (m) by which mortar has `closed`.
+        """
+        standing = np.flatnonzero(np.append(~fallen, np.ones(len(self.bodies.bodies) - self.bodies.moving, bool)))
+        shapes = self._displaced(displacement)[standing]
+        smallest = float(np.sqrt(shapely.area(shapes).min()))
+        rounding = LAST_DIGITS * float(np.spacing(np.abs(self.meshes.nodes).max()))
+        found = penetrations(shapes, standing < self.bodies.moving, max(GRID * smallest, rounding))
+        depth = np.maximum(found.depth - closed, 0.0)
+        return self._worst(depth, standing[found.pair], shapely.area(shapes)[found.pair], found.place)
+
+    def largest_pressed_gap(
+        self,
+        displacement: FloatArray,
+        fallen: BodyMask,
+        pairs: tuple[IntArray, IntArray],
+        normal_force: FloatArray,
+        weight: FloatArray,
+    ) -> Misfit:
+        """Return the largest distance of two bodies that press each other, displaced by `displacement` (>= m, 3) in m.
+
+        pairs (c,), (c,): the bodies of contacts with normal_force (c,) in N; what they press by together counts from
+        `PRESSES` of the lighter body's weight (b,) in N, and what pulls (a bond) does not. Bodies that are `fallen`
+        (b,) do not count.
+        """
+        supports = len(self.bodies.bodies) - self.bodies.moving
+        weights = np.append(weight, np.full(supports, np.inf))
+        gone = np.append(fallen, np.zeros(supports, bool))
+        both, contact = np.unique(np.sort(np.column_stack(pairs), axis=1), axis=0, return_inverse=True)
+        force = np.bincount(contact.ravel(), np.maximum(normal_force, 0.0), len(both))
+        both = both[(force > PRESSES * weights[both].min(axis=1)) & ~gone[both].any(axis=1)]
+        shapes = self._displaced(displacement)
+        ways = shapely.shortest_line(*shapes[both].T)
+        middles = shapely.get_coordinates(shapely.line_interpolate_point(ways, 0.5, normalized=True))
+        return self._worst(shapely.length(ways), both, shapely.area(shapes)[both], middles)
+
+    def _worst(self, distance: FloatArray, pair: IntArray, areas: FloatArray, place: FloatArray) -> Misfit:
+        """Return the worst of distances (p,) in m between bodies (p, 2) with areas (p, 2) in m2; place (p, 2) in m."""
+        if not len(distance):
+            return Misfit()
+        share = distance / np.sqrt(areas.min(axis=1))
+        worst = int(share.argmax())
+        one, other = (self.bodies.bodies[body].name for body in pair[worst])
+        x, y = (place[worst] + self._origin).tolist()
+        return Misfit(float(distance.max()), float(share[worst]), (one, other), (x, y))
+
+    @property
+    def _origin(self) -> FloatArray:
+        """A node of the wall (2,) in m, about which outlines are compared."""
+        return self.meshes.nodes[0, :2]
+
+    @cached_property
+    def _edges(self) -> list[IntArray]:
+        """Of every moving body the edges (e, 2) of its triangles' sides at z = 0, as numbers of nodes."""
+        front = self.meshes.nodes[:, 2] <= 1e-9 * float(np.ptp(self.meshes.nodes[:, 2]))
+        sides = self.meshes.side_triangles
+        edges = np.vstack([sides[:, list(pair)] for pair in pairwise((0, 1, 2, 0))])
+        body = np.tile(self.meshes.body_of_side, 3)
+        drawn = front[edges].all(axis=1)
+        edges, body = edges[drawn], body[drawn]
+        return [edges[body == number] for number in range(self.bodies.moving)]
+
+    def _displaced(self, displacement: FloatArray) -> npt.NDArray[np.object_]:
+        """Return the outlines of all bodies displaced by `displacement` (>= m, 3) in m, about the origin."""
+        nodes = self.meshes.nodes[:, :2]
+        place = nodes - self._origin + displacement[: len(nodes), :2]
+        supports = [shapely.Polygon(body.exterior - self._origin) for body in self.bodies.bodies[self.bodies.moving :]]
+        return np.array([*(_outline(place[edges]) for edges in self._edges), *supports], dtype=object)
 
 
-def _outlines(bodies: Bodies, meshes: BodyMeshes, displacement: FloatArray) -> list[shapely.Geometry]:
-    """Return the outlines of all bodies displaced by `displacement` (>= m, 3) in m, about a node of the wall."""
-    origin = meshes.nodes[0, :2]
-    place = meshes.nodes[:, :2] - origin + displacement[: len(meshes.nodes), :2]
-    moving = [_outline(meshes, body, place) for body in range(bodies.moving)]
-    return moving + [shapely.Polygon(body.exterior - origin) for body in bodies.bodies[bodies.moving :]]
-
-
-def _outline(meshes: BodyMeshes, body: int, place: FloatArray) -> shapely.Geometry:
-    """Return the displaced outline of a body's face at z = 0, holes included; place (m, 2) of its nodes in m."""
-    triangles = meshes.side_triangles[meshes.body_of_side == body]
-    edges = np.vstack([triangles[:, list(pair)] for pair in pairwise((0, 1, 2, 0))])
-    front = meshes.nodes[:, 2] <= 1e-9 * float(np.ptp(meshes.nodes[:, 2]))
-    lines = shapely.linestrings(place[edges[front[edges].all(axis=1)]])
-    rings = shapely.get_parts(shapely.polygonize([*lines]))
-    return shapely.union_all(rings) if len(rings) == 1 else max(rings, key=shapely.area)
+def _outline(edges: FloatArray) -> shapely.Geometry:
+    """Return the outline of a body's face, holes included, from its edges (e, 2, 2) in m."""
+    rings = shapely.get_parts(shapely.polygonize([*shapely.linestrings(edges)]))
+    return max(rings, key=shapely.area)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from orchestrator.basis.errors import ResultError
 from orchestrator.pushover.increments import PushoverCurve
+from orchestrator.pushover.path.body_overlap import Misfit
 
 EQUILIBRIUM = 1e-3
 """largest |multiplier x horizontal load - base shear| / horizontal load along the curve"""
@@ -26,26 +29,55 @@ def equilibrium_error(curve: PushoverCurve) -> float:
     return float(np.max(missing) / np.max(np.abs(curve.base_shear_N[static])))
 
 
+NONE = Misfit()
+"""Bodies that neither overlap nor press each other from afar."""
+
+
+@dataclass(frozen=True, slots=True)
+class RowMisfits:
+    """The worst overlap and the worst pressed gap of the displaced outlines in one row of a curve; moved: the row's
+    control displacement since gravity, m."""
+
+    number: int
+    moved: float
+    overlap: Misfit = NONE
+    pressed_gap: Misfit = NONE
+
+    @property
+    def fits(self) -> bool:
+        """Whether both are within their bounds; what is not a number is not."""
+        return self.overlap.share <= OVERLAP and self.pressed_gap.share <= APART
+
+
+def said_of(misfit: Misfit, verb: str) -> str:
+    """Return in words which bodies do what where."""
+    (one, other), (x, y) = misfit.names, misfit.place
+    return f"{one} and {other} {verb} at ({x:.4g}, {y:.4g}) m"
+
+
 def check_curve(
     curve: PushoverCurve,
-    overlap: float,
-    pressed_gap: float,
+    misfits: RowMisfits | None,
     energy_error: float,
     highest: float | None,
 ) -> None:
     """Raise ResultError if the curve is not in balance, its bodies penetrate each other or press each other
     from afar, or its peak is not static.
 
-    overlap, pressed_gap: of displaced outlines over the smaller body's size; energy_error: share of the energies.
-    highest: base shear in N that limit analysis says no static state exceeds, None where that does not hold. The error
-    names every check that failed; a value that is not a number fails.
+    misfits: of the first row whose bodies do, None where none does; energy_error: share of the energies. highest: base
+    shear in N that limit analysis says no static state exceeds, None where that does not hold. The error names every
+    check that failed; a value that is not a number fails.
     """
+    row = misfits or RowMisfits(0, 0.0)
+    since = f"from {1e3 * row.moved:.4g} mm on"
+    depth = f"to which {said_of(row.overlap, 'overlap')}, {since}"
+    gap = f"across which {said_of(row.pressed_gap, 'press each other')}, {since}"
     static = curve.base_shear_N[curve.moving == 0]
     beyond = -1.0 if highest is None else float(static.max()) / highest - 1.0
     found = {
         "equilibrium": (equilibrium_error(curve), EQUILIBRIUM, "of the peak is missing at the supports"),
-        "penetration": (overlap, OVERLAP, "of the smaller body's size is the depth to which two bodies overlap"),
-        "touch": (pressed_gap, APART, "of the smaller body's size is the gap across which two bodies press each other"),
+        "penetration": (row.overlap.share, OVERLAP, f"of the smaller body's size is the depth {depth}"),
+        "touch": (row.pressed_gap.share, APART, f"of the smaller body's size is the gap {gap}"),
         "energy balance": (energy_error, ENERGY, "of stored energy, friction and the live load's work is missing"),
         "static theorem": (beyond, BEYOND, "is what the peak is above the associative multiplier"),
     }

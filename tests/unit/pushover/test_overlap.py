@@ -8,7 +8,7 @@ import pytest
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.path.body_overlap import largest_overlap
+from orchestrator.pushover.path.body_overlap import DisplacedOutlines
 from tests.support.pushover_chain import assemblage_of, stack
 
 STANDING = np.zeros(2, bool)
@@ -19,40 +19,46 @@ def wall():
     """A stone of 0.4 m x 0.3 m and one of 0.2 m x 0.5 m on it."""
     assemblage = assemblage_of(stack((0.4, 0.3), (0.2, 0.5), friction=0.6))
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
-    return bodies, mesh_bodies(bodies, MeshSettings(size=0.2), None)
+    return DisplacedOutlines(bodies, mesh_bodies(bodies, MeshSettings(size=0.2), None))
 
 
 def moved(wall, body, right, up):
-    meshes = wall[1]
+    meshes = wall.meshes
     displacement = np.zeros_like(meshes.nodes)
     displacement[meshes.body_of_node == body, :2] = [right, up]
     return displacement
 
 
 def test_stones_that_touch_do_not_overlap(wall):
-    depth, share = largest_overlap(*wall, moved(wall, 1, 0.03, 0.0), STANDING)
-    assert depth < 1e-12
-    assert share < 1e-12
+    found = wall.largest_overlap(moved(wall, 1, 0.03, 0.0), STANDING)
+    assert found.distance < 1e-12
+    assert found.share < 1e-12
 
 
 @pytest.mark.parametrize("depth", [1e-6, 1e-4, 1e-3])
 def test_a_stone_that_sinks_in_overlaps_by_the_depth(wall, depth):
-    """Over the width b, area b d over half the perimeter b + d; the smaller stone has an area of 0.1 m2."""
-    found, share = largest_overlap(*wall, moved(wall, 1, 0.03, -depth), STANDING)
-    expected = 0.2 * depth / (0.2 + depth)
-    assert found == pytest.approx(expected, rel=1e-6)
-    assert share == pytest.approx(expected / np.sqrt(0.1), rel=1e-6)
+    """The smaller stone has an area of 0.1 m2."""
+    found = wall.largest_overlap(moved(wall, 1, 0.03, -depth), STANDING)
+    assert found.distance == pytest.approx(depth, rel=1e-6)
+    assert found.share == pytest.approx(depth / np.sqrt(0.1), rel=1e-6)
+    assert set(found.names) == {"block 1", "block 2"}
+    assert found.place[1] == pytest.approx(0.3 - depth / 2, abs=depth)
 
 
 def test_a_stone_that_sinks_into_the_support_is_found(wall):
-    found, _ = largest_overlap(*wall, moved(wall, 0, 0.0, -1e-4), STANDING)
-    assert found == pytest.approx(0.4 * 1e-4 / (0.4 + 1e-4), rel=1e-6)
+    found = wall.largest_overlap(moved(wall, 0, 0.0, -1e-4), STANDING)
+    assert found.distance == pytest.approx(1e-4, rel=1e-6)
+    assert set(found.names) == {"block 1", "the support"}
+
+
+def test_mortar_may_close_by_as_much(wall):
+    assert wall.largest_overlap(moved(wall, 1, 0.0, -1e-3), STANDING, 1e-3).distance < 1e-12
 
 
 def test_a_gap_is_no_overlap(wall):
-    assert largest_overlap(*wall, moved(wall, 1, 0.0, 1e-3), STANDING)[0] == 0.0
+    assert wall.largest_overlap(moved(wall, 1, 0.0, 1e-3), STANDING).distance == 0.0
 
 
 def test_what_has_fallen_may_lie_anywhere(wall):
     fallen = np.array([False, True])
-    assert largest_overlap(*wall, moved(wall, 1, 0.0, -0.2), fallen)[0] == 0.0
+    assert wall.largest_overlap(moved(wall, 1, 0.0, -0.2), fallen).distance == 0.0

@@ -8,7 +8,7 @@ import pytest
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
-from orchestrator.pushover.path.body_overlap import PRESSES, largest_pressed_gap
+from orchestrator.pushover.path.body_overlap import PRESSES, DisplacedOutlines
 from tests.support.pushover_chain import assemblage_of, stack
 
 STANDING = np.zeros(2, bool)
@@ -22,15 +22,16 @@ def wall():
     """A stone of 0.4 m x 0.3 m and one of 0.2 m x 0.5 m on it."""
     assemblage = assemblage_of(stack((0.4, 0.3), (0.2, 0.5), friction=0.6))
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
-    return bodies, mesh_bodies(bodies, MeshSettings(size=0.2), None)
+    return DisplacedOutlines(bodies, mesh_bodies(bodies, MeshSettings(size=0.2), None))
 
 
 def gap_of(wall, force, *lifted, fallen=STANDING):
-    meshes = wall[1]
+    meshes = wall.meshes
     displacement = np.zeros_like(meshes.nodes)
     for body, height in lifted:
         displacement[meshes.body_of_node == body, 1] = height
-    return largest_pressed_gap(*wall, displacement, fallen, PAIRS, np.array(force), WEIGHT)
+    found = wall.largest_pressed_gap(displacement, fallen, PAIRS, np.array(force), WEIGHT)
+    return found.distance, found.share
 
 
 def test_stones_that_touch_have_no_gap(wall):

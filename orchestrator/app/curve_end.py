@@ -1,0 +1,80 @@
+"""Up to where a curve in large displacements may be used: as long as displaced outlines show no missing contact.
+
+Its static rows and its last one are looked at, one by one. Where bodies overlap, or press each other from afar, the
+curve ends with the row before if its base shear has fallen by then, as if it had been followed only so far; else it is
+not valid. A level base shear is not enough: what bodies go through might have held them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from orchestrator.assessment.capacity import has_fallen
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.pushover.increments import Increment, PushoverCurve
+from orchestrator.pushover.path.body_overlap import DisplacedOutlines
+from orchestrator.pushover.path.curve_checks import APART, OVERLAP, RowMisfits, said_of
+
+if TYPE_CHECKING:
+    from orchestrator.pushover.model import ContactModel
+
+
+def misfits_of(
+    bodies: Bodies, model: ContactModel, curve: PushoverCurve, increments: Iterable[Increment]
+) -> list[RowMisfits]:
+    """Return the misfits of the rows of a curve that are looked at, in order."""
+    from orchestrator.pushover.contact.mortar import largest_closing
+
+    outlines, found = DisplacedOutlines(bodies, model.meshes), list[RowMisfits]()
+    looked_at = {*curve.static.step.tolist(), int(curve.step[-1])}
+    for one in increments:
+        if one.number in looked_at:
+            moved = one.control_displacement - float(curve.control_displacement_m[0])
+            here = (one.displacement, one.fallen)
+            overlap = outlines.largest_overlap(*here, largest_closing(model.mortar, one))
+            gap = outlines.largest_pressed_gap(*here, model.pairs, one.normal_force, model.body_weight)
+            found.append(RowMisfits(one.number, moved, overlap, gap))
+    return found
+
+
+def first_misfit(rows: Sequence[RowMisfits]) -> RowMisfits | None:
+    """Return the first row that does not fit, None where all do."""
+    return next((row for row in rows if not row.fits), None)
+
+
+def usable(curve: PushoverCurve, rows: Sequence[RowMisfits]) -> PushoverCurve:
+    """Return the curve up to the row before the first that does not fit, where its base shear has fallen by then; else
+    as it is."""
+    first = first_misfit(rows)
+    before = [row.number for row in rows if first is not None and row.number < first.number]
+    if first is None or not before:
+        return curve
+    ends = curve.up_to(before[-1], _why(first))
+    return ends if has_fallen(ends) else curve
+
+
+def used(rows: Sequence[RowMisfits], curve: PushoverCurve) -> list[RowMisfits]:
+    """Return the misfits of the rows that a curve still has."""
+    return [row for row in rows if row.number <= curve.step[-1]]
+
+
+def largest(rows: Sequence[RowMisfits]) -> dict[str, tuple[float, float]]:
+    """Return the largest overlap and the largest pressed gap of rows, in m and over the smaller body's size; 0 of no
+    rows. Keys: as RowMisfits."""
+    both = {"overlap": [row.overlap for row in rows], "pressed_gap": [row.pressed_gap for row in rows]}
+    return {
+        name: (float(np.max([0.0, *(of.distance for of in one)])), float(np.max([0.0, *(of.share for of in one)])))
+        for name, one in both.items()
+    }
+
+
+def _why(first: RowMisfits) -> str:
+    """Return why a curve ends before its first row that does not fit."""
+    deep = not first.overlap.share <= OVERLAP
+    misfit, bound = (first.overlap, OVERLAP) if deep else (first.pressed_gap, APART)
+    what = said_of(misfit, "overlap" if deep else "press each other across a gap")
+    size = f"{misfit.share:.2e} of the smaller one's size (at most {bound:g})"
+    return f"the curve ends before {1e3 * first.moved:.4g} mm: from there on {what}, {size}"

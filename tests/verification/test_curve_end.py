@@ -1,0 +1,133 @@
+"""A curve ends where stones begin to overlap, if its peak is behind by then; else it is not valid."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from orchestrator import storage
+from orchestrator.app import cli
+from orchestrator.app.curve_end import first_misfit, usable, used
+from orchestrator.pushover.increments import PushoverCurve
+from orchestrator.pushover.path.body_overlap import DisplacedOutlines, Misfit
+from orchestrator.pushover.path.curve_checks import RowMisfits
+from tests.support.paths import DATA
+
+TOWER = DATA / "tower_5_blocks.json"
+"""overturns at 1.6 mm and 3.2 kN; its base shear has fallen by 1 % at 5.6 mm"""
+WHERE = (("block 1", "block 2"), (0.25, 1.5))
+
+
+def curve_of(*shear, moving=None):
+    """A curve of a wall of 1000 N that moves by 1 mm a row."""
+    rows, zero = np.arange(len(shear)), np.zeros(len(shear))
+    still = 0 * rows if moving is None else np.array(moving)
+    shear = np.array(shear)
+    return PushoverCurve(
+        rows, zero, shear / 1000, shear, zero + 1000, 1e-3 * rows, zero + 1, zero, *4 * [rows], zero, still, 0 * rows,
+        "final displacement reached",
+    )  # fmt: skip
+
+
+def rows_of(*shares, gap=False):
+    """Rows whose stones overlap (press each other from afar) by such shares of their size."""
+    both = [(Misfit(), Misfit(0.1 * share, share, *WHERE))[:: 1 if gap else -1] for share in shares]
+    return [RowMisfits(number, 1e-3 * number, *pair) for number, pair in enumerate(both)]
+
+
+def test_a_curve_whose_stones_fit_is_as_it_was():
+    curve = curve_of(0.0, 100.0, 90.0)
+    assert usable(curve, rows_of(0.0, 4.9e-3, 5e-3)) is curve
+    assert usable(curve, []) is curve
+
+
+@pytest.mark.parametrize("gap", [False, True])
+def test_stones_that_overlap_once_the_load_has_fallen_end_the_curve(gap):
+    rows = rows_of(0.0, 1e-3, 4e-3, 6e-3, 1e-3, gap=gap)
+    ends = usable(curve_of(0.0, 100.0, 98.9, 98.0, 97.0), rows)
+    assert ends.step.tolist() == [0, 1, 2]
+    what = "press each other across a gap" if gap else "overlap"
+    assert ends.stopped_because == (
+        f"the curve ends before 3 mm: from there on block 1 and block 2 {what} at (0.25, 1.5) m, 6.00e-03 of the "
+        "smaller one's size (at most 0.005)"
+    )
+    assert first_misfit(used(rows, ends)) is None
+
+
+@pytest.mark.parametrize(
+    "shear",
+    [(0.0, 100.0, 99.1, 80.0), (0.0, 100.0, 100.0, 100.0), (0.0, 50.0, 100.0, 90.0)],
+    ids=["it has not fallen by 1 %", "a plateau", "it rises"],
+)
+def test_stones_that_overlap_before_leave_the_curve_not_valid(shear):
+    """Also on a plateau: what they go through might have held them."""
+    curve, rows = curve_of(*shear), rows_of(0.0, 1e-3, 1e-3, 6e-3)
+    assert usable(curve, rows) is curve
+    found = first_misfit(used(rows, curve))
+    assert found is not None
+    assert found.number == 3
+
+
+def test_a_load_that_falls_in_motion_has_not_fallen():
+    curve = curve_of(0.0, 100.0, 90.0, 99.5, 80.0, moving=[0, 0, 1, 0, 0])
+    assert usable(curve, [row for row in rows_of(0.0, 0.0, 0.0, 0.0, 6e-3) if row.number != 2]) is curve
+
+
+def test_no_number_is_no_fit():
+    curve = curve_of(0.0, 100.0, 90.0, 80.0)
+    assert usable(curve, rows_of(0.0, 0.0, 0.0, np.nan)).step.tolist() == [0, 1, 2]
+
+
+def overlapping_from(far):
+    """Overlaps that are found from a displacement of the tower's top on, m."""
+
+    def found(outlines, displacement, fallen, closed=0.0):
+        nodes = outlines.meshes.nodes
+        beyond = displacement[: len(nodes)][nodes[:, 1].argmax(), 0] > far
+        return Misfit(2e-3, 6e-3, *WHERE) if beyond else Misfit()
+
+    return found
+
+
+def pushed(folder, *more):
+    command = ["run", str(TOWER), "--model", "micro", "--set", "stepping.final_displacement=10mm"]
+    return cli.main([*command, "--output", str(folder), *more])
+
+
+def test_a_run_that_ends_before_its_last_increment_says_the_same_everywhere(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(DisplacedOutlines, "largest_overlap", overlapping_from(7e-3))
+    assert pushed(tmp_path) == 0
+    said = "from there on block 1 and block 2 overlap at (0.25, 1.5) m"
+    printed = capsys.readouterr()
+    assert said in printed.err + printed.out
+    assert "NOT VALID" not in printed.out
+    assert "3.199 kN counts" in printed.out
+    (summary,) = json.loads((tmp_path / "summary.json").read_text())["pushover"]
+    assert summary["valid"]
+    assert summary["peak_reached"]
+    assert said in summary["stopped_because"]
+    assert summary["max_penetration_over_size"] == 0.0
+    curve = storage.read_curve(tmp_path / "micro", "")
+    assert 5e-3 < curve.control_displacement_m[-1] < 7e-3
+    assert summary["final_displacement"] == curve.control_displacement_m[-1] - curve.control_displacement_m[0]
+    assert summary["steps"] == curve.step[-1]
+    page = (tmp_path / "report.html").read_text()
+    assert said in page
+    assert "NOT VALID" not in page
+    before = (tmp_path / "micro" / "curve.csv").read_bytes()
+    assert pushed(tmp_path, "--resume") == 0
+    assert (tmp_path / "micro" / "curve.csv").read_bytes() == before
+
+
+def test_a_run_whose_stones_overlap_before_its_peak_is_not_valid(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(DisplacedOutlines, "largest_overlap", overlapping_from(1e-3))
+    assert pushed(tmp_path) == 3
+    said = "to which block 1 and block 2 overlap at (0.25, 1.5) m, from 1.0"
+    assert said in capsys.readouterr().out.replace("\n", " ")
+    (summary,) = json.loads((tmp_path / "summary.json").read_text())["pushover"]
+    assert not summary["valid"]
+    assert said in summary["not_valid_because"]
+    assert summary["max_penetration_over_size"] == 6e-3
+    assert summary["final_displacement"] == pytest.approx(10e-3, rel=2e-3)

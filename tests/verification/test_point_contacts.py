@@ -1,0 +1,101 @@
+"""Blocks that meet in a point have no joint: limit analysis says so where its mechanism takes one into the other.
+
+A block of 0.6 m x 0.5 m slides on a bed with friction 0.6; at its foot begins a slope of the ground, which it meets in
+one corner. The way to the slope is barred: no multiplier moves the block so, and 0.6 is too low.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from orchestrator import JointSettings, analyse, find_joints, loads_on
+from orchestrator.app import cli
+from orchestrator.limit_analysis.moved_outlines import blocks_in_each_other
+from orchestrator.loads import LoadSettings
+from orchestrator.masonry.patterns import Rubble, rubble, running_bond
+from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Block, Wall
+from tests.support.paths import DATA
+from tests.support.pushover_chain import rectangle
+
+SAID = "go into each other"
+
+
+def bed(angle, apart=0.0, size=1.0):
+    """The wall of the title: the slope begins `apart` from the block, and rises at `angle` in degrees."""
+    run = 0.7 / np.tan(np.radians(angle))
+    corners = [(0.0, 0.0), (3.0 + run, 0.0), (3.0 + run, 1.2), (1.0 + apart + run, 1.2), (1.0 + apart, 0.5), (0.0, 0.5)]
+    ground = Block(7, size * np.array(corners), True, 20e3)
+    return Wall("bed", (ground, Block(9, size * rectangle(0.4, 0.5, 0.6, 0.5), False, 20e3)), 0.3, 0.6)
+
+
+def analysed(wall, direction="+x"):
+    assemblage = find_joints(wall, JointSettings())
+    return analyse(assemblage, loads=loads_on(assemblage.wall, LoadSettings(direction)))
+
+
+def said(wall, direction="+x"):
+    return [remark for remark in analysed(wall, direction).remarks if SAID in remark]
+
+
+@pytest.mark.parametrize("angle", [10.0, 45.0, 80.0])
+@pytest.mark.parametrize("size", [0.05, 1.0, 100.0])
+def test_a_corner_that_goes_into_a_slope_is_told(angle, size):
+    (remark,) = said(bed(angle, size=size))
+    assert remark.startswith("in the mechanism blocks 7 and 9 go into each other at (")
+    assert "the multiplier may be too low" in remark
+
+
+def test_away_from_the_slope_and_short_of_it_nothing_is_told():
+    assert not said(bed(45.0), "-x")
+    assert not said(bed(45.0, apart=0.05))
+
+
+def test_a_slope_that_was_taken_away_does_not_bar_the_way():
+    wall = bed(45.0)
+    assemblage = find_joints(wall, JointSettings())
+    state = analysed(wall).headline
+    assert blocks_in_each_other(assemblage, state)
+    assert not blocks_in_each_other(assemblage, state, without={7})
+
+
+def test_a_joint_that_closes_in_the_mechanism_is_no_finding():
+    """Two blocks whose joint crushes, or that stand apart, go into each other: other checks know."""
+    wall = running_bond(2, 2)
+    assemblage = find_joints(wall, JointSettings())
+    state = analysed(wall).headline
+    turned = replace(state.mechanism, velocities=-state.mechanism.velocities, opening=-state.mechanism.opening)
+    closed = replace(state, mechanism=turned)
+    silent = replace(closed, mechanism=replace(turned, opening=np.abs(turned.opening)))
+    assert (turned.opening < 0.0).any()
+    assert not blocks_in_each_other(assemblage, closed)
+    assert blocks_in_each_other(assemblage, silent)
+
+
+@pytest.mark.parametrize(
+    "wall",
+    [
+        pytest.param(read_blocks(DATA / "ferris_tinloi_wall4.json"), id="published"),
+        pytest.param(read_blocks(DATA / "arch27_t0107.json"), id="arch"),
+        pytest.param(read_blocks(DATA / "rubble_36_stones.json"), id="drawn rubble"),
+        pytest.param(rubble(Rubble(1.6, 1.4, stone=0.3, flatness=1.6, seed=3)), id="rubble"),
+        pytest.param(read_blocks(DATA / "tower_5_blocks.json"), id="overturns"),
+    ],
+)
+def test_walls_whose_contacts_are_all_joints_are_not_accused(wall):
+    assert not said(wall)
+    assert not said(wall, "-x")
+
+
+def test_the_terminal_tells_it(tmp_path, capsys):
+    path, wall = tmp_path / "bed.json", bed(45.0)
+    blocks = [{"id": one.id, "polygon": one.polygon.tolist(), "fixed": one.fixed} for one in wall.blocks]
+    units = {"length": "m", "unit_weight": "N/m3"}
+    record = {"name": "bed", "units": units, "thickness": 0.3, "unit_weight": 20e3, "friction": 0.6, "blocks": blocks}
+    path.write_text(json.dumps(record))
+    assert cli.main(["limit", str(path), "--output", str(tmp_path / "run")]) == 0
+    assert "blocks 7 and 9 go into each other" in capsys.readouterr().out.replace("\n", " ")
