@@ -37,7 +37,7 @@ WRONG = {
     "two kinds": (
         "dead = [{blocks = [1], force = '1 kN', line_load = '1 kN/m'}]", "load.cases.1.dead.0: needs one of force"
     ),
-    "no level": ("dead = [{level = '7 m', force = '1 kN'}]", "load.cases.1.dead.0.level: no block has its top, or a step in it"),
+    "no level": ("dead = [{level = '7 m', force = '1 kN'}]", "load.cases.1.dead.0.level: no block has its top"),
     "live with mass": ("live = [{blocks = [1], force = '1 kN'}]", "load.cases.1.live: 1 given for \"mass\""),
     "no live": ("distribution = 'per_block'", "load.cases.1.live: 0 given for \"per_block\""),
     "live on none": (
