@@ -23,6 +23,7 @@ from orchestrator.basis.atomic_files import is_locked, locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.basis.parallel import is_root, on_root
 from orchestrator.loads import DeadLoad
+from orchestrator.masonry.joints import short_contacts
 from orchestrator.masonry.sources.drawing import implausible
 from orchestrator.present import answer, page, tables
 from orchestrator.present.verdict import Answered, sentence
@@ -74,7 +75,7 @@ def _limit(options: argparse.Namespace, case: Case, output: Path, console: Conso
         about = (name, one.load.direction, one.load.distribution, summary)
         answers.append(Answered(*about, inclination=one.load.inclination))
         console.print(tables.limit_table(analysis, name))
-        for remark in (*analysis.remarks, *implausible(assemblage.wall)):
+        for remark in (*analysis.remarks, *short_contacts(assemblage, one.joints), *implausible(assemblage.wall)):
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(analysis), soft_wrap=True, markup=False)
         if options.force and not number:
@@ -129,8 +130,8 @@ def _segment(options: argparse.Namespace, case: Case, output: Path, console: Con
             segmented = driver.segment(one)
         console.print(tables.limit_table(segmented.analysis, name))
         console.print(tables.bodies_table(segmented.assemblage.wall, segmented.partition, segmented.bodies))
-        wall = segmented.assemblage.wall
-        for remark in (*segmented.analysis.remarks, *segmented.partition.remarks, *implausible(wall)):
+        said = [*short_contacts(segmented.assemblage, one.joints), *implausible(segmented.assemblage.wall)]
+        for remark in (*segmented.analysis.remarks, *segmented.partition.remarks, *said):
             console.print(remark, soft_wrap=True)
         console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True, markup=False)
         if options.force and not number:

@@ -86,7 +86,9 @@ class Rings:
         key, reverse = self.keys()
         pair, opposite = p * size + q, q * size + p
         an_edge = np.isin(pair, key) | np.isin(pair, reverse)
-        allowed = np.concatenate([self._wedges(rows), self._gap_ends(rows, within)])
+        before, end, after = self._gap_ends(rows, within)
+        between = (self.block[end] != self.block[before]) & (self.block[end] != self.block[after])
+        allowed = np.concatenate([self._wedges(rows), key[end[between]]])
         an_edge &= ~(np.isin(pair, allowed) | np.isin(opposite, allowed))
         some_block = np.full(size, -1)
         some_block[self.vertex] = self.block
@@ -115,34 +117,31 @@ class Rings:
         wedge = self.vertex[coming] * len(self.point) + self.vertex[self.following[leaving]]
         return np.concatenate([distinct[count > 1], wedge[two]])
 
-    def _gap_ends(self, rows: IntArray, within: float) -> IntArray:
-        """Return open edges no longer than `within` (m), as numbers, that close the end of a gap of two other blocks.
+    def _gap_ends(self, rows: IntArray, longest: float) -> tuple[IntArray, IntArray, IntArray]:
+        """Return open edges no longer than `longest` (m) that close the end of a gap, with those before and after them.
 
-        The open edges before and after it are those of two other blocks and run against each other; along the end of a
-        thin block they run the same way.
+        Those are of two blocks and run against each other; along the end of a thin block they run the same way.
         """
-        key, _ = self.keys()
         there = self.vertex[self.following]
         along = self.point[there[rows]] - self.point[self.vertex[rows]]
         length = np.linalg.norm(along, axis=1)
         unit = along / np.maximum(length, 1e-300)[:, None]
-        short = np.flatnonzero(length <= within)
+        short = np.flatnonzero(length <= longest)
         ends = np.concatenate([self.vertex[rows[short]], there[rows[short]]])
         coming: dict[int, list[int]] = defaultdict(list)
         leaving: dict[int, list[int]] = defaultdict(list)
         for k in np.flatnonzero(np.isin(there[rows], ends) | np.isin(self.vertex[rows], ends)).tolist():
             coming[int(there[rows[k]])].append(k)
             leaving[int(self.vertex[rows[k]])].append(k)
-        narrow = [
-            int(key[rows[k]])
+        found = [
+            (before, k, after)
             for k in short.tolist()
-            if any(
-                len({self.block[rows[n]] for n in (before, k, after)}) == 3 and unit[before] @ unit[after] < -FOLDED
-                for before in coming[int(self.vertex[rows[k]])]
-                for after in leaving[int(there[rows[k]])]
-            )
+            for before in coming[int(self.vertex[rows[k]])]
+            for after in leaving[int(there[rows[k]])]
+            if self.block[rows[before]] != self.block[rows[after]] and unit[before] @ unit[after] < -FOLDED
         ]
-        return np.array(narrow, dtype=key.dtype)
+        before, end, after = rows[np.array(found, dtype=int).reshape(-1, 3).T]
+        return before, end, after
 
     def _beside(self, within: float) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
         """Return vertices, rows of open edges of blocks without them that they lie beside, place along and distance."""
@@ -191,6 +190,24 @@ class Rings:
         sine = np.minimum(*(sine_of_acute(along[self.preceding[end]], along[end]) for end in ends))
         order = np.argsort(distance, kind="stable")
         order = order[(distance * np.maximum(sine, 1.0 / farthest) <= tolerance)[order]]
+        return self.unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
+
+    def join_gap_ends(self, tolerance: float, farthest: float) -> list[float]:
+        """Join the ends of edges that close the end of a gap of their own block and another; return their lengths.
+
+        Corners that face each other across a joint that turns lie the farther apart the sharper it turns, and find the
+        edges beside them first. The gap is no wider than the tolerance (m), the edge no longer than `farthest` times.
+        """
+        before, end, after = self._gap_ends(self._open_rows(), farthest * tolerance)
+        own = (self.block[end] == self.block[before]) | (self.block[end] == self.block[after])
+        side = np.where(self.block[end] == self.block[before], after, before)[own]
+        p, q = self.vertex[end[own]], self.vertex[self.following[end[own]]]
+        along = self.point[self.vertex[self.following[side]]] - self.point[self.vertex[side]]
+        across = self.point[q] - self.point[p]
+        width = np.abs(cross(along, across)) / np.linalg.norm(along, axis=1)
+        distance = np.linalg.norm(across, axis=1)
+        order = np.argsort(distance, kind="stable")
+        order = order[width[order] <= tolerance]
         return self.unite(zip(p[order].tolist(), q[order].tolist(), distance[order].tolist(), strict=True))
 
     def folded(self) -> npt.NDArray[np.bool_]:

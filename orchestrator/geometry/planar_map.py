@@ -102,7 +102,9 @@ def planar_map(
             continue
         folds = rings.join_folds(tolerance, TIP)
         tips += [apart for apart in folds if apart > tolerance]
-        if not folds:
+        ends = rings.join_gap_ends(tolerance, TIP)
+        collapsed += ends
+        if not folds and not ends:
             break
     measure(rings)
     straightened = straighten(rings, max(error, rings.rounding), tolerance, bend)

@@ -15,11 +15,12 @@ from annotated_types import Ge, Gt, Le
 from orchestrator.basis.arrays import FloatArray, IntArray, fingerprint, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, require_kinds
-from orchestrator.basis.printed import millimetres
+from orchestrator.basis.printed import counted, few, millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import VISIBLE
 from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, PlanarMap, planar_map
 from orchestrator.masonry.block_properties import (
+    block_areas,
     fingerprint_of_blocks,
     outlines_of,
     refuse_beyond_weight,
@@ -28,7 +29,11 @@ from orchestrator.masonry.block_properties import (
     weights_that_move,
 )
 from orchestrator.masonry.interfaces import STRENGTHS, Interfaces, straight_interfaces
-from orchestrator.masonry.wall import Friction, Wall, check_wall, doubted_size
+from orchestrator.masonry.wall import ROUNDING, Friction, Wall, check_wall, doubted_size, rounding_of
+
+SHORTEST = 100.0 * ROUNDING
+"""part of the smaller stone's size (root of its area) that a joint is long: where ends may lie off by the rounding of a
+drawing, a shorter one has a direction that is not known to 0.01 rad"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +74,11 @@ NO_MODULUS = "is read beside mortar_modulus or mortar_shear_modulus alone"
 class JointSettings(Checked):
     """How near two edges must lie to share a joint; what joints can carry besides the wall's friction."""
 
-    tolerance: Annotated[float, Gt(0), Le(0.01), Unit("m")] = 1e-5
+    tolerance: Annotated[float, Gt(0), Le(0.01), Unit("m")] | None = None
     """largest distance over which outlines are joined: corners that become one vertex, vertices beside an edge; also
-    the overlap of two blocks that passes as rounding"""
-    minimum_length: Annotated[float, Gt(0), Unit("m")] = 1e-3
-    """shorter shared segments are no joint"""
+    the overlap of two blocks that passes as rounding; none: 1/40000 of a stone's size (root of the median area)"""
+    minimum_length: Annotated[float, Gt(0), Unit("m")] | None = None
+    """shorter shared segments are no joint; none: 1/400 of the smaller stone's size (root of its area)"""
     classes: tuple[JointClass, ...] = ()
     """applied one after the other: of those that fit a joint, the last that gives a value counts"""
 
@@ -99,12 +104,12 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
     require_kinds(remedy, wall=(wall, Wall), settings=(settings, JointSettings))
     check_wall(wall, settings.tolerance)
     try:
-        outlines = planar_map([block.polygon for block in wall.blocks], settings.tolerance)
+        outlines = planar_map([block.polygon for block in wall.blocks], joined_over(wall, settings))
     except OverlapError as error:
         one, other = (wall.blocks[block].id for block in error.blocks)
         problem = f"lies on block {other} near ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
         raise CaseError(f"block {one}", problem, "move one of them or correct its polygon") from None
-    edge = _joints_of(outlines, np.array([block.fixed for block in wall.blocks]), settings.minimum_length)
+    edge, _ = _contacts_of(wall, outlines, settings)
     pair = outlines.left[edge], outlines.right[edge]
     friction = np.array([wall.friction if block.friction is None else block.friction for block in wall.blocks])
     ends = outlines.vertex[outlines.start[edge]], outlines.vertex[outlines.end[edge]]
@@ -124,14 +129,40 @@ def _with_outlines(wall: Wall, outlines: PlanarMap) -> Wall:
     return replace(wall, blocks=tuple(blocks))
 
 
-def _joints_of(outlines: PlanarMap, fixed: IntArray, shortest: float) -> IntArray:
-    """Return the edges (k,) that are joints, in their order."""
+def joined_over(wall: Wall, settings: JointSettings) -> float:
+    """Return the largest distance (m) over which outlines are joined where joints are found."""
+    return rounding_of(wall) if settings.tolerance is None else settings.tolerance
+
+
+def _contacts_of(wall: Wall, outlines: PlanarMap, settings: JointSettings) -> tuple[IntArray, IntArray]:
+    """Return the edges (k,) that are joints, in their order, and those between two blocks too short for one."""
     edge = outlines.ring_edge[outlines.ring_forward]  # along the outline of the left block, which is block i
+    edge = edge[outlines.right[edge] != NO_BLOCK]
     i, j = outlines.left[edge], outlines.right[edge]
+    fixed, size = np.array([block.fixed for block in wall.blocks]), np.sqrt(block_areas(wall))
     length = np.linalg.norm(outlines.vertex[outlines.end[edge]] - outlines.vertex[outlines.start[edge]], axis=1)
-    joint = (j != NO_BLOCK) & ~(fixed[i] & fixed[j]) & (length > shortest)
-    edge = edge[joint]
-    return edge[np.lexsort((np.arange(len(edge)), outlines.right[edge], outlines.left[edge]))]
+    shortest = SHORTEST * np.minimum(size[i], size[j]) if settings.minimum_length is None else settings.minimum_length
+    order = np.lexsort((np.arange(len(edge)), j, i))
+    contact, long = ~(fixed[i] & fixed[j])[order], (length > shortest)[order]
+    return edge[order][contact & long], edge[order][contact & ~long]
+
+
+def short_contacts(assemblage: Assemblage, settings: JointSettings) -> list[str]:
+    """Return a warning about contacts of two stones that are too short for a joint, with their places, or none."""
+    outlines, blocks = assemblage.outlines, assemblage.wall.blocks
+    if outlines is None:
+        return []
+    _, short = _contacts_of(assemblage.wall, outlines, settings)
+    if not len(short):
+        return []
+    start, end = outlines.vertex[outlines.start[short]], outlines.vertex[outlines.end[short]]
+    length, middle = np.linalg.norm(end - start, axis=1), 0.5 * (start + end)
+    named = [
+        f"blocks {blocks[i].id} and {blocks[j].id} at ({x:.4g}, {y:.4g}) m, {millimetres(long)}"
+        for i, j, (x, y), long in zip(outlines.left[short], outlines.right[short], middle, length, strict=True)
+    ]
+    many = f"{counted(len(short), 'contact')} of stones {'are' if len(short) > 1 else 'is'} too short for a joint"
+    return [f"WARNING: {many}: {few(named, '; ')}; joints.minimum_length says what is long enough"]
 
 
 def with_class(assemblage: Assemblage, joint_class: JointClass, key: str) -> Assemblage:

@@ -23,6 +23,9 @@ LARGEST_COORDINATE = 1e7
 
 LARGEST_TOLERANCE = 0.05
 """m: the largest gap or overlap that may be taken for an error of a drawing"""
+ROUNDING = 2.5e-5
+"""part of a stone's size (root of the median area) over which outlines are joined: the rounding of a drawing, 0.01 mm
+on a stone of 0.4 m"""
 DRAWN_TWICE = 0.9
 """part of the smaller of two blocks that they share where one block was drawn twice"""
 PLAUSIBLE = (0.1, 200.0)
@@ -77,19 +80,27 @@ class Wall:
     mortar: tuple[MortarGap, ...] = ()
 
 
-def check_wall(wall: Wall, tolerance: float = 1e-5) -> None:
+def check_wall(wall: Wall, tolerance: float | None = None) -> None:
     """Raise CaseError for a wall that is not one: shapes, supports, material (`check_blocks`), overlaps.
 
-    Two blocks overlap when they share more than a strip of width `tolerance` (m) along the shorter outline; less is the
-    rounding of a drawing.
+    Two blocks overlap when they share more than a strip of width `tolerance` (m; None: `rounding_of` the wall) along
+    the shorter outline; less is the rounding of a drawing.
     """
     require_kinds("write check_wall(read_blocks(path))", wall=(wall, Wall))
     check_blocks(wall, tolerance)
-    refuse_overlaps(wall, tolerance)
+    refuse_overlaps(wall, rounding_of(wall) if tolerance is None else tolerance)
 
 
-def check_blocks(wall: Wall, tolerance: float) -> None:
-    """Raise CaseError for blocks without a shape, thinner than twice the `tolerance` (m), without weight or support."""
+def rounding_of(wall: Wall) -> float:
+    """Return over what distance (m) the wall's outlines are joined unless told otherwise: ROUNDING of a stone."""
+    area = shapely.area(shapes(wall))
+    free = area[[not block.fixed for block in wall.blocks]]
+    return ROUNDING * float(np.sqrt(np.median(free if len(free) else area)))
+
+
+def check_blocks(wall: Wall, tolerance: float | None) -> None:
+    """Raise CaseError for blocks without a shape, thinner than twice the `tolerance` (m; None: `rounding_of` the wall),
+    without weight or support."""
     if not wall.blocks:
         raise CaseError("blocks", "there are none", "list the blocks, each with id and polygon, and a support")
     for key, value in (("thickness", wall.thickness), ("friction", wall.friction)):
@@ -100,6 +111,7 @@ def check_blocks(wall: Wall, tolerance: float) -> None:
     for block in wall.blocks:
         _check_place(block)
     outlines = shapes(wall)
+    tolerance = rounding_of(wall) if tolerance is None else tolerance
     simple, area, length = (of(outlines).tolist() for of in (shapely.is_valid, shapely.area, shapely.length))
     for block, of_block in zip(wall.blocks, zip(simple, area, length, strict=True), strict=True):
         _check_block(block, *of_block, tolerance)
@@ -147,7 +159,7 @@ def _check_block(block: Block, simple: bool, area: float, length: float, toleran
     if area <= 1e-12 * length**2:
         raise CaseError(key, "its polygon has no area", "give at least three corners that are not on one line")
     if area <= tolerance * length:
-        problem = f"its polygon is thinner than {2 * tolerance:g} m, twice the tolerance of the joints"
+        problem = f"its polygon is thinner than {2 * tolerance:.3g} m, twice the tolerance of the joints"
         raise CaseError(key, problem, "correct it, or lower joints.tolerance")
     for name in ("unit_weight", "thickness", "friction", "elastic_modulus"):
         value = getattr(block, name)

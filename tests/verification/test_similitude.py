@@ -1,4 +1,4 @@
-"""A wall at another size has the same curve: there is no absolute length in the contact pushover.
+"""A wall at another size has the same joints, multipliers and curve: there is no absolute length in the mechanics.
 
 Lengths, modulus, slip tolerance and joint sizes are scaled by s. Gravity stays, so stresses scale as lengths do, and
 strains, rotations and multipliers are the same: strengths of joints scale as stresses do, their stiffness (N/m3) stays.
@@ -12,11 +12,14 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from orchestrator.limit_analysis.analysis import analyse
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.patterns import Rubble, rubble, running_bond
 from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
 from orchestrator.pushover.path.stepping import Pushover
@@ -24,8 +27,35 @@ from orchestrator.pushover.settings import ContactSettings, ElasticSettings, New
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from tests.support.paths import DATA
 from tests.support.pushover_chain import model_of, run
+from tests.support.walls import between
 
 WALLS = {"bond": running_bond(2, 4), "rubble": rubble(Rubble(0.8, 0.8, stone=0.35, seed=1))}
+
+
+def stepped(scale, step):
+    """Courses of 0.4 x 0.3 m times the scale, each `step` (m, times it) less than half a stone from the one below: its
+    last stone stands on the one before the last by so little."""
+    blocks = [Block(0, scale * between(-0.5, -0.2, 3.0, 0.0), True, 20e3)]
+    for course in range(5):
+        left = 0.2 * course - step * (course % 2)
+        outlines = [between(left + 0.4 * k, 0.0, left + 0.4 * k + 0.4, 0.3) for k in range(5 - course)]
+        blocks += [
+            Block(len(blocks) + k, scale * (one + [0.0, 0.3 * course]), False, 20e3) for k, one in enumerate(outlines)
+        ]
+    return find_joints(Wall("stepped", tuple(blocks), scale * 0.3, 0.6), JointSettings())
+
+
+@pytest.mark.parametrize("step", [0.192, 0.1985, 0.15])
+def test_a_wall_at_a_tenth_and_at_ten_times_its_size_has_the_same_joints_and_multipliers(step):
+    """Bed joints of 8, 1.5 and 50 mm beside others of 0.39 m, the modulus scaled along: to 1e-6, as promised."""
+    whole = stepped(1.0, step)
+    expected = analyse(whole)
+    for scale in (0.1, 10.0):
+        scaled = stepped(scale, step)
+        assert scaled.joints.length == pytest.approx(scale * whole.joints.length, rel=1e-9)
+        found = analyse(scaled, elastic_modulus=scale * ELASTIC_MODULUS)
+        assert found.associative.load_multiplier == pytest.approx(expected.associative.load_multiplier, rel=1e-6)
+        assert found.headline.load_multiplier == pytest.approx(expected.headline.load_multiplier, rel=1e-6)
 
 
 MORTAR = JointClass(normal_stiffness=5e9, shear_stiffness=2e9, compressive_strength=1.5e5)
@@ -36,7 +66,7 @@ def curve(wall, scale, mortar=None):
     blocks = tuple(replace(block, polygon=scale * block.polygon) for block in wall.blocks)
     scaled = mortar and replace(mortar, compressive_strength=scale * mortar.compressive_strength)
     classes = (scaled,) if scaled else ()
-    joints = JointSettings(scale * JointSettings().tolerance, scale * JointSettings().minimum_length, classes)
+    joints = JointSettings(classes=classes)
     assemblage = find_joints(replace(wall, blocks=blocks, thickness=scale * wall.thickness), joints)
     whole = find_joints(wall, JointSettings())
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))

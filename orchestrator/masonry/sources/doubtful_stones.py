@@ -50,6 +50,13 @@ def slenderness(outline: shapely.Polygon) -> float:
     return float((0.5 * outline.length) ** 2 / outline.area)
 
 
+def mean_width(outline: shapely.Polygon) -> float:
+    """Return the width in m of the rectangle that has the outline's area and perimeter; a quarter of the perimeter of
+    what is rounder than a square."""
+    half = 0.5 * outline.length
+    return float(0.5 * (half - np.sqrt(max(half**2 - 4.0 * outline.area, 0.0))))
+
+
 def doubtful_stones(wall: Wall) -> list[str]:
     """Return warnings about stones that may be an error of the drawing, with their places."""
     outlines = shapes(wall)

@@ -22,7 +22,7 @@ from orchestrator.geometry.planar_map import OverlapError
 from orchestrator.geometry.ring_geometry import without_spikes
 from orchestrator.masonry.sources.copies import without_copies
 from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, doubtful_stones, slenderness
-from orchestrator.masonry.sources.said_of_healing import NOT_SEEN, said_of_healing
+from orchestrator.masonry.sources.said_of_healing import NOT_SEEN, ThinStoneError, folded, said_of_healing, thin_stone
 from orchestrator.masonry.wall import (
     LARGEST_TOLERANCE,
     PLAUSIBLE,
@@ -139,8 +139,9 @@ def closed(
         check_blocks(drawn, 0.0)
         return _closed_within(drawn, within, bool(settings.mortar), known_error, curved)
     except CaseError as error:
-        wider = _tolerance_that_closes(drawn, within, bool(settings.mortar), known_error, curved)
-        located = _located(error, drawn)
+        located, wider = _located(error, drawn), None
+        if not isinstance(error, ThinStoneError):
+            wider = _tolerance_that_closes(drawn, within, bool(settings.mortar), known_error, curved)
         remedy = f'--tolerance "{1e3 * wider:g} mm" closes the wall' if wider else located.remedy
         remedy = doubted_size(drawn) or remedy
         raise RefusedWallError(located.key, located.problem, remedy, drawn) from None
@@ -154,17 +155,14 @@ def _closed_within(
     try:
         polygons, joined = heal([block.polygon for block in drawn.blocks], within, known_error, curved)
     except OverlapError as error:
-        one, other = (drawn.blocks[k].id for k in error.blocks)
-        key = f"blocks {one} and {other} at ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
-        problem = f"lie on one another, by more than the tolerance of {millimetres(within)}"
-        raise CaseError(key, problem, "correct the drawing, or raise --tolerance") from None
+        raise folded(drawn, error, within) from None
     blocks = tuple(replace(b, polygon=polygon) for b, polygon in zip(drawn.blocks, polygons, strict=True))
     wall = replace(drawn, blocks=blocks)
     if has_mortar:
         mortar = {(blocks[gap.i].id, blocks[gap.j].id): gap.width for gap in closed_gaps(joined) if gap.width > 0}
         mortar = {(known.i, known.j): known.thickness for known in drawn.mortar} | mortar
         wall = replace(wall, mortar=tuple(MortarGap(i, j, width) for (i, j), width in sorted(mortar.items())))
-    _refuse_what_healing_spoilt(wall, within)
+    _refuse_what_healing_spoilt(wall, drawn, within)
     return wall, said_of_healing(joined, wall, within)
 
 
@@ -184,11 +182,14 @@ def _tolerance_that_closes(
     return closing
 
 
-def _refuse_what_healing_spoilt(wall: Wall, within: float) -> None:
+def _refuse_what_healing_spoilt(wall: Wall, drawn: Wall, within: float) -> None:
     """Raise CaseError for a healed wall that is none, though it was one as drawn."""
     try:
         check_wall(wall)
     except CaseError as error:
+        named = (block for block in drawn.blocks if error.key == f"block {block.id}")
+        if thin := next((thin_stone(block, within) for block in named), None):
+            raise thin from None
         problem = f"{error.problem} where gaps and overlaps up to {millimetres(within)} are closed"
         raise CaseError(error.key, problem, "correct the corners there") from None
 

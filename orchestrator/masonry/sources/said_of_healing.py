@@ -1,13 +1,17 @@
-"""What became of the outlines of a drawing, in words: gaps and overlaps that were closed, or not, tips, short edges."""
+"""What became of the outlines of a drawing, in words: gaps and overlaps that were closed, or not, tips, short edges; or
+why they could not be joined."""
 
 from __future__ import annotations
 
 import numpy as np
+import shapely
 
+from orchestrator.basis.errors import CaseError
 from orchestrator.basis.printed import few, millimetres
 from orchestrator.geometry.healing import Gap, closed_gaps, open_gaps
-from orchestrator.geometry.planar_map import PlanarMap
-from orchestrator.masonry.wall import Wall
+from orchestrator.geometry.planar_map import OverlapError, PlanarMap
+from orchestrator.masonry.sources.doubtful_stones import SLIVER, mean_width, slenderness
+from orchestrator.masonry.wall import Block, Wall, shapes
 
 NOT_SEEN = 1e-6
 """m: what is nearer was drawn in one place"""
@@ -18,17 +22,64 @@ MORE_THAN_ROUNDING = 0.01
 def said_of_healing(joined: PlanarMap, wall: Wall, within: float) -> list[str]:
     """Return remarks on the healed `wall`: what was not closed over the tolerance `within` (m) first, then what was."""
     gaps = closed_gaps(joined)
-    not_closed = [_words(gap, wall) for gap in open_gaps(joined)]
+    not_closed = [_words(gap, wall, within) for gap in open_gaps(joined)]
     return [*not_closed, *_said_deep(gaps, wall, within), *_summary(gaps, wall), *_said_changes(joined)]
 
 
-def _words(gap: Gap, wall: Wall) -> str:
+class ThinStoneError(CaseError):
+    """A stone thinner than what gaps and overlaps are closed over: no larger tolerance helps."""
+
+
+def folded(drawn: Wall, error: OverlapError, within: float) -> CaseError:
+    """Return what is wrong with blocks that lie on one another once gaps and overlaps up to `within` (m) are closed.
+
+    Whether they overlap is judged on the wall as drawn. Where they do not, a stone between them is thinner than that.
+    """
+    i, j = error.blocks
+    outlines, x, y = shapes(drawn), *error.point
+    key = f"blocks {drawn.blocks[i].id} and {drawn.blocks[j].id} at ({x:.4g}, {y:.4g}) m"
+    near = {i, j, *shapely.STRtree(outlines).query(shapely.Point(x, y), "dwithin", within).tolist()}
+    thinnest = min(sorted(near), key=lambda k: mean_width(outlines[k]))
+    if _depth(outlines[i].intersection(outlines[j])) > within:
+        problem = f"lie on one another, by more than the tolerance of {millimetres(within)}"
+        return CaseError(key, problem, "correct the drawing, or raise --tolerance")
+    if thin := thin_stone(drawn.blocks[thinnest], within):
+        return thin
+    problem = f"fold over one another where gaps and overlaps up to {millimetres(within)} are closed"
+    return CaseError(key, problem, "correct the corners there")
+
+
+def thin_stone(block: Block, within: float) -> ThinStoneError | None:
+    """Return what is wrong with a stone thinner than the `within` (m) that gaps are closed over; None if it is not."""
+    outline = shapely.Polygon(block.polygon)
+    if (width := mean_width(outline)) >= within:
+        return None
+    what, remedy = "is", "unite it with a neighbour, or lower --tolerance or --mortar"
+    if slenderness(outline) > SLIVER[0]:
+        what, remedy = "is a sliver", "a joint drawn twice? remove it"
+    thinner = f"thinner than the {millimetres(within)} over which gaps and overlaps are closed"
+    return ThinStoneError(f"block {block.id}", f"{what} {millimetres(width)} wide, {thinner}", remedy)
+
+
+def _depth(common: shapely.Geometry) -> float:
+    """Return how deep an overlap is, m: the width of the narrowest rectangle round it."""
+    corners = shapely.get_coordinates(shapely.oriented_envelope(common))
+    return float(np.linalg.norm(np.diff(corners, axis=0), axis=1)[:2].min()) if len(corners) > 4 else 0.0
+
+
+def _words(gap: Gap, wall: Wall, within: float) -> str:
     kind = "gap" if gap.width > 0 else "overlap"
     first, second = wall.blocks[gap.i].id, wall.blocks[gap.j].id
     x, y = gap.at
+    why = "wider than the tolerance; --tolerance closes it, or --mortar if it is a joint"
+    if abs(gap.width) <= within:
+        why = (
+            f"though no wider than {millimetres(within)}: a stone would touch itself there or lose more than a fifth "
+            "of its area; draw both stones to one line there"
+        )
     return (
         f"WARNING: {kind} of {millimetres(gap.width)} between blocks {first} and {second} at ({x:.4g}, {y:.4g}) m NOT "
-        f"closed, wider than the tolerance; --tolerance closes it, or --mortar if it is a joint"
+        f"closed, {why}"
     )
 
 

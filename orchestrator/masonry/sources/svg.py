@@ -2,7 +2,7 @@
 
 Groups are chosen by name as the layers of a DXF drawing are: by the label that Inkscape gives, else by id. The drawing
 is in user units; width and height in mm and the viewBox say how long one is, or the scale does. Curves become chords.
-Text, images, clones (`use`) and what is hidden are passed over and counted. https://www.w3.org/TR/SVG11/
+Text, images, clones (`use`) and what is hidden are passed over and counted; what is clipped is read whole and counted. https://www.w3.org/TR/SVG11/
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.printed import counted
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_file, unreadable
 from orchestrator.masonry.sources.closed_outlines import CHORD, LARGEST_CORNERS, ROLES, Layers, drawing_of, is_chosen
 from orchestrator.masonry.sources.drawing import Drawing
 from orchestrator.masonry.sources.svg_shapes import NUMBER, Curve, nested_view, numbers, subpaths, transform
-from orchestrator.masonry.sources.svg_styles import is_taken_out, is_unseen, rules_in
+from orchestrator.masonry.sources.svg_styles import is_clipped, is_taken_out, is_unseen, rules_in
 
 LARGEST_FILE = 100_000_000
 """bytes"""
@@ -165,18 +166,20 @@ def _length(text: str) -> float | None:
 @dataclass(frozen=True, eq=False, slots=True)
 class Place:
     """Where an element is: from its user units to the drawing's (3, 3), names around it, and whether it is hidden:
-    `out` with all that is in it, `unseen` unless something in it is shown again."""
+    `out` with all that is in it, `unseen` unless something in it is shown again; `clipped`: part of it is hidden."""
 
     matrix: FloatArray
     names: tuple[str, ...] = ()
     out: bool = False
     unseen: bool = False
+    clipped: bool = False
 
 
 def _all_drawn(root: Element) -> tuple[list[Drawn], list[str]]:
     """Return the subpaths of everything that is shown, and remarks on what is not read or hidden."""
     drawn: list[Drawn] = []
     passed: Counter[str] = Counter()
+    whole = 0
     rules, unread = rules_in(["".join(each.itertext()) for each in root.iter() if _tag(each) == "style"])
     stack: list[tuple[Element, Place]] = [(root, Place(np.eye(3)))]
     while stack:
@@ -192,24 +195,32 @@ def _all_drawn(root: Element) -> tuple[list[Drawn], list[str]]:
         matrix = around.matrix @ transform(element.get("transform", ""))
         if tag == "svg" and element is not root:
             matrix = matrix @ nested_view(element)
-        place = Place(matrix, (*_names(element, tag), *around.names), out, unseen)
+        clipped = around.clipped or is_clipped(element, tag, rules)
+        place = Place(matrix, (*_names(element, tag), *around.names), out, unseen, clipped)
         stack += [(child, place) for child in reversed(element)]
         shapes = [*subpaths(element, tag)]
         if shapes and (out or unseen):
             passed[f"hidden {tag}"] += 1
             continue
+        whole += bool(shapes and clipped)
         for curves in shapes:
             placed = tuple(c @ matrix[:2, :2].T + matrix[:2, 2] for c in curves)
             drawn.append(Drawn(place.names, placed, id(element)))
-    return drawn, [*_said(passed), *(f"WARNING: style of {one!r} hides something and is not read" for one in unread)]
+    styles = [f"WARNING: style of {one!r} hides something and is not read" for one in unread]
+    return drawn, [*_said(passed, whole), *styles]
 
 
-def _said(passed: Counter[str]) -> list[str]:
-    """Return one line on what is passed over; a warning where something that is shown is among it."""
-    if not passed:
-        return []
-    warning = "WARNING: " * any(not kind.startswith("hidden") for kind in passed)
-    return [f"{warning}passed over: {', '.join(f'{number} {kind}' for kind, number in sorted(passed.items()))}"]
+def _said(passed: Counter[str], whole: int) -> list[str]:
+    """Return one line on what is passed over, a warning where something that is shown is among it; and one on how many
+    shapes are read as a `whole` though part of them is hidden."""
+    said = []
+    if passed:
+        warning = "WARNING: " * any(not kind.startswith("hidden") for kind in passed)
+        said.append(f"{warning}passed over: {', '.join(f'{number} {kind}' for kind, number in sorted(passed.items()))}")
+    if whole:
+        many = f"{counted(whole, 'shape')} with a clip-path or mask read as if without"
+        said.append(f"WARNING: {many}: delete what it hides, or cut the shapes there")
+    return said
 
 
 def _names(element: Element, tag: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""What of an SVG drawing is hidden: by attribute, by style, or by a rule of a style sheet (CSS 2.1, section 6.4).
+"""What of an SVG drawing is hidden or clipped: by attribute, by style, or by a rule of a style sheet (CSS 2.1, 6.4).
 
 Only rules for single elements are read, as in `.hidden, path#old { display: none }`.
 """
@@ -12,6 +12,8 @@ from xml.etree.ElementTree import Element
 
 HIDING = {"display": ("none",), "visibility": ("hidden", "collapse")}
 """values that hide, by property"""
+CLIPPING = ("clip-path", "mask")
+"""properties that hide part of what they are given to, unless they are none"""
 SELECTOR = re.compile(r"(?P<tag>[\w-]+|\*)?(?P<names>([.#][\w-]+)*)")
 
 
@@ -33,19 +35,24 @@ class Rule:
 
 
 def rules_in(sheets: list[str]) -> tuple[tuple[Rule, ...], list[str]]:
-    """Return the rules of style sheets on what is hidden, the one that wins last, and selectors of those that hide
-    something and are not read."""
+    """Return the rules of style sheets on what is hidden or clipped, the one that wins last, and selectors of those
+    that hide something and are not read."""
     rules, unread = list[Rule](), list[str]()
     text = re.sub(r"/\*.*?\*/|<!--|-->", " ", "\n".join(sheets), flags=re.DOTALL)
     for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", text):
-        said = {name: value for name, value in _declarations(body) if name in HIDING}
+        said = {name: value for name, value in _declarations(body) if name in (*HIDING, *CLIPPING)}
         for selector in map(str.strip, selectors.split(",")):
             match = SELECTOR.fullmatch(selector)
-            if match is None and any(value in HIDING[name] for name, value in said.items()):
+            if match is None and any(_hides(name, value) for name, value in said.items()):
                 unread.append(selector[:40])
             elif match is not None:
                 rules += [_rule(match, name, value, len(rules)) for name, value in said.items()]
     return tuple(sorted(rules, key=lambda rule: rule.rank)), unread
+
+
+def _hides(name: str, value: str) -> bool:
+    """Return whether a value of a property hides all or part of an element."""
+    return value in HIDING[name] if name in HIDING else value not in ("", "none")
 
 
 def _rule(match: re.Match[str], name: str, value: str, number: int) -> Rule:
@@ -71,6 +78,11 @@ def is_unseen(element: Element, tag: str, rules: tuple[Rule, ...], inherited: bo
     """Return whether an element is hidden that is in one which is so or not (`inherited`)."""
     value = _value(element, tag, "visibility", rules)
     return inherited if value in ("", "inherit") else value in HIDING["visibility"]
+
+
+def is_clipped(element: Element, tag: str, rules: tuple[Rule, ...]) -> bool:
+    """Return whether part of an element and of all that is in it is hidden by a clip-path or a mask."""
+    return any(_hides(name, _value(element, tag, name, rules)) for name in CLIPPING)
 
 
 def _value(element: Element, tag: str, name: str, rules: tuple[Rule, ...]) -> str:

@@ -204,6 +204,33 @@ def test_lines_drawn_twice_leave_no_slivers(tmp_path, shift):
     assert any("ends of lines up to" in remark and "apart taken to meet" in remark for remark in remarks)
 
 
+@pytest.mark.parametrize("tolerance", ["1 mm", "2 mm", "5 mm", "20 mm"])
+def test_a_head_joint_drawn_twice_is_named_as_the_sliver_it_is(tmp_path, tolerance):
+    """It lies on both stones by 0.2 mm, which is less than any of the tolerances: none of them helps."""
+    boxes = [between(400 * k, 0, 400 * k + 400, 300) for k in range(4)]
+    path = drawn(tmp_path / "sliver.dxf", outlines=[*boxes, between(799.8, 0, 800.2, 300)])
+    said = rf"block \d at \(0.8, 0.15\) m: is a sliver 0.4 mm wide, thinner than the {tolerance} over which gaps and .*"
+    with pytest.raises(CaseError, match=said + "a joint drawn twice") as refused:
+        read(path, tolerance=tolerance)
+    assert "--tolerance" not in refused.value.remedy
+    assert "lie on one another" not in refused.value.problem
+
+
+def test_a_pinning_stone_thinner_than_the_mortar_around_it_is_named_and_not_taken_for_an_overlap(tmp_path):
+    """Stones drawn 5 mm apart, between two of them a wedge 4.5 mm thick; less mortar leaves it a stone."""
+    below = [(1343, 1797.5), (1202.5, 1754.2), (1202.5, 1502.5), (1597.5, 1502.5), (1597.5, 1797.5)]
+    above = [(1649.1, 2006.1), (1350.9, 2006.1), (1379.9, 1813.3), (1620.1, 1813.3)]
+    wedge = [(1397.5, 1808.3), (1378.2, 1808.3), (1359.2, 1802.5), (1397.5, 1802.5)]
+    beside = [(1640.8, 1802.5), (1621.8, 1808.3), (1402.5, 1808.3), (1402.5, 1802.5)]
+    path = drawn(tmp_path / "pinning.dxf", outlines=[below, above, wedge, beside])
+    with pytest.raises(
+        CaseError, match=r"block 2 at \(1.383, 1.805\) m: is 4.5 mm wide, thinner than the 9 mm"
+    ) as refused:
+        read(path, mortar="6 mm")
+    assert "unite it with a neighbour, or lower --tolerance or --mortar" in refused.value.remedy
+    assert read(path, mortar="4 mm")[0] == 4
+
+
 def test_thin_stones_side_by_side_are_no_copies(tmp_path):
     slates = [between(0, 8 * k, 600, 8 * k + 8) for k in range(4)]
     found, remarks = read(drawn(tmp_path / "slates.dxf", outlines=slates), tolerance="10 mm")

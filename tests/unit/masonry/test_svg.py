@@ -105,6 +105,34 @@ def test_what_is_shown_again_is_read(tmp_path, sheet, last):
     assert len(read_svg(svg(tmp_path, body), Layers(), 1e-5).stones) == 4
 
 
+@pytest.mark.parametrize(
+    ("sheet", "last", "shapes"),
+    [
+        ("", '<path clip-path="url(#c)" d="{0}"/>', "1 shape"),
+        ("", '<path style="clip-path: url(#c)" d="{0}"/>', "1 shape"),
+        ("", '<path mask="url(#c)" d="{0}"/>', "1 shape"),
+        (".half { clip-path: url(#c) }", '<path class="half" d="{0}"/>', "1 shape"),
+        ("", '<g clip-path="url(#c)"><path d="{0}"/><g><path d="M0,70 h10 v10 h-10 z"/></g></g>', "2 shapes"),
+    ],
+)
+def test_a_stone_that_is_clipped_is_read_whole_and_counted(tmp_path, sheet, last, shapes):
+    body = "".join(f'<path d="{as_path(stone)}"/>' for stone in STONES[:3]) + last.format(as_path(STONES[3]))
+    clip = '<defs><clipPath id="c"><rect x="0" y="0" width="1" height="1"/></clipPath></defs>'
+    drawing = read_svg(svg(tmp_path, f"<style>{sheet}</style>{clip}{body}"), Layers(), 1e-5)
+    assert len(drawing.stones) == 3 + int(shapes[0])
+    said = (
+        f"WARNING: {shapes} with a clip-path or mask read as if without: delete what it hides, or cut the shapes there"
+    )
+    assert said in drawing.remarks
+
+
+def test_a_clip_path_that_is_none_or_of_what_is_hidden_is_not_said(tmp_path):
+    body = "".join(f'<path clip-path="none" d="{as_path(stone)}"/>' for stone in STONES)
+    hidden = f'<g display="none" clip-path="url(#c)"><path d="{as_path(STONES[0])}"/></g>'
+    drawing = read_svg(svg(tmp_path, body + hidden), Layers(), 1e-5)
+    assert not [remark for remark in drawing.remarks if "WARNING" in remark]
+
+
 def test_a_rule_that_hides_and_cannot_be_read_is_a_warning(tmp_path):
     body = f'<style>g > .old {{display:none}}</style><path d="{as_path(STONES[0])}"/>'
     remarks = read_svg(svg(tmp_path, body), Layers(), 1e-5).remarks

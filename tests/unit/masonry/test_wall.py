@@ -58,7 +58,7 @@ def test_rounding_of_a_turned_moved_wall_is_no_overlap_but_a_millimetre_is(angle
         (with_second(box(2, 0.2, 0.4, 0.2, 0.4)), r"block 1: overlaps block 2 by 0\.04 m2"),
         (with_second(STONE), "block 1: two blocks have this id"),
         (with_second(box(2, 1, 1, 0, 1)), "block 2: its polygon"),
-        (with_second(box(2, 1, 2, 0, 1.9e-5)), "block 2: its polygon is thinner than 2e-05 m"),
+        (with_second(box(2, 1, 2, 0, 1.9e-5)), "block 2: its polygon is thinner than 3.54e-05 m"),
         (with_second(replace(box(2, 1, 2, 0, 1), unit_weight=np.inf)), "block 2: unit_weight inf"),
         (with_second(box(2, 1, 1e7, 0, 1e-6)), "block 2: its polygon has no area"),
         (with_second(box(2, 1, np.nan, 0, 1)), "block 2: a coordinate is not a finite number"),
@@ -93,8 +93,8 @@ def test_tolerance_decides_what_is_rounding():
         check_wall(touching, tolerance=1e-6)
 
 
-def test_a_stone_of_30_micrometres_is_one():
-    check_wall(with_second(box(2, 1, 2, 0, 3e-5)))
+def test_a_stone_of_40_micrometres_beside_one_of_a_metre_is_one():
+    check_wall(with_second(box(2, 1, 2, 0, 4e-5)))
 
 
 def test_a_few_square_centimetres_of_a_small_stone_in_a_long_one_are_an_overlap():
