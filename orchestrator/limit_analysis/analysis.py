@@ -22,7 +22,7 @@ from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.remarks import remarks_of
+from orchestrator.limit_analysis.remarks import points_words, remarks_of
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER, Loaded, has_path, in_large_displacements, loaded
 from orchestrator.limit_analysis.search.loading_path import going_down
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
@@ -38,6 +38,7 @@ from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.loads.block_loads import Loads, loads_on, refuse_other_loads
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS, ElasticModulus
 from orchestrator.masonry.joints import Assemblage, fingerprint_of_wall
+from orchestrator.masonry.points_in_common import points_in_common
 
 logger = logging.getLogger(__name__)
 
@@ -79,7 +80,9 @@ def analyse(
     known = non_associative_of(problem, view.loads, optimum, settings)
     answer = answered(problem, optimum, known, loads, perf_counter() - started)
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
-    return replace(answer, wall=fingerprint_of_wall(assemblage))
+    points = points_in_common(assemblage)
+    remarks = (*answer.remarks, *points_words(points))
+    return replace(answer, wall=fingerprint_of_wall(assemblage), points_in_common=points, remarks=remarks)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
