@@ -23,7 +23,7 @@ from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem, record_of
-from orchestrator.limit_analysis.remarks import remarks_of
+from orchestrator.limit_analysis.remarks import points_words, remarks_of
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER, Loaded, has_path, in_large_displacements, loaded
 from orchestrator.limit_analysis.search.loading_path import StateSearch, going_down
@@ -41,6 +41,7 @@ from orchestrator.limit_analysis.standard_view import standard_view
 from orchestrator.loads.block_loads import Loads, loads_on, refuse_other_loads
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS, ElasticModulus
 from orchestrator.masonry.joints import Assemblage, fingerprint_of_wall
+from orchestrator.masonry.points_in_common import points_in_common
 
 logger = logging.getLogger(__name__)
 
@@ -84,8 +85,10 @@ def analyse(
     answer = answered(problem, optimum, known, loads, perf_counter() - started)
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
     loose = {stone for failure in answer.local_failures for stone in failure.stones}
-    said = blocks_in_each_other(assemblage, answer.drawn or answer.headline, loose)
-    return replace(answer, remarks=(*answer.remarks, *said), wall=fingerprint_of_wall(assemblage))
+    points = points_in_common(assemblage)
+    said = blocks_in_each_other(assemblage, answer.drawn or answer.headline, loose) or tuple(points_words(points))
+    remarks = (*answer.remarks, *said)
+    return replace(answer, wall=fingerprint_of_wall(assemblage), points_in_common=points, remarks=remarks)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -11,11 +11,15 @@ from orchestrator.limit_analysis.search.loading import Loaded, has_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath
 from orchestrator.limit_analysis.validation import LIMITS
 from orchestrator.masonry.block_properties import block_moduli
+from orchestrator.masonry.points_in_common import PointInCommon
 
 RELEASE = 0.01
 """Part of the multiplier by which a state may lie off the last load at rest without a remark."""
 SOFT_END = 0.02
 """Part of the last load at rest, below it, in which large displacements are not told: near a limit state they are."""
+
+TOLD = 5
+"""Points in common that are told one by one."""
 
 NO_PATH = (
     "joints that crush, or whose tensile strength exceeds cohesion over friction, and ties, have no path of loading: "
@@ -33,6 +37,18 @@ CLOSED_BY = {
 def is_soft(path: LoadPath) -> bool:
     """Whether displacements are large before the last rest, and not only next to it."""
     return path.soft_from is not None and path.soft_from < (1.0 - SOFT_END) * path.last_rest
+
+
+def points_words(found: tuple[PointInCommon, ...]) -> Iterator[str]:
+    """Yield which stones touch in one point, which has no force here, and what that spoils."""
+    if not found:
+        return
+    pairs = ", ".join("{} | {} ({:.4g} m, {:.4g} m)".format(*point.stones, *point.place) for point in found[:TOLD])
+    more = ", ..." if len(found) > TOLD else ""
+    yield (
+        f"stones that touch in one point bear nothing there in limit analysis, and do in finite elements: {pairs}{more}"
+        "; all multipliers of limit analysis, the associative one too, may be too low"
+    )
 
 
 def remarks_of(problem: Problem, met: Loaded | None, falling: tuple[int, ...]) -> tuple[str, ...]:

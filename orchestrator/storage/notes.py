@@ -10,6 +10,7 @@ tension; a peak beyond it rests on strength that the stones do not have.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
 from orchestrator.basis.printed import printed
 from orchestrator.pushover.path.curve_checks import BEYOND
@@ -42,8 +43,8 @@ def is_of_every_stone(pushed: PushoverSummary, stones: int) -> bool:
 
 def most_that_stones_bear(limit: LimitSummary) -> float:
     """Return the highest multiplier of any state of rigid stones: the associative bound, or what they were found to
-    bear in large displacements, for which that is none."""
-    return max(limit.bound, limit.large_displacements or 0.0)
+    bear in large displacements, for which that is none; infinite where stones touch in points that have no joint."""
+    return max(limit.bound, limit.large_displacements or 0.0) if limit.is_bound else inf
 
 
 def is_to_be_distrusted(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> bool:
@@ -91,7 +92,8 @@ def remarks(summary: Summary) -> list[str]:
 
     Many events are told in short: the first ones, and how many there were.
     """
-    bound, stones, said = summary.limit_analysis.bound, summary.wall.blocks, list[str]()
+    limit, stones, said = summary.limit_analysis, summary.wall.blocks, list[str]()
+    bound = limit.bound if limit.is_bound else inf
     for pushed in summary.pushover:
         for event in pushed.events[:TOLD]:
             bodies, share = ", ".join(event.bodies), 100 * event.dead_load_share

@@ -131,6 +131,8 @@ class LimitSummary:
     lowest: float | None = None
     highest: float | None = None
     local_failures: tuple[LooseStones, ...] = ()
+    is_bound: bool = True
+    """whether no state of rigid stones exceeds the associative one: not where stones touch in one point"""
 
     @property
     def multiplier(self) -> float:
@@ -282,6 +284,7 @@ def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
         local_failures=tuple(
             LooseStones(failure.stones, failure.share, failure.multipliers) for failure in analysis.local_failures
         ),
+        is_bound=not analysis.points_in_common,
         iterations=len(headline.records),
         converged=interval is not None and headline.converged,
         equilibrium_residual=headline.equilibrium_residual,

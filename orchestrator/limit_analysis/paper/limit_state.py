@@ -13,6 +13,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.loads.block_loads import Loads, upright_resultant
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS
 from orchestrator.masonry.joints import Assemblage, fingerprint_of_wall
+from orchestrator.masonry.points_in_common import PointInCommon
 
 BoolArray = npt.NDArray[np.bool_]
 Scale = Literal["unit_power", "unit_displacement"]
@@ -137,8 +138,9 @@ class LimitAnalysis:
     in N (by default the weight), of the wall as given. tilting_table: whether tan(angle) of a table that tilts the
     wall is just another way to state the multiplier.
 
-    associative: an upper bound to every state of the wall as drawn (a theorem). path: the state that loading from
-    gravity meets, after the stones of `local_failures` have come loose: they are at rest and without forces in it. Not
+    associative: an upper bound to every state of the wall as drawn (a theorem), but where stones have
+    `points_in_common`, which bear nothing here. path: the state that loading from gravity meets,
+    after the stones of `local_failures` have come loose: they are at rest and without forces in it. Not
     converged where no limit state passed the check, then it is the last load at which the wall was found at rest.
     associative_left: the associative state of the wall without these stones, None where there are none. sequence: the
     paper's value, of the wall as drawn. lowest, highest: multipliers of states found that loading could reach, without
@@ -178,6 +180,7 @@ class LimitAnalysis:
     elastic_modulus: float = ELASTIC_MODULUS
     rigid_curve: FloatArray | None = None
     rigid_peak: float | None = None
+    points_in_common: tuple[PointInCommon, ...] = ()
     ways_out: dict[str, int] = field(default_factory=dict)
     drawn: LimitState | None = None
     going_down: tuple[int, ...] = ()

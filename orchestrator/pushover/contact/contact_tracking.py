@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.pushover.contact.contact_search import Contacts, barycentric
-from orchestrator.pushover.contact.corners import of_larger_gap
+from orchestrator.pushover.contact.corners import CornerPairs
 from orchestrator.pushover.contact.faces import Faces
 from orchestrator.pushover.contact.frames import BodyNodes, Frames
 
@@ -41,8 +41,8 @@ DEEPEST = -7.5e-3
 TURNED = 0.1
 """rad; faces may be turned so far towards each other for one to slide onto the other (drawings are healed, arches have
 facets), and count as nearly parallel"""
-MEETING = 3
-"""number of a corner, in `Tracking.corner`, whose body meets the master in this one point only (corners.py)"""
+ANGLED = 3
+"""number of a corner, in `Tracking.corner`, whose faces are at an angle to the master's (corners.py)"""
 SUPPORT_POINT = -1
 """slave node of a corner contact whose corner belongs to a support"""
 
@@ -51,9 +51,10 @@ SUPPORT_POINT = -1
 class Tracking:
     """Everything about possible contacts that does not change.
 
-    slave_of_pair, master_of_pair (p,): faces of each pair; size_of_pair (p,) in m: what END and the like are shares of.
+    slave_of_pair, master_of_pair (p,): faces of each pair, those of `corner_pairs` last; size_of_pair (p,) in m: what
+    END and the like are shares of.
     possible: all contacts, undeformed, those that touch there first (`touching` of them). For each: pair (c,) of faces,
-    master_face (c,), corner (c,): 0 primary, 1 or 2 the corner at the start or end of the pair's master face, MEETING
+    master_face (c,), corner (c,): 0 primary, 1 or 2 the corner at the start or end of the pair's master face, ANGLED
     that at the end of its slave's face; level (c,): number of its z. first_triangle, triangles (c,): the master's
     triangles on its face as a range of rows of `triangle` (t, 3), with corners (t, 3, 3) in m; none for a support. rest
     (c,) in m: height over the straight face of points that touch the body in the undeformed wall, 0 for others.
@@ -64,6 +65,7 @@ class Tracking:
     slave_of_pair: IntArray
     master_of_pair: IntArray
     size_of_pair: FloatArray
+    corner_pairs: CornerPairs
     possible: Contacts
     touching: int
     pair: IntArray
@@ -140,7 +142,7 @@ def track(
         known = np.arange(len(tracking.pair)) < tracking.touching
     points = _points(tracking, of, frames, moved)
     near = _is_near(tracking, points, known, closed) & _overlaps(tracking, frames, known)
-    near &= _meets(tracking, points, known)
+    near &= _is_out(tracking, frames, points, known)
     rows = np.flatnonzero(near if gone is None else near & ~gone)
     size = tracking.size_of_pair[tracking.pair[rows]]
     master_nodes, weights = _project(tracking, points.home[rows], rows, COVER * size)
@@ -148,7 +150,7 @@ def track(
     on_master = np.einsum("cj,cji->ci", weights, moved[master_nodes])
     apart = np.einsum("ci,ci->c", contacts.normal, (contacts.point - on_master)[:, :2])
     gap = np.where(weights.any(axis=1), apart, points.height[rows])
-    off = (points.inside[rows] < -END * size) & (tracking.corner[rows] != MEETING)
+    off = points.inside[rows] < -END * size
     rank = np.argsort(np.lexsort((rows, gap - DEEPER * size * known[rows], off)))
     stays, heirs = _deepest(rank, off, *_at_one_place(tracking, rows, contacts.point))
     return Tracked(rows[stays], contacts.chosen(stays), gap[stays], rows[heirs])
@@ -159,13 +161,14 @@ class _Points:
     """Where the points of all possible contacts are in a displaced wall.
 
     point, home (c, 3) in m: there, and in the undeformed frame of the master. height, inside (c,) in m: over the
-    master's face, and how far within its nearer end.
+    master's face, and how far within its nearer end; free (c,): within the nearer end that is no notch.
     """
 
     point: FloatArray
     home: FloatArray
     height: FloatArray
     inside: FloatArray
+    free: FloatArray
 
 
 def _points(tracking: Tracking, of: BodyNodes, frames: Frames, moved: FloatArray) -> _Points:
@@ -177,7 +180,18 @@ def _points(tracking: Tracking, of: BodyNodes, frames: Frames, moved: FloatArray
     position = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.tangent[face])
     height = np.einsum("ci,ci->c", home[:, :2] - faces.start[face], faces.normal[face]) - tracking.rest
     low, high = _shifted_ends(tracking, of, frames, moved)[face, :, tracking.level].T
-    return _Points(point, home, height, np.minimum(position - low, faces.length[face] + high - position))
+    within = np.column_stack([position - low, faces.length[face] + high - position])
+    rows, pair = _at_an_angle(tracking)
+    free = within.copy()
+    reach = REACH * tracking.size_of_pair[tracking.pair[rows]]
+    within[rows], free[rows] = tracking.corner_pairs.within(pair, within[rows], height[rows], reach)
+    return _Points(point, home, height, within.min(axis=1), free.min(axis=1))
+
+
+def _at_an_angle(tracking: Tracking) -> tuple[IntArray, IntArray]:
+    """Return the contacts (r,) of corners at an angle, and which of the corner pairs each is of."""
+    rows = np.flatnonzero(tracking.corner == ANGLED)
+    return rows, tracking.pair[rows] - (len(tracking.slave_of_pair) - len(tracking.corner_pairs))
 
 
 def _is_near(
@@ -188,7 +202,7 @@ def _is_near(
     deepest = np.zeros(len(tracking.slave_of_pair))
     if closed is not None:
         np.maximum.at(deepest, tracking.pair, closed)
-    lowest = np.where(tracking.corner == MEETING, -REACH, DEEPEST) * size  # corners.py tells their faces apart
+    lowest = np.where(tracking.corner == ANGLED, -REACH, DEEPEST) * size  # corners.py tells their faces apart
     near = (known | (points.height > lowest - deepest[tracking.pair])) & (points.height < REACH * size)
     return near & (points.inside >= -COVER * size)
 
@@ -196,19 +210,17 @@ def _is_near(
 def _overlaps(tracking: Tracking, frames: Frames, known: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """Return whether the faces of contacts (c,) overlap far enough to touch."""
     least = np.where(_in_touch(tracking, known), END, ONTO) * tracking.size_of_pair
-    return (_overlap(tracking, frames) > least)[tracking.pair] | (tracking.corner == MEETING)
+    return (_overlap(tracking, frames) > least)[tracking.pair] | (tracking.corner == ANGLED)
 
 
-def _meets(tracking: Tracking, points: _Points, known: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Return whether contacts (c,) exist as far as they are of bodies that meet in one point only; others do."""
-    exists = np.ones(len(tracking.pair), bool)
-    rows = np.flatnonzero(tracking.corner == MEETING)
-    vertex = tracking.faces.stop[tracking.slave_of_pair[tracking.pair[rows]]]
-    keys = np.column_stack([vertex, tracking.possible.master_body[rows], tracking.level[rows]])
-    place = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
-    size = tracking.size_of_pair[tracking.pair[rows]]
-    exists[rows] = of_larger_gap(place, points.height[rows], known[rows], ONTO * size)
-    return exists
+def _is_out(tracking: Tracking, frames: Frames, points: _Points, known: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return which contacts (c,) of corners at an angle are the way out of the master, from ONTO on; others are."""
+    out, (rows, pair) = np.ones(len(tracking.pair), bool), _at_an_angle(tracking)
+    size, height = tracking.size_of_pair[tracking.pair[rows]], points.height[rows]
+    rival = tracking.corner_pairs.rival_height(tracking.faces, frames)[pair]
+    comes = np.where(height > -END * size, points.free[rows], -height) > ONTO * size
+    out[rows] = (height >= rival) & (known[rows] | comes)
+    return out
 
 
 def _turned(

@@ -1,56 +1,132 @@
-"""Bodies that meet in one point only: the corner of one against the corner of the other (numpy only).
+"""The corner of one body against a face of another that neither of its own faces is nearly parallel to (numpy only).
 
-Four stones that meet in a point are two pairs that have no face in common. Where one of such a pair slides on its
-neighbours over the corner of the other, its own corner goes into it. A corner is outside another one, a convex one, as
-long as it is in front of one of its two faces: of the two contacts only the one with the larger gap is any.
+Such a corner, of a body A, is out of the other body, B, as long as it is in front of the face. Beyond an end of it is
+
+    a notch     where A touches nothing on the side of the face, and the next face of B rises, or a third body on which
+                A was drawn fills the room between. A's corner can only come to the face, and does so at once
+    a free end  A may slide past the end. Where the two bodies go into each other at B's corner there, they have two
+                ways out: over the face, or over its rival, which is A's corner over B's next face, or B's over A's
+
+Of two rivals only the one with the larger gap is any. Where corners touch in one point as they were drawn, both ways
+are open, and there is no contact before they have gone into each other a little. Where both stand on the third body and
+each might come to a face of the other, the one with the larger angle does: it has the flatter way.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
+import shapely
 
-from orchestrator.basis.arrays import FloatArray, IntArray
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.geometry.rigid import cross
-from orchestrator.pushover.contact.faces import Faces
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.pushover.contact.faces import STRAIGHT, Faces
+from orchestrator.pushover.contact.frames import Frames
 
 
-def corners_in_common(
-    faces: Faces, apart: float, turned: float, known: set[tuple[int, int]], moving: int
-) -> list[tuple[int, int]]:
-    """Return pairs of faces: one that ends in a corner of its body, and one of another body that the corner may meet.
+@dataclass(frozen=True, eq=False, slots=True)
+class CornerPairs:
+    """p pairs: slave (p,), the face that ends in the corner, and master (p,), the face that it may come to.
 
-    The corners lie within `apart` (m), and all of the first body at its corner is in front of both faces of the other
-    one (but for `turned`, rad). Bodies that have faces in common, `known` with the smaller number first, are no such
-    pair; nor are two supports (from number `moving` on).
+    At both ends of the master (p, 2): notch, whether one is there, and rises, whether it is one of the master's own
+    body; rival_vertex and rival_face, the corner and the face that are the rival at a free end.
     """
-    stops = np.argsort(faces.stop)  # face that ends in the corner where another one begins
-    before = stops[np.searchsorted(faces.stop[stops], faces.begin)]
-    pairs = []
-    for here, there in cKDTree(faces.start).query_pairs(apart, output_type="ndarray"):
-        one, other = int(faces.body[here]), int(faces.body[there])
-        if one == other or (min(one, other), max(one, other)) in known or min(one, other) >= moving:
-            continue
-        for a, b in ((here, there), (there, here)):
-            if cross(faces.tangent[before[b]], faces.tangent[b]) <= 0.0:
-                continue  # a notch, or a straight line
-            sides = np.stack([faces.tangent[a], -faces.tangent[before[a]]])
-            if (sides @ faces.normal[[before[b], b]].T).min() > -np.sin(turned):
-                pairs += [(int(before[a]), int(face)) for face in (before[b], b)]
-    return sorted(set(pairs))
+
+    slave: IntArray
+    master: IntArray
+    notch: npt.NDArray[np.bool_]
+    rises: npt.NDArray[np.bool_]
+    rival_vertex: IntArray
+    rival_face: IntArray
+
+    def __len__(self) -> int:
+        return len(self.slave)
+
+    def within(
+        self, pair: IntArray, inside: FloatArray, height: FloatArray, reach: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return how far corners are within both ends of their masters in effect, and within the free ends (c, 2), m.
+
+        pair (c,): which each is of; inside (c, 2): how far within both ends it is, height (c,) over the face, reach
+        (c,): how far from a face contacts are, all in m. Past a notch a corner is in reach as long as it is in front.
+        """
+        rises, notch = self.rises[pair], self.notch[pair]
+        past = np.where(notch & (rises | (height > 0.0)[:, None]), reach[:, None], 0.0)
+        return inside + past, np.where(notch, np.inf, inside)
+
+    def rival_height(self, faces: Faces, frames: Frames) -> FloatArray:
+        """Return the height in m (p,) of the rival that is the higher one, bodies as rigid ones; -inf without any."""
+        face, corner = self.rival_face, faces.vertex[self.rival_vertex]
+        body = np.searchsorted(faces.first_edge, self.rival_vertex, "right") - 1  # vertices are numbered as edges are
+        now = np.einsum("peij,pej->pei", frames.rotation[body], corner) + frames.translation[body]
+        other = faces.body[face]
+        home = np.einsum("peji,pej->pei", frames.rotation[other], now - frames.translation[other])
+        height = np.einsum("pei,pei->pe", home - faces.start[face], faces.normal[face])
+        return np.where(self.notch | self.rises, -np.inf, height).max(axis=1)
 
 
-def of_larger_gap(
-    place: IntArray, height: FloatArray, known: npt.NDArray[np.bool_], depth: FloatArray
-) -> npt.NDArray[np.bool_]:
-    """Return which contacts of corners (c,) exist: at each place (c,), their number, that of the largest height (m).
+def corner_pairs(bodies: Bodies, faces: Faces, turned: float) -> CornerPairs:
+    """Return the corners and faces of two bodies that may meet at an angle of more than `turned` (rad).
 
-    Where none of a place was `known` (c,) before, from a depth (c,) in m on.
+    All of the body at its corner is in front of the face, which is less far than it and both faces of the corner are
+    long. Two supports have none.
     """
-    count = int(place.max(initial=-1)) + 1
-    largest = np.full(count, -np.inf)
-    np.maximum.at(largest, place, height)
-    were = np.zeros(count, bool)
-    np.logical_or.at(were, place, known)
-    return (height == largest[place]) & (were[place] | (height < -depth))
+    arriving = faces.of_edge[faces.before[faces.begin]]  # face that ends where each begins
+    following = np.argsort(arriving)
+    sides = np.stack([faces.tangent, -faces.tangent[arriving]], axis=1)
+    bend = np.arctan2(cross(faces.tangent[arriving], faces.tangent), _dot(faces.tangent[arriving], faces.tangent))
+    corner, face = _near(faces, np.minimum(faces.length, faces.length[arriving]))
+    one, other = faces.body[corner], faces.body[face]
+    keep = (one != other) & (np.minimum(one, other) < bodies.moving) & (bend[corner] > 0.0)
+    keep &= _in_front(sides[corner], faces.normal[face]) > np.sin(turned)
+    corner, face = corner[keep], face[keep]
+    ends, beyond = np.column_stack([face, following[face]]), np.column_stack([arriving[face], following[face]])
+    along = _dot(sides[corner], faces.tangent[face][:, None])
+    back = np.column_stack([along.argmin(axis=1), along.argmax(axis=1)])  # the corner's side that is nearer to each end
+    on_joint = _on_joints(bodies, faces)[np.column_stack([faces.begin, faces.before[faces.begin]])][corner]
+    filled, blocked = (np.take_along_axis(on_joint, side, 1) for side in (back, 1 - back))
+    own = np.take_along_axis(np.column_stack([corner, arriving[corner]]), 1 - back, 1)
+    over_next = _in_front(sides[corner][:, None], faces.normal[beyond]) > -np.sin(turned)
+    comes_to_own = _in_front(sides[ends], faces.normal[own]) > np.sin(turned)
+    leads = ~comes_to_own | (bend[ends] > bend[corner][:, None] + STRAIGHT)
+    rises = bend[ends] <= 0.0
+    return CornerPairs(
+        slave=read_only(arriving[corner], np.int64),
+        master=read_only(face, np.int64),
+        notch=read_only((rises | (filled & leads)) & ~blocked, np.bool_),
+        rises=read_only(rises, np.bool_),
+        rival_vertex=read_only(np.where(over_next, faces.begin[corner][:, None], faces.begin[ends]), np.int64),
+        rival_face=read_only(np.where(over_next, beyond, own), np.int64),
+    )
+
+
+def _near(faces: Faces, reach: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the corners (p,), where faces of these numbers begin, and faces (p,) less far from each other than `reach`
+    (f,) of the corner and the face's length, in m."""
+    lines = shapely.linestrings(np.stack([faces.start, faces.end], axis=1))
+    points = shapely.points(faces.start)
+    corner, face = shapely.STRtree(lines).query(points, predicate="dwithin", distance=reach)
+    near = shapely.distance(points[corner], lines[face]) < faces.length[face]
+    return corner[near], face[near]
+
+
+def _in_front(sides: FloatArray, normal: FloatArray) -> FloatArray:
+    """Return the smaller component (...) of two unit vectors (..., 2, 2) along a normal (..., 2)."""
+    return _dot(sides, normal[..., None, :]).min(axis=-1)
+
+
+def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the scalar products (...) of vectors (..., 2)."""
+    products: FloatArray = (first * second).sum(axis=-1)
+    return products
+
+
+def _on_joints(bodies: Bodies, faces: Faces) -> npt.NDArray[np.bool_]:
+    """Return which ring edges (e,) are joints."""
+    touched = np.zeros(len(faces.of_edge), bool)
+    for body, edge in ((bodies.interfaces.i, bodies.edge_i), (bodies.interfaces.j, bodies.edge_j)):
+        touched[faces.first_edge[body] + edge] = True
+    return touched

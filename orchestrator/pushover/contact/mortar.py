@@ -29,7 +29,7 @@ from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.pushover.contact.cohesion import tributary
 from orchestrator.pushover.contact.contact_search import Contacts, contacts_of_interfaces
-from orchestrator.pushover.contact.contact_tracking import MEETING, Tracking
+from orchestrator.pushover.contact.contact_tracking import ANGLED, Tracking
 from orchestrator.pushover.contact.faces import (
     Faces,
     Touching,
@@ -183,7 +183,7 @@ def _areas_of_nodes(faces: Faces, meshes: BodyMeshes, possible: Contacts, tracki
     the nodes of the face it meets."""
     slave = tracking.slave_of_pair[tracking.pair]
     master = tracking.master_of_pair[tracking.pair]
-    own = np.where((tracking.corner == 0) | (tracking.corner == MEETING), slave, master)
+    own = np.where((tracking.corner == 0) | (tracking.corner == ANGLED), slave, master)
     shares = np.zeros(len(possible))
     for face, triangles in enumerate(sides_of_faces(faces, meshes)):
         if not len(triangles):

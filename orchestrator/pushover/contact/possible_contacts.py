@@ -5,7 +5,7 @@ Two faces of two bodies that look at each other, lie nearly on one line, and ove
     primary contacts    every node of the slave's face against the master's face
     corner contacts     the end nodes of the master's face against the slave's face (a support's end is a fixed point)
 
-Two bodies that meet in one point only have contacts of the corner of one with faces of the other (corners.py).
+A corner and a face of two bodies that may meet at an angle have a contact besides (corners.py).
 
 contact_tracking.py says which of them exist in a displaced wall.
 """
@@ -19,8 +19,8 @@ import shapely
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import Contacts
-from orchestrator.pushover.contact.contact_tracking import END, MEETING, SUPPORT_POINT, TURNED, Tracking
-from orchestrator.pushover.contact.corners import corners_in_common
+from orchestrator.pushover.contact.contact_tracking import ANGLED, SUPPORT_POINT, TURNED, Tracking
+from orchestrator.pushover.contact.corners import corner_pairs
 from orchestrator.pushover.contact.faces import Faces, find_faces, sides_of_edges, sides_of_faces, touching_faces
 from orchestrator.pushover.meshing import BodyMeshes
 
@@ -38,10 +38,11 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
         rows.append(surface.contacts(slave, surface.nodes[slave], master, 0, number))
         for corner, vertex in ((1, faces.begin[master]), (2, faces.stop[master])):
             rows.append(surface.contacts(master, surface.nodes_at(master, vertex), slave, corner, number))
-    corners = surface.corners_in_common(pairs)
-    for number, (slave, master) in enumerate(corners, len(pairs)):
+    corners = corner_pairs(bodies, faces, TURNED)
+    both = list(zip(corners.slave.tolist(), corners.master.tolist(), strict=True))
+    for number, (slave, master) in enumerate(both, len(pairs)):
         nodes = surface.nodes_at(slave, faces.stop[slave])
-        rows.append(surface.contacts(slave, nodes, master, MEETING, number))
+        rows.append(surface.contacts(slave, nodes, master, ANGLED, number))
     columns = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
     known = surface.rows_of(columns, pairs, touching)
     order = np.concatenate([known, np.setdiff1d(np.arange(len(columns["pair"])), known)])
@@ -52,12 +53,13 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
     rest = np.einsum("ci,ci->c", possible.point[:, :2] - faces.start[columns["master_face"]], possible.normal)
     rest[len(touching) :] = 0.0
     triangle, first_triangle, triangles = surface.triangle_table(columns["master_face"])
-    slave_of_pair, master_of_pair = np.array(pairs + corners, np.int64).T
+    slave_of_pair, master_of_pair = np.array(pairs + both, np.int64).T
     return Tracking(
         faces=faces,
         slave_of_pair=read_only(slave_of_pair, np.int64),
         master_of_pair=read_only(master_of_pair, np.int64),
         size_of_pair=read_only(_sizes(bodies, faces.body[slave_of_pair], faces.body[master_of_pair])),
+        corner_pairs=corners,
         possible=possible,
         touching=len(touching),
         **{n: read_only(columns[n], np.int64) for n in ("pair", "master_face", "corner")},
@@ -142,13 +144,6 @@ class _Surface:
             more = len(self.nodes[other]) > len(self.nodes[one])
             pairs.append((other, one) if is_master or (more and not is_slave) else (one, other))
         return pairs
-
-    def corners_in_common(self, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-        """Return the pairs of a face, at whose end is a corner, and a face that it may meet, of bodies in no pair."""
-        both = [sorted((int(self.faces.body[one]), int(self.faces.body[other]))) for one, other in pairs]
-        bodies = {(one, other) for one, other in both}
-        apart = END * min(body.area for body in self.bodies.bodies[: self.bodies.moving]) ** 0.5
-        return corners_in_common(self.faces, apart, TURNED, bodies, self.bodies.moving)
 
     def nodes_at(self, face: int, vertex: int) -> IntArray:
         """Return the nodes of the face at one of its ends; a support has one fixed point per level of nodes."""

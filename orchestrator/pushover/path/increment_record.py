@@ -28,7 +28,7 @@ import numpy.typing as npt
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.pushover.contact.cohesion import dissipation, shear_limit, stored
 from orchestrator.pushover.contact.contact_law import tolerances
-from orchestrator.pushover.contact.contact_tracking import MEETING
+from orchestrator.pushover.contact.contact_tracking import ANGLED
 from orchestrator.pushover.contact.mortar import Mortar
 from orchestrator.pushover.increments import ContactStatus, Increment, Phase
 from orchestrator.pushover.model import ContactModel
@@ -43,7 +43,8 @@ def at_rest(model: ContactModel) -> Increment:
     """Return the stress-free wall without weight, the start of gravity (number 0)."""
     count, nodes = len(model.possible), len(model.body)
     zero = read_only(np.zeros(count))
-    gap = zero if model.tracking is None else np.where(model.tracking.corner == MEETING, np.nan, zero)
+    gap = zero if model.tracking is None else np.where(model.tracking.corner == ANGLED, np.nan, zero)
+    gap = scattered(gap, model.rows, np.zeros(len(model.rows)))
     return Increment(
         number=0,
         phase="gravity",
