@@ -1,6 +1,7 @@
 """What growing load does to a wall stone by stone: local failures first, then the wall's own state.
 
-A mechanism that moves less than a share of the dead load is a local failure. Its stones are taken away with their
+A mechanism that moves less than a share of the dead load is a local failure (loads/local_failures.py), with all that
+came loose since the wall was last found at rest under more load than before. Its stones are taken away with their
 weight and live load, for they lie on the ground; so are stones that then fall. What stands is loaded anew from gravity.
 (Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
 
@@ -33,6 +34,7 @@ from orchestrator.limit_analysis.search.large_walls import large_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath, load_path
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
 from orchestrator.loads.block_loads import Loads
+from orchestrator.loads.local_failures import is_local
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
@@ -44,8 +46,6 @@ SAME_ANSWER = 0.01
 GEOMETRY = 0.02
 """Part of the multiplier by which the peak in large displacements lies off the limit state of a wall whose answer it
 is. Deformation takes something from any wall: 1.9 % from Ferris & Tin-Loi's wall 6, 1.5 % from its micro-FE."""
-MOST_LOCAL = 0.5
-"""Share of the dead load that may come loose before the wall is no longer looked for."""
 
 Chosen = npt.NDArray[np.bool_]
 Road = Callable[[Problem, LimitSolution], LoadPath | None]
@@ -169,7 +169,7 @@ def come_loose(found: Loaded, problem: Problem, loads: Loads, local_share: float
         return None
     state = of_whole(pushed.state, problem.assemblage, found.left)
     moving, share, gone = _moving_share(problem, loads, state, found.left)
-    if share >= local_share or gone + share > MOST_LOCAL:
+    if not is_local(share, gone, local_share):
         return None
     return LocalFailure(_ids(problem, moving), share, (pushed.peak, pushed.peak), state)
 
@@ -236,6 +236,8 @@ def peeled(
     left, failures = before or (np.ones(len(whole.wall.blocks), dtype=bool), ())
     found: Loaded | None = None
     spent = 0
+    under = max((failure.multipliers[1] for failure in failures), default=-np.inf)
+    rested = sum(failure.share for failure in failures[:-1])  # had come loose when it was last found at rest
     while (standing := _standing(problem, loads, left)) is not None:
         part, left = standing
         try:
@@ -250,9 +252,11 @@ def peeled(
         state = of_whole(path.state, whole, left)
         found = Loaded(state, path, failures, left, part, optimum, factorisations=spent)
         moving, share, gone = _moving_share(problem, loads, state, left)
-        if share >= local_share or not state.converged or gone + share > MOST_LOCAL:
-            return found
         low, high = sorted((state.load_multiplier, path.last_rest))
+        rested = gone if path.last_rest > under else rested
+        if not state.converged or not is_local(gone + share - rested, rested, local_share):
+            return found
+        under = max(under, high)
         failures = (*failures, LocalFailure(_ids(problem, moving), share, (low, high), state))
         left = left & ~moving
     return found
