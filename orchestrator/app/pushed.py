@@ -26,6 +26,7 @@ from orchestrator.basis.errors import (
     CaseError,
     CollapseError,
     ConvergenceError,
+    HeldError,
     ResultError,
     refuse_other_kind,
     require_kinds,
@@ -34,7 +35,8 @@ from orchestrator.basis.parallel import this_rank
 from orchestrator.basis.threads import in_turn
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.paper.limit_state import refuse_other_analysis
-from orchestrator.loads import LoadSettings, loads_on
+from orchestrator.limit_analysis.search.bound_left import bound_of_what_is_left
+from orchestrator.loads import Loads, LoadSettings, loads_on
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.joints import Assemblage
@@ -53,6 +55,12 @@ if TYPE_CHECKING:
 
 SAME_LOAD = 1e-9
 """part by which the loads of limit analysis and of `push` may differ: rounding"""
+
+
+Ended = ConvergenceError | CollapseError | HeldError | None
+"""why a path ended before `end_of_curve`; None: it did not"""
+BoundLeft = Callable[[BodyMask], float | None]
+"""from the bodies (b,) that have fallen to the associative multiplier of what is left, None where it has none"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,7 +118,10 @@ def push(
     seconds = {"mesh": meshes.seconds, "assembly": assembled - began - meshes.seconds, "factorise": factorise}
     seconds |= {"contact": ended - assembled - factorise, "total": ended - began}
     kept = (lambda: increments, increments[-1] if increments else None)
-    return judged(model, bodies, contact_model, *kept, stepping, expected, complaint, strict, ranks=1, seconds=seconds)
+    bound = bound_left(assemblage, analysis.loads, bodies)
+    return judged(
+        model, bodies, contact_model, *kept, stepping, expected, bound, complaint, strict, ranks=1, seconds=seconds
+    )
 
 
 def _reported(
@@ -151,7 +162,7 @@ def follow(
     loose: BodyMask | None,
     last: Increment | None,
     keep: Callable[[Increment], None],
-) -> tuple[ConvergenceError | CollapseError | None, float]:
+) -> tuple[Ended, float]:
     """Follow a path from the increment `last` (None: from the start) and `keep` every increment.
 
     Returns why it ended before `end_of_curve` (None: it did not), and the seconds of factorisations.
@@ -163,7 +174,7 @@ def follow(
         try:
             for increment in Pushover(contact_model, system, newton, stepping, expected, loose).increments(last):
                 keep(increment)
-        except (ConvergenceError, CollapseError) as error:
+        except (ConvergenceError, CollapseError, HeldError) as error:
             return error, system.seconds
         return None, system.seconds
 
@@ -176,13 +187,17 @@ def judged(
     last: Increment | None,
     stepping: SteppingSettings,
     expected: float,
-    complaint: ConvergenceError | CollapseError | None,
+    bound_without: BoundLeft,
+    complaint: Ended,
     settings: SolverSettings,
     *,
     ranks: int,
     seconds: dict[str, float],
 ) -> Pushed:
-    """Fold the increments that were kept (`increments()` yields them in order, up to `last`) into a curve; check it."""
+    """Fold the increments that were kept (`increments()` yields them in order, up to `last`) into a curve; check it.
+
+    bound_without: asked of what has fallen at the peak, where anything has.
+    """
     from orchestrator.pushover.contact.cohesion import elements_at_cracks
     from orchestrator.pushover.contact.mortar import coarse_toes
     from orchestrator.pushover.path.stepping import end_of_curve
@@ -209,20 +224,42 @@ def judged(
         **largest(rows),
         toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, _moment_of_load(contact_model, at_peak)),
         crack_elements=elements_at_cracks(bodies, contact_model.contacts, at_peak),
-        crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
+        of_peak=_at_peak(contact_model, at_peak, bound_without),
+        held=isinstance(complaint, HeldError), crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         large_displacement=large, ranks=ranks, seconds=seconds, peak_memory=peak_memory(),
         complaint=str(complaints[0]) if complaints else None, not_valid_because=None if not invalid else invalid.detail,
     )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints)
 
 
-def _after_gravity(
-    model: ModelName, last: Increment | None, complaint: ConvergenceError | CollapseError | None
-) -> Increment:
+def _after_gravity(model: ModelName, last: Increment | None, complaint: Ended) -> Increment:
     """Return the last increment. Raises ConvergenceError where it is not past gravity: there is no curve."""
     if last is None or last.phase == "gravity":
         raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
     return last
+
+
+def bound_left(assemblage: Assemblage, loads: Loads, bodies: Bodies) -> BoundLeft:
+    """Return what finds the associative multiplier of a wall without bodies; loads, ties: those of limit analysis."""
+
+    def bound(fallen: BodyMask) -> float | None:
+        gone = [block for body in np.flatnonzero(fallen) for block in bodies.bodies[body].blocks]
+        return bound_of_what_is_left(assemblage, loads, ~np.isin(np.arange(len(assemblage.wall.blocks)), gone))
+
+    return bound
+
+
+def _at_peak(contact_model: ContactModel, at_peak: Increment, bound_without: BoundLeft) -> storage.AtPeak:
+    """Return what has fallen at the peak, the bound of what is left, and what the contacts drawn bear there."""
+    from orchestrator.pushover.path.increment_record import in_front
+    from orchestrator.pushover.path.moved_wall import most_of_drawn_contacts
+
+    weight, fallen = contact_model.body_weight, at_peak.fallen
+    return storage.AtPeak(
+        fallen=float(weight[fallen].sum() / weight.sum()),
+        bound_left=bound_without(fallen) if fallen.any() else None,
+        drawn_contacts=most_of_drawn_contacts(contact_model, in_front(contact_model, at_peak)),
+    )
 
 
 def _moment_of_load(contact_model: ContactModel, state: Increment) -> float:

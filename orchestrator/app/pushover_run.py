@@ -16,11 +16,24 @@ from typing import TYPE_CHECKING
 from orchestrator import storage
 from orchestrator.app.broken_off import SolverSettings
 from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
-from orchestrator.app.pushed import Pushed, follow, judged, loose_of, peak_memory, progress_of, stepping_of
-from orchestrator.basis.errors import CollapseError, ConvergenceError, naming
+from orchestrator.app.pushed import (
+    BoundLeft,
+    Ended,
+    Pushed,
+    bound_left,
+    follow,
+    judged,
+    loose_of,
+    peak_memory,
+    progress_of,
+    stepping_of,
+)
+from orchestrator.basis.errors import naming
 from orchestrator.basis.parallel import on_root, this_rank
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.masonry.ties import with_ties
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.estimate import Estimate, estimate, free_memory, time_in_words, warning_of
 from orchestrator.pushover.increments import Increment
@@ -41,7 +54,7 @@ logger = logging.getLogger(__name__)
 def push_model(
     model: ModelName,
     case: Case,
-    wall: Wall,
+    assemblage: Assemblage,
     bodies: Bodies,
     folder: Path,
     resume: bool,
@@ -65,10 +78,11 @@ def push_model(
     said = "; ".join(filter(None, (f"{size}, {time_in_words(size)}", warning)))
     report(StageDone(f"{model} FE, before it starts", 0.0, said))
     report(StageBegun(f"{model} FE", "meshes, contacts and matrices"))
-    meshes = on_root(comm, _meshed, bodies, case, folder)
+    meshes, wall = on_root(comm, _meshed, bodies, case, folder), assemblage.wall
+    bound = bound_left(with_ties(assemblage, case.reinforcement.ties), analysis.loads, bodies)
     loads = nodal_loads(wall, bodies, meshes, case.load)
     ties = find_ties(wall, bodies, meshes, case.reinforcement.ties)
-    arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, analysis)
+    arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, analysis, bound)
     if size.unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
     return on_root(comm, _follow, *arguments, None, report)
@@ -105,6 +119,7 @@ def _follow(
     folder: Path,
     resume: bool,
     analysis: LimitAnalysis,
+    bound: BoundLeft,
     comm: MPI.Comm | None,
     report: Report,
 ) -> Pushed:
@@ -130,7 +145,19 @@ def _follow(
     seconds["total"] = meshes.seconds + perf_counter() - began
     report(StageBegun(f"{model} FE", "checks, ParaView files and pictures"))
     return on_root(
-        comm, _folded, model, case, wall, bodies, contact_model, store, expected, complaint, working.size, seconds
+        comm,
+        _folded,
+        model,
+        case,
+        wall,
+        bodies,
+        contact_model,
+        store,
+        expected,
+        bound,
+        complaint,
+        working.size,
+        seconds,
     )
 
 
@@ -187,7 +214,8 @@ def _folded(
     contact_model: ContactModel,
     store: storage.StateStore,
     expected: float,
-    complaint: ConvergenceError | CollapseError | None,
+    bound: BoundLeft,
+    complaint: Ended,
     ranks: int,
     seconds: dict[str, float],
 ) -> Pushed:
@@ -197,7 +225,7 @@ def _folded(
     kept, stepping = (store.increments, store.last()), stepping_of(model, case.stepping)
     strict = SolverSettings(case.elastic, case.contact, case.newton, case.stepping.large_displacement)
     done = judged(
-        model, bodies, contact_model, *kept, stepping, expected, complaint, strict, ranks=ranks, seconds=seconds
+        model, bodies, contact_model, *kept, stepping, expected, bound, complaint, strict, ranks=ranks, seconds=seconds
     )
     reporting.write_pushover(store, case, model, wall, bodies, contact_model, done.curve, done.summary.valid)
     storage.write_ties(store.folder, store.increments(), len(contact_model.ties or ()))

@@ -91,7 +91,7 @@ def push_segmented(
 
     def push_bodies(bodies: Bodies, resume: bool) -> Pushed:
         began = perf_counter()
-        done = push_model(model, case, wall, bodies, output / model, resume, comm, report, analysis)
+        done = push_model(model, case, segmented.assemblage, bodies, output / model, resume, comm, report, analysis)
         report(StageDone(f"{model} FE", perf_counter() - began, done.curve.stopped_because))
         return done
 

@@ -173,7 +173,7 @@ def run(options: argparse.Namespace, case: Case, comm: MPI.Intracomm | None, con
     )
     console.print(written, soft_wrap=True)
     _complain(comm, outcome.complaints)
-    return _exit_code(outcome.complaints)
+    return _exit_code(outcome.complaints, [outcome.summary])
 
 
 def _run_load_cases(
@@ -192,7 +192,7 @@ def _run_load_cases(
     said = (("reports of all load cases", "report.html"), ("table", "load_cases.csv"), ("verdict", "verdict.csv"))
     console.print("; ".join(f"{what}: {output / name}" for what, name in said), soft_wrap=True)
     _complain(comm, outcome.complaints)
-    return _exit_code(outcome.complaints)
+    return _exit_code(outcome.complaints, [one.summary for one in outcome.done if one.summary is not None])
 
 
 def _print_verification(summary: storage.Summary, console: Console, load_case: str = "") -> None:
@@ -206,9 +206,10 @@ def _print_verification(summary: storage.Summary, console: Console, load_case: s
         console.print(f"({number}) {text}", soft_wrap=True, markup=False)
 
 
-def _exit_code(complaints: Sequence[ConvergenceError | ResultError]) -> int:
-    """Return 1 if a pushover stopped early, else 3 if one is not valid, else 0."""
-    return min((1 if isinstance(complaint, ConvergenceError) else 3 for complaint in complaints), default=0)
+def _exit_code(complaints: Sequence[ConvergenceError | ResultError], summaries: Sequence[storage.Summary]) -> int:
+    """Return 1 if a pushover stopped early, else 3 if one is not valid or a run has none that counts, else 0."""
+    none_counts = 0 if all(map(storage.counts, summaries)) else 3
+    return min((1 if isinstance(complaint, ConvergenceError) else 3 for complaint in complaints), default=none_counts)
 
 
 def _refuse(case: Case, console: Console) -> None:

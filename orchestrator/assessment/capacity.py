@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.basis.errors import ResultError
+from orchestrator.basis.errors import NO_CONTACT, ResultError
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path.curve_checks import equilibrium_error
 
@@ -64,7 +64,7 @@ def find_capacity(curve: PushoverCurve) -> Capacity:
 
     Raises ResultError for a curve without lateral rows, with values that are not finite, or that does not move.
     """
-    curve = curve.static
+    whole, curve = curve, curve.static
     _require_usable(curve)
     displacement = curve.control_displacement_m - curve.control_displacement_m[0]
     peak = int(np.argmax(curve.base_shear_N))
@@ -75,17 +75,18 @@ def find_capacity(curve: PushoverCurve) -> Capacity:
         final_displacement=float(displacement[-1]),
         initial_stiffness=initial_stiffness(curve.base_shear_N, displacement),
         equilibrium_residual=equilibrium_error(curve),
-        peak_reached=peak_reached(curve),
+        peak_reached=peak_reached(whole),
     )
 
 
 def peak_reached(curve: PushoverCurve) -> bool:
     """Return whether the largest base shear of a curve is its peak, and not just where the curve was cut off.
 
-    It is where the base shear has fallen by FALLEN of it in a later row, or where the curve goes on to
-    FLAT_LENGTH_RATIO times the displacement at which it first came that close to it.
+    It is where the base shear has fallen by FALLEN of it in a later row, where the curve goes on to FLAT_LENGTH_RATIO
+    times the displacement at which it first came that close to it, or where the wall fell in the motion with which the
+    curve ends: it found no rest under a load above its last one.
     """
-    if has_fallen(curve):
+    if has_fallen(curve) or (curve.moving[-1] and curve.stopped_because.endswith(NO_CONTACT)):
         return True
     curve = curve.static
     shear, moved = curve.base_shear_N, curve.control_displacement_m - curve.control_displacement_m[0]

@@ -63,6 +63,10 @@ class ConvergenceError(Exception):
         return f"{self.stage}: {self.where}"
 
 
+NO_CONTACT = "with no contact left"
+"""how what is said of a collapse ends"""
+
+
 class CollapseError(Exception):
     """The wall has no equilibrium any more: `bodies` have lost every contact after `displacement` (mm) of the top.
 
@@ -74,7 +78,21 @@ class CollapseError(Exception):
         self.bodies, self.displacement = bodies, displacement
 
     def __str__(self) -> str:
-        return f"{self.bodies} fell after {self.displacement:.4g} mm, with no contact left"
+        return f"{self.bodies} fell after {self.displacement:.4g} mm, {NO_CONTACT}"
+
+
+class HeldError(Exception):
+    """Supports hold the wall, as it has moved, against any multiple of its live load; `multiplier`: where it was found.
+
+    The natural end of a curve without a peak, not a failure of the solver.
+    """
+
+    def __init__(self, multiplier: float) -> None:
+        super().__init__(multiplier)
+        self.multiplier = multiplier
+
+    def __str__(self) -> str:
+        return f"held by supports at a load multiplier of {self.multiplier:.4g}: this load does not bring the wall down"
 
 
 class ResultError(Exception):

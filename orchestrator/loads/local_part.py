@@ -3,6 +3,9 @@
 A part is local where it has less than a share of the dead load and less than that share of the live load. Either alone
 is not enough: a stone of 3 % of the weight that carries half of the live load is what the wall was asked to bear, and
 without it the multiplier is one of another load. Where the live load is that of masses the two shares are one.
+
+What moves, or falls, before the wall comes to rest again is one failure. All local ones together take no more than
+MOST_LOCAL of either load: else it is the wall that fails.
 """
 
 from __future__ import annotations
@@ -13,13 +16,23 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
 
+MOST_LOCAL = 0.5
+"""share of either load that may fall in local failures, all together: of less than half a wall no multiplier is its
+own"""
+
 
 @dataclass(frozen=True, slots=True)
 class Shares:
     """Parts of the whole wall's dead load and of its live load (magnitudes)."""
 
-    dead: float
-    live: float
+    dead: float = 0.0
+    live: float = 0.0
+
+    def __add__(self, other: Shares) -> Shares:
+        return Shares(self.dead + other.dead, self.live + other.live)
+
+    def __sub__(self, other: Shares) -> Shares:
+        return Shares(self.dead - other.dead, self.live - other.live)
 
     @property
     def larger(self) -> float:
@@ -44,6 +57,11 @@ def taking_part(dead: FloatArray, live: FloatArray, motion: FloatArray) -> Share
     over_mean = float(dead @ motion) / squares
     of_dead, of_live = (float(load @ motion) * over_mean / float(load.sum()) for load in (dead, live))
     return Shares(of_dead, of_live)
+
+
+def is_local(share: Shares, gone: Shares, local_share: float) -> bool:
+    """Return whether a failure of shares of the loads is local, where those `gone` have fallen before."""
+    return share.larger < local_share and (gone + share).larger <= MOST_LOCAL
 
 
 def sizes(forces: FloatArray) -> FloatArray:

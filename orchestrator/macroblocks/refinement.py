@@ -8,11 +8,11 @@ of all ways to join its stones by the one that loses least energy (locking.py). 
 
 It ends where finite elements and rigid blocks agree and, as with a mesh, twice as many bodies bear the same; where
 twice as many are more than FEW, agreement alone is enough. It also ends where twice as many bear the same twice in a
-row, whatever limit analysis says, once they are more than FEW (2, 4 and 8 of 162 stones bore the same, 6.7 % more than
-micro-FE), and with every stone. Neither road then confirms the other any more: micro-FE does. A curve that is not valid
-counts as no agreement. What is to be agreed with is what is like the curve: in large displacements the peak of rigid
-blocks there, where it was passed, else the headline; never an interval, between whose ends any number of bodies may
-bear something.
+row, once they are more than FEW, unless that is more than rigid blocks bear: bodies that interlock bear the same, too
+(3, 6 and 12 of 21 round stones 0.187, and every stone 0.136). At last it ends with every stone. A curve that is not
+valid counts as no agreement. What is to be agreed with is what is like the curve: in large displacements the peak of
+rigid blocks there, where it was passed, else the headline; never an interval, between whose ends any number of bodies
+may bear something.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones
     same = [change <= alike(margin) for change in changes]
     if abs(last.multiplier / rigid_multiplier(analysis, last.in_large) - 1.0) <= alike(margin):
         return same[-1:] == [True] or 2 * last.bodies > FEW * stones
-    return same[-2:] == [True, True] and last.bodies > FEW * stones
+    return off <= alike(margin) and same[-2:] == [True, True] and last.bodies > FEW * stones
 
 
 def remarked(

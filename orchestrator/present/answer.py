@@ -10,8 +10,18 @@ from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.present.weights import applied_words
 from orchestrator.space.analysis import BRACKET, SpaceAnalysis
 from orchestrator.storage import PushoverSummary, Summary
-from orchestrator.storage.notes import DISTRUST, is_of_every_stone, is_to_be_distrusted, most_that_stones_bear
-from orchestrator.storage.summary import Kind
+from orchestrator.storage.notes import (
+    DISTRUST,
+    HELD,
+    contradicts,
+    first_of_valid,
+    highest_of_limit_analysis,
+    is_beyond_the_drawn,
+    is_of_every_stone,
+    is_to_be_distrusted,
+    most_that_stones_bear,
+)
+from orchestrator.storage.summary import Kind, LimitSummary
 
 OPEN = "Whether it stands is open; if it does, "
 """what is said first of a wall that does not come to rest under its dead load unless it is wedged"""
@@ -94,31 +104,53 @@ def _limit(multiplier: float) -> str:
 
 def answer_of_run(summary: Summary) -> str:
     """Return the sentence on a run: the base shear that counts, or that none does."""
-    valid = {pushed.model: pushed for pushed in summary.pushover if pushed.valid}
-    if not valid:
+    pushed, limit, stones = first_of_valid(summary.pushover), summary.limit_analysis, summary.wall.blocks
+    if pushed is None:
         return "No peak counts: none of the curves is valid; limit analysis alone stands."
-    pushed = valid.get("micro") or valid["macro"]
-    bodies = "every stone" if is_of_every_stone(pushed, summary.wall.blocks) else "macroblocks"
+    bodies = "every stone" if is_of_every_stone(pushed, stones) else "macroblocks"
     peak, multiplier = printed("force", pushed.peak_base_shear), printed("multiplier", pushed.peak_multiplier)
-    if is_to_be_distrusted(pushed, summary.limit_analysis, summary.wall.blocks):
-        most, limit = most_that_stones_bear(summary.limit_analysis), summary.limit_analysis.multiplier
-        text = f"{DISTRUST.capitalize()} of {peak} kN (λ = {multiplier}, FE of {bodies})"
-        above = f"{pushed.peak_multiplier / most - 1.0:.1%} above what rigid stones bear at most"
-        return f"{text}, {above}: compare with a finer mesh, or take limit analysis (λ = {_limit(limit)})."
-    text = f"{peak} kN counts (λ = {multiplier}, FE of {bodies})"
+    here = f"(λ = {multiplier}, FE of {bodies})"
+    if pushed.held:
+        moves = f"as drawn it moves at λ = {_limit(limit.multiplier)} (limit analysis)"
+        return f"{HELD.capitalize()} {here}; {moves}."
+    if contradicts(pushed, limit, stones):
+        above = percent_more(pushed.peak_multiplier, highest_of_limit_analysis(limit))
+        text = f"No finite element number counts: {peak} kN {here} is {above} off what every stone bears"
+        return f"{text}; take limit analysis (λ = {_limit(limit.multiplier)}), or compare with --model micro."
+    if is_to_be_distrusted(pushed, limit, stones):
+        above = f"{pushed.peak_multiplier / most_that_stones_bear(pushed, limit) - 1.0:.1%} above"
+        most = "what rigid stones bear at most in small displacements, or as far as they were pushed"
+        text = f"{DISTRUST.capitalize()} of {peak} kN {here}, {above} {most}"
+        return f"{text}: compare with a finer mesh, or take limit analysis (λ = {_limit(limit.multiplier)})."
+    text = f"{peak} kN counts {here}{_of_another_wall(pushed, limit, stones)}"
     if not pushed.peak_reached:
         text += ", a lower bound, as the curve ends before its peak"
-    off = ""
-    if "macro" in valid and pushed.model == "micro":
-        approximate = valid["macro"]
-        if approximate.peak_reached and pushed.peak_reached:
-            off = f", {percent_more(approximate.peak_base_shear, pushed.peak_base_shear)}"
-        what = f"({printed('force', approximate.peak_base_shear)} kN{off})"
-        if is_of_every_stone(approximate, summary.wall.blocks):
-            text += f"; macroblocks are every stone, too {what}"
-        else:
-            text += f"; macroblocks {what} are its fast approximation"
-    return f"{text}; {_limit_beside(pushed, summary)}."
+    return f"{text}{_macroblocks_beside(pushed, summary)}; {_limit_beside(pushed, summary)}."
+
+
+def _of_another_wall(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> str:
+    """Return of what a peak is where it is not the wall as drawn: what is left, or with contacts that have come."""
+    fallen = pushed.at_peak.fallen
+    said = f", of what is left when {fallen:.1%} of the dead load has fallen" if fallen else ""
+    drawn = pushed.at_peak.drawn_contacts
+    if drawn is not None and is_beyond_the_drawn(pushed, limit, stones):
+        said += f", with contacts that were not drawn, without which it bears λ = {printed('multiplier', drawn)} there"
+    return said
+
+
+def _macroblocks_beside(pushed: PushoverSummary, summary: Summary) -> str:
+    """Return by how much macroblocks lie off the peak of every stone, where both were pushed."""
+    macro = next((one for one in summary.pushover if one.model == "macro" and one.valid), None)
+    if macro is None or pushed.model != "micro":
+        return ""
+    known = macro.peak_reached and pushed.peak_reached
+    off = f", {percent_more(macro.peak_base_shear, pushed.peak_base_shear)}" if known else ""
+    what = f"({printed('force', macro.peak_base_shear)} kN{off})"
+    if is_of_every_stone(macro, summary.wall.blocks):
+        return f"; macroblocks are every stone, too {what}"
+    if contradicts(macro, summary.limit_analysis, summary.wall.blocks):
+        return f"; macroblocks {what} do not count, as they bear more than every stone in limit analysis"
+    return f"; macroblocks {what} are its fast approximation"
 
 
 LIMIT_SUBJECTS: dict[Kind, tuple[str, str]] = {

@@ -17,7 +17,7 @@ from orchestrator.basis.errors import naming
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.loads.block_loads import height_of_live_load
 from orchestrator.macroblocks.bodies import Bodies, make_bodies, materials_of
-from orchestrator.macroblocks.criteria import Partition, one_body_per_block
+from orchestrator.macroblocks.criteria import Partition, one_body_per_block, stones_of
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 from orchestrator.present import page, plots
@@ -29,6 +29,7 @@ from orchestrator.settings.case import Case, as_record, as_toml, refuse_verifica
 from orchestrator.settings.inventory import class_words, load_sums
 from orchestrator.settings.project import Language
 from orchestrator.storage.files import plain
+from orchestrator.storage.notes import why_not
 from orchestrator.storage.stored_run import read_run
 
 if TYPE_CHECKING:
@@ -199,12 +200,15 @@ def write_verification(
 ) -> dict[str, Any] | None:
     """Verify a run from what it has stored, draw it, and write the curves of the control point; return its part of the
     summary, None where no verification is asked for. Raises CaseError."""
+    limit, stones = storage.limit_summary(analysis), stones_of(assemblage)
     entries: dict[str, storage.PushoverSummary] = {pushed.model: pushed for pushed in pushovers}
     models = []
     for name, (curve, capacity) in curves.items():
         store, meshes, contacts = storage.read_geometry(output / name)
         bodies = make_bodies(assemblage, partition if name == "macro" else one_body_per_block(assemblage))
-        refused = _refused(entries[name], capacity, curve.stopped_because)
+        refused = (
+            _refused(entries[name], capacity, curve.stopped_because) or why_not(entries[name], limit, stones) or ""
+        )
         tolerance = case.contact.slip_tolerance
         seen = (bodies, meshes, contacts.interface, tolerance, curve.static, store.read, refused)
         models.append(StoredPushover(name, *seen))

@@ -1,8 +1,9 @@
 """The verdict over all load cases of a wall: one table, the check that governs, and one sentence that can be signed.
 
 strength      of every load case the base shear that counts: FE of every stone, else of macroblocks, where its curve
-              is valid; else the headline of limit analysis. The least base shear governs. Of several load cases
-              those whose live load is more vertical than horizontal are not compared: no base shear measures them
+              is valid and counts (storage/notes.py); else the headline of limit analysis. The least base shear
+              governs. Of several load cases those whose live load is more vertical than horizontal are not compared: no
+              base shear measures them
 verification  where a ground acceleration is asked for: every check of every load case. A limit state is verified
               where all its checks pass, and open where one of them could not be made. The least ratio governs
 """
@@ -16,7 +17,7 @@ from typing import Any, Literal
 from orchestrator.basis.printed import printed
 from orchestrator.loads.block_loads import is_measured_by_base_shear
 from orchestrator.masonry.wall import GRAVITY
-from orchestrator.storage.notes import COARSE_TOES, cautions
+from orchestrator.storage.notes import COARSE_TOES, cautions, first_of_valid, why_not
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
 
 COLUMNS = (
@@ -148,9 +149,9 @@ def kind_of(row: Mapping[str, Any], summary: Summary) -> str:
 def _strength(summary: Summary) -> dict[str, Any]:
     """Return the base shear of one load case that counts, and what it is from."""
     row = {"limit_state": STRENGTH, "unit": "N"}
-    valid = {pushed.model: pushed for pushed in summary.pushover if pushed.valid}
-    if pushed := valid.get("micro") or valid.get("macro"):
-        return row | _of_curve(pushed, summary)
+    if pushed := first_of_valid(summary.pushover):
+        why = why_not(pushed, summary.limit_analysis, summary.wall.blocks)
+        return row | (_of_limit_analysis(summary.limit_analysis, [why]) if why else _of_curve(pushed, summary))
     return row | _of_limit_analysis(summary.limit_analysis, ["no curve is valid"] if summary.pushover else [])
 
 

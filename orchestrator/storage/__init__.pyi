@@ -12,12 +12,13 @@ from .files import (
 )
 from .force_tables import write_forces, write_rigid_curve
 from .model_geometry import ContactPlaces, read_geometry, write_geometry
-from .notes import reasons, remarks
+from .notes import counts, reasons, remarks
 from .outputs import holds_run, refuse_overwriting_run, refuse_run, try_file, try_folder
 from .paraview import stress_and_pressure, write_paraview
 from .reading import read_limit_analysis, read_macroblocks
 from .stored_increments import IN_MEMORY, StateStore, load_increments
 from .summary import (
+    AtPeak,
     PushoverSummary,
     Summary,
     limit_summary,
@@ -40,6 +41,7 @@ from .values import (
 
 __all__ = [
     "IN_MEMORY",
+    "AtPeak",
     "ContactPlaces",
     "Effort",
     "Event",
@@ -47,6 +49,7 @@ __all__ = [
     "StateStore",
     "Summary",
     "clear",
+    "counts",
     "effort_of",
     "hash_file",
     "holds_run",

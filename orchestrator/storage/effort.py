@@ -48,7 +48,7 @@ def effort_of(increments: Iterable[Increment], names: Sequence[str], weight: Flo
     imbalance = turned_over = driven = 0.0
     rescues: Counter[str] = Counter()
     events: list[Event] = []
-    static = (0.0, 0.0)
+    static, rested = (0.0, 0.0), 0
     fallen = np.zeros(len(weight), bool)
     for increment in increments:
         steps, moving = steps + 1, moving + increment.moving
@@ -62,7 +62,8 @@ def effort_of(increments: Iterable[Increment], names: Sequence[str], weight: Flo
             events.append(Event(tuple(names[body] for body in gone), share, *static, increment.number))
         fallen = increment.fallen
         if not increment.moving:
-            static = (increment.load_multiplier, increment.base_shear)
+            static, rested = (increment.load_multiplier, increment.base_shear), increment.number
+    events = [event for event in events if event.increment <= rested]  # after the others the wall did not go on
     measure = turned_over + driven
     error = imbalance / measure if measure else 0.0
     return Effort(steps, moving, iterations, dict(rescues), error, tuple(events))

@@ -19,13 +19,15 @@ from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
 TOE_MOMENT = 0.01
 """part of the live load's moment that toes may carry too much before that is told"""
 FAR_BEYOND = 0.05
-"""part by which a peak may exceed the associative bound (no theorem for large displacements), and one of macroblocks
-that of every stone as a rigid block, before that is told"""
+"""part by which a peak may exceed the associative bound (a theorem for small displacements and the joints drawn only),
+and one of macroblocks what every stone bears as a rigid block, before it is distrusted or does not count"""
 CRACK_ELEMENTS = 8
 """elements along a bonded joint below which a peak at which it cracks is doubtful: a block of 0.5 m bears 21 % too much
 with three, 5 % with five and 2 % with ten"""
 DISTRUST = "distrust the peak"
 """what is said of a peak for which nothing that limit analysis leaves out is a reason"""
+HELD = "held by supports once it has moved: this load does not bring the wall down"
+"""what is said of a wall that has no peak because a gap has closed"""
 COARSE_TOES = "the mesh is too coarse for crushing toes: refine mesh.size"
 TOLD = 5
 """local failures that are told one by one"""
@@ -41,27 +43,85 @@ def is_of_every_stone(pushed: PushoverSummary, stones: int) -> bool:
     return pushed.model == "micro" or pushed.bodies == stones
 
 
-def most_that_stones_bear(limit: LimitSummary) -> float:
-    """Return the highest multiplier of any state of rigid stones: the associative bound, or what they were found to
-    bear in large displacements, for which that is none; infinite where stones touch in points that have no joint."""
-    return max(limit.bound, limit.large_displacements or 0.0) if limit.is_bound else inf
+def bound_at_peak(pushed: PushoverSummary, limit: LimitSummary) -> float:
+    """Return the associative multiplier of the wall that is left at a peak, infinite where nothing bounds it, or where
+    stones touch in points that have no joint."""
+    if not limit.is_bound:
+        return inf
+    if not pushed.at_peak.fallen:
+        return limit.bound
+    left = pushed.at_peak.bound_left
+    return inf if left is None else max(left, limit.associative_left or 0.0)
+
+
+def most_that_stones_bear(pushed: PushoverSummary, limit: LimitSummary) -> float:
+    """Return the highest multiplier of any state of the rigid stones that are left at a peak: the associative bound, or
+    what they were found to bear in large displacements, for which that is none."""
+    return max(bound_at_peak(pushed, limit), limit.large_displacements or 0.0)
+
+
+def is_beyond_the_drawn(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> bool:
+    """Return whether every stone as an elastic body bears more than FAR_BEYOND above what rigid stones can that touch
+    where they were drawn, in small displacements or as far as they were pushed."""
+    most = (1.0 + FAR_BEYOND) * most_that_stones_bear(pushed, limit)
+    return is_of_every_stone(pushed, stones) and not pushed.held and pushed.peak_multiplier > most
+
+
+def is_of_new_contacts(pushed: PushoverSummary, limit: LimitSummary) -> bool:
+    """Return whether the wall, as it has moved, bears no more than rigid stones can without contacts that have come."""
+    drawn = pushed.at_peak.drawn_contacts
+    return drawn is not None and drawn <= (1.0 + FAR_BEYOND) * most_that_stones_bear(pushed, limit)
 
 
 def is_to_be_distrusted(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> bool:
-    """Return whether every stone as an elastic body bears more than FAR_BEYOND above what rigid stones can."""
-    most = (1.0 + FAR_BEYOND) * most_that_stones_bear(limit)
-    return is_of_every_stone(pushed, stones) and pushed.peak_multiplier > most
+    """Return whether a peak is beyond what rigid stones can bear, and no contact that has come explains it."""
+    return is_beyond_the_drawn(pushed, limit, stones) and not is_of_new_contacts(pushed, limit)
+
+
+def highest_of_limit_analysis(limit: LimitSummary) -> float:
+    """Return the highest multiplier that every stone was found to bear in limit analysis."""
+    return max(limit.multiplier, limit.large_displacements or 0.0, *(limit.interval or (0.0,)))
+
+
+def contradicts(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> bool:
+    """Return whether macroblocks bear more than FAR_BEYOND above every stone in limit analysis: they do not count."""
+    most = (1.0 + FAR_BEYOND) * highest_of_limit_analysis(limit)
+    return not is_of_every_stone(pushed, stones) and pushed.peak_multiplier > most
+
+
+def first_of_valid(pushovers: Sequence[PushoverSummary]) -> PushoverSummary | None:
+    """Return the valid pushover of every stone, else that of macroblocks, None where none is valid."""
+    valid = {pushed.model: pushed for pushed in pushovers if pushed.valid}
+    return valid.get("micro") or valid.get("macro")
+
+
+def why_not(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> str | None:
+    """Return why the peak of a valid curve does not count, and limit analysis does; None where it counts."""
+    if pushed.held:
+        return f"{pushed.model} FE: {HELD}"
+    if contradicts(pushed, limit, stones):
+        return (
+            f"{pushed.model} FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than 5 % above that "
+            f"of every stone in limit analysis ({printed('multiplier', highest_of_limit_analysis(limit))}), and does "
+            "not count: compare with --model micro"
+        )
+    return None
+
+
+def counts(summary: Summary) -> bool:
+    """Return whether a run has a finite element number that counts, or is held, or was not to have one."""
+    pushed = first_of_valid(summary.pushover)
+    return pushed is None or not contradicts(pushed, summary.limit_analysis, summary.wall.blocks)
 
 
 def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[str]:
-    """Return what makes a peak doubtful: toes that crush, macroblocks that bear far more than their stones, stones that
-    bear far more than they can as rigid ones."""
-    said, peak = [], printed("multiplier", pushed.peak_multiplier)
-    highest = max(limit.multiplier, *(limit.interval or (0.0,)))
-    if not is_of_every_stone(pushed, stones) and pushed.peak_multiplier > (1.0 + FAR_BEYOND) * highest:
+    """Return what makes a peak doubtful, or that it is of another wall than was drawn: what has fallen, contacts that
+    have come, toes that crush, stones that bear far more than they can as rigid ones."""
+    said, peak, at_peak = [], printed("multiplier", pushed.peak_multiplier), pushed.at_peak
+    if at_peak.fallen:
         said.append(
-            f"{pushed.model} FE: the peak {peak} is more than 5 % above that of every "
-            f"stone in limit analysis ({printed('multiplier', highest)}): compare with --model micro"
+            f"{pushed.model} FE: the peak is of what is left when {100 * at_peak.fallen:.2g} % of the dead load has "
+            "fallen"
         )
     if pushed.toe_error > TOE_MOMENT:
         share = f"{100 * pushed.toe_error:.2g} %"
@@ -74,26 +134,36 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[
             f"{pushed.model} FE: the peak is too high: bonded joints crack there that have {pushed.crack_elements} "
             "elements along them, and need ten: refine mesh.size"
         )
-    if is_to_be_distrusted(pushed, limit, stones):
-        most = printed("multiplier", most_that_stones_bear(limit))
+    if not is_beyond_the_drawn(pushed, limit, stones):
+        return said
+    most = printed("multiplier", most_that_stones_bear(pushed, limit))
+    if at_peak.drawn_contacts is not None and is_of_new_contacts(pushed, limit):
+        said.append(
+            f"{pushed.model} FE: the peak {peak} is more than 5 % above {most}, the most that the joints drawn can "
+            "bear, as a gap has closed or a stone has moved onto another: without contacts that were not drawn the "
+            f"wall, as it has moved, bears at most {printed('multiplier', at_peak.drawn_contacts)}"
+        )
+    elif pushed.crushing:
         said.append(
             f"{pushed.model} FE: joints crush, and the peak {peak} is more than 5 % above the associative bound "
             f"{most}: {COARSE_TOES}"
-            if pushed.crushing
-            else f"{pushed.model} FE: {DISTRUST} {peak}: it is more than 5 % above {most}, the most that rigid stones "
-            "can bear; look at the deformed wall, and compare with a finer mesh.size"
+        )
+    else:
+        said.append(
+            f"{pushed.model} FE: {DISTRUST} {peak}: it is more than 5 % above {most}, the most that rigid stones can "
+            "bear in small displacements, or as far as they were pushed; look at the deformed wall, and compare with "
+            "a finer mesh.size"
         )
     return said
 
 
 def remarks(summary: Summary) -> list[str]:
     """Return what pushovers have to say beside their figures: local failures, macroblocks that carry more than their
-    stones can, a peak that was not reached.
+    stones can, a peak that was not reached, or that supports hold the wall.
 
     Many events are told in short: the first ones, and how many there were.
     """
-    limit, stones, said = summary.limit_analysis, summary.wall.blocks, list[str]()
-    bound = limit.bound if limit.is_bound else inf
+    stones, said = summary.wall.blocks, list[str]()
     for pushed in summary.pushover:
         for event in pushed.events[:TOLD]:
             bodies, share = ", ".join(event.bodies), 100 * event.dead_load_share
@@ -103,14 +173,17 @@ def remarks(summary: Summary) -> list[str]:
             )
         if (more := len(pushed.events) - TOLD) > 0:
             said.append(f"{pushed.model} FE: {more} more local failures, in summary.json")
+        if pushed.valid and (why := why_not(pushed, summary.limit_analysis, stones)):
+            said.append(why)
         said += cautions(pushed, summary.limit_analysis, stones)
+        bound = bound_at_peak(pushed, summary.limit_analysis)
         if not is_of_every_stone(pushed, stones) and pushed.peak_multiplier > (1.0 + BEYOND) * bound:
             said.append(
                 f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than the stones can carry "
                 f"without tension inside macroblocks ({printed('multiplier', bound)}, as drawn); "
                 "take --model micro, or smaller tolerances"
             )
-        if not pushed.peak_reached:
+        if not (pushed.peak_reached or pushed.held):
             carried = f"; the wall carries at least {printed('multiplier', pushed.peak_multiplier)}"
             said.append(f"{pushed.model} FE: the peak was not reached" + carried * pushed.valid)
     return said

@@ -21,6 +21,19 @@ TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
 
 
 @dataclass(frozen=True, slots=True)
+class AtPeak:
+    """What the wall is at its peak, against the wall as drawn."""
+
+    fallen: float = 0.0
+    """share of the dead load that has fallen"""
+    bound_left: float | None = None
+    """associative multiplier of what is left, where anything has fallen; None where nothing bounds it"""
+    drawn_contacts: float | None = None
+    """highest multiplier that the wall, as it has moved, can bear without contacts that were not drawn, where such
+    press: a gap has closed, a stone has slid onto another"""
+
+
+@dataclass(frozen=True, slots=True)
 class PushoverSummary:
     """One pushover: size of its model, effort (`Effort`), capacity (`Capacity`), cost, and whether it is valid."""
 
@@ -70,6 +83,9 @@ class PushoverSummary:
     """largest distance of displaced outlines of two bodies that press each other, m"""
     max_pressed_gap_over_size: float = 0.0
     """and over the smaller body's size"""
+    at_peak: AtPeak = AtPeak()
+    held: bool = False
+    """whether the curve ended because supports hold the wall, as it has moved, against any multiple of the load"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +224,8 @@ def pushover_summary(
     pressed_gap: tuple[float, float],
     toe_error: float,
     crack_elements: int | None,
+    of_peak: AtPeak,
+    held: bool,
     crushing: bool,
     large_displacement: bool,
     ranks: int,
@@ -241,6 +259,8 @@ def pushover_summary(
         toe_error=toe_error,
         crack_elements=crack_elements,
         crushing=crushing,
+        at_peak=of_peak,
+        held=held,
         max_pressed_gap=pressed_gap[0],
         max_pressed_gap_over_size=pressed_gap[1],
     )

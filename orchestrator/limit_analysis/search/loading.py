@@ -1,8 +1,9 @@
 """What growing load does to a wall stone by stone: local failures first, then the wall's own state.
 
-A mechanism that moves less than a share of the dead load, and of the live load too, is a local failure. Its stones are
-taken away with their weight and live load, for they lie on the ground; so are stones that then fall. What stands is
-loaded anew from gravity, as long as it carries live load.
+A mechanism that moves less than a share of the dead load, and of the live load too, is a local failure
+(loads/local_part.py), with all that came loose since the wall was last found at rest under more load than before. Its
+stones are taken away with their weight and live load, for they lie on the ground; so are stones that then fall. What
+stands is loaded anew from gravity, as long as it carries live load.
 (Bonding such stones to a neighbour instead gives the same for one small stone and odd wedges for several.)
 
 Joints have two stiffnesses in turn, and the wall is loaded with both. A state that is a property of the wall is the
@@ -34,7 +35,7 @@ from orchestrator.limit_analysis.search.large_walls import large_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath, load_path
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
 from orchestrator.loads.block_loads import Loads
-from orchestrator.loads.local_part import Shares, sizes, taking_part
+from orchestrator.loads.local_part import Shares, is_local, sizes, taking_part
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
@@ -46,8 +47,6 @@ SAME_ANSWER = 0.01
 GEOMETRY = 0.02
 """Part of the multiplier by which the peak in large displacements lies off the limit state of a wall whose answer it
 is. Deformation takes something from any wall: 1.9 % from Ferris & Tin-Loi's wall 6, 1.5 % from its micro-FE."""
-MOST_LOCAL = 0.5
-"""Share of the dead load, and of the live load, that may come loose before the wall is no longer looked for."""
 
 Chosen = npt.NDArray[np.bool_]
 Road = Callable[[Problem, LimitSolution], LoadPath | None]
@@ -173,7 +172,7 @@ def come_loose(found: Loaded, problem: Problem, loads: Loads, local_share: float
         return None
     state = of_whole(pushed.state, problem.assemblage, found.left)
     moving, share, gone = _moving_share(problem, loads, state, found.left)
-    if not _is_local(share, gone, local_share):
+    if not is_local(share, gone, local_share):
         return None
     return LocalFailure(_ids(problem, moving), share.dead, (pushed.peak, pushed.peak), state)
 
@@ -240,6 +239,9 @@ def peeled(
     left, failures = before or (np.ones(len(whole.wall.blocks), dtype=bool), ())
     found: Loaded | None = None
     spent = 0
+    under = max((failure.multipliers[1] for failure in failures), default=-np.inf)
+    earlier = [stone for failure in failures[:-1] for stone in failure.stones]
+    rested = _shares(problem, loads, np.isin([block.id for block in whole.wall.blocks], earlier))  # at its last rest
     while (standing := _standing(problem, loads, left)) is not None:
         part, left = standing
         try:
@@ -254,27 +256,29 @@ def peeled(
         state = of_whole(path.state, whole, left)
         found = Loaded(state, path, failures, left, part, optimum, factorisations=spent)
         moving, share, gone = _moving_share(problem, loads, state, left)
-        if not state.converged or not _is_local(share, gone, local_share):
-            return found
         low, high = sorted((state.load_multiplier, path.last_rest))
+        rested = gone if path.last_rest > under else rested
+        if not state.converged or not is_local(gone + share - rested, rested, local_share):
+            return found
+        under = max(under, high)
         failures = (*failures, LocalFailure(_ids(problem, moving), share.dead, (low, high), state))
         left = left & ~moving
     return found
 
 
-def _is_local(share: Shares, gone: Shares, local_share: float) -> bool:
-    """Whether a part that moves is a local failure of a wall of which some is gone before."""
-    within = gone.dead + share.dead <= MOST_LOCAL and gone.live + share.live <= MOST_LOCAL
-    return share.larger < local_share and within
-
-
 def _moving_share(problem: Problem, loads: Loads, state: LimitState, left: Chosen) -> tuple[Chosen, Shares, Shares]:
     """Return the blocks left (n,) that move in a state, their shares of the loads, and those of what is not left."""
+    moving = left & _moves(problem, state)
+    return moving, _shares(problem, loads, moving), _shares(problem, loads, ~left)
+
+
+def _shares(problem: Problem, loads: Loads, chosen: Chosen) -> Shares:
+    """Return the shares of the loads that chosen blocks (n,) have, supports none."""
     free = np.array([not block.fixed for block in problem.assemblage.wall.blocks])
+    if not (chosen & free).any():
+        return Shares()
     dead, live = np.where(free, -loads.dead[:, 1], 0.0), np.where(free, sizes(loads.live), 0.0)
-    moving, lost = left & _moves(problem, state), free & ~left
-    gone = taking_part(dead, live, lost.astype(float)) if lost.any() else Shares(0.0, 0.0)
-    return moving, taking_part(dead, live, moving.astype(float)), gone
+    return taking_part(dead, live, (chosen & free).astype(float))
 
 
 def _ids(problem: Problem, chosen: Chosen) -> tuple[int, ...]:

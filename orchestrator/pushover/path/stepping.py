@@ -13,6 +13,7 @@ the prescribed quantity is held and the wall moves against viscous contacts and 
 
 A part of less than `local_share` of the wall's dead load and of its live load that does not come to rest is a local
 failure: its motion is kept, it is taken out when it has lost its hold, and the wall goes on while it carries live load.
+What falls before the wall rests again is one failure, and all of them may take no more than local_part.py says.
 """
 
 from __future__ import annotations
@@ -25,13 +26,14 @@ from functools import cached_property
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
-from orchestrator.basis.errors import CollapseError, ConvergenceError
-from orchestrator.loads.local_part import Shares
+from orchestrator.basis.errors import CollapseError, ConvergenceError, HeldError
+from orchestrator.loads.local_part import Shares, is_local
 from orchestrator.pushover.increments import Attempt, BodyMask, Increment, Phase
 from orchestrator.pushover.model import ContactModel, driven_by
 from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
 from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.path.motion import FAST, FASTEST, farthest, motion, step_of_motion
+from orchestrator.pushover.path.moved_wall import is_held
 from orchestrator.pushover.path.moving import (
     TAKES_PART,
     body_motion,
@@ -55,6 +57,8 @@ CUTS = {"gravity": 1, "load": 0, "displacement": 2}
 up to three times the iterations)"""
 ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
+FAR_BEYOND = 2.0
+"""over the multiplier that limit analysis expects at most: from there on it is asked whether supports hold the wall"""
 OUT = 0.5
 """a body that has moved by this share of its size since the wall was static has lost its hold"""
 BENT = 0.5
@@ -138,10 +142,13 @@ class Pushover:
         """Yield the increments from gravity to the end of the curve, or those after `last`.
 
         Raises ConvergenceError when no further increment converges, CollapseError when a large part of the wall has
-        fallen; everything yielded before stays valid.
+        fallen, HeldError when supports hold the wall against any multiple of the load; everything yielded before stays
+        valid.
         """
         state = in_front(self.model, last) if last else at_rest(self.model)
         while not self.finished(state):
+            if state.load_multiplier > FAR_BEYOND * self.expected_multiplier and is_held(self.model, state):
+                raise HeldError(state.load_multiplier)
             if state.phase == "gravity" and state.number >= self.stepping.largest_increments and not self._rests(state):
                 raise ConvergenceError("gravity", "the wall keeps moving under its own weight")
             for following in self._after(state):
@@ -238,8 +245,11 @@ class Pushover:
         names = [self.model.body_names[body] for body in np.flatnonzero(lost)]
         logger.info("%s fell at a multiplier of %.5f", ", ".join(names), state.load_multiplier)
         stays = lost if self.loose is None else lost & ~self.loose
-        too_much = stays.any() and self._shares(lost).larger >= self.stepping.local_share
+        at_once = lost | (state.fallen & (state.gone > self.model.slip_tolerance))  # since the wall was static
+        share, before = self._shares(at_once), self._shares(state.fallen & ~at_once)
+        too_much = stays.any() and not is_local(share, before, self.stepping.local_share)
         if too_much or not self.model.body_live[~(lost | state.fallen)].any():
+            names = [self.model.body_names[body] for body in np.flatnonzero(at_once)]
             raise CollapseError(", ".join(names), 1e3 * state.control_displacement)
         fallen = read_only(state.fallen | lost, np.bool_)
         force = np.where(self._touching(fallen), 0.0, state.normal_force)
@@ -247,15 +257,15 @@ class Pushover:
         state = replace(state, fallen=fallen, normal_force=read_only(force))
         return self._driving(state, driven if self.model.body_live[driven].any() else ~fallen)
 
-    def _is_local(self, motion: FloatArray) -> bool:
-        """Whether what moves, by a motion of the bodies (b,), is a local part of the wall."""
+    def _is_local(self, motion: FloatArray, fallen: BodyMask) -> bool:
+        """Whether what moves, by a motion (b,) of the bodies, is a local part where those `fallen` (b,) are gone."""
         if self.loose is not None and not (moving_part(self.model, motion) & ~self.loose).any():
             return True
-        return participation(self.model, motion).larger < self.stepping.local_share
+        return is_local(participation(self.model, motion), self._shares(fallen), self.stepping.local_share)
 
     def _shares(self, part: BodyMask) -> Shares:
         """Return the shares of the loads that some bodies (b,) have."""
-        return participation(self.model, part.astype(float)) if part.any() else Shares(0.0, 0.0)
+        return participation(self.model, part.astype(float)) if part.any() else Shares()
 
     def _touching(self, fallen: BodyMask) -> BodyMask:
         slave, master = (np.minimum(body, self.model.bodies) for body in self.model.pairs)
@@ -271,7 +281,7 @@ class Pushover:
         if state.phase == "gravity":
             return None
         motion = body_motion(self.model, change) * ~state.fallen
-        if self._is_local(motion):
+        if self._is_local(motion, state.fallen):
             return None
         part = moving_part(self.model, motion) & ~state.fallen & state.driven
         mass = self.model.body_mass
@@ -298,7 +308,7 @@ class Pushover:
         While the mean of all is prescribed, the rest of the wall goes back as far as such a part goes on.
         """
         motion = body_motion(self.model, change) * ~state.fallen
-        if state.phase != "displacement" or not self._is_local(motion):
+        if state.phase != "displacement" or not self._is_local(motion, state.fallen):
             return None
         driven = state.driven & (motion < TAKES_PART * motion.max())
         too_little = self._shares(driven).smaller < self.stepping.local_share or not self.model.body_live[driven].any()

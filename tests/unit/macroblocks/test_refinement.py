@@ -77,7 +77,8 @@ def bears(*shares, is_peak=True, is_valid=True):
         (bears(1.05), False),
         (bears(1.05, 1.05), False),
         (bears(1.05, 1.05, 1.05), False),  # 8 of 40 stones are few
-        (bears(1.05, 1.05, 1.05, 1.05), True),  # the same twice in a row: not for want of bodies
+        (bears(1.05, 1.05, 1.05, 1.05), False),  # the same thrice in a row, and more than rigid stones can
+        (bears(1.37, 1.39, 1.39, 1.39, 1.39), False),
         (bears(1.05, 1.05, 1.03, 1.03), False),
         (bears(1.05, 1.05, 1.03, 1.005), True),
         (bears(0.95), False),

@@ -163,3 +163,64 @@ def test_a_peak_in_large_displacements_is_called_so_everywhere():
     verdict_of = verdict("wall", [Answered("a", "+x", "mass", replace(summary(), limit_analysis=limit, pushover=()))])
     assert "(peak in large displacements)" in sentence(verdict_of)
     assert not [said for said in (tables, title, sentence(verdict_of)) if "rest" in said.replace("interest", "")]
+
+
+def test_macroblocks_that_bear_more_than_limit_analysis_do_not_count():
+    """Neither in the sentence nor in the verdict, nor beside every stone as its approximation."""
+    found = summary()
+    high = found.limit_analysis.multiplier
+    limit = replace(found.limit_analysis, associative=2.0 * high)
+    macro = replace(PUSHED, model="macro", bodies=3, peak_multiplier=1.375 * high, peak_base_shear=11e3)
+    alone = replace(found, limit_analysis=limit, pushover=(macro,))
+    said = answer_of_run(alone)
+    assert said.startswith("No finite element number counts: 11.00 kN")
+    assert "take limit analysis (λ = 0.25000)" in said
+    assert not storage.counts(alone)
+    (row,) = of(a=alone).rows
+    assert (row["check"], row["capacity"], row["governs"]) == ("limit analysis", limit.base_shear, "yes")
+    both = replace(alone, pushover=(macro, replace(PUSHED, peak_multiplier=high, peak_base_shear=8e3)))
+    said = answer_of_run(both)
+    assert said.startswith("8.000 kN counts")
+    assert "macroblocks (11.00 kN, +37.5%) do not count" in said
+    assert storage.counts(both)
+    assert of(a=both).rows[0]["capacity"] == 8e3
+
+
+def test_a_peak_of_what_is_left_says_how_much_has_fallen():
+    """The bound is of what is left: 0.7, where the whole wall bears 0.3."""
+    found, fell = summary(), storage.AtPeak(fallen=0.375, bound_left=0.7)
+    pushed = replace(PUSHED, peak_multiplier=0.7, at_peak=fell)
+    left = replace(found, pushover=(pushed,))
+    assert "(λ = 0.7000, FE of every stone), of what is left when 37.5% of the dead load has fallen;" in answer_of_run(
+        left
+    )
+    told = "micro FE: the peak is of what is left when 38 % of the dead load has fallen"
+    assert told in storage.remarks(left)
+    assert told in of(a=left).rows[0]["remarks"]
+    assert not any(DISTRUST in remark for remark in storage.remarks(left))
+    low = replace(found, pushover=(replace(pushed, at_peak=replace(fell, bound_left=0.6)),))
+    assert any(DISTRUST in remark for remark in storage.remarks(low))
+
+
+@pytest.mark.parametrize(("drawn", "distrusted"), [(0.29, False), (0.5, True), (None, True)])
+def test_a_peak_that_contacts_bear_which_were_not_drawn_is_told_as_such(drawn, distrusted):
+    """Bound 0.3, peak 0.5: without the new contacts the moved wall bears 0.29, or as much as with them."""
+    found = replace(
+        summary(), pushover=(replace(PUSHED, peak_multiplier=0.5, at_peak=storage.AtPeak(0.0, None, drawn)),)
+    )
+    remarks = storage.remarks(found)
+    assert any(DISTRUST in remark for remark in remarks) is distrusted
+    assert any("without contacts that were not drawn" in remark for remark in remarks) is not distrusted
+    assert ("contacts that were not drawn, without which it bears" in answer_of_run(found)) is not distrusted
+    assert "finer mesh" not in answer_of_run(found) or distrusted
+
+
+def test_a_wall_that_supports_hold_has_no_number():
+    found = replace(summary(), pushover=(replace(PUSHED, held=True, peak_reached=False, peak_multiplier=0.6),))
+    said = answer_of_run(found)
+    assert said.startswith("Held by supports once it has moved: this load does not bring the wall down")
+    assert "counts" not in said
+    assert not any("carries at least" in remark or DISTRUST in remark for remark in storage.remarks(found))
+    (row,) = of(a=found).rows
+    assert row["check"] == "limit analysis"
+    assert "this load does not bring the wall down" in row["remarks"][0]
