@@ -26,8 +26,6 @@ from orchestrator.assessment.seismic.settings import limit_states, without_verif
 from orchestrator.basis.atomic_files import locked, sweep
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
-from orchestrator.basis.printed import millimetres
-from orchestrator.geometry.healing import open_gaps
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
 from orchestrator.limit_analysis.gravity import problem_of, refuse_what_cannot_be_analysed, refuse_what_falls
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
@@ -36,15 +34,8 @@ from orchestrator.loads.dead_loads import not_accelerated
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, one_body_per_block
-from orchestrator.masonry.joints import (
-    Assemblage,
-    JointSettings,
-    check_assemblage,
-    find_joints,
-    idle_classes,
-    joined_over,
-    short_contacts,
-)
+from orchestrator.masonry.joint_warnings import idle_classes, lost_joints, short_contacts
+from orchestrator.masonry.joints import Assemblage, check_assemblage, find_joints
 from orchestrator.masonry.sources.drawing import implausible, refuse_implausible_size
 from orchestrator.masonry.ties import idle_ties, with_ties
 from orchestrator.masonry.wall import check_wall
@@ -132,26 +123,6 @@ def examine(case: Case, assemblage: Assemblage, key_in_file: Callable[[str], str
         error = CaseError(key_in_file(error.key), error.problem, error.remedy, error.file)
         said.append(f"WARNING: check, limit and segment take this case, run does not: {error}")
     return said
-
-
-def lost_joints(assemblage: Assemblage, settings: JointSettings) -> list[str]:
-    """Return a warning about blocks that lie close without a joint, or none."""
-    assert assemblage.outlines is not None, "joints come from a planar map"
-    gaps, blocks = open_gaps(assemblage.outlines), assemblage.wall.blocks
-    if not gaps:
-        return []
-    width = [1e3 * abs(gap.width) for gap in gaps]
-    between = " to ".join(dict.fromkeys(f"{one:.2g}" for one in (min(width), max(width))))
-    first = min(gaps, key=lambda gap: abs(gap.width))
-    place = f"the first between blocks {blocks[first.i].id} and {blocks[first.j].id} at "
-    place += f"({first.at[0]:.4g}, {first.at[1]:.4g}) m"
-    joined = millimetres(joined_over(assemblage.wall, settings))
-    many = f"{len(gaps)} pairs of blocks lie" if len(gaps) > 1 else "1 pair of blocks lies"
-    return [
-        f"WARNING: {many} {between} mm apart or over each other, without a joint there, "
-        f"{place}; joints.tolerance is {joined}: if these are errors of the drawing, import the "
-        "file with a larger --tolerance, or --mortar"
-    ]
 
 
 def refuse_what_is_not_run(case: Case) -> None:

@@ -23,7 +23,7 @@ from orchestrator.basis.atomic_files import is_locked, locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
 from orchestrator.basis.parallel import is_root, on_root
 from orchestrator.loads import DeadLoad
-from orchestrator.masonry.joints import short_contacts
+from orchestrator.masonry.joint_warnings import short_contacts
 from orchestrator.masonry.sources.drawing import implausible
 from orchestrator.present import answer, page, tables
 from orchestrator.present.verdict import Answered, sentence

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Annotated, Literal
@@ -15,7 +14,7 @@ from annotated_types import Ge, Gt, Le
 from orchestrator.basis.arrays import FloatArray, IntArray, fingerprint, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, require_kinds
-from orchestrator.basis.printed import counted, few, millimetres
+from orchestrator.basis.printed import millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import VISIBLE
 from orchestrator.geometry.planar_map import NO_BLOCK, OverlapError, PlanarMap, planar_map
@@ -109,7 +108,7 @@ def find_joints(wall: Wall, settings: JointSettings) -> Assemblage:
         one, other = (wall.blocks[block].id for block in error.blocks)
         problem = f"lies on block {other} near ({error.point[0]:.4g}, {error.point[1]:.4g}) m"
         raise CaseError(f"block {one}", problem, "move one of them or correct its polygon") from None
-    edge, _ = _contacts_of(wall, outlines, settings)
+    edge, _ = contacts_of(wall, outlines, settings)
     pair = outlines.left[edge], outlines.right[edge]
     friction = np.array([wall.friction if block.friction is None else block.friction for block in wall.blocks])
     ends = outlines.vertex[outlines.start[edge]], outlines.vertex[outlines.end[edge]]
@@ -134,7 +133,7 @@ def joined_over(wall: Wall, settings: JointSettings) -> float:
     return rounding_of(wall) if settings.tolerance is None else settings.tolerance
 
 
-def _contacts_of(wall: Wall, outlines: PlanarMap, settings: JointSettings) -> tuple[IntArray, IntArray]:
+def contacts_of(wall: Wall, outlines: PlanarMap, settings: JointSettings) -> tuple[IntArray, IntArray]:
     """Return the edges (k,) that are joints, in their order, and those between two blocks too short for one."""
     edge = outlines.ring_edge[outlines.ring_forward]  # along the outline of the left block, which is block i
     edge = edge[outlines.right[edge] != NO_BLOCK]
@@ -147,24 +146,6 @@ def _contacts_of(wall: Wall, outlines: PlanarMap, settings: JointSettings) -> tu
     return edge[order][contact & long], edge[order][contact & ~long]
 
 
-def short_contacts(assemblage: Assemblage, settings: JointSettings) -> list[str]:
-    """Return a warning about contacts of two stones that are too short for a joint, with their places, or none."""
-    outlines, blocks = assemblage.outlines, assemblage.wall.blocks
-    if outlines is None:
-        return []
-    _, short = _contacts_of(assemblage.wall, outlines, settings)
-    if not len(short):
-        return []
-    start, end = outlines.vertex[outlines.start[short]], outlines.vertex[outlines.end[short]]
-    length, middle = np.linalg.norm(end - start, axis=1), 0.5 * (start + end)
-    named = [
-        f"blocks {blocks[i].id} and {blocks[j].id} at ({x:.4g}, {y:.4g}) m, {millimetres(long)}"
-        for i, j, (x, y), long in zip(outlines.left[short], outlines.right[short], middle, length, strict=True)
-    ]
-    many = f"{counted(len(short), 'contact')} of stones {'are' if len(short) > 1 else 'is'} too short for a joint"
-    return [f"WARNING: {many}: {few(named, '; ')}; joints.minimum_length says what is long enough"]
-
-
 def with_class(assemblage: Assemblage, joint_class: JointClass, key: str) -> Assemblage:
     """Return the assemblage with the values of a joint class in the joints that fit it. Raises CaseError for `key`."""
     material = np.array([block.material for block in assemblage.wall.blocks])
@@ -174,7 +155,7 @@ def with_class(assemblage: Assemblage, joint_class: JointClass, key: str) -> Ass
         raise CaseError(
             f"{key}.between", f"{list(joint_class.between)} are not two materials", f"materials are {listed}"
         )
-    if joint_class.mortar_thickness is not None and not _given(joint_class) & MODULI.keys():
+    if joint_class.mortar_thickness is not None and not values_of(joint_class) & MODULI.keys():
         raise CaseError(f"{key}.mortar_thickness", NO_MODULUS, "give one of the two, or leave it out")
     joints, fits = assemblage.joints, fitting(assemblage, joint_class)
     for name in ("cohesion", "tensile_strength"):
@@ -213,37 +194,10 @@ def fitting(assemblage: Assemblage, joint_class: JointClass) -> npt.NDArray[np.b
     return fits & (((i == one) & (j == other)) | ((i == other) & (j == one)))
 
 
-def idle_classes(assemblage: Assemblage, classes: Sequence[JointClass]) -> list[str]:
-    """Return a warning of every class with values that no joint has: it fits none, or later ones replace them."""
-    said, fits = list[str](), [fitting(assemblage, one) for one in classes]
-    for number, (one, here) in enumerate(zip(classes, fits, strict=True)):
-        key, given = f"WARNING: joints.classes.{number}", _given(one)
-        kind = {"any": "joint", "bed": "bed joint", "head": "head joint"}[one.orientation]
-        kind += f" between {one.between[0]} and {one.between[1]}" if one.between else ""
-        if not given:
-            said.append(f"{key} acts on no joint: it gives no value")
-        elif not here.any():
-            said.append(f"{key} acts on no joint: the wall has no {kind}; not used: {', '.join(given)}")
-        else:
-            replaced = [name for name in given if not (here & ~_replaced(name, classes, fits, number)).any()]
-            if replaced:
-                said.append(f"{key}: later classes replace it in all its joints; not used: {', '.join(replaced)}")
-    return said
-
-
-def _given(joint_class: JointClass) -> dict[str, float]:
+def values_of(joint_class: JointClass) -> dict[str, float]:
     """Return the values that a class gives, by their keys."""
     names = [one.name for one in fields(joint_class) if one.name not in ("orientation", "between")]
     return {name: value for name in names if (value := getattr(joint_class, name)) is not None}
-
-
-def _replaced(
-    name: str, classes: Sequence[JointClass], fits: Sequence[npt.NDArray[np.bool_]], number: int
-) -> npt.NDArray[np.bool_]:
-    """Return in which joints (k,) classes after one of a number give its value `name` anew."""
-    value, after = MODULI.get(name, name), range(number + 1, len(classes))
-    later = [fits[k] for k in after if value in {MODULI.get(given, given) for given in _given(classes[k])}]
-    return np.any([np.zeros_like(fits[number]), *later], axis=0)
 
 
 def _stiffness(

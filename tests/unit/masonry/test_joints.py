@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from orchestrator.basis.errors import CaseError
-from orchestrator.masonry.joints import JointSettings, check_assemblage, find_joints, short_contacts
+from orchestrator.masonry.joint_warnings import short_contacts
+from orchestrator.masonry.joints import JointSettings, check_assemblage, find_joints
 from orchestrator.masonry.sources.block_files import read_blocks, wall_from
 from orchestrator.masonry.wall import Block, Wall, check_wall
 from tests.support.paths import DATA, PROJECT
