@@ -27,11 +27,18 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CollapseError, ConvergenceError, HeldError
-from orchestrator.loads.local_part import Shares, is_local
-from orchestrator.pushover.increments import Attempt, BodyMask, Increment, Phase
+from orchestrator.pushover.increments import BodyMask, Increment, Phase
 from orchestrator.pushover.model import ContactModel, driven_by
 from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
 from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
+from orchestrator.pushover.path.losses import (
+    is_local_motion,
+    is_the_wall,
+    shares_of,
+    since_rest,
+    touching,
+    without_their_hold,
+)
 from orchestrator.pushover.path.motion import FAST, FASTEST, farthest, motion, step_of_motion
 from orchestrator.pushover.path.moved_wall import is_held
 from orchestrator.pushover.path.moving import (
@@ -39,9 +46,8 @@ from orchestrator.pushover.path.moving import (
     body_motion,
     body_size,
     moving_part,
-    participation,
-    without_hold,
 )
+from orchestrator.pushover.path.trial import SHRINK, Trial
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
 
@@ -49,8 +55,6 @@ logger = logging.getLogger(__name__)
 
 FALLING = 0.05
 """a part that moves by this share of the wall's height under its own weight falls"""
-SHRINK = 0.25
-"""an increment that is tried again is smaller by this factor"""
 CUTS = {"gravity": 1, "load": 0, "displacement": 2}
 """times that an increment is made smaller before the wall is left to move, once more where it begins above the largest
 (only once under displacement control: motion where the curve has a kink that a sixteenth of the increment follows, and
@@ -59,8 +63,6 @@ ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
 FAR_BEYOND = 2.0
 """over the multiplier that limit analysis expects at most: from there on it is asked whether supports hold the wall"""
-OUT = 0.5
-"""a body that has moved by this share of its size since the wall was static has lost its hold"""
 BENT = 0.5
 """an increment that departs from the one before by this share of its length, or more, is followed by one as large; one
 that departs by half of it, or less, by one twice as large"""
@@ -92,31 +94,6 @@ def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
 def _longer(bent: float, length: float) -> float:
     """Return by what factor an increment may be longer than the largest, as the last one, so long and bent, was."""
     return min(max(float(np.sqrt(ASTRAY * length / bent)), 1.0), LONGEST_STRAIGHT) if bent else 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """An increment to be tried from a state: its size in the unit of the phase, how often it was made smaller (`cuts`),
-    and the attempts before it."""
-
-    state: Increment
-    size: float
-    cuts: int = 0
-    attempts: tuple[Attempt, ...] = ()
-
-    def after(self, *rows: Increment) -> Trial:
-        """Return the same trial with the attempts of increments that were solved in it, whatever becomes of them."""
-        return replace(self, attempts=self.attempts + tuple(attempt for row in rows for attempt in row.attempts))
-
-    def then(self, why: str, action: str, iterations: int, state: Increment | None = None) -> Trial:
-        """Return the next trial after this one failed: from the same state, or anew from another one."""
-        attempts = (*self.attempts, Attempt(why, self.size, action, iterations))
-        return Trial(state or self.state, self.size, 0 if state else self.cuts, attempts)
-
-    def smaller(self, why: str, iterations: int) -> Trial:
-        """Return the next trial after this one failed: from the same state with a smaller increment."""
-        size = SHRINK * self.size
-        return replace(self.then(why, f"retried with {size:g}", iterations), size=size, cuts=self.cuts + 1)
 
 
 @dataclass(frozen=True)
@@ -236,41 +213,24 @@ class Pushover:
         if state.phase == "gravity":
             self._refuse_what_falls(state)
             return state
-        moves = moving_part(self.model, body_motion(self.model, state.change.ravel()))
-        out = state.gone > OUT * body_size(self.model)
-        free = without_hold(self.model, state.normal_force, state.fallen, state.tie_force)
-        lost = (free | (moves & out)) & ~state.fallen
+        lost = without_their_hold(self.model, state)
         if not lost.any():
             return state
-        names = [self.model.body_names[body] for body in np.flatnonzero(lost)]
-        logger.info("%s fell at a multiplier of %.5f", ", ".join(names), state.load_multiplier)
-        stays = lost if self.loose is None else lost & ~self.loose
-        at_once = lost | (state.fallen & (state.gone > self.model.slip_tolerance))  # since the wall was static
-        share, before = self._shares(at_once), self._shares(state.fallen & ~at_once)
-        too_much = stays.any() and not is_local(share, before, self.stepping.local_share)
-        if too_much or not self.model.body_live[~(lost | state.fallen)].any():
-            names = [self.model.body_names[body] for body in np.flatnonzero(at_once)]
-            raise CollapseError(", ".join(names), 1e3 * state.control_displacement)
+        logger.info("%s fell at a multiplier of %.5f", self._names(lost), state.load_multiplier)
+        if is_the_wall(self.model, state, lost, self.loose, self.stepping.local_share):
+            raise CollapseError(self._names(since_rest(self.model, state, lost)), 1e3 * state.control_displacement)
         fallen = read_only(state.fallen | lost, np.bool_)
-        force = np.where(self._touching(fallen), 0.0, state.normal_force)
+        force = np.where(touching(self.model, fallen), 0.0, state.normal_force)
         driven = state.driven & ~fallen
         state = replace(state, fallen=fallen, normal_force=read_only(force))
         return self._driving(state, driven if self.model.body_live[driven].any() else ~fallen)
 
+    def _names(self, part: BodyMask) -> str:
+        return ", ".join(self.model.body_names[body] for body in np.flatnonzero(part))
+
     def _is_local(self, motion: FloatArray, fallen: BodyMask) -> bool:
         """Whether what moves, by a motion (b,) of the bodies, is a local part where those `fallen` (b,) are gone."""
-        if self.loose is not None and not (moving_part(self.model, motion) & ~self.loose).any():
-            return True
-        return is_local(participation(self.model, motion), self._shares(fallen), self.stepping.local_share)
-
-    def _shares(self, part: BodyMask) -> Shares:
-        """Return the shares of the loads that some bodies (b,) have."""
-        return participation(self.model, part.astype(float)) if part.any() else Shares()
-
-    def _touching(self, fallen: BodyMask) -> BodyMask:
-        slave, master = (np.minimum(body, self.model.bodies) for body in self.model.pairs)
-        gone = np.append(fallen, False)
-        return gone[slave] | gone[master]
+        return is_local_motion(self.model, motion, fallen, self.loose, self.stepping.local_share)
 
     def _driving_what_moves(self, state: Increment, change: FloatArray) -> Increment | None:
         """Return the state from which what moves in a change (n,) is driven; None where that is local, or driven.
@@ -311,7 +271,9 @@ class Pushover:
         if state.phase != "displacement" or not self._is_local(motion, state.fallen):
             return None
         driven = state.driven & (motion < TAKES_PART * motion.max())
-        too_little = self._shares(driven).smaller < self.stepping.local_share or not self.model.body_live[driven].any()
+        too_little = (
+            shares_of(self.model, driven).smaller < self.stepping.local_share or not self.model.body_live[driven].any()
+        )
         if too_little or (driven == state.driven).all():
             return None
         return self._driving(state, driven)
