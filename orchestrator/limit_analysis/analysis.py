@@ -86,8 +86,8 @@ def analyse(
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
     loose = {stone for failure in answer.local_failures for stone in failure.stones}
     points = points_in_common(assemblage)
-    said = blocks_in_each_other(assemblage, answer.drawn or answer.headline, loose) or tuple(points_words(points))
-    remarks = (*answer.remarks, *said)
+    said = blocks_in_each_other(assemblage, answer.drawn or answer.headline, loose)
+    remarks = (*answer.remarks, *points_words(points), *said)
     return replace(answer, wall=fingerprint_of_wall(assemblage), points_in_common=points, remarks=remarks)
 
 

@@ -70,7 +70,7 @@ WALLS = {
     "10 m thick": ({"thickness": 10.0}, RUNS),
     "UTM coordinates": ({"offset": (500_000, 4_500_000)}, RUNS),
     "farther than the earth is round": ({"offset": (1e8, 1e8)}, "subtract a common offset"),
-    "metres read as millimetres": ({"scale": 1e-3, "thickness": 3e-4}, "thinner|touches no other block|not connected"),
+    "metres read as millimetres": ({"scale": 1e-3, "thickness": 3e-4}, RUNS),
 }
 
 

@@ -303,8 +303,8 @@ def test_a_light_stone_with_little_of_the_live_load_is_local():
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_a_wall_from_which_all_live_load_has_fallen_ends():
-    """Pinnacles of 1 kN and 0.9 kN, 53 % and 47 % of the live load, with 60 % called local by hand. Limit analysis
-    stops at the half that may be lost; in finite elements one overturns after the other, until nothing is pushed."""
+    """Pinnacles of 1 kN and 0.9 kN, 53 % and 47 % of the live load, with 60 % called local by hand: of the two that
+    overturn one after the other the first is more than the half that may be lost, and the wall's own failure."""
     live = (LiveLoad(blocks=(2,), force=1e3), LiveLoad(blocks=(3,), force=0.9e3))
     wall, load = pinnacles(0.3, 0.3), LoadSettings(distribution="per_block", live=live)
     assemblage = find_joints(wall, JointSettings())
@@ -313,9 +313,6 @@ def test_a_wall_from_which_all_live_load_has_fallen_ends():
     assert analysis.headline.load_multiplier == pytest.approx(overturns(0.3), rel=1e-6)
     stepping = SteppingSettings(local_share=0.6)
     found = push(assemblage, analysis, one_body_per_block(assemblage), load, stepping=stepping)
-    (event,) = found.summary.events
-    assert event.load_multiplier == pytest.approx(overturns(0.3), rel=5e-3)
-    assert found.curve.static.load_multiplier.max() == pytest.approx(overturns(0.3) / 0.9, rel=5e-3)
+    assert found.curve.static.load_multiplier.max() == pytest.approx(overturns(0.3), rel=5e-3)
     assert found.capacity.peak_base_shear == pytest.approx(1.9e3 * overturns(0.3), rel=5e-3)
-    assert "block 3" in found.summary.stopped_because
     assert found.summary.steps < 500

@@ -17,7 +17,7 @@ import pytest
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.text import Text
 
-from orchestrator.app import driver
+from orchestrator.app import driver, load_cases
 from orchestrator.app.cli import main
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.present import plots
@@ -110,7 +110,8 @@ def draw_all(folder, run, language):
     assert main(["report", str(run)]) == 0
     assert main(["check", str(path), "--output", str(run / "check")]) == 0
     case = cases.read(path)
-    driver.draw_settlement(case, *driver.settlement(case, 7, -np.pi / 2), -np.pi / 2, run)
+    one = next(iter(load_cases.each(case).values()))
+    driver.draw_settlement(one, *driver.settlement(one, 7, -np.pi / 2), -np.pi / 2, run)
     figure = plots.blocks(driver.check(case).wall)
     plots.stamp_not_valid(figure)
     plots.save(figure, run, "stamped", language)

@@ -72,7 +72,8 @@ def corner_pairs(bodies: Bodies, faces: Faces, turned: float) -> CornerPairs:
     """Return the corners and faces of two bodies that may meet at an angle of more than `turned` (rad).
 
     All of the body at its corner is in front of the face, which is less far than it and both faces of the corner are
-    long. Two supports have none.
+    long. Two supports have none, and tips more acute than `turned`: the needle between two stones that they are of
+    bears on these.
     """
     arriving = faces.of_edge[faces.before[faces.begin]]  # face that ends where each begins
     following = np.argsort(arriving)
@@ -80,7 +81,12 @@ def corner_pairs(bodies: Bodies, faces: Faces, turned: float) -> CornerPairs:
     bend = np.arctan2(cross(faces.tangent[arriving], faces.tangent), _dot(faces.tangent[arriving], faces.tangent))
     corner, face = _near(faces, np.minimum(faces.length, faces.length[arriving]))
     one, other = faces.body[corner], faces.body[face]
-    keep = (one != other) & (np.minimum(one, other) < bodies.moving) & (bend[corner] > 0.0)
+    keep = (
+        (one != other)
+        & (np.minimum(one, other) < bodies.moving)
+        & (bend[corner] > 0.0)
+        & (bend[corner] < np.pi - turned)
+    )
     keep &= _in_front(sides[corner], faces.normal[face]) > np.sin(turned)
     corner, face = corner[keep], face[keep]
     ends, beyond = np.column_stack([face, following[face]]), np.column_stack([arriving[face], following[face]])

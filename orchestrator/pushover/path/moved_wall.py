@@ -77,7 +77,9 @@ def is_held(model: ContactModel, state: Increment) -> bool:
     if model.mortar is not None:
         pressed = pressed & np.isinf(model.mortar.strength)
     balance, live = wall.forces(pressed), wall.live / np.abs(wall.live).max()
-    return bool(linprog(np.zeros(balance.shape[1]), A_eq=balance, b_eq=-live, method="highs").status == 0)
+    return balance.shape[1] > 0 and bool(
+        linprog(np.zeros(balance.shape[1]), A_eq=balance, b_eq=-live, method="highs").status == 0
+    )
 
 
 def most_of_drawn_contacts(model: ContactModel, state: Increment) -> float | None:
