@@ -224,7 +224,8 @@ def _is_out(tracking: Tracking, frames: Frames, points: _Points, known: npt.NDAr
     out, (rows, pair) = np.ones(len(tracking.pair), bool), _at_an_angle(tracking)
     size, height = tracking.size_of_pair[tracking.pair[rows]], points.height[rows]
     rival = tracking.corner_pairs.rival_height(tracking.faces, frames)[pair]
-    comes = np.where(height > -END * size, points.free[rows], -height) > ONTO * size
+    from_in_front = (height > -END * size) & tracking.corner_pairs.at_once[pair]
+    comes = np.where(from_in_front, points.free[rows], -height) > ONTO * size
     out[rows] = (height >= rival) & (known[rows] | comes)
     return out
 
