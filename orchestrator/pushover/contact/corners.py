@@ -8,10 +8,10 @@ Such a corner, of a body A, is out of the other body, B, as long as it is in fro
                 ways out: over the face, or over its rival, which is A's corner over B's next face, or B's over A's
 
 Of two rivals only the one with the larger gap is any. Where corners touch in one point as they were drawn, both ways
-are open, and there is no contact before they have gone into each other a little; nor is there later between corners that
-lie on a joint. (Corners that came to a face from in front in any case made a flat arch of docs/studies/path.py weaker by
-5 %, and two of its walls found no further state.) Where both stand on the third body and
-each might come to a face of the other, the one with the larger angle does: it has the flatter way.
+are open, and there is no contact before they have gone into each other a little. So it is later too, for corners that
+lie on a joint: had they a contact from in front, a semicircular arch of docs/studies/path.py would bear 5 % less, and
+two walls find no further state. Where both stand on the third body and each might come to a face of the other, the one
+with the larger angle does: it has the flatter way.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ class CornerPairs:
     """p pairs: slave (p,), the face that ends in the corner, and master (p,), the face that it may come to.
 
     at_once (p,): whether there is a notch at an end of the master, or the corner is a tip that lies on no joint. At
-    both ends of the master (p, 2): notch, whether one is there, and rises, whether it is one of the master's own body; rival_vertex and rival_face, the corner and the face that are the rival at a free end.
+    both ends of the master (p, 2): notch, whether one is there, and rises, whether it is one of the master's own body;
+    rival_vertex and rival_face, the corner and the face that are the rival at a free end.
     """
 
     slave: IntArray
