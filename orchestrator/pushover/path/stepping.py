@@ -61,7 +61,7 @@ CUTS = {"gravity": 1, "load": 0, "displacement": 2}
 up to three times the iterations)"""
 ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
-FAR_BEYOND = 2.0
+HELD_FROM = 2.0
 """over the multiplier that limit analysis expects at most: from there on it is asked whether supports hold the wall"""
 BENT = 0.5
 """an increment that departs from the one before by this share of its length, or more, is followed by one as large; one
@@ -124,7 +124,7 @@ class Pushover:
         """
         state = in_front(self.model, last) if last else at_rest(self.model)
         while not self.finished(state):
-            if state.load_multiplier > FAR_BEYOND * self.expected_multiplier and is_held(self.model, state):
+            if state.load_multiplier > HELD_FROM * self.expected_multiplier and is_held(self.model, state):
                 raise HeldError(state.load_multiplier)
             if state.phase == "gravity" and state.number >= self.stepping.largest_increments and not self._rests(state):
                 raise ConvergenceError("gravity", "the wall keeps moving under its own weight")
