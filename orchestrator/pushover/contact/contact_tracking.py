@@ -13,34 +13,27 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.pushover.contact.contact_search import Contacts, barycentric
 from orchestrator.pushover.contact.corners import CornerPairs
 from orchestrator.pushover.contact.faces import Faces
 from orchestrator.pushover.contact.frames import BodyNodes, Frames
+from orchestrator.pushover.contact.one_place import COVER, Placed, at_one_place, deepest
 
 END = 1e-4
-"""a point may lie so far beyond the end of a face; this and the next five are shares of the square root of the smaller
-body's area, which is 0.26 m for a stone of 0.4 m x 0.175 m. (What deforms must find its contact; corners that catch on
-each other beyond their faces make a wall stronger: with 4e-3 one of irregular courses by 17 %.)"""
+"""a point may lie so far beyond the end of a face; this, the next four and COVER of one_place.py are shares of the root
+of the smaller body's area, which is 0.26 m for a stone of 0.4 m x 0.175 m. (What deforms must find its contact; corners
+that catch on each other beyond their faces make a wall stronger: with 4e-3 one of irregular courses by 17 %.)"""
 ONTO = 3.78e-3
 """overlap of their faces from which two bodies that were not in touch before have contacts: the edge of a real stone
 carries nothing on a narrower strip (a voussoir on 0.1 mm of the next springer made a flat arch weaker by 10 %)"""
-COVER = 7.56e-3
-"""two bodies touch at one point only within this distance, on faces that are nearly parallel: the deepest. (Two points,
-on faces turned against each other, hold bodies as a wedge of some hundredths of a radian does; with friction such a
-wedge may have no state.)"""
 DEEPER = 1e-6
 """a contact that was there stays while no other point of its place lies deeper by more than this"""
 REACH = 0.075
 """wider gaps cannot close within an increment"""
 DEEPEST = -7.5e-3
 """a point that lies deeper in a body than this belongs to another of its faces"""
-TURNED = 0.1
-"""rad; faces may be turned so far towards each other for one to slide onto the other (drawings are healed, arches have
-facets), and count as nearly parallel"""
 ANGLED = 3
 """number of a corner, in `Tracking.corner`, whose faces are at an angle to the master's (corners.py)"""
 SUPPORT_POINT = -1
@@ -158,8 +151,23 @@ def track(
     gap = np.where(weights.any(axis=1), apart, points.height[rows])
     off = points.inside[rows] < -END * size
     rank = np.argsort(np.lexsort((rows, gap - DEEPER * size * known[rows], off)))
-    stays, heirs = _deepest(rank, off, *_at_one_place(tracking, rows, contacts.point))
+    stays, heirs = deepest(rank, off, *at_one_place(_placed(tracking, rows, contacts.point)))
     return Tracked(rows[stays], contacts.chosen(stays), gap[stays], rows[heirs])
+
+
+def _placed(tracking: Tracking, rows: IntArray, point: FloatArray) -> Placed:
+    """Return the contacts `rows` (c,) with their points (c, 3) in m."""
+    possible = tracking.possible
+    return Placed(
+        point=point,
+        size=tracking.size_of_pair[tracking.pair[rows]],
+        slave_body=possible.slave_body[rows],
+        master_body=possible.master_body[rows],
+        master_face=tracking.master_face[rows],
+        normal=possible.normal[rows],
+        level=tracking.level[rows],
+        angled=tracking.corner[rows] == ANGLED,
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -270,46 +278,6 @@ def _in_touch(tracking: Tracking, known: npt.NDArray[np.bool_]) -> npt.NDArray[n
     slave, master = body[tracking.slave_of_pair], body[tracking.master_of_pair]
     number = np.minimum(slave, master) * (int(body.max()) + 1) + np.maximum(slave, master)
     return np.isin(number, number[tracking.pair[known]])
-
-
-def _at_one_place(tracking: Tracking, rows: IntArray, point: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return pairs (p,), (p,) of the contacts `rows` (c,) at one place: point (c, 3) in m.
-
-    A corner of each body, a node against two faces of one body that meet at a kink, a node against one face in two
-    pairs of faces. Different nodes of one body are different places, and so are faces that were not nearly parallel in
-    the undeformed wall.
-    """
-    possible, size = tracking.possible, tracking.size_of_pair[tracking.pair[rows]]
-    one, other = cKDTree(point).query_pairs(COVER * size.max(initial=0.0), output_type="ndarray").T
-    slave, master, level = possible.slave_body[rows], possible.master_body[rows], tracking.level[rows]
-    bodies = np.sort(np.column_stack([slave, master]), axis=1)
-    distance = np.linalg.norm(point[one] - point[other], axis=1)
-    same = (bodies[one] == bodies[other]).all(axis=1) & (level[one] == level[other])
-    same &= distance <= COVER * np.minimum(size[one], size[other])
-    same &= (slave[one] != slave[other]) | (distance == 0.0)
-    normal = possible.normal[rows]
-    same &= np.abs(np.einsum("pi,pi->p", normal[one], normal[other])) > np.cos(TURNED)
-    return one[same], other[same]
-
-
-def _deepest(rank: IntArray, off: npt.NDArray[np.bool_], one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:
-    """Return which contacts (c,) stay, of all at one place the first by rank, and which of them take over (h, 2).
-
-    off (c,): they give way in any case. one, other (p,): pairs at one place.
-    """
-    winner, loser = np.where(rank[one] < rank[other], [one, other], [other, one])
-    stays, heirs = ~off, [np.zeros((0, 2), np.int64)]
-    while len(winner):
-        leads = stays.copy()
-        leads[loser] = False
-        settled = leads[winner]
-        heirs.append(np.column_stack([loser, winner])[settled])
-        stays[loser[settled]] = False
-        left = stays[winner] & ~settled
-        winner, loser = winner[left], loser[left]
-    pairs = np.concatenate(heirs)
-    pairs = pairs[np.lexsort((rank[pairs[:, 1]], pairs[:, 0]))]
-    return np.flatnonzero(stays), pairs[np.unique(pairs[:, 0], return_index=True)[1]]
 
 
 def _overlap(tracking: Tracking, frames: Frames) -> FloatArray:

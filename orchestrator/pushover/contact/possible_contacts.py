@@ -19,9 +19,10 @@ import shapely
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import Contacts
-from orchestrator.pushover.contact.contact_tracking import ANGLED, SUPPORT_POINT, TURNED, Tracking
+from orchestrator.pushover.contact.contact_tracking import ANGLED, SUPPORT_POINT, Tracking
 from orchestrator.pushover.contact.corners import corner_pairs
 from orchestrator.pushover.contact.faces import Faces, find_faces, sides_of_edges, sides_of_faces, touching_faces
+from orchestrator.pushover.contact.one_place import TURNED
 from orchestrator.pushover.meshing import BodyMeshes
 
 OFFSET = 0.05

@@ -25,7 +25,8 @@ TOO_FAR = 2.0
 """a step of motion in which a body goes farther than FASTEST times this is taken again, as much shorter: a stone creeps
 off its neighbour in steps of seconds, in which it would fall by many walls"""
 VISCOUS_FORCE = 0.01
-"""a contact that slides by the length of a step of motion resists with this share of the weight"""
+"""a contact that slides by the length of a step of motion resists with this share of the weight, however short that is:
+so short enough steps have a solution (theory.md)"""
 INERTIA = 0.1
 """a body that moves by the length of a step of motion resists with this share of its weight"""
 FASTER = 5.0
@@ -67,7 +68,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
     predicted = carried_on(solver.model, here, state.change.ravel(), 1.0) if goes_on else here
     gravity = model.weight / float(solver.model.body_mass.sum())
     for _ in range(TRIES):
-        viscosity = min(VISCOUS_FORCE * model.weight / length, 3 * model.contact_stiffness)
+        viscosity = VISCOUS_FORCE * model.weight / length
         time_step = float(np.sqrt(length / (INERTIA * gravity)))
         reached = aim
         if aim.phase == "displacement":
