@@ -101,25 +101,28 @@ class DisplacedOutlines:
         return self.meshes.nodes[0, :2]
 
     @cached_property
-    def _edges(self) -> list[IntArray]:
-        """Of every moving body the edges (e, 2) of its triangles' sides at z = 0, as numbers of nodes."""
-        front = self.meshes.nodes[:, 2] <= 1e-9 * float(np.ptp(self.meshes.nodes[:, 2]))
-        sides = self.meshes.side_triangles
+    def _rings(self) -> tuple[IntArray, IntArray, IntArray]:
+        """The rings of moving bodies at z = 0, each outline before its holes: nodes (k,), which ring (k,) each is of,
+        and which body (r,) each ring is of."""
+        nodes, sides = self.meshes.nodes, self.meshes.side_triangles
+        front = nodes[:, 2] <= 1e-9 * float(np.ptp(nodes[:, 2]))
         edges = np.vstack([sides[:, list(pair)] for pair in pairwise((0, 1, 2, 0))])
-        body = np.tile(self.meshes.body_of_side, 3)
-        drawn = front[edges].all(axis=1)
-        edges, body = edges[drawn], body[drawn]
-        return [edges[body == number] for number in range(self.bodies.moving)]
+        body, drawn = np.tile(self.meshes.body_of_side, 3), front[edges].all(axis=1)
+        numbered = np.column_stack([nodes[:, :2], np.arange(len(nodes))])
+        faces = [_face(numbered[edges[drawn & (body == number)]]) for number in range(self.bodies.moving)]
+        rings, of_body = shapely.get_rings(faces, return_index=True)
+        corners, ring = shapely.get_coordinates(rings, include_z=True, return_index=True)
+        return corners[:, 2].astype(np.int64), ring, of_body
 
     def _displaced(self, displacement: FloatArray) -> npt.NDArray[np.object_]:
         """Return the outlines of all bodies displaced by `displacement` (>= m, 3) in m, about the origin."""
-        nodes = self.meshes.nodes[:, :2]
-        place = nodes - self._origin + displacement[: len(nodes), :2]
+        node, ring, body = self._rings
+        place = self.meshes.nodes[node, :2] - self._origin + displacement[node, :2]
+        moving = shapely.make_valid(shapely.polygons(shapely.linearrings(place, indices=ring), indices=body))
         supports = [shapely.Polygon(body.exterior - self._origin) for body in self.bodies.bodies[self.bodies.moving :]]
-        return np.array([*(_outline(place[edges]) for edges in self._edges), *supports], dtype=object)
+        return np.array([*moving, *supports], dtype=object)
 
 
-def _outline(edges: FloatArray) -> shapely.Geometry:
-    """Return the outline of a body's face, holes included, from its edges (e, 2, 2) in m."""
-    rings = shapely.get_parts(shapely.polygonize([*shapely.linestrings(edges)]))
-    return max(rings, key=shapely.area)
+def _face(edges: FloatArray) -> shapely.Geometry:
+    """Return a body's face, holes included, from its edges (e, 2, 3): x and y in m and the number of the node."""
+    return max(shapely.get_parts(shapely.polygonize([*shapely.linestrings(edges)])), key=shapely.area)
