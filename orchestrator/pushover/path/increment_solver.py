@@ -23,10 +23,12 @@ from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.solve.newton import solve_increment
 
 TURN = 2e-3
-"""an increment whose bodies turn by more than this (rad) from the predicted geometry is solved again on its own:
-contacts of a body that turns by theta more than expected close to theta^2 / 2 of its size (2e-6), and their forces are
-inclined by theta, in this increment only. (With 5e-4, loose stones at the limit of friction that turn one way on the
-geometry of the other made walls creep: 4,950 and more than 14,442 iterations in place of 2,429 and 6,341.)"""
+"""an increment whose bodies turn by more than this (rad) from the geometry that it is solved on is solved again on its
+own: contacts of a body that turns by theta more than expected close to theta^2 / 2 of its size (2e-6), and their forces
+are inclined by theta, in this increment only. Once it is solved again already from what a static body may be out of
+balance on: a wall under the load at which it turns rests anywhere on one geometry. (With 5e-4 each time, loose stones
+at the limit of friction that turn one way on the geometry of the other made walls creep: 4,950 and more than 14,442
+iterations in place of 2,429 and 6,341.)"""
 FROM_BEFORE = "a second path, from the state before"
 """what an attempt says where no path led on from the expected state"""
 
@@ -132,7 +134,8 @@ class IncrementSolver:
         if undeformed.mortar is not None:
             mortar = replace(undeformed.mortar, closing=state.closing)
             opening, closed = mortar.opened(opening, state.normal_force), mortar.closed_by(state.normal_force)
-        known, turned_before = ~np.isnan(state.gap), np.inf
+        bound = self.stepping.out_of_balance * (abs(multiplier) if phase == "load" else 1.0)
+        known, turned_before, allowed = ~np.isnan(state.gap), np.inf, bound
         while True:
             model = without_jumps(displaced(undeformed, predicted, closed, known), state)
             self.system.follow(model)
@@ -152,14 +155,13 @@ class IncrementSolver:
                 raise ConvergenceError(error.stage, error.where, spent + error.iterations) from error
             spent += iterate.number
             turned = largest_turn(self.model, predicted, iterate.displacement)
-            if turned < TURN:
+            if turned < allowed:
                 break
             if turned >= turned_before:  # passes that come no nearer swing between two states
                 raise ConvergenceError("geometry", f"bodies turn by {turned:.1e} more than expected", spent)
-            turned_before = turned
+            turned_before, allowed = turned, TURN
             predicted, multiplier = iterate.displacement, iterate.load_multiplier
             force = scattered(state.normal_force, model.rows, iterate.normal_force)
-        bound = self.stepping.out_of_balance * (abs(multiplier) if phase == "load" else 1.0)
         own = spent - sum(attempt.iterations for attempt in attempts)
         found = increment_of(model, state, here, replace(iterate, number=own), phase, time, bound)
         return replace(found, attempts=tuple(attempts))
