@@ -103,7 +103,7 @@ def push(
     _refuse_other_loads(assemblage, analysis, load)
     refuse_bonded_mortar(assemblage, contact.softening_displacement)
     model: ModelName = "micro" if _is_every_block(partition) else "macro"
-    stepping = stepping_of(model, stepping or SteppingSettings())
+    stepping = stepping or SteppingSettings()
     strict = SolverSettings(elastic, contact, newton or NewtonSettings(), stepping.large_displacement)
     began, expected = perf_counter(), analysis.associative.load_multiplier
     bodies = make_bodies(assemblage, partition, analysis.headline.joint_forces)
@@ -272,14 +272,6 @@ def _moment_of_load(contact_model: ContactModel, state: Increment) -> float:
 def peak_memory() -> int:
     """Return the largest memory this process has had, bytes."""
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-
-
-def stepping_of(model: ModelName, stepping: SteppingSettings) -> SteppingSettings:
-    """Return how a path is followed: macroblocks are those of one mechanism, and know no other once it has fallen.
-
-    Local then are only the stones of `loose_of`.
-    """
-    return stepping if model == "micro" else replace(stepping, local_share=0.0)
 
 
 def loose_of(model: ModelName, wall: Wall, bodies: Bodies, analysis: LimitAnalysis) -> BodyMask | None:

@@ -26,7 +26,6 @@ from orchestrator.app.pushed import (
     loose_of,
     peak_memory,
     progress_of,
-    stepping_of,
 )
 from orchestrator.basis.errors import naming
 from orchestrator.basis.parallel import on_root, this_rank
@@ -126,7 +125,7 @@ def _follow(
     """Follow the curve of one model on `comm` (None: this rank alone), storing every increment."""
     from orchestrator.pushover.model import build_model
 
-    working, stepping = comm or this_rank(), stepping_of(model, case.stepping)
+    working, stepping = comm or this_rank(), case.stepping
     expected, loose = analysis.associative.load_multiplier, loose_of(model, wall, bodies, analysis)
     store = storage.StateStore(folder, _fingerprint(case, wall, bodies, meshes), storage.IN_MEMORY)
     last = on_root(comm, _opened, store, resume)
@@ -222,7 +221,7 @@ def _folded(
     """Fold and check the stored increments; write curve, pictures and ParaView files."""
     from orchestrator.present import report as reporting
 
-    kept, stepping = (store.increments, store.last()), stepping_of(model, case.stepping)
+    kept, stepping = (store.increments, store.last()), case.stepping
     strict = SolverSettings(case.elastic, case.contact, case.newton, case.stepping.large_displacement)
     done = judged(
         model, bodies, contact_model, *kept, stepping, expected, bound, complaint, strict, ranks=ranks, seconds=seconds

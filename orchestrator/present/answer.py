@@ -20,6 +20,7 @@ from orchestrator.storage.notes import (
     is_of_every_stone,
     is_to_be_distrusted,
     most_that_stones_bear,
+    without_reference,
 )
 from orchestrator.storage.summary import Kind, LimitSummary
 
@@ -110,22 +111,28 @@ def answer_of_run(summary: Summary) -> str:
     bodies = "every stone" if is_of_every_stone(pushed, stones) else "macroblocks"
     peak, multiplier = printed("force", pushed.peak_base_shear), printed("multiplier", pushed.peak_multiplier)
     here = f"(λ = {multiplier}, FE of {bodies})"
+    reference = without_reference(summary) if pushed.model == "macro" else None
     if pushed.held:
         moves = f"as drawn it moves at λ = {_limit(limit.multiplier)} (limit analysis)"
-        return f"{HELD.capitalize()} {here}; {moves}."
+        return f"{HELD.capitalize()} {here}{_but(reference)}; {moves}."
     if contradicts(pushed, limit, stones):
         above = percent_more(pushed.peak_multiplier, highest_of_limit_analysis(limit))
         text = f"No finite element number counts: {peak} kN {here} is {above} off what every stone bears"
-        return f"{text}; take limit analysis (λ = {_limit(limit.multiplier)}), or compare with --model micro."
+        other = _but(reference) or ", or compare with --model micro"
+        return f"{text}; take limit analysis (λ = {_limit(limit.multiplier)}){other}."
     if is_to_be_distrusted(pushed, limit, stones):
         above = f"{pushed.peak_multiplier / most_that_stones_bear(pushed, limit) - 1.0:.1%} above"
         most = "what rigid stones bear at most in small displacements, or as far as they were pushed"
         text = f"{DISTRUST.capitalize()} of {peak} kN {here}, {above} {most}"
         return f"{text}: compare with a finer mesh, or take limit analysis (λ = {_limit(limit.multiplier)})."
-    text = f"{peak} kN counts {here}{_of_another_wall(pushed, limit, stones)}"
+    text = f"{peak} kN counts {here}{_but(reference)}{_of_another_wall(pushed, limit, stones)}"
     if not pushed.peak_reached:
         text += ", a lower bound, as the curve ends before its peak"
     return f"{text}{_macroblocks_beside(pushed, summary)}; {_limit_beside(pushed, summary)}."
+
+
+def _but(doubt: str | None) -> str:
+    return f", but {doubt}" if doubt else ""
 
 
 def _of_another_wall(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> str:
@@ -134,7 +141,8 @@ def _of_another_wall(pushed: PushoverSummary, limit: LimitSummary, stones: int) 
     said = f", of what is left when {fallen:.1%} of the dead load has fallen" if fallen else ""
     drawn = pushed.at_peak.drawn_contacts
     if drawn is not None and is_beyond_the_drawn(pushed, limit, stones):
-        said += f", with contacts that were not drawn, without which it bears λ = {printed('multiplier', drawn)} there"
+        bears = f"bears λ = {printed('multiplier', drawn)}" if drawn else "does not stand"
+        said += f", with contacts that were not drawn, without which it {bears} there"
     return said
 
 

@@ -17,7 +17,7 @@ from typing import Any, Literal
 from orchestrator.basis.printed import printed
 from orchestrator.loads.block_loads import is_measured_by_base_shear
 from orchestrator.masonry.wall import GRAVITY
-from orchestrator.storage.notes import COARSE_TOES, cautions, first_of_valid, why_not
+from orchestrator.storage.notes import COARSE_TOES, cautions, first_of_valid, why_not, without_reference
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
 
 COLUMNS = (
@@ -149,21 +149,24 @@ def kind_of(row: Mapping[str, Any], summary: Summary) -> str:
 def _strength(summary: Summary) -> dict[str, Any]:
     """Return the base shear of one load case that counts, and what it is from."""
     row = {"limit_state": STRENGTH, "unit": "N"}
-    if pushed := first_of_valid(summary.pushover):
-        why = why_not(pushed, summary.limit_analysis, summary.wall.blocks)
-        return row | (_of_limit_analysis(summary.limit_analysis, [why]) if why else _of_curve(pushed, summary))
-    return row | _of_limit_analysis(summary.limit_analysis, ["no curve is valid"] if summary.pushover else [])
+    pushed = first_of_valid(summary.pushover)
+    if pushed is None:
+        return row | _of_limit_analysis(summary.limit_analysis, ["no curve is valid"] if summary.pushover else [])
+    reference = without_reference(summary) if pushed.model == "macro" else None
+    doubts = [reference] if reference else []
+    if why := why_not(pushed, summary.limit_analysis, summary.wall.blocks):
+        return row | _of_limit_analysis(summary.limit_analysis, [why, *doubts])
+    return row | _of_curve(pushed, summary, doubts)
 
 
-def _of_curve(pushed: PushoverSummary, summary: Summary) -> dict[str, Any]:
+def _of_curve(pushed: PushoverSummary, summary: Summary, doubts: list[str]) -> dict[str, Any]:
     check = "FE of every stone" if pushed.model == "micro" else "FE of macroblocks"
-    doubts = cautions(pushed, summary.limit_analysis, summary.wall.blocks)
     said = [*([] if pushed.peak_reached else [ENDS_EARLY]), *doubts]
     return {
         "check": check,
         "capacity": pushed.peak_base_shear,
         "multiplier": pushed.peak_multiplier,
-        "remarks": tuple(said),
+        "remarks": (*said, *cautions(pushed, summary.limit_analysis, summary.wall.blocks)),
     }
 
 

@@ -15,13 +15,15 @@ from orchestrator.pushover.increments import Increment
 @dataclass(frozen=True, slots=True)
 class Event:
     """Bodies that fell while the wall went on: their names, share of the dead load, load multiplier and base shear (N)
-    of the last static state before, and in which increment they had left their neighbours."""
+    of the last static state before, and in which increment they had left their neighbours; under_gravity: they did before
+    any live load acted."""
 
     bodies: tuple[str, ...]
     dead_load_share: float
     load_multiplier: float
     base_shear: float
     increment: int
+    under_gravity: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,8 @@ def effort_of(increments: Iterable[Increment], names: Sequence[str], weight: Flo
         imbalance = float(np.maximum(imbalance, abs(increment.energy_error)))  # max() would lose a nan
         if (gone := np.flatnonzero(increment.fallen & ~fallen)).size:
             share = float(weight[gone].sum() / weight.sum())
-            events.append(Event(tuple(names[body] for body in gone), share, *static, increment.number))
+            bodies, under_gravity = tuple(names[body] for body in gone), increment.phase == "gravity"
+            events.append(Event(bodies, share, *static, increment.number, under_gravity))
         fallen = increment.fallen
         if not increment.moving:
             static, rested = (increment.load_multiplier, increment.base_shear), increment.number

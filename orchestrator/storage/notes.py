@@ -30,7 +30,7 @@ HELD = "held by supports once it has moved: this load does not bring the wall do
 """what is said of a wall that has no peak because a gap has closed"""
 COARSE_TOES = "the mesh is too coarse for crushing toes: refine mesh.size"
 TOLD = 5
-"""local failures that are told one by one"""
+"""local failures, and bodies that fell under gravity, that are told one by one"""
 
 
 def reasons(pushovers: Sequence[PushoverSummary]) -> list[str]:
@@ -138,10 +138,11 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[
         return said
     most = printed("multiplier", most_that_stones_bear(pushed, limit))
     if at_peak.drawn_contacts is not None and is_of_new_contacts(pushed, limit):
+        bears = f"bears at most {printed('multiplier', at_peak.drawn_contacts)}"
         said.append(
             f"{pushed.model} FE: the peak {peak} is more than 5 % above {most}, the most that the joints drawn can "
             "bear, as a gap has closed or a stone has moved onto another: without contacts that were not drawn the "
-            f"wall, as it has moved, bears at most {printed('multiplier', at_peak.drawn_contacts)}"
+            f"wall, as it has moved, {bears if at_peak.drawn_contacts else 'does not stand'}"
         )
     elif pushed.crushing:
         said.append(
@@ -157,6 +158,33 @@ def cautions(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> list[
     return said
 
 
+def _fell_under_gravity(pushed: PushoverSummary, limit: LimitSummary) -> list[str]:
+    """Return what fell before any live load acted, why that may be, and what to try."""
+    events = [event for event in pushed.events if event.under_gravity]
+    if not events:
+        return []
+    bodies = [body for event in events for body in event.bodies]
+    names = ", ".join(bodies[:TOLD]) + f" and {len(bodies) - TOLD} more" * (len(bodies) > TOLD)
+    share = 100 * sum(event.dead_load_share for event in events)
+    said = f"{pushed.model} FE: {names} ({share:.2g} % of the dead load) fell under the dead load alone; the wall went on"
+    if limit.going_down:
+        return [f"{said}: in limit analysis, too, stones go down there unless they are wedged"]
+    return [
+        f"{said}: in finite elements joints slip by up to contact.slip_tolerance before friction holds; limit analysis "
+        "has all stones standing there: try a smaller contact.slip_tolerance"
+    ]
+
+
+def without_reference(summary: Summary) -> str | None:
+    """Return that the pushover of every stone, the reference of macroblocks, did not come to its end; None where it
+    did, or was not to be made."""
+    if any(pushed.model == "micro" and not pushed.valid for pushed in summary.pushover):
+        return "the curve of every stone, the reference of macroblocks, is not valid"
+    if "micro" in (summary.failed or {}):
+        return "every stone, the reference of macroblocks, has no curve"
+    return None
+
+
 def remarks(summary: Summary) -> list[str]:
     """Return what pushovers have to say beside their figures: local failures, macroblocks that carry more than their
     stones can, a peak that was not reached, or that supports hold the wall.
@@ -165,13 +193,15 @@ def remarks(summary: Summary) -> list[str]:
     """
     stones, said = summary.wall.blocks, list[str]()
     for pushed in summary.pushover:
-        for event in pushed.events[:TOLD]:
+        said += _fell_under_gravity(pushed, summary.limit_analysis)
+        events = [event for event in pushed.events if not event.under_gravity]
+        for event in events[:TOLD]:
             bodies, share = ", ".join(event.bodies), 100 * event.dead_load_share
             said.append(
                 f"{pushed.model} FE: {bodies} ({share:.2g} % of the dead load) fell at a load multiplier of "
                 f"{printed('multiplier', event.load_multiplier)}; the wall went on"
             )
-        if (more := len(pushed.events) - TOLD) > 0:
+        if (more := len(events) - TOLD) > 0:
             said.append(f"{pushed.model} FE: {more} more local failures, in summary.json")
         if pushed.valid and (why := why_not(pushed, summary.limit_analysis, stones)):
             said.append(why)

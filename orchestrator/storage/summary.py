@@ -149,6 +149,8 @@ class LimitSummary:
     local_failures: tuple[LooseStones, ...] = ()
     is_bound: bool = True
     """whether no state of rigid stones exceeds the associative one: not where stones touch in one point"""
+    going_down: tuple[int, ...] = ()
+    """stones (ids) that go down unless they are wedged, where loading finds no rest under the dead load"""
 
     @property
     def multiplier(self) -> float:
@@ -305,6 +307,7 @@ def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
             LooseStones(failure.stones, failure.share, failure.multipliers) for failure in analysis.local_failures
         ),
         is_bound=not analysis.points_in_common,
+        going_down=analysis.going_down,
         iterations=len(headline.records),
         converged=interval is not None and headline.converged,
         equilibrium_residual=headline.equilibrium_residual,

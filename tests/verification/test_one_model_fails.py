@@ -6,6 +6,7 @@ nothing does: as a stone it falls under its own weight. In one macroblock with i
 
 from __future__ import annotations
 
+import csv
 import json
 import shutil
 
@@ -73,6 +74,10 @@ def test_the_other_model_is_written_and_the_failure_named(done):
     assert "No curve" in page
     assert FALLS in page
     assert [model.name for model in read_run(folder).models] == ["macro"]
+    with (folder / "verdict.csv").open(newline="", encoding="utf-8") as file:
+        (row,) = csv.DictReader(file)
+    assert row["check"] == "limit analysis", "macroblocks bear more than the stones can"
+    assert "every stone, the reference of macroblocks, has no curve" in row["remarks"]
 
 
 def test_it_is_printed_and_a_resumed_run_ends_alike(case, done, tmp_path, capsys):
@@ -84,6 +89,7 @@ def test_it_is_printed_and_a_resumed_run_ends_alike(case, done, tmp_path, capsys
     printed = capsys.readouterr()
     assert "NO CURVE: micro FE: stopped after increment" in " ".join(printed.out.split())
     assert "FE of macroblocks" in printed.out
+    assert "but every stone, the reference of macroblocks, has no curve" in printed.out
     assert printed.err.count(FALLS) == 1
     assert (folder / "macro" / "curve.csv").read_bytes() == before
     assert sorted((folder / "macro").rglob("*.h5")) == pieces

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.graphs import connected_groups
 from orchestrator.loads.local_part import Shares, is_local
 from orchestrator.pushover.increments import BodyMask, Increment
 from orchestrator.pushover.model import ContactModel
@@ -12,6 +13,8 @@ from orchestrator.pushover.path.moving import body_motion, body_size, moving_par
 
 OUT = 0.5
 """a body that has moved by this share of its size since the wall was static has lost its hold"""
+FALLING = 0.05
+"""under the weight alone, one that has moved by this share of the wall's height, too: gaps close over less"""
 
 
 def without_their_hold(model: ContactModel, state: Increment) -> BodyMask:
@@ -19,6 +22,17 @@ def without_their_hold(model: ContactModel, state: Increment) -> BodyMask:
     moves = moving_part(model, body_motion(model, state.change.ravel()))
     free = without_hold(model, state.normal_force, state.fallen, state.tie_force)
     lost: BodyMask = (free | (moves & (state.gone > OUT * body_size(model)))) & ~state.fallen
+    return lost
+
+
+def fallen_by_weight(model: ContactModel, state: Increment) -> BodyMask:
+    """Return the bodies (b,) that fall under the weight alone in a state in motion, and have not fallen yet.
+
+    To be without a hold is not enough: a stone over a gap that was drawn is so until it lies on what is below.
+    """
+    moves = moving_part(model, body_motion(model, state.change.ravel()))
+    far = np.minimum(OUT * body_size(model), FALLING * np.ptp(model.front.nodes[:, 1]))
+    lost: BodyMask = moves & (state.gone > far) & ~state.fallen
     return lost
 
 
@@ -41,11 +55,22 @@ def is_the_wall(
     loose (b,): bodies whose fall is local however much they are.
     """
     together = since_rest(model, state, lost)
+    failures = apart(model, together) if state.phase == "gravity" else [together]
     stays = lost if loose is None else lost & ~loose
-    shares, before = shares_of(model, together), shares_of(model, state.fallen & ~together)
-    if stays.any() and not is_local(shares, before, local_share):
-        return True
+    for failure in failures:
+        before = shares_of(model, (state.fallen | together) & ~failure)
+        if (stays & failure).any() and not is_local(shares_of(model, failure), before, local_share):
+            return True
     return not model.body_live[~(lost | state.fallen)].any()
+
+
+def apart(model: ContactModel, fallen: BodyMask) -> list[BodyMask]:
+    """Return the parts, masks (b,), of bodies that have fallen which do not touch each other as the wall was drawn."""
+    slave, master = model.contacts.slave_body, model.contacts.master_body
+    there = np.append(fallen, np.zeros(int(max(slave.max(), master.max())) + 1, bool))
+    both = there[slave] & there[master]
+    part = connected_groups(model.bodies, slave[both], master[both])
+    return [fallen & (part == number) for number in np.unique(part[fallen])]
 
 
 def is_local_motion(

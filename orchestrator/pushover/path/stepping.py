@@ -13,7 +13,8 @@ the prescribed quantity is held and the wall moves against viscous contacts and 
 
 A part of less than `local_share` of the wall's dead load and of its live load that does not come to rest is a local
 failure: its motion is kept, it is taken out when it has lost its hold, and the wall goes on while it carries live load.
-What falls before the wall rests again is one failure, and all of them may take no more than local_part.py says.
+What falls before the wall rests again is one failure, and all of them may take no more than local_part.py says. That
+holds under gravity too: what falls there and is no local failure is a wall that does not stand.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from orchestrator.pushover.model import ContactModel, driven_by
 from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
 from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
 from orchestrator.pushover.path.losses import (
+    fallen_by_weight,
     is_local_motion,
     is_the_wall,
     shares_of,
@@ -53,8 +55,6 @@ from orchestrator.pushover.solve.linear_system import LinearSystem
 
 logger = logging.getLogger(__name__)
 
-FALLING = 0.05
-"""a part that moves by this share of the wall's height under its own weight falls"""
 CUTS = {"gravity": 1, "load": 0, "displacement": 2}
 """times that an increment is made smaller before the wall is left to move, once more where it begins above the largest
 (only once under displacement control: motion where the curve has a kink that a sixteenth of the increment follows, and
@@ -100,7 +100,8 @@ def _longer(bent: float, length: float) -> float:
 class Pushover:
     """A contact model, its linear system and the settings; expected_multiplier: what limit analysis expects.
 
-    loose (b,): bodies of which any part that moves is a local failure, None where there are none.
+    loose (b,): of macroblocks, the bodies of which any part that moves is a local failure. Under the live load no others
+    are: macroblocks are those of one mechanism, and know no other once it has fallen. None where every stone is a body.
     """
 
     model: ContactModel
@@ -210,14 +211,16 @@ class Pushover:
         """Return the state without the bodies that have lost their hold. Raises CollapseError for a large part."""
         if not state.moving:
             return replace(state, step=self._anew(self._held(state)))
-        if state.phase == "gravity":
-            self._refuse_what_falls(state)
-            return state
-        lost = without_their_hold(self.model, state)
+        by_weight = state.phase == "gravity"
+        lost = (fallen_by_weight if by_weight else without_their_hold)(self.model, state)
         if not lost.any():
             return state
-        logger.info("%s fell at a multiplier of %.5f", self._names(lost), state.load_multiplier)
-        if is_the_wall(self.model, state, lost, self.loose, self.stepping.local_share):
+        under = f"{state.time:.3g} of the weight" if by_weight else f"a multiplier of {state.load_multiplier:.5f}"
+        logger.info("%s fell under %s", self._names(lost), under)
+        if is_the_wall(self.model, state, lost, self.loose, self._local_share(state.phase)):
+            if by_weight:
+                farthest = self.model.body_names[int(np.argmax(np.where(lost, state.gone, 0.0)))]
+                raise ConvergenceError("gravity", f"the wall does not stand under its own weight: {farthest} falls")
             raise CollapseError(self._names(since_rest(self.model, state, lost)), 1e3 * state.control_displacement)
         fallen = read_only(state.fallen | lost, np.bool_)
         force = np.where(touching(self.model, fallen), 0.0, state.normal_force)
@@ -228,9 +231,14 @@ class Pushover:
     def _names(self, part: BodyMask) -> str:
         return ", ".join(self.model.body_names[body] for body in np.flatnonzero(part))
 
-    def _is_local(self, motion: FloatArray, fallen: BodyMask) -> bool:
-        """Whether what moves, by a motion (b,) of the bodies, is a local part where those `fallen` (b,) are gone."""
-        return is_local_motion(self.model, motion, fallen, self.loose, self.stepping.local_share)
+    def _local_share(self, phase: Phase) -> float:
+        """Return below which share of both loads a part is local in a phase, apart from what is loose."""
+        of_one_mechanism = self.loose is not None and phase != "gravity"
+        return 0.0 if of_one_mechanism else self.stepping.local_share
+
+    def _is_local(self, state: Increment, motion: FloatArray) -> bool:
+        """Whether what moves, by a motion (b,) of the bodies, is a local part of what has not fallen in a state."""
+        return is_local_motion(self.model, motion, state.fallen, self.loose, self._local_share(state.phase))
 
     def _driving_what_moves(self, state: Increment, change: FloatArray) -> Increment | None:
         """Return the state from which what moves in a change (n,) is driven; None where that is local, or driven.
@@ -241,7 +249,7 @@ class Pushover:
         if state.phase == "gravity":
             return None
         motion = body_motion(self.model, change) * ~state.fallen
-        if self._is_local(motion, state.fallen):
+        if self._is_local(state, motion):
             return None
         part = moving_part(self.model, motion) & ~state.fallen & state.driven
         mass = self.model.body_mass
@@ -268,12 +276,11 @@ class Pushover:
         While the mean of all is prescribed, the rest of the wall goes back as far as such a part goes on.
         """
         motion = body_motion(self.model, change) * ~state.fallen
-        if state.phase != "displacement" or not self._is_local(motion, state.fallen):
+        if state.phase != "displacement" or not self._is_local(state, motion):
             return None
         driven = state.driven & (motion < TAKES_PART * motion.max())
-        too_little = (
-            shares_of(self.model, driven).smaller < self.stepping.local_share or not self.model.body_live[driven].any()
-        )
+        too_little = shares_of(self.model, driven).smaller < self._local_share(state.phase)
+        too_little = too_little or not self.model.body_live[driven].any()
         if too_little or (driven == state.driven).all():
             return None
         return self._driving(state, driven)
@@ -334,14 +341,6 @@ class Pushover:
         """Return the aim that holds what a state in motion prescribes."""
         held = {"gravity": state.time, "load": state.load_multiplier, "displacement": state.mean_displacement}
         return Aim(state.phase, held[state.phase], 0.0)
-
-    def _refuse_what_falls(self, state: Increment) -> None:
-        """Raise ConvergenceError for a wall of which a part moves far under its own weight: it cannot stand."""
-        nodes = self.model.front.nodes
-        moved = np.linalg.norm(state.displacement[: len(nodes)], axis=1)
-        if moved.max() > FALLING * np.ptp(nodes[:, 1]):
-            name = self.model.body_names[self.model.front.body_of_node[moved.argmax()]]
-            raise ConvergenceError("gravity", f"the wall does not stand under its own weight: {name} falls")
 
     def _rests(self, state: Increment) -> bool:
         """Return whether all weight acts and the proximal term has faded below Newton's tolerance."""

@@ -19,7 +19,8 @@ from orchestrator.app.terminal import Reporter
 from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
 from orchestrator.present.answer import answer_of_limit, answer_of_run
-from orchestrator.storage.summary import LimitSummary, Summary, WallSummary
+from orchestrator.storage.notes import remarks
+from orchestrator.storage.summary import AtPeak, LimitSummary, Summary, WallSummary
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.paths import DATA, PROJECT
 from tests.support.pushed import PUSHED
@@ -100,9 +101,9 @@ def entry(model, peak, *, valid=True, reached=True):
     return replace(PUSHED, model=model, bodies={"macro": 2, "micro": 4}[model], valid=valid, **changed)
 
 
-def summary_of(*pushovers):
+def summary_of(*pushovers, failed=None):
     limit = LimitSummary(0.3, 0.25, (0.25, 0.26), 4, True, 1e-12, 8e3, 1.0)
-    return Summary("tower", WallSummary(4, 8, 40e3, 40e3, 40e3), limit, None, pushovers)
+    return Summary("tower", WallSummary(4, 8, 40e3, 40e3, 40e3), limit, None, pushovers, failed=failed)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +126,15 @@ def summary_of(*pushovers):
         ),
         ([replace(entry("macro", 21e3), bodies=4)], ["FE of every stone); limit analysis"], ["macroblocks"]),
         ([entry("macro", 21e3)], ["21.00 kN counts", "FE of macroblocks"], ["approximation"]),
-        ([entry("macro", 21e3), entry("micro", 20e3, valid=False)], ["21.00 kN counts"], ["20.00"]),
+        (
+            [entry("macro", 21e3), entry("micro", 20e3, valid=False)],
+            [
+                "21.00 kN counts (λ = 0.2100, FE of macroblocks), but the curve of every stone, the reference of "
+                "macroblocks, is not valid; limit analysis"
+            ],
+            ["20.00"],
+        ),
+        ([entry("micro", 20e3), entry("macro", 21e3, valid=False)], ["20.00 kN counts"], ["but"]),
         ([entry("micro", 20e3, reached=False)], ["a lower bound", "; limit analysis takes"], ["%"]),
         ([entry("micro", 20e3, valid=False)], ["No peak counts"], ["20.0"]),
     ],
@@ -134,6 +143,28 @@ def test_the_peak_that_counts(pushover, words, absent):
     said = answer_of_run(summary_of(*pushover))
     assert all(word in said for word in words), said
     assert not any(word in said for word in absent), said
+
+
+@pytest.mark.parametrize(
+    ("macro", "words"),
+    [
+        (entry("macro", 25e3), "25.00 kN counts (λ = 0.2500, FE of macroblocks), but {why}; limit analysis"),
+        (entry("macro", 30e3), "No finite element number counts: 30.00 kN (λ = 0.3000, FE of macroblocks)"),
+        (entry("macro", 30e3), "take limit analysis (λ = 0.25000), but {why}."),
+        (replace(entry("macro", 30e3), held=True), "(λ = 0.3000, FE of macroblocks), but {why}; as drawn it moves"),
+    ],
+)
+def test_no_number_of_macroblocks_hides_that_their_reference_has_no_curve(macro, words):
+    said = answer_of_run(summary_of(macro, failed={"micro": "it broke off"}))
+    assert words.format(why="every stone, the reference of macroblocks, has no curve") in said
+    assert "reference" not in answer_of_run(summary_of(entry("micro", 25e3), failed={"macro": "it broke off"}))
+
+
+@pytest.mark.parametrize(("drawn", "words"), [(0.2427, "bears λ = 0.2427 there"), (0.0, "does not stand there")])
+def test_what_a_wall_that_leans_on_new_contacts_bears_without_them(drawn, words):
+    found = summary_of(replace(entry("micro", 60e3), at_peak=AtPeak(drawn_contacts=drawn)))
+    assert f"with contacts that were not drawn, without which it {words}" in answer_of_run(found)
+    assert ("does not stand" in " ".join(remarks(found))) == (drawn == 0.0)
 
 
 IN_LARGE = {"rigid_peak": 0.199, "large_displacements": 0.199}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from math import radians
 
 import pytest
@@ -69,6 +70,21 @@ def test_curves_that_are_not_valid_leave_limit_analysis_and_say_so():
     assert (found.governing["check"], found.governing["capacity"]) == ("limit analysis", 8e3)
     assert found.governing["remarks"] == ("no curve is valid",)
     assert "NOTHING CAN BE SAID" in sentence(of(a=None))
+
+
+def test_macroblocks_that_count_as_their_reference_has_no_curve_say_so():
+    """docs/which_number.md: the peak of every stone counts, where it was run and is valid."""
+    alone = summary(models=("macro",))
+    said = "every stone, the reference of macroblocks, has no curve"
+    found = of(a=replace(alone, failed={"micro": "the wall does not stand under its own weight: block 28 falls"}))
+    assert (found.governing["check"], found.governing["remarks"]) == ("FE of macroblocks", (said,))
+    assert said in sentence(found)
+    assert of(a=alone).governing["remarks"] == ()
+    both = summary()
+    broken = replace(both, pushover=(both.pushover[0], replace(both.pushover[1], valid=False)))
+    said = "the curve of every stone, the reference of macroblocks, is not valid"
+    assert of(a=broken).governing["remarks"] == (said,)
+    assert of(a=both).governing["remarks"] == ()
 
 
 def test_the_envelope_is_four_load_cases_before_those_given(tmp_path):
