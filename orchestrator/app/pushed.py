@@ -277,12 +277,12 @@ def peak_memory() -> int:
 def loose_of(model: ModelName, wall: Wall, bodies: Bodies, analysis: LimitAnalysis) -> BodyMask | None:
     """Return the macroblocks (b,) that are stones which limit analysis found to come loose before the wall fails.
 
-    None for micro-FE, the reference, to which limit analysis says nothing of the kind.
+    None for micro-FE, the reference, to which limit analysis says nothing of the kind, and so for the same bodies.
     """
-    if model == "micro":
+    moving = [body.blocks for body in bodies.bodies if not body.fixed]
+    if model == "micro" or all(len(blocks) == 1 for blocks in moving):
         return None
     stones = {stone for failure in analysis.local_failures for stone in failure.stones}
-    moving = [body.blocks for body in bodies.bodies if not body.fixed]
     return read_only([stones.issuperset(wall.blocks[block].id for block in blocks) for blocks in moving], np.bool_)
 
 

@@ -60,12 +60,13 @@ def push_model(
     comm: MPI.Comm | None,
     report: Report,
     analysis: LimitAnalysis,
+    same: Path | None = None,
 ) -> Pushed:
     """Mesh the bodies of one model and push them, on rank 0 or, if they are many, on all ranks.
 
     analysis: its associative load multiplier is the measure of load increments, and macroblocks have the stones that
     come loose as bodies of their own. Results go into `folder`; with `resume` the pushover goes on after the last
-    increment stored there. Raises CaseError for what does not fit into the memory, ConvergenceError for a pushover
+    increment stored there, without any after those in `same`, the folder of a model with the same bodies. Raises CaseError for what does not fit into the memory, ConvergenceError for a pushover
     without a curve.
     """
     from orchestrator.pushover.solids.nodal_loads import nodal_loads
@@ -81,7 +82,7 @@ def push_model(
     bound = bound_left(with_ties(assemblage, case.reinforcement.ties), analysis.loads, bodies)
     loads = nodal_loads(wall, bodies, meshes, case.load)
     ties = find_ties(wall, bodies, meshes, case.reinforcement.ties)
-    arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, analysis, bound)
+    arguments = (model, case, wall, bodies, meshes, loads, ties, folder, resume, analysis, bound, same)
     if size.unknowns > case.newton.distribute_above:
         return _follow(*arguments, comm, report)
     return on_root(comm, _follow, *arguments, None, report)
@@ -119,6 +120,7 @@ def _follow(
     resume: bool,
     analysis: LimitAnalysis,
     bound: BoundLeft,
+    same: Path | None,
     comm: MPI.Comm | None,
     report: Report,
 ) -> Pushed:
@@ -128,7 +130,7 @@ def _follow(
     working, stepping = comm or this_rank(), case.stepping
     expected, loose = analysis.associative.load_multiplier, loose_of(model, wall, bodies, analysis)
     store = storage.StateStore(folder, _fingerprint(case, wall, bodies, meshes), storage.IN_MEMORY)
-    last = on_root(comm, _opened, store, resume)
+    last = on_root(comm, _opened, store, resume, same)
     began = perf_counter()
     large = case.stepping.large_displacement
     contact_model = build_model(bodies, meshes, case.elastic, case.contact, large, loads, ties)
@@ -185,14 +187,21 @@ def start_finite_elements() -> None:
     from orchestrator.pushover.solve import linear_system  # noqa: F401
 
 
-def _opened(store: storage.StateStore, resume: bool) -> Increment | None:
-    """Return the increment to go on from; without `resume` earlier results of this model are cleared."""
+def _opened(store: storage.StateStore, resume: bool, same: Path | None) -> Increment | None:
+    """Return the increment to go on from; without `resume` earlier results of this model are cleared.
+
+    same: a folder whose increments are those of this model too, and are taken over where it has none.
+    """
     (store.folder / "curve.csv").unlink(missing_ok=True)
     if not resume:
         store.clear()
-        return None
+    if same is not None and not store.numbers():
+        for increment in storage.StateStore(same, store.fingerprint).increments():
+            store.append(increment)
+        logger.info("the bodies are those in %s: its increments are taken over", same)
     last = store.last()
-    logger.info("resumed after increment %d", last.number if last else 0)
+    if resume:
+        logger.info("resumed after increment %d", last.number if last else 0)
     return last
 
 

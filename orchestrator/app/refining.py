@@ -20,6 +20,7 @@ from orchestrator.app.pushed import Pushed
 from orchestrator.app.pushover_run import last_state, push_model
 from orchestrator.app.segmented import Segmented
 from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.basis.parallel import on_root
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.macroblocks.criteria import MacroblockSettings, Partition, stones_of
@@ -85,13 +86,18 @@ def push_segmented(
 ) -> tuple[Segmented, Pushed]:
     """Push one model of a run into its folder; return the wall with the bodies pushed last.
 
-    Macroblocks by tolerances are pushed as they are, those that were chosen automatically are refined.
+    Macroblocks by tolerances are pushed as they are, those that were chosen automatically are refined. Every stone is
+    not pushed a second time where the macroblocks of the run are that.
     """
     wall, analysis, chosen = segmented.assemblage.wall, segmented.analysis, segmented.partition
 
     def push_bodies(bodies: Bodies, resume: bool) -> Pushed:
-        began = perf_counter()
-        done = push_model(model, case, segmented.assemblage, bodies, output / model, resume, comm, report, analysis)
+        began, same = perf_counter(), on_root(comm, _of_same_bodies, model, case, segmented, bodies, output)
+        if same is not None:
+            report(StageBegun(f"{model} FE", f"the bodies of {same.name} FE, every stone: its curve is that of both"))
+        done = push_model(
+            model, case, segmented.assemblage, bodies, output / model, resume, comm, report, analysis, same
+        )
         report(StageDone(f"{model} FE", perf_counter() - began, done.curve.stopped_because))
         return done
 
@@ -112,6 +118,16 @@ def push_segmented(
     before, now = (idle_ties(wall, case.reinforcement.ties, p.body_of_block) for p in (chosen, partition))
     remarks = [remark for remark in partition.remarks if remark not in before]
     return segmented.divided(replace(partition, remarks=(*remarks, *now))), done
+
+
+def _of_same_bodies(model: ModelName, case: Case, segmented: Segmented, bodies: Bodies, output: Path) -> Path | None:
+    """Return the folder of the other model of a run where it holds increments of the same bodies, every stone."""
+    other: ModelName = "micro" if model == "macro" else "macro"
+    pushed = bodies if other == "micro" else segmented.bodies
+    are_stones = bodies.moving == pushed.moving == stones_of(segmented.assemblage)
+    if other in case.run.models and are_stones and StateStore(output / other, "").numbers():
+        return output / other
+    return None
 
 
 def with_finished(case: Case, output: Path) -> Case:

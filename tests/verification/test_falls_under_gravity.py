@@ -11,13 +11,16 @@ from __future__ import annotations
 import csv
 import json
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pytest
 from mpi4py import MPI
 
 from orchestrator import storage
+from orchestrator.app import driver
 from orchestrator.app.cli import main
+from orchestrator.app.progress import IncrementDone
 from orchestrator.app.pushed import Pushed, push
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis import LimitAnalysis, analyse
@@ -26,10 +29,12 @@ from orchestrator.loads.local_part import MOST_LOCAL
 from orchestrator.macroblocks.criteria import Partition, one_body_per_block, partition_of
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.wall import Block, Wall
+from orchestrator.present.answer import answer_of_run
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
+from orchestrator.settings import case as cases
 from orchestrator.storage import load_increments
 from orchestrator.storage.stored_increments import StateStore
 from tests.support.pushover_chain import model_of
@@ -75,15 +80,20 @@ def pushed(wall: Wall, load: LoadSettings, partition: Partition | None = None, s
     return push(assemblage, analysis, bodies, load, contact=contact, stepping=SHORT)
 
 
-@pytest.fixture(scope="module", params=["+x", "-x"])
-def done(request, tmp_path_factory):
-    """Direction, exit code, folder and terminal of `run` with both models."""
-    folder = tmp_path_factory.mktemp("chipped")
+def block_file(folder: Path) -> Path:
+    """Write the wall with one chip into a folder."""
     blocks = [{"id": one.id, "polygon": one.polygon.tolist(), "fixed": one.fixed} for one in chipped().blocks]
     record = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.5, "friction": 0.6, "unit_weight": 20.0}
     (folder / "wall.json").write_text(json.dumps(record | {"blocks": blocks}), encoding="utf-8")
+    return folder / "wall.json"
+
+
+@pytest.fixture(scope="module", params=["+x", "-x"])
+def done(request, tmp_path_factory):
+    """Direction, exit code and folder of `run` with both models."""
+    folder = tmp_path_factory.mktemp("chipped")
     options = [f"load.direction={request.param}", "stepping.final_displacement=10mm", "project.language=en"]
-    command = ["run", str(folder / "wall.json"), "--output", str(folder / "run")]
+    command = ["run", str(block_file(folder)), "--output", str(folder / "run")]
     with undrawn():
         code = main([*command, *(word for option in options for word in ("--set", option))])
     return request.param, code, folder / "run"
@@ -184,6 +194,33 @@ def test_one_that_is_larger_than_a_local_part_is_the_wall():
     small = SteppingSettings(local_share=0.9 * SHARE)
     with pytest.raises(ConvergenceError, match=f"does not stand under its own weight: block {NUMBER} falls"):
         push(assemblage, analysis, one_body_per_block(assemblage), LoadSettings("+x"), stepping=small)
+
+
+@pytest.mark.usefixtures("without_pictures")
+def test_macroblocks_that_are_every_stone_have_its_curve_which_is_followed_once(tmp_path):
+    """With a fine slip tolerance the chip falls under the load to -x, where limit analysis lists no loose stone."""
+    settings = ["load.direction=-x", "stepping.final_displacement=10mm", "contact.slip_tolerance=0.00001mm"]
+    case, told = cases.read(block_file(tmp_path), settings), list[IncrementDone]()
+
+    def report(event):
+        if isinstance(event, IncrementDone):
+            told.append(event)
+
+    found = driver.segment(case)
+    stones = found.divided(one_body_per_block(found.assemblage))
+    outcome = driver.push(case, stones, tmp_path / "run", False, None, report)
+    assert outcome.summary.macroblocks.count == NUMBER
+    macro, micro = outcome.summary.pushover
+    assert macro.events == micro.events
+    assert macro.events[0].load_multiplier > 0.05
+    assert macro.peak_multiplier == micro.peak_multiplier
+    assert {event.model for event in told} == {"macro"}
+    curves = [(tmp_path / "run" / model / "curve.csv").read_bytes() for model in ("macro", "micro")]
+    assert curves[0] == curves[1]
+    assert "macroblocks are every stone, too" in answer_of_run(outcome.summary)
+    again = driver.push(case, stones, tmp_path / "run", True, None, report)
+    assert len(told) == macro.steps
+    assert again.summary.pushover[1].peak_multiplier == micro.peak_multiplier
 
 
 @shared
