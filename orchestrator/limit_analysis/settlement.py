@@ -52,6 +52,7 @@ def settlement_equilibrium(
         dead_load=read_only(dead),
         live_load=read_only(live),
         free_blocks=read_only(free, np.int64),
+        moments_turned=None,
     )
 
 

@@ -126,10 +126,13 @@ def standard_view(assemblage: Assemblage, loads: Loads | None = None) -> Standar
         straight_interfaces(*pair, start, end, thinner(moved, *pair), joints.friction),
         **{name: getattr(joints, name) for name in STRENGTHS},
     )
-    turned = np.array([mirror, 1.0, mirror])
+    seen_so = np.array([mirror, 1.0, mirror])
+    loads_seen = replace(  # a mirror image turns the other way, so that the moments of turned blocks are the same
+        loads, dead=loads.dead * seen_so, live=loads.live * seen_so, direction=read_only(loads.direction * seen)
+    )
     return StandardView(
         assemblage=Assemblage(moved, joints_seen.part(joint)),
-        loads=Loads(loads.dead * turned, loads.live * turned, read_only(loads.direction * seen)).of_blocks(block),
+        loads=loads_seen.of_blocks(block),
         block=read_only(block, np.int64),
         joint=read_only(joint, np.int64),
         interchanged=interchanged[joint],

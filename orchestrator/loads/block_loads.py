@@ -123,17 +123,27 @@ class Loads:
     """Force (N) and moment about the centroid (N m, counter-clockwise) on each of n blocks, supports included.
 
     dead (n, 3): all dead load; live (n, 3): at a load multiplier of 1; direction (2,): unit vector of the live load.
-    blocks: which they are (`fingerprint_of_blocks`), "" where that is not known.
+    blocks: which they are (`fingerprint_of_blocks`), "" where that is not known. turned (n, 2): the moments in N m of
+    dead and of live load once a block has turned by a right angle, counter-clockwise. Forces keep their direction and
+    their place on the block: after a turn t a moment M is M cos(t) + turned sin(t). None: all act beside the centroid,
+    neither above nor below it, and turned is 0.
     """
 
     dead: FloatArray
     live: FloatArray
     direction: FloatArray
     blocks: str = ""
+    turned: FloatArray | None = None
 
     def of_blocks(self, which: npt.NDArray[np.bool_] | IntArray) -> Loads:
         """Return the loads on some of the blocks, or on all of them in another order."""
-        return replace(self, dead=read_only(self.dead[which]), live=read_only(self.live[which]), blocks="")
+        dead, live = read_only(self.dead[which]), read_only(self.live[which])
+        return replace(self, dead=dead, live=live, turned=read_only(self.moments_turned[which]), blocks="")
+
+    @property
+    def moments_turned(self) -> FloatArray:
+        """Moments (n, 2) in N m after a right angle, zeros where they are not known."""
+        return np.zeros((len(self.dead), 2)) if self.turned is None else self.turned
 
 
 def horizontal(direction: FloatArray) -> FloatArray:
@@ -171,14 +181,21 @@ def loads_on(wall: Wall, settings: LoadSettings | None = None) -> Loads:
     settings = LoadSettings() if settings is None else settings
     remedy = "write loads_on(assemblage.wall, LoadSettings())"
     require_kinds(remedy, wall=(wall, Wall), settings=(settings, LoadSettings))
-    live = live_loads(wall, settings)
+    live, extra = live_loads(wall, settings), extra_dead_loads(wall, settings.dead)
     parts = (np.outer(live.size, part) for part in np.diag(settings.vector))
     sideways, upwards = (_on_blocks(wall, live.block, live.point, part) for part in parts)
+    downwards = np.column_stack([0.0 * extra.size, -extra.size])
+    weight = np.column_stack([part * block_weights(wall) for part in (0.0, -1.0, 0.0)])
+    turned = (
+        _moments_turned(wall, placed.block, placed.point, force)
+        for placed, force in ((extra, downwards), (live, np.outer(live.size, settings.vector)))
+    )
     return Loads(
-        dead=read_only(_dead(wall, settings)),
+        dead=read_only(weight + _on_blocks(wall, extra.block, extra.point, downwards)),
         live=read_only(sideways + upwards),
         direction=read_only(settings.vector),
         blocks=fingerprint_of_blocks(wall),
+        turned=read_only(np.column_stack(list(turned))),
     )
 
 
@@ -286,19 +303,19 @@ def _masses(wall: Wall, settings: LoadSettings) -> Placed:
     return joined(own, extra_dead_loads(wall, tuple(load for load in settings.dead if load.inertia)))
 
 
-def _dead(wall: Wall, settings: LoadSettings) -> FloatArray:
-    """Return weight and extra dead loads (n, 3)."""
-    nothing = np.zeros(len(wall.blocks))
-    total = np.column_stack([nothing, -block_weights(wall), nothing])
-    extra = extra_dead_loads(wall, settings.dead)
-    return total + _on_blocks(wall, extra.block, extra.point, np.column_stack([0.0 * extra.size, -extra.size]))
-
-
 def _on_blocks(wall: Wall, block: IntArray, point: FloatArray, force: FloatArray) -> FloatArray:
     """Sum forces (p, 2) at points (p, 2) into force and moment about the centroid of each block, (n, 3)."""
     moment = cross(point - block_centroids(wall)[block], force)
     total = np.zeros((len(wall.blocks), 3))
     np.add.at(total, block, np.column_stack([force, moment]))
+    return total
+
+
+def _moments_turned(wall: Wall, block: IntArray, point: FloatArray, force: FloatArray) -> FloatArray:
+    """Sum the moments of forces (p, 2) at points (p, 2) about the centroids of blocks turned by a right angle, (n,)."""
+    arm = point - block_centroids(wall)[block]
+    total = np.zeros(len(wall.blocks))
+    np.add.at(total, block, cross(np.column_stack([-arm[:, 1], arm[:, 0]]), force))
     return total
 
 

@@ -29,7 +29,9 @@ class Equilibrium:
     """The terms of Eq. (1) for m free blocks and k joints, in N and N m.
 
     matrix (3m, 3k); dead_load, live_load (3m,); free_blocks (m,): their numbers in the wall, in ascending order.
-    block_length (m) and mean_weight (N) of the free blocks are what linear programs are scaled with.
+    block_length (m) and mean_weight (N) of the free blocks are what linear programs are scaled with. moments_turned
+    (m, 2): those of dead and live load on blocks turned by a right angle, as of `Loads`; None of what is not followed
+    where blocks have turned.
     """
 
     matrix: sp.csc_matrix
@@ -39,6 +41,7 @@ class Equilibrium:
     blocks: int
     block_length: float
     mean_weight: float
+    moments_turned: FloatArray | None = None
 
     @property
     def total_weight(self) -> float:
@@ -102,6 +105,7 @@ def assemble_equilibrium(assemblage: Assemblage, loads: Loads | None = None) -> 
         blocks=len(wall.blocks),
         block_length=float(np.sqrt(np.mean(block_areas(wall)[free]))),
         mean_weight=float(np.mean(block_weights(wall)[free])),
+        moments_turned=read_only(loads.moments_turned[free]),
     )
 
 

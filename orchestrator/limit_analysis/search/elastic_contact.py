@@ -30,6 +30,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.search.moved_joints import PLACES, MovedJoints, moved_joints
+from orchestrator.limit_analysis.search.moved_loads import LinearLoads, MovedLoads, moved_loads
 from orchestrator.limit_analysis.search.scaled_problem import ScaledProblem, scaled_problem
 from orchestrator.limit_analysis.search.wall_stiffness import POINT_ENTRIES, WallStiffness, point_products
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS, block_centroids, block_moduli, block_weights
@@ -61,15 +62,18 @@ class ElasticWall:
     """A wall in the units of `ScaledProblem`, of the c points of its k joints, joint by joint.
 
     stiffness (c, 2): normal, and along the joint. tension (c,): tensile strength, mean block weights. unit: metres of
-    displacement 1. joints: how they stand where blocks have moved; None: as in `problem`, wherever blocks are. offset
-    (c, 2): rates without displacements, of a wall linearised about some.
+    displacement 1. loads: those of `problem`, and how they change about where a wall is linearised. joints,
+    moved_loads: how they are where blocks have moved; None: as in `problem`, wherever blocks are. offset (c, 2): rates
+    without displacements, of a wall linearised about some.
     """
 
     problem: ScaledProblem
     stiffness: FloatArray
     tension: FloatArray
     unit: float
+    loads: LinearLoads
     joints: MovedJoints | None = None
+    moved_loads: MovedLoads | None = None
     offset: FloatArray | float = 0.0
 
     def rates(self, displacements: FloatArray) -> FloatArray:
@@ -77,11 +81,13 @@ class ElasticWall:
         return self.offset - (self.problem.B_T @ displacements).reshape(-1, 2)
 
     def at(self, displacements: FloatArray) -> ElasticWall:
-        """Return a wall with joints that move, linearised about displacements (3m,)."""
+        """Return a wall with joints that move, linearised about displacements (3m,), under the loads it has there."""
         assert self.joints is not None
+        assert self.moved_loads is not None
         B, rates = self.joints.at(displacements)
-        problem = replace(self.problem, B=B, B_T=B.T, stiffness=self.problem.stiffness.of(B))
-        return replace(self, problem=problem, offset=rates + (B.T @ displacements).reshape(-1, 2))
+        loads, stiffness = self.moved_loads.linearised(displacements), self.problem.stiffness.of(B)
+        problem = replace(self.problem, B=B, B_T=B.T, dead=loads.dead, live=loads.live, stiffness=stiffness)
+        return replace(self, problem=problem, loads=loads, offset=rates + (B.T @ displacements).reshape(-1, 2))
 
     def strength(self, normal: FloatArray) -> FloatArray:
         """Largest shear (c,) of points that carry normal forces (c,)."""
@@ -159,20 +165,24 @@ def elastic_wall(
     physical = joints.area / (np.maximum(compliance, least) + 1.0 / joints.normal_stiffness)
     normal = physical if by_distance else joints.area
     normal = np.kron(2.0 * normal / normal.mean(), AREAS)
+    problem = of_points(scaled_problem(equilibrium, coulomb))
     return ElasticWall(
-        problem=of_points(scaled_problem(equilibrium, coulomb)),
+        problem=problem,
         stiffness=np.column_stack([normal, tangential * normal]),
         tension=np.kron(coulomb.tension, AREAS) / equilibrium.mean_weight,
         unit=2.0 * equilibrium.mean_weight / float(physical.mean()),
+        loads=LinearLoads(problem.dead, problem.live),
     )
 
 
 def with_joints_that_move(wall: ElasticWall, assemblage: Assemblage, equilibrium: Equilibrium) -> ElasticWall:
-    """Return a wall of stones whose joints stand where the stones have moved, SPREAD times stiffer than springs."""
+    """Return a wall of stones whose joints and loads are where the stones have moved, SPREAD times stiffer than
+    springs."""
     joints = moved_joints(assemblage, equilibrium, wall.unit / SPREAD)
     B, _ = joints.at(np.zeros(wall.problem.B.shape[0]))
     problem = replace(wall.problem, B=B, B_T=B.T, stiffness=WallStiffness(B, POINT_ENTRIES))
-    return replace(wall, problem=problem, unit=joints.unit, joints=joints)
+    moved = moved_loads(problem, equilibrium, joints.unit)
+    return replace(wall, problem=problem, unit=joints.unit, joints=joints, moved_loads=moved)
 
 
 def of_points(problem: ScaledProblem) -> ScaledProblem:

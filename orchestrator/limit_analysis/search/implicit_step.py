@@ -3,6 +3,8 @@
     B q(u) - lambda f_L - f_D + drag (u - u_0) = 0         motion against a drag: backward Euler, lambda given
     B q(u) - lambda f_L - f_D = 0,   f_L . (u - u_0) = h   displacement control, lambda unknown
 
+Where blocks have moved the moments of f_L and f_D change as the blocks turn (moved_loads.py), in the matrix too.
+
 Newton's method on the forces of a position takes 3 to 6 factorisations while few joints open, close, stick or slide,
 and swings between two sets of them for ever when many do. Then the same step is solved with forces and gaps as unknowns
 of their own that stay positive (an interior-point method: products of force and gap fall together to zero), 15 to 25
@@ -73,23 +75,30 @@ def implicit_step(wall: ElasticWall, before: Position, task: Task, expected: Flo
     return Step(second.position, second.multiplier, spent, second.found, NEWTON_STEPS + second.factorisations // 10)
 
 
+def _factorised(wall: ElasticWall, tangent: FloatArray, task: Task, multiplier: float) -> Factors:
+    """Return the factors of the matrix with the tangent (c, 3) of points. Raises RuntimeError if it is singular."""
+    return wall.problem.stiffness.factorised(tangent, task.drag + wall.loads.restoring(multiplier))
+
+
 def _change(
-    wall: ElasticWall, factors: Factors, task: Task, unbalanced: FloatArray, moved: FloatArray
+    wall: ElasticWall, before: Position, factors: Factors, task: Task, unbalanced: FloatArray, moved: FloatArray
 ) -> tuple[FloatArray, float]:
     """Return the change of displacements (3m,) and multiplier that removes unbalanced (3m,), moved (3m,) so far."""
     if task.advance is None:
         return factors.solve(-unbalanced), 0.0
     live = wall.problem.live
-    change, along = factors.solve(np.stack([-unbalanced, live]))
+    change, along = factors.solve(np.stack([-unbalanced, wall.loads.at(before.displacements + moved)[1]]))
     more = float((task.advance - live @ (moved + change)) / (live @ along))
     return change + more * along, more
 
 
-def _missing(wall: ElasticWall, task: Task, forces: FloatArray, moved: FloatArray, multiplier: float) -> FloatArray:
+def missing(
+    wall: ElasticWall, before: Position, task: Task, forces: FloatArray, moved: FloatArray, multiplier: float
+) -> FloatArray:
     """Return what is missing from equilibrium (3m,) with forces (c, 2) after displacements `moved` (3m,)."""
-    problem = wall.problem
-    missing: FloatArray = problem.B @ forces.ravel() - multiplier * problem.live - problem.dead + task.drag * moved
-    return missing
+    dead, live = wall.loads.at(before.displacements + moved)
+    lacks: FloatArray = wall.problem.B @ forces.ravel() - multiplier * live - dead + task.drag * moved
+    return lacks
 
 
 def going_on(wall: ElasticWall, before: Position, task: Task, expected: FloatArray) -> tuple[FloatArray, float]:
@@ -100,12 +109,12 @@ def going_on(wall: ElasticWall, before: Position, task: Task, expected: FloatArr
     that turn into each other, by many times what is elastic; forces that go on do not.
     """
     forces = before.goes_on(wall.rates(before.displacements + expected))
-    missing = _missing(wall, task, forces, expected, task.multiplier)
+    lacks = missing(wall, before, task, forces, expected, task.multiplier)
     try:
-        factors = wall.problem.stiffness.factorised(before.tangent, task.drag)
+        factors = _factorised(wall, before.tangent, task, task.multiplier)
     except RuntimeError:  # the matrix is singular to rounding
         return expected, task.multiplier
-    change, more = _change(wall, factors, task, missing, expected)
+    change, more = _change(wall, before, factors, task, lacks, expected)
     return expected + change, task.multiplier + more
 
 
@@ -113,22 +122,22 @@ def newton_step(wall: ElasticWall, before: Position, task: Task, expected: Float
     """Solve one step by Newton's method, or leave it."""
     moved, multiplier = expected, task.multiplier
     trial = tried(wall, before, before.displacements + moved)
-    unbalanced = _missing(wall, task, trial.forces, moved, multiplier)
+    unbalanced = missing(wall, before, task, trial.forces, moved, multiplier)
     for spent in range(NEWTON_STEPS + 1):
         if np.abs(unbalanced).max() < FORCE_LEFT and (task.advance is None or spent):
             return Step(trial, multiplier, spent, True, spent)
         if spent == NEWTON_STEPS:
             break
         try:
-            factors = wall.problem.stiffness.factorised(trial.tangent, task.drag)
+            factors = _factorised(wall, trial.tangent, task, multiplier)
         except RuntimeError:  # the matrix is singular to rounding
             break
-        change, more = _change(wall, factors, task, unbalanced, moved)
+        change, more = _change(wall, before, factors, task, unbalanced, moved)
         size, part = np.linalg.norm(unbalanced), 1.0
         while part > LEAST_PART:
             there = moved + part * change
             trial = tried(wall, before, before.displacements + there)
-            unbalanced = _missing(wall, task, trial.forces, there, multiplier + part * more)
+            unbalanced = missing(wall, before, task, trial.forces, there, multiplier + part * more)
             if np.linalg.norm(unbalanced) < (1.0 - 0.1 * part) * size:
                 break
             part *= 0.5
@@ -178,11 +187,11 @@ def _first_inside(wall: ElasticWall, before: Position, task: Task, expected: flo
 
 def interior_step(wall: ElasticWall, before: Position, task: Task, expected: float) -> Step:
     """Solve one step by the interior-point method; expected: largest change of displacements."""
-    problem, k = wall.problem, wall.stiffness
+    k = wall.stiffness
     at = _first_inside(wall, before, task, expected)
     for spent in range(INTERIOR_STEPS + 1):
         rates = wall.rates(before.displacements + at.moved)
-        unbalanced = _missing(wall, task, at.forces, at.moved, at.multiplier)
+        unbalanced = missing(wall, before, task, at.forces, at.moved, at.multiplier)
         gap, forth, back = (at.apart / k[:, [0, 1, 1]]).T
         slip = rates[:, 1] - before.rates[:, 1] + (at.forces[:, 1] - before.forces[:, 1]) / k[:, 1]
         incompatible = np.column_stack([rates[:, 0] + at.forces[:, 0] / k[:, 0] - gap, slip - forth + back])
@@ -195,10 +204,10 @@ def interior_step(wall: ElasticWall, before: Position, task: Task, expected: flo
             break
         flexible = _flexible(wall, at)
         try:
-            factors = problem.stiffness.factorised(flexible, task.drag)
+            factors = _factorised(wall, flexible, task, at.multiplier)
         except RuntimeError:  # the matrix is singular to rounding
             break
-        system = _System(wall, task, at, unbalanced, incompatible, flexible, factors)
+        system = _System(wall, before, task, at, unbalanced, incompatible, flexible, factors)
         mean = float(products.mean())
         along = system.direction(-products)
         reached = at.advanced(along, at.part_to_bound(along, 1.0))
@@ -230,6 +239,7 @@ class _System:
     """The conditions of a step, linearised at one iterate and factorised."""
 
     wall: ElasticWall
+    before: Position
     task: Task
     at: _Inside
     unbalanced: FloatArray
@@ -243,7 +253,7 @@ class _System:
         gap, forth, back = (products / at.strength / wall.stiffness[:, [0, 1, 1]]).T
         free_forces = point_products(self.flexible, np.column_stack([gap, forth - back]) - self.incompatible)
         unbalanced = self.unbalanced + problem.B @ free_forces.ravel()
-        moved, more = _change(wall, self.factors, self.task, unbalanced, at.moved)
+        moved, more = _change(wall, self.before, self.factors, self.task, unbalanced, at.moved)
         forces = free_forces + point_products(self.flexible, (problem.B_T @ moved).reshape(-1, 2))
         limit = problem.friction * forces[:, 0]
         strength = np.column_stack([forces[:, 0], limit + forces[:, 1], limit - forces[:, 1]])

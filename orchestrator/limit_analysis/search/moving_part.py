@@ -67,5 +67,6 @@ def moving_part(
         dead_load=equilibrium.dead_load[rows],
         live_load=equilibrium.live_load[rows],
         free_blocks=equilibrium.free_blocks[moving],
+        moments_turned=None,
     )
     return MovingPart(moving, joints, part, friction.of_joints(joints), equilibrium)

@@ -82,6 +82,11 @@ class Overdamped:
         """Whether no factorisations are left."""
         return self.spent >= self.most
 
+    @property
+    def live(self) -> FloatArray:
+        """The live load (3m,) where the wall was last looked at."""
+        return self.wall.problem.live
+
     def moved(self, position: Position) -> float:
         """Return the displacement along the live load since gravity."""
         return float(self.wall.problem.live @ (position.displacements - self.at_gravity.displacements))

@@ -129,10 +129,10 @@ class Pushing(Overdamped):
 
         rest: its `change` says which way, and how far at first. load_step: by which the load is to change at most.
         """
-        live, here, failures, growth = self.wall.problem.live, rest, 0, GROWTH
-        advance, met = max(float(live @ rest.change), FIRST * self.shortest(rest)), False
+        here, failures, growth = rest, 0, GROWTH
+        advance, met = max(float(self.live @ rest.change), FIRST * self.shortest(rest)), False
         while not self.is_over and failures < FAILURES and advance > self.shortest(here):
-            expected = here.change * (advance / float(live @ here.change))
+            expected = here.change * (advance / float(self.live @ here.change))
             shorter = self.times_too_long(expected)
             advance, expected = advance / shorter, expected / shorter
             found = self.step(here.position, Task(here.multiplier, 0.0, advance), expected)

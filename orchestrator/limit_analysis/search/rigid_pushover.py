@@ -2,7 +2,7 @@
 
 The wall is pushed (pushing.py) with joints that move with its blocks. What it bears grows, and falls in the end,
 because a mechanism has formed or because blocks have moved too far. A step is solved with joints linearised about some
-displacements, and again about those that it found, until gaps, slips and moment arms are true.
+displacements, and again about those that it found, until gaps, slips and moment arms are true, those of loads too.
 
 Only joints that were drawn touch, in three points each, with springs as stiff as the stones beside them (SPREAD).
 """
@@ -17,7 +17,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Position, Stiffness, with_joints_that_move
-from orchestrator.limit_analysis.search.implicit_step import Step, Task, going_on, implicit_step
+from orchestrator.limit_analysis.search.implicit_step import Step, Task, going_on, implicit_step, missing
 from orchestrator.limit_analysis.search.loading_path import LEAST, StateSearch
 from orchestrator.limit_analysis.search.overdamped import REST_BUDGET, Moved
 from orchestrator.limit_analysis.search.pushing import DROP
@@ -65,7 +65,7 @@ class RigidPushover:
 
 
 class DisplacedWallSearch(StateSearch):
-    """A wall whose joints move with its blocks."""
+    """A wall whose joints and loads move with its blocks."""
 
     def __init__(self, problem: Problem, stiffness: Stiffness) -> None:
         """Nothing has moved yet."""
@@ -74,6 +74,17 @@ class DisplacedWallSearch(StateSearch):
         self.far = min(FAR, DRIFT * float(np.ptp(np.vstack(free)[:, 1])) / problem.equilibrium.block_length)
         self.wall = with_joints_that_move(self.wall, problem.assemblage, problem.equilibrium)
         self.linearise(np.zeros_like(self.wall.problem.dead))
+
+    @property
+    def live(self) -> FloatArray:
+        """The live load (3m,) where the wall was last linearised."""
+        return self.linearised.problem.live
+
+    def moved(self, position: Position) -> float:
+        """Return by how much the points where live forces act have moved along them since gravity."""
+        assert self.wall.moved_loads is not None
+        there, stood = (self.wall.moved_loads.beyond(one.displacements) for one in (position, self.at_gravity))
+        return super().moved(position) + (there - stood)
 
     def motion(self, change: FloatArray) -> float:
         """Return how far the fastest block moves by a change of displacements (3m,), in block lengths."""
@@ -89,7 +100,7 @@ class DisplacedWallSearch(StateSearch):
         return self.motion(here.displacements - start.displacements) > self.far
 
     def linearise(self, displacements: FloatArray) -> None:
-        """Take joints as they stand where blocks have moved by displacements (3m,)."""
+        """Take joints and loads as they are where blocks have moved by displacements (3m,)."""
         self.linearised, self.about = self.wall.at(displacements), displacements
 
     def checked(self, position: Position, change: FloatArray, multiplier: float) -> LimitState | None:
@@ -133,14 +144,31 @@ class DisplacedWallSearch(StateSearch):
                 break
             there = found.position.displacements
             true = self.wall.joints.rates(there)
-            if self.is_true(found.position, true):
-                return replace(found, position=replace(found.position, rates=true))
+            if self.is_true(found.position, true, found.multiplier):
+                held = task.advance is None and self.goes_back(before, task, there)
+                return replace(found, position=replace(found.position, rates=true), found=not held)
             self.linearise(there)
             expected = there - before.displacements
         return replace(found, found=False)
 
-    def is_true(self, there: Position, true: FloatArray) -> bool:
-        """Whether a position has the gaps and slips (c, 2) of pressed joints that are true there, and moment arms."""
+    def goes_back(self, before: Position, task: Task, there: FloatArray) -> bool:
+        """Whether blocks that are held by a drag alone move to displacements (3m,) against the force out of balance.
+
+        Loads that add to displacements can have an equilibrium there, but one that the wall falls away from.
+        """
+        if np.all(self.linearised.loads.restoring(task.multiplier) >= 0.0):
+            return False
+        lacks = missing(self.linearised, before, task, before.forces, np.zeros_like(there), task.multiplier)
+        return float(lacks @ (there - before.displacements)) > 0.0
+
+    def is_true(self, there: Position, true: FloatArray, multiplier: float) -> bool:
+        """Whether a position has the gaps and slips (c, 2) of pressed joints that are true there, the moments of loads,
+        and moment arms."""
+        assert self.wall.moved_loads is not None
+        dead, live = self.linearised.loads.at(there.displacements)
+        loads = self.wall.moved_loads.linearised(there.displacements)
+        if np.abs(loads.dead - dead + multiplier * (loads.live - live)).max() >= TRUE:
+            return False
         pressed = (there.forces[:, 0] > PRESSED) | (-self.wall.stiffness[:, 0] * true[:, 0] > PRESSED)
         wrong = np.abs(self.wall.stiffness * (true - there.rates))[pressed].max(initial=0.0)
         return bool(wrong < TRUE) and self.motion(there.displacements - self.about) <= SAME_ARMS

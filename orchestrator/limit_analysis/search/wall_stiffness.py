@@ -129,13 +129,13 @@ class WallStiffness:
         other._map = sp.csr_matrix((products, self._map.indices, self._map.indptr), shape=self._map.shape)
         return other
 
-    def factorised(self, joints: FloatArray, drag: float = 0.0) -> Factors:
+    def factorised(self, joints: FloatArray, drag: FloatArray | float = 0.0) -> Factors:
         """Return the factors of B J B^T + drag I for joints (k, 5) as ENTRIES, or points (k, 3) as POINT_ENTRIES.
 
-        Raises RuntimeError when the matrix is singular to rounding.
+        drag: of every row, or of each (3m,). Raises RuntimeError when the matrix is singular to rounding.
         """
         values = self._map @ joints.ravel()
-        values[self._diagonal] += drag
+        values[self._diagonal] += np.broadcast_to(drag, len(self._order))[self._order]
         self._matrix.data = values
         return Factors(self._order, splu(self._matrix, permc_spec="NATURAL", **PIVOT, **SUPERLU_PANELS))
 

@@ -36,6 +36,25 @@ def test_a_stretch_on_a_slope_goes_by_its_horizontal_width():
     assert extra == pytest.approx([0.0, -1.5 * q, -q * (0.5 * 0.75 + 1.0 * 1.5 - 1.5 * 1.0)])
 
 
+def test_moments_on_a_turned_block_are_those_of_a_wall_that_is_drawn_so():
+    """A stone and the place of a floor on it, drawn turned by a right angle: y up becomes -x."""
+    stone, place = np.array(box(0.0, 0.0, 0.5, 1.0)), np.array([0.4, 0.9])
+    quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])  # of rows
+
+    def loads(turned):
+        outline, at = (turned(one) for one in (stone, place))
+        floor = DeadLoad((1,), force=3e3, at=tuple(at.tolist()), inertia=True)
+        return loads_on(assemblage_of([FLOOR, outline]).wall, LoadSettings(inclination=0.3, dead=(floor,)))
+
+    drawn, lies = loads(lambda point: point), loads(lambda point: point @ quarter + [1.0, 0.0])
+    assert np.abs(drawn.turned[1]).min() > 100.0
+    assert drawn.turned[1] == pytest.approx([lies.dead[1, 2], lies.live[1, 2]])
+    assert lies.turned[1] == pytest.approx([-drawn.dead[1, 2], -drawn.live[1, 2]]), "half a turn in all"
+    alone = drawn.of_blocks(np.array([False, True]))
+    assert alone.turned.tolist() == [drawn.turned[1].tolist()]
+    assert not loads_on(assemblage_of([FLOOR, stone]).wall).turned.any(), "weights act at centroids"
+
+
 def test_the_resultant_of_a_live_load_is_at_the_mean_height_of_its_forces():
     """A stone of W = 2 F under a floor F: 1 m high, forces at 0.5 and 1 m; by mass x height W/2 and F are alike."""
     wall = assemblage_of([FLOOR, box(0.0, 0.0, 0.5, 1.0)]).wall
