@@ -10,7 +10,8 @@ Under MPI rank 0 does everything, but all ranks share a pushover of more than ne
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -66,14 +67,22 @@ class Outcome:
 def check(case: Case) -> Assemblage:
     """Read the wall, find its joints, and refuse what cannot be analysed (CaseError)."""
     wall = read_wall(case)
-    try:
+    with _naming_input(case):
         assemblage = find_joints(wall, case.joints)
         if assemblage.wall is not wall:
             check_wall(assemblage.wall, case.joints.tolerance)
         check_assemblage(assemblage)
-    except CaseError as error:
-        raise error.in_file(str(case.file if error.key.startswith("joints.") else case.block_file)) from None
     return assemblage
+
+
+@contextmanager
+def _naming_input(case: Case) -> Iterator[None]:
+    """Let every CaseError raised inside name the file that has its key: the case file, or the block file."""
+    try:
+        yield
+    except CaseError as error:
+        of_case = error.key.startswith(("joints.", "load."))
+        raise error.in_file(str(case.file if of_case else case.block_file)) from None
 
 
 def _loaded(case: Case, assemblage: Assemblage) -> tuple[Assemblage, Loads]:
@@ -85,7 +94,7 @@ def _loaded(case: Case, assemblage: Assemblage) -> tuple[Assemblage, Loads]:
 def refuse_what_does_not_stand(case: Case, assemblage: Assemblage) -> None:
     """Raise CaseError, of one load case, for a wall that cannot stand, or that no live load brings down."""
     tied, loads = _loaded(case, assemblage)
-    with naming(case.block_file):
+    with _naming_input(case):
         refuse_what_cannot_be_analysed(tied, loads)
 
 
@@ -159,7 +168,7 @@ def limit(case: Case) -> tuple[Assemblage, LimitAnalysis]:
 def _analysed(case: Case, assemblage: Assemblage) -> tuple[Assemblage, LimitAnalysis]:
     """Return a checked wall with its ties after its joints, and the limit analysis of that."""
     tied, loads = _loaded(case, assemblage)
-    with naming(case.block_file):
+    with _naming_input(case):
         analysis = analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
     idle = idle_classes(assemblage, case.joints.classes)
     return tied, replace(analysis, remarks=(*idle, *analysis.remarks))
@@ -187,7 +196,7 @@ def settlement(case: Case, support: int, angle: float) -> tuple[Assemblage, Limi
     with naming(case.file):
         loads = loads_on(assemblage.wall, case.load)
         tied = with_ties(assemblage, case.reinforcement.ties, settling=support)
-    with naming(case.block_file):
+    with _naming_input(case):
         refuse_what_falls(problem_of(tied, loads))
     with naming(case.file):
         return tied, settle(tied, support, angle, loads)

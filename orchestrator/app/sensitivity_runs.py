@@ -36,7 +36,7 @@ from orchestrator.assessment.sensitivity import (
     ranges,
     value_of_range,
 )
-from orchestrator.basis.errors import CaseError, ConvergenceError, naming
+from orchestrator.basis.errors import CaseError, ConvergenceError, FallsError, naming
 from orchestrator.basis.parallel import Spread, on_root, workers_into
 from orchestrator.basis.program import sources
 from orchestrator.limit_analysis import LimitAnalysis
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 FALLS = "cannot stand"
-"""how the refusal of a wall that falls under its dead load begins, and which kind of answer it is"""
+"""which kind of answer a wall has that falls under its dead load"""
 OF_JOINTS = ("friction", "cohesion", "tensile_strength", "compressive_strength")
 COLUMNS = ("point", "capacity", "kind", "quantity", "load_case", "check", "remark")
 
@@ -170,9 +170,7 @@ def compute(run: PointRun) -> str:
         about = (load, one.load.direction, one.load.distribution)
         try:
             summary = _limit(one) if analysis == "limit" else _pushed(one, run.file.parents[1])
-        except CaseError as error:
-            if not error.problem.startswith(FALLS):
-                raise
+        except FallsError as error:
             record = {"capacity": 0.0, "kind": FALLS, "load_case": load, "check": "dead load", "remark": error.problem}
             storage.write_json(run.file, {"values": dict(run.point.values)} | record)
             return f"{run.point.name}: {error.problem}"
@@ -304,7 +302,7 @@ def words(outcome: SensitivityOutcome) -> list[str]:
             else f"All samples have one answer: these ranges do not matter{told}."
         )
     if fallen := sum(capacity == 0.0 for capacity in known):
-        said.append(f"{fallen} of them do not stand under their own weight: their capacity is 0, and there is no fit.")
+        said.append(f"{fallen} of them do not stand under their dead load: their capacity is 0, and there is no fit.")
     if missing := outcome.kinds.get(NO_ANSWER, 0):
         said.append(f"{missing} samples have no answer and are left out: sensitivity.csv says why.")
     others = {kind: count for kind, count in outcome.kinds.items() if kind not in (outcome.kind, NO_ANSWER, FALLS)}

@@ -21,6 +21,7 @@ from orchestrator.basis.printed import counted, printed
 from orchestrator.masonry.wall import GRAVITY
 from orchestrator.present.answer import answer_in_space
 from orchestrator.present.in_space import collapse_page, space_pictures
+from orchestrator.present.weights import applied
 from orchestrator.settings.space_case import SpaceCase, read
 from orchestrator.settings.space_inventory import direction_words
 from orchestrator.space.analysis import BRACKET, PUSHES, HeldError, SpaceAnalysis, SpaceState, analyse
@@ -156,7 +157,7 @@ def record(analysis: SpaceAnalysis) -> dict[str, Any]:
         "iterations": len(analysis.states),
         "converged": interval is not None,
         "equilibrium_residual": shown.validation.equilibrium,
-        "base_shear": shown.load_multiplier * analysis.live_total,
+        "base_shear": shown.load_multiplier * analysis.horizontal_load,
         "seconds": analysis.seconds,
         "lowest": interval[0] if interval else None,
         "highest": interval[1] if interval else None,
@@ -166,10 +167,14 @@ def record(analysis: SpaceAnalysis) -> dict[str, Any]:
 
 
 def table(analysis: SpaceAnalysis) -> Table:
-    """Return multipliers, base shears and residuals of the associative optimum and of all that was found."""
+    """Return multipliers, base shears and residuals of the associative optimum and of all that was found.
+
+    In place of the base shear stands a live load that has none: an upright one.
+    """
     title = f"Limit analysis in space, weight {analysis.weight / 1e3:.3f} kN, {analysis.seconds:.1f} s"
     result = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), title=title)
-    for column in ("", "multiplier", "base shear\nkN", "time\ns", "residuals:\nbalance", "\nflow", "\npower"):
+    load = "base shear\nkN" if analysis.upright_load is None else "live load\nkN"
+    for column in ("", "multiplier", load, "time\ns", "residuals:\nbalance", "\nflow", "\npower"):
         result.add_column(column, justify="right" if column else "left", no_wrap=True)
     lowest = min((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
     highest = max((s for s in analysis.states if s.valid), key=lambda s: s.load_multiplier, default=None)
@@ -196,8 +201,9 @@ def _row(state: SpaceState, analysis: SpaceAnalysis) -> list[str]:
     shown = f"{state.load_multiplier:.5f}" if state.valid or associative else f"({state.load_multiplier:.5f})"
     checks = state.validation
     residuals = ["" if associative else f"{value:.0e}" for value in (checks.flow, checks.power)]
-    shear = printed("force", state.load_multiplier * analysis.live_total)
-    return [shown, shear, f"{state.seconds:.2f}", f"{checks.equilibrium:.0e}", *residuals]
+    upright = analysis.upright_load
+    load = printed("force", state.load_multiplier * (analysis.horizontal_load if upright is None else abs(upright)))
+    return [shown, load, f"{state.seconds:.2f}", f"{checks.equilibrium:.0e}", *residuals]
 
 
 def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
@@ -209,9 +215,8 @@ def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     rows.append(("without dilation", f"{headline.load_multiplier:.4f}" if headline else "no state found"))
     if interval:
         rows.append(("without dilation, lowest and highest found", f"{interval[0]:.4f} – {interval[1]:.4f}"))
-    which = "base shear" if headline else "base shear (associative)"
-    rows.append((which, f"{printed('force', analysis.shown.load_multiplier * analysis.live_total)} kN"))
-    return rows
+    name, size = applied(analysis.shown.load_multiplier, analysis.horizontal_load, analysis.upright_load)
+    return [*rows, (name if headline else f"{name} (associative)", size)]
 
 
 def load_words(assemblage: SpaceAssemblage, loads: SpaceLoads) -> str:

@@ -188,10 +188,11 @@ def _row(run: PartitionRun, micro: storage.PushoverSummary | None) -> dict[str, 
     }
     if micro is None:
         return row | figures
+    stiffness = pushed.initial_stiffness, micro.initial_stiffness
     ratios = {
         "bodies_over_micro": pushed.bodies / micro.bodies,
         "peak_over_micro": pushed.peak_base_shear / micro.peak_base_shear,
-        "stiffness_over_micro": pushed.initial_stiffness / micro.initial_stiffness,
+        "stiffness_over_micro": stiffness[0] / stiffness[1] if stiffness[0] and stiffness[1] else None,
         "seconds_over_micro": pushed.seconds["total"] / micro.seconds["total"],
     }
     return row | figures | ratios

@@ -5,7 +5,8 @@ displacement, H the horizontal live load and lambda its multiplier:
 
     peak                  V_p = max V up to the final displacement (first row that reaches it)
     initial stiffness     k = sum(V d) / sum(d d), the least-squares line through the origin, over the leading lateral
-                          rows with V - V_gravity <= 10 % of the peak, but at least the first two
+                          rows with V - V_gravity <= 10 % of the peak, but at least the first two; none where the
+                          line falls: what moves against the load says nothing of the wall's stiffness
     equilibrium residual  max |lambda H - V| / V_p over all rows
 
 Rows in which the wall moves are left out: only the static ones count.
@@ -36,13 +37,16 @@ SECANT = 0.6
 """part of the peak base shear that the elastic branch of the bilinear goes through"""
 FALLEN = 0.01
 """part of its peak by which the base shear has fallen where the peak is behind"""
+AGAINST = "the control displacement does not go along the live load"
+"""why a curve has no bilinear idealisation though its base shear rises"""
 FLAT_LENGTH_RATIO = 1.5
 """a curve this many times as long as where it first came within FALLEN of its peak has been flat: that is its peak"""
 
 
 @dataclass(frozen=True, slots=True)
 class Capacity:
-    """peak_base_shear N, displacement_at_peak and final_displacement m, initial_stiffness N/m.
+    """peak_base_shear N, displacement_at_peak and final_displacement m, initial_stiffness N/m: None where the control
+    displacement goes against the live load at first.
 
     displacement_at_peak: of the row with the largest base shear, which rounding chooses on a plateau. Where a share of
     the peak is first reached is no better known: a facade and its mirror image were 10 % apart either way.
@@ -54,7 +58,7 @@ class Capacity:
     peak_multiplier: float
     displacement_at_peak: float
     final_displacement: float
-    initial_stiffness: float
+    initial_stiffness: float | None
     equilibrium_residual: float
     peak_reached: bool
 
@@ -68,12 +72,13 @@ def find_capacity(curve: PushoverCurve) -> Capacity:
     _require_usable(curve)
     displacement = curve.control_displacement_m - curve.control_displacement_m[0]
     peak = int(np.argmax(curve.base_shear_N))
+    slope = initial_stiffness(curve.base_shear_N, displacement)
     return Capacity(
         peak_base_shear=float(curve.base_shear_N[peak]),
         peak_multiplier=float(curve.load_multiplier[peak]),
         displacement_at_peak=float(displacement[peak]),
         final_displacement=float(displacement[-1]),
-        initial_stiffness=initial_stiffness(curve.base_shear_N, displacement),
+        initial_stiffness=slope if slope > 0.0 else None,
         equilibrium_residual=equilibrium_error(curve),
         peak_reached=peak_reached(whole),
     )
@@ -121,7 +126,8 @@ def idealise(
     """Return the bilinear idealisation of a curve: base_shear (s,) in N, displacement (s,) in m, row 0 = gravity.
 
     Equal areas: with A the area under the curve up to d_u and k the stiffness, F_y = k (d_u - sqrt(d_u^2 - 2 A / k)).
-    Raises ResultError for a curve that encloses more than its secant allows (it starts too steeply, ends too early).
+    Raises ResultError for a curve that encloses more than its secant allows (it starts too steeply, ends too early), or
+    that goes or ends against the load.
     """
     moved = displacement - displacement[0]
     peak = int(np.argmax(base_shear))
@@ -134,8 +140,10 @@ def idealise(
         moved = np.append(moved[:last], moved[last - 1] + part * (moved[last] - moved[last - 1]))
         force = np.append(force[:last], left)
     above = int(np.argmax(force >= secant * force.max()))
-    if above == 0 or not moved[above] > 0.0:
+    if above == 0:
         raise ResultError("bilinear idealisation", "the curve does not rise from the state under gravity")
+    if not min(moved[above], moved[-1]) > 0.0:
+        raise ResultError("bilinear idealisation", AGAINST)
     part = (secant * force.max() - force[above - 1]) / (force[above] - force[above - 1])
     at_secant = float(moved[above - 1] + part * (moved[above] - moved[above - 1]))
     stiffness = secant * float(force.max()) / at_secant

@@ -24,7 +24,11 @@ class CaseError(Exception):
 
     def in_file(self, file: str) -> CaseError:
         """Return the same error naming `file`, unless it names one already."""
-        return self if self.file else CaseError(self.key, self.problem, self.remedy, file)
+        return self if self.file else type(self)(self.key, self.problem, self.remedy, file)
+
+
+class FallsError(CaseError):
+    """A wall that no joint forces carry under its dead load: its own weight, and what else stands on it."""
 
 
 def refuse_other_kind(argument: str, value: object, kind: type, remedy: str) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from orchestrator.basis.arrays import IntArray
-from orchestrator.basis.errors import CaseError
+from orchestrator.basis.arrays import IntArray, read_only
+from orchestrator.basis.errors import CaseError, FallsError
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import (
     InfeasibleError,
@@ -18,6 +21,7 @@ from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.loads.block_loads import Loads
+from orchestrator.masonry.block_properties import block_weights
 from orchestrator.masonry.joints import Assemblage
 
 GRAVITY_TOLERANCE = 1e-6
@@ -40,20 +44,47 @@ def falling_blocks(problem: Problem) -> tuple[float, IntArray]:
 
 
 def refuse_what_falls(problem: Problem) -> None:
-    """Raise CaseError naming the blocks that fall when no joint forces carry the dead load alone."""
+    """Raise FallsError naming the blocks that fall when no joint forces carry the dead load alone."""
     missing, falling = falling_blocks(problem)
     if not missing:
         return
-    numbers = [str(number) for number in sorted(problem.assemblage.wall.blocks[i].id for i in falling)]
-    named = ", ".join(numbers[:NAMED_BLOCKS])
-    more = f" and {len(numbers) - NAMED_BLOCKS} more" if len(numbers) > NAMED_BLOCKS else ""
-    crushes = ", whether its joints crush (compressive_strength)" * bool(problem.friction.crushes.any())
-    raise CaseError(
-        "wall",
-        f"cannot stand under its own weight: blocks {named}{more} move, unless held by a force of {missing:.2g} times "
-        "the mean weight of a block",
-        f"support these blocks, give them more bearing, or check friction{crushes} and which blocks are fixed",
-    )
+    alone, stands_alone = of_weight_alone(problem), False
+    if alone is not problem:
+        of_weight = falling_blocks(alone)
+        stands_alone = not of_weight[0]
+        missing, falling = (missing, falling) if stands_alone else of_weight
+    ids = sorted(problem.assemblage.wall.blocks[i].id for i in falling)
+    raise falls(ids, missing, stands_alone, "lower or move", bool(problem.friction.crushes.any()))
+
+
+def of_weight_alone(problem: Problem) -> Problem:
+    """Return a problem with the blocks' own weight as its dead load; itself, where that is all of it."""
+    equilibrium = problem.equilibrium
+    weight = np.zeros((len(equilibrium.free_blocks), 3))
+    weight[:, 1] = -block_weights(problem.assemblage.wall)[equilibrium.free_blocks]
+    if np.array_equal(weight.ravel(), equilibrium.dead_load):
+        return problem
+    return replace(problem, equilibrium=replace(equilibrium, dead_load=read_only(weight.ravel())))
+
+
+def falls(ids: Sequence[int], missing: float, stands_alone: bool, ways: str, crushes: bool = False) -> FallsError:
+    """Return what is said of a wall, in the plane or in space, that does not stand.
+
+    ids: of the blocks that move; missing: the force that would hold them, in mean block weights. stands_alone: whether
+    the wall stands under the blocks' own weight, and not under what else is its dead load; ways: what can be done to
+    that. crushes: whether joints do.
+    """
+    named = ", ".join(map(str, ids[:NAMED_BLOCKS]))
+    more = f" and {len(ids) - NAMED_BLOCKS} more" * (len(ids) > NAMED_BLOCKS)
+    held = f"unless held by a force of {missing:.2g} times the mean weight of a block"
+    would = f"block{'s' * (len(ids) > 1)} {named}{more} would move, {held}"
+    crush = "whether joints crush (compressive_strength)"
+    if stands_alone:
+        problem = f"the wall stands under its own weight, but not under this dead load too: {would}"
+        remedy = f"{ways} the load, support these blocks, or check friction" + f" and {crush}" * crushes
+        return FallsError("load.dead", problem, remedy)
+    remedy = "support these blocks, give them more bearing, or check friction" + f", {crush}" * crushes
+    return FallsError("wall", f"cannot stand under its own weight: {would}", f"{remedy} and which blocks are fixed")
 
 
 def associative_optimum(problem: Problem) -> LimitSolution:
@@ -64,8 +95,8 @@ def associative_optimum(problem: Problem) -> LimitSolution:
         text = "no live load in this direction brings it down while sliding dilates: blocks are wedged between supports"
         raise CaseError("wall", text, "check which blocks are fixed, or reverse the load") from error
     except InfeasibleError as error:
-        text = "cannot stand under its own weight: it lacks less than a millionth of a block's weight"
-        raise CaseError("wall", text, "the drawing is on the verge of collapse; give blocks more bearing") from error
+        text = "cannot stand under its dead load: it lacks less than a millionth of a block's weight"
+        raise FallsError("wall", text, "the drawing is on the verge of collapse; give blocks more bearing") from error
 
 
 def problem_of(assemblage: Assemblage, loads: Loads | None = None) -> Problem:

@@ -172,6 +172,11 @@ def is_measured_by_base_shear(inclination: float) -> bool:
 def upright_resultant(live: FloatArray) -> float | None:
     """Return the vertical resultant in N, upwards, of a live load (n, 3) without a horizontal one; None of others."""
     sideways, upwards = (float(part) for part in live[:, :2].sum(axis=0))
+    return if_upright(sideways, upwards)
+
+
+def if_upright(sideways: float, upwards: float) -> float | None:
+    """Return the upward part in N of a live load whose horizontal part is none to speak of; None of others."""
     return upwards if upwards and abs(sideways) <= UPRIGHT * abs(upwards) else None
 
 

@@ -69,6 +69,8 @@ def key_in_file(settings: LoadSettings, name: str, key: str) -> str:
         return key
     field, *inside = rest.split(".")
     shared = len(settings.dead)
+    if field == "dead" and not inside and case.dead:  # of all of them: those that only this load case has
+        return f"{place}.dead"
     if field == "dead" and inside and int(inside[0]) >= shared:
         return ".".join([place, field, str(int(inside[0]) - shared), *inside[1:]])
     its_own = field != "dead" and getattr(case, field) not in (None, ())

@@ -32,7 +32,7 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     """Return the sentence on a limit analysis: the multiplier that counts, its load, and how sure it is."""
     state, bound = analysis.headline, analysis.bound.load_multiplier
     multiplier = state.load_multiplier
-    shear = f"{applied_words(analysis, state)}, {_without(analysis)}"
+    shear = f"{applied_words(multiplier, state.horizontal_load, analysis.upright_load)}, {_without(analysis)}"
     counts = f"λ = {_limit(multiplier)} counts ({state.name}): "
     if analysis.going_down:
         counts = f"{OPEN}{counts}"
@@ -59,8 +59,8 @@ def answer_in_space(analysis: SpaceAnalysis) -> str:
     """Return the same sentence on a limit analysis in space."""
     state, bound = analysis.shown, analysis.associative.load_multiplier
     multiplier = state.load_multiplier
-    shear = f"base shear {printed('force', multiplier * analysis.live_total)} kN, "
-    counts = f"λ = {_limit(multiplier)} counts ({state.name}): {shear}"
+    shear = applied_words(multiplier, analysis.horizontal_load, analysis.upright_load)
+    counts = f"λ = {_limit(multiplier)} counts ({state.name}): {shear}, "
     if analysis.going_down:
         counts = f"{OPEN}{counts}"
     if analysis.range is None:

@@ -257,7 +257,7 @@ def draw_curves(
     labelled = {labels[model]: curve for model, curve in curves.items()}
     plots.save(plots.curves(labelled, analysis, name, reasons), figures, "curves", language)
     simple = {label: (curve, page.bilinear_of(curve)) for label, (curve, _) in labelled.items()}
-    if drawn := {label: (curve, bilinear) for label, (curve, bilinear) in simple.items() if bilinear}:
+    if drawn := {label: (curve, line) for label, (curve, line) in simple.items() if not isinstance(line, str)}:
         figure = plots.idealised(drawn, name)
         if reasons:
             plots.stamp_not_valid(figure)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from orchestrator.basis.printed import printed
-from orchestrator.limit_analysis import LimitAnalysis, LimitState
+from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.loads.block_loads import Distribution
 from orchestrator.settings.inventory import LoadSums
 from orchestrator.storage.summary import WallSummary
@@ -67,12 +67,17 @@ def way_of(force: float) -> str:
     return "upwards" if force > 0.0 else "downwards"
 
 
-def applied_words(analysis: LimitAnalysis, state: LimitState) -> str:
-    """Return what is applied in a state: its base shear or, where there is none, its upright live load."""
-    upright = analysis.upright_load
-    if upright is None:
-        return f"base shear {printed('force', state.base_shear)} kN"
-    return f"live load {printed('force', state.load_multiplier * abs(upright))} kN {way_of(upright)}"
+def applied_words(load_multiplier: float, horizontal_load: float, upright_load: float | None) -> str:
+    """Return what is applied at a multiplier: a base shear or, where there is none, the upright live load; both loads
+    in N, at a multiplier of 1."""
+    return " ".join(applied(load_multiplier, horizontal_load, upright_load))
+
+
+def applied(load_multiplier: float, horizontal_load: float, upright_load: float | None) -> tuple[str, str]:
+    """Return the same as its name and its size."""
+    if upright_load is None:
+        return "base shear", f"{printed('force', load_multiplier * horizontal_load)} kN"
+    return "live load", f"{printed('force', load_multiplier * abs(upright_load))} kN {way_of(upright_load)}"
 
 
 def load_words(distribution: Distribution, sums: Weighed) -> str:

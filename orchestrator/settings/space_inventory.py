@@ -52,7 +52,8 @@ def load_sums(wall: SpaceWall, load: SpaceLoadSettings) -> LoadSums:
         weight=float(wall.weights[free].sum()),
         extra=tuple(_extra(wall, load, one) for one in load.dead),
         vertical_load=-float((loads.dead[free, :3] @ wall.up).sum()),
-        horizontal_load=float(np.linalg.norm(loads.live[free, :3].sum(axis=0))),
+        horizontal_load=loads.base_shear(wall.up),
+        upright_load=loads.upright(wall.up),
     )
 
 

@@ -94,9 +94,8 @@ class SpaceState:
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceAnalysis:
     """associative: bound and mechanism; other_torsion: the multiplier with the other torsion; states: what was found
-    without dilation, the headline's push first. weight (N) of the free blocks, live_total (N): base shear = lambda x
-    this. seconds in all. going_down: ids of blocks that go down under the dead load unless they are wedged: whether the
-    wall stands is open."""
+    without dilation, the headline's push first. weight (N) of the free blocks. seconds in all. going_down: ids of
+    blocks that go down under the dead load unless they are wedged: whether the wall stands is open."""
 
     assemblage: SpaceAssemblage
     loads: SpaceLoads
@@ -105,7 +104,6 @@ class SpaceAnalysis:
     other_torsion: float
     states: tuple[SpaceState, ...]
     weight: float
-    live_total: float
     seconds: float
     remarks: tuple[str, ...]
     going_down: tuple[int, ...] = ()
@@ -127,6 +125,16 @@ class SpaceAnalysis:
         """Lowest and highest state found."""
         multipliers = [state.load_multiplier for state in self.states if state.valid]
         return (min(multipliers), max(multipliers)) if multipliers else None
+
+    @property
+    def horizontal_load(self) -> float:
+        """Horizontal resultant of the live load at a multiplier of 1, N: base shears are multiples of it."""
+        return self.loads.base_shear(self.assemblage.wall.up)
+
+    @property
+    def upright_load(self) -> float | None:
+        """Vertical live load at a multiplier of 1, in N upwards, where none of it is horizontal; else None."""
+        return self.loads.upright(self.assemblage.wall.up)
 
     @property
     def shown(self) -> SpaceState:
@@ -175,7 +183,6 @@ def analyse(
         other_torsion=other_torsion,
         states=tuple(states),
         weight=weight,
-        live_total=equilibrium.live_total,
         seconds=perf_counter() - started,
         remarks=tuple(remarks),
         going_down=falling,

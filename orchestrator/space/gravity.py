@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from orchestrator.basis.arrays import FloatArray
-from orchestrator.basis.errors import CaseError
+from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.limit_analysis.gravity import falls
 from orchestrator.limit_analysis.paper.linear_program import InfeasibleError
 from orchestrator.space.conic_program import gravity_forces, missing_support
 from orchestrator.space.contacts import SpaceAssemblage
@@ -26,28 +26,29 @@ def listed(ids: tuple[int, ...]) -> str:
 def forces_under_gravity(
     assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray
 ) -> FloatArray:
-    """Return the forces of the wall under its dead load. Raises CaseError naming the blocks that would fall."""
+    """Return the forces of the wall under its dead load. Raises FallsError naming the blocks that would fall."""
     try:
         return gravity_forces(equilibrium, stiffness)
     except InfeasibleError:
-        _, motion = missing_support(equilibrium)
-    ids = _fastest(assemblage, equilibrium, motion)
-    would = f"block{'s' * (len(ids) > 1)} {listed(ids)} would move"
-    if _stands_unloaded(assemblage, equilibrium, stiffness):
-        problem = f"the wall stands under its own weight, but not under this dead load too: {would}"
-        raise CaseError("load.dead", problem, "lower the load, turn it, or support these blocks")
-    problem = f"the wall cannot stand under its own weight: {would}"
-    raise CaseError(f"block {ids[0]}", problem, "support them, raise the friction, or correct the joints")
+        alone = _of_weight_alone(assemblage, equilibrium)
+    stands_alone = alone is not equilibrium and _stands(alone, stiffness)
+    missing, motion = missing_support(equilibrium if stands_alone else alone)
+    raise falls(_fastest(assemblage, equilibrium, motion), missing, stands_alone, "lower, move or turn")
 
 
-def _stands_unloaded(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> bool:
-    """Return whether joint forces carry the blocks' own weight, where that is not all of the dead load."""
+def _of_weight_alone(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium) -> SpaceEquilibrium:
+    """Return the equilibrium with the blocks' own weight as the dead load; itself, where that is all of it."""
     wall, weight = assemblage.wall, np.zeros((len(equilibrium.free_blocks), 6))
     weight[:, :3] = -np.outer(wall.weights[equilibrium.free_blocks], wall.up)
     if np.array_equal(weight.ravel(), equilibrium.dead_load):
-        return False
+        return equilibrium
+    return replace(equilibrium, dead_load=read_only(weight.ravel()))
+
+
+def _stands(equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> bool:
+    """Return whether joint forces carry the dead load."""
     try:
-        gravity_forces(replace(equilibrium, dead_load=weight.ravel()), stiffness)
+        gravity_forces(equilibrium, stiffness)
     except InfeasibleError:
         return False
     return True

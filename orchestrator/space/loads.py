@@ -22,7 +22,7 @@ from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.polyhedra import FLAT, Polyhedron, face_normals
-from orchestrator.loads.block_loads import Distribution, LiveLoad, refuse_blocks_that_cannot_move
+from orchestrator.loads.block_loads import Distribution, LiveLoad, if_upright, refuse_blocks_that_cannot_move
 from orchestrator.loads.dead_loads import AT_LEVEL
 from orchestrator.masonry.block_properties import refuse_beyond_weight
 from orchestrator.space.wall import SpaceWall
@@ -82,6 +82,15 @@ class SpaceLoads:
     dead: FloatArray
     live: FloatArray
     direction: FloatArray
+
+    def base_shear(self, up: FloatArray) -> float:
+        """Return the horizontal resultant of the live load at a load multiplier of 1, N; up (3,): of the wall."""
+        resultant = self.live[:, :3].sum(axis=0)
+        return float(np.linalg.norm(resultant - (resultant @ up) * up))
+
+    def upright(self, up: FloatArray) -> float | None:
+        """Return the vertical live load at a multiplier of 1 in N, upwards, where none of it is horizontal."""
+        return if_upright(self.base_shear(up), float(self.live[:, :3].sum(axis=0) @ up))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

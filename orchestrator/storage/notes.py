@@ -166,7 +166,9 @@ def _fell_under_gravity(pushed: PushoverSummary, limit: LimitSummary) -> list[st
     bodies = [body for event in events for body in event.bodies]
     names = ", ".join(bodies[:TOLD]) + f" and {len(bodies) - TOLD} more" * (len(bodies) > TOLD)
     share = 100 * sum(event.dead_load_share for event in events)
-    said = f"{pushed.model} FE: {names} ({share:.2g} % of the dead load) fell under the dead load alone; the wall went on"
+    said = (
+        f"{pushed.model} FE: {names} ({share:.2g} % of the dead load) fell under the dead load alone; the wall went on"
+    )
     if limit.going_down:
         return [f"{said}: in limit analysis, too, stones go down there unless they are wedged"]
     return [
@@ -187,7 +189,7 @@ def without_reference(summary: Summary) -> str | None:
 
 def remarks(summary: Summary) -> list[str]:
     """Return what pushovers have to say beside their figures: local failures, macroblocks that carry more than their
-    stones can, a peak that was not reached, or that supports hold the wall.
+    stones can, a top that moves against the load, a peak that was not reached, or that supports hold the wall.
 
     Many events are told in short: the first ones, and how many there were.
     """
@@ -212,6 +214,11 @@ def remarks(summary: Summary) -> list[str]:
                 f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than the stones can carry "
                 f"without tension inside macroblocks ({printed('multiplier', bound)}, as drawn); "
                 "take --model micro, or smaller tolerances"
+            )
+        if pushed.initial_stiffness is None:
+            said.append(
+                f"{pushed.model} FE: at first the mean of the top edge moves against the live load: base shear over "
+                "that displacement is no stiffness of the wall, and none is given"
             )
         if not (pushed.peak_reached or pushed.held):
             carried = f"; the wall carries at least {printed('multiplier', pushed.peak_multiplier)}"

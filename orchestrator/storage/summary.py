@@ -59,7 +59,8 @@ class PushoverSummary:
     peak_multiplier: float
     displacement_at_peak: float
     final_displacement: float
-    initial_stiffness: float
+    initial_stiffness: float | None
+    """None where the control displacement goes against the live load at first"""
     equilibrium_residual: float | None
     """None where it is not a number"""
     peak_reached: bool

@@ -112,7 +112,9 @@ def test_a_run_goes_on_without_it_and_says_what_to_try(done):
     assert micro.valid
     assert micro.energy_error < 1e-3
     (said,) = (text for text in storage.remarks(summary) if "fell" in text and text.startswith("micro FE: block"))
-    assert said.startswith(f"micro FE: block {NUMBER} (2.6 % of the dead load) fell under the dead load alone; the wall")
+    assert said.startswith(
+        f"micro FE: block {NUMBER} (2.6 % of the dead load) fell under the dead load alone; the wall"
+    )
     assert "limit analysis has all stones standing there: try a smaller contact.slip_tolerance" in said
     assert said in " ".join((folder / "report.html").read_text(encoding="utf-8").split())
     with undrawn():
@@ -171,7 +173,7 @@ def test_a_chip_with_more_of_the_live_load_than_a_local_part_is_the_wall(share):
     forces = LiveLoad(blocks=(1,), force=(1 - share) * 1e3), LiveLoad(blocks=(NUMBER,), force=share * 1e3)
     load = LoadSettings(distribution="per_block", live=forces)
     if share > SteppingSettings().local_share:
-        with pytest.raises(ConvergenceError, match=f"does not stand under its own weight: block {NUMBER} falls"):
+        with pytest.raises(ConvergenceError, match=f"does not stand under its dead load: block {NUMBER} falls"):
             pushed(chipped(), load)
         return
     (event,) = pushed(chipped(), load).summary.events
@@ -192,7 +194,7 @@ def test_chips_that_do_not_touch_are_failures_of_their_own():
 def test_one_that_is_larger_than_a_local_part_is_the_wall():
     assemblage, analysis = analysed(chipped(), LoadSettings("+x"))
     small = SteppingSettings(local_share=0.9 * SHARE)
-    with pytest.raises(ConvergenceError, match=f"does not stand under its own weight: block {NUMBER} falls"):
+    with pytest.raises(ConvergenceError, match=f"does not stand under its dead load: block {NUMBER} falls"):
         push(assemblage, analysis, one_body_per_block(assemblage), LoadSettings("+x"), stepping=small)
 
 

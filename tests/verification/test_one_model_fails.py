@@ -33,7 +33,7 @@ final_displacement = "0.2 mm"
 [project]
 language = "{language}"
 """
-FALLS = "the wall does not stand under its own weight: block 3 falls"
+FALLS = "the wall does not stand under its dead load: block 3 falls"
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,7 @@ def test_its_report_is_rebuilt_and_says_so_in_another_language(done, tmp_path):
         assert main(["report", str(folder)]) == 0
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "Nessuna curva" in page
-    assert "la parete non regge il peso proprio: cade" in page
+    assert "la parete non regge i carichi permanenti: cade" in page
     assert FALLS not in page
 
 

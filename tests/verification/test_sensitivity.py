@@ -159,8 +159,27 @@ def test_a_wall_that_does_not_stand_has_no_capacity_and_no_fit(tmp_path, capsys)
     (tmp_path / "case.toml").write_text(text)
     assert main(["sensitivity", str(tmp_path / "case.toml"), "--output", str(tmp_path / "out")]) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    assert "2 of them do not stand under their own weight" in printed
+    assert "2 of them do not stand under their dead load" in printed
     assert lognormal([0.0, 0.3]) is None
+
+
+def test_a_wall_that_an_extra_dead_load_brings_down_has_no_capacity_either(tmp_path, capsys):
+    """A block of 1.2 m2 that stands 0.1 m inside the edge below, with 5 kN 0.4 m beyond that: it falls below
+    2 kN m / 0.1 m / 1.2 m3 = 16.7 kN/m3. As given it stands at 20, and half of the samples lie below."""
+    ground, below = [[-1, -0.2], [2, -0.2], [2, 0], [-1, 0]], [[0, 0], [1, 0], [1, 1], [0, 1]]
+    above = [[0.3, 1], [1.5, 1], [1.5, 2], [0.3, 2]]
+    blocks = [{"id": n, "polygon": p, "fixed": not n} for n, p in enumerate((ground, below, above))]
+    record = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 1.0, "friction": 0.7, "unit_weight": 20.0}
+    (tmp_path / "block.json").write_text(json.dumps(record | {"blocks": blocks}))
+    text = "[wall]\nblocks = 'block.json'\n[[load.dead]]\nblocks = [2]\nforce = '5 kN'\nat = [1.4, 2]\n"
+    text += "[sensitivity]\nunit_weight = ['11.7 kN/m3', '21.7 kN/m3']\nsamples = 4\n"
+    (tmp_path / "case.toml").write_text(text)
+    assert main(["sensitivity", str(tmp_path / "case.toml"), "--output", str(tmp_path / "out")]) == 0
+    assert "2 of them do not stand under their dead load" in " ".join(capsys.readouterr().out.split())
+    with (tmp_path / "out" / "sensitivity.csv").open() as file:
+        (low,) = (row for row in csv.DictReader(file) if row["point"] == "unit_weight low")
+    assert (float(low["capacity"]), low["kind"], low["check"]) == (0.0, "cannot stand", "dead load")
+    assert low["remark"].startswith("the wall stands under its own weight, but not under this dead load too: block 2 ")
 
 
 @pytest.mark.parametrize(

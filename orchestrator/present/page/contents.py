@@ -45,12 +45,13 @@ FILES = (
 """whose hashes the page states"""
 
 
-def bilinear_of(curve: PushoverCurve) -> Bilinear | None:
-    """Return the bilinear idealisation, None for a curve that has none (it ends on its elastic branch)."""
+def bilinear_of(curve: PushoverCurve) -> Bilinear | str:
+    """Return the bilinear idealisation, or why a curve has none: it ends on its elastic branch, or goes against the
+    load."""
     try:
         return idealise(curve.static.base_shear_N, curve.static.control_displacement_m)
-    except ResultError:
-        return None
+    except ResultError as error:
+        return error.detail
 
 
 def contents(run: StoredRun) -> dict[str, Any]:
@@ -275,7 +276,8 @@ def _checks(summary: storage.PushoverSummary) -> list[dict[str, Any]]:
 
 
 def _points(model: StoredModel) -> dict[str, Any]:
-    """Return the curve for the page: displacement in mm, base shear in kN; and how far the wall went at rest, mm.
+    """Return the curve for the page: displacement in mm, base shear in kN; and from where to where the wall went at
+    rest, mm.
 
     The control point may belong to a stone that falls: what it does then does not say how wide the chart is.
     """
@@ -284,12 +286,12 @@ def _points(model: StoredModel) -> dict[str, Any]:
         1e3 * (one.control_displacement_m - curve.control_displacement_m[0]) for one in (curve, curve.static)
     )
     corners: list[list[float]] = []
-    if bilinear:
+    if isinstance(bilinear, Bilinear):
         force = bilinear.yield_force / 1e3
         yields, ends = 1e3 * bilinear.yield_displacement, 1e3 * bilinear.ultimate_displacement
         corners = [[0.0, 0.0], [yields, force], [ends, force]]
     shear = np.round(curve.base_shear_N / 1e3, 6)
-    return {"x": np.round(moved, 6), "y": shear, "at_rest": float(still.max()), "bilinear": corners}
+    return {"x": np.round(moved, 6), "y": shear, "at_rest": [still.min(), still.max()], "bilinear": corners}
 
 
 def picture(png: Path) -> str:

@@ -158,14 +158,18 @@ def curves(
 
 
 def draw_curve(axes: Axes, curve: PushoverCurve, colour: str, style: str, label: str, width: float = 1.8) -> None:
-    """Draw the static states of a curve, its motion between them as thin dots, a cross where a part began to fall."""
+    """Draw the static states of a curve, its motion between them as thin dots, a cross where a part began to fall.
+
+    The axis reaches as far as the static states of all curves do, either way from the state under gravity.
+    """
     moved = 1e3 * (curve.control_displacement_m - curve.control_displacement_m[0])
     shear, moving = curve.base_shear_N / 1e3, curve.moving == 1
     static = np.where(moving, np.nan, shear)
     axes.plot(moved, static, style, color=colour, linewidth=width, label=label)
-    farthest = 1.05 * float(np.nanmax(np.where(moving, np.nan, moved)))
-    drawn = axes.get_xlim()[1] if len(axes.get_lines()) > 1 else 0.0
-    axes.set_xlim(0.0, max(farthest, drawn))  # what falls goes far beyond the wall's own displacements
+    drawn = axes.get_xlim() if len(axes.get_lines()) > 1 else (0.0, 0.0)
+    ends = np.array([shown_from(curve), 1.05 * float(moved[~moving].max()), *drawn])
+    if np.ptp(ends) > 0.0:
+        axes.set_xlim(ends.min(), ends.max())  # what falls goes far beyond the wall's own displacements
     if moving.any():
         near = moving | np.append(moving[1:], False) | np.append(False, moving[:-1])
         axes.plot(moved, np.where(near, shear, np.nan), ":", color=colour, linewidth=0.8, label=f"{label}, in motion")
@@ -173,6 +177,13 @@ def draw_curve(axes: Axes, curve: PushoverCurve, colour: str, style: str, label:
     last = np.maximum.accumulate(np.where(moving, 0, rows))
     if (fell := last[1:][np.diff(curve.fallen_bodies) > 0]).size:
         axes.plot(moved[fell], shear[fell], "x", color=colour, markersize=6, label=f"{label}, a part falls")
+
+
+def shown_from(curve: PushoverCurve) -> float:
+    """Return where an axis of displacements begins, mm: at the state under gravity, or behind what goes against the
+    load."""
+    at_rest = curve.static.control_displacement_m
+    return 1.05e3 * float((at_rest - at_rest[0]).min())
 
 
 def rigid_pushover(analysis: LimitAnalysis) -> Figure:
@@ -187,7 +198,7 @@ def rigid_pushover(analysis: LimitAnalysis) -> Figure:
     draw_limit_analysis(axes, analysis)
     _frame_curves(axes)
     axes.set_xlabel("mean displacement of the loads (mm)")
-    axes.set_xlim(right=1e3 * float(moved.max()))
+    axes.set_xlim(0.0, 1e3 * float(moved.max()))
     head = f"Rigid blocks in large displacements: {weight_words(analysis)}"
     write_title(axes, f"{head}\nE = {analysis.elastic_modulus / 1e9:g} GPa", "")
     legend_below(axes, 2)
@@ -294,10 +305,9 @@ def _draw_damage(axes: Axes, segments: FloatArray, damage: FloatArray) -> None:
 
 
 def _frame_curves(axes: Axes) -> None:
-    """Label, limit and grid axes of base shear over control displacement; the curves are drawn."""
+    """Label and grid axes of base shear over control displacement, whose curves are drawn; forces begin at none."""
     axes.set_xlabel("control displacement (mm)")
     axes.set_ylabel("base shear (kN)")
-    axes.set_xlim(left=0.0)
     axes.set_ylim(0.0, 1.08 * axes.get_ylim()[1])
     axes.grid(color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)

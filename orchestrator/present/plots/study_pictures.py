@@ -31,7 +31,7 @@ from orchestrator.present.plots.canvas import (
     label_of,
     stamp_not_valid,
 )
-from orchestrator.present.plots.pushover_pictures import DRAWN_DISPLACEMENT, draw_limit_analysis, outline
+from orchestrator.present.plots.pushover_pictures import DRAWN_DISPLACEMENT, draw_limit_analysis, outline, shown_from
 from orchestrator.present.plots.wall_pictures import body_colours, displaced_blocks
 from orchestrator.present.plots.words import legend_below, write_legend, write_title
 from orchestrator.pushover.increments import Increment, PushoverCurve
@@ -139,7 +139,8 @@ def study_curves(
     draw_limit_analysis(axes, analysis)
     axes.set_xlabel("control displacement (mm)")
     axes.set_ylabel("base shear (kN)")
-    axes.set_xlim(left=0.0)
+    drawn = [curve for _, curve in models] + ([] if micro is None else [micro])
+    axes.set_xlim(left=min(map(shown_from, drawn), default=0.0))
     largest = CUT * analysis.associative.load_multiplier * analysis.weight / 1e3
     cut = axes.get_ylim()[1] > largest
     axes.set_ylim(0.0, min(axes.get_ylim()[1], largest))
@@ -170,7 +171,7 @@ def load_case_curves(lines: Sequence[ModelCurve], name: str) -> Figure:
         )
     axes.set_xlabel("control displacement along the load (mm)")
     axes.set_ylabel("base shear (kN)")
-    axes.set_xlim(left=0.0)
+    axes.set_xlim(left=min((shown_from(line.curve) for line in lines), default=0.0))
     axes.set_ylim(bottom=0.0)
     axes.grid(color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)

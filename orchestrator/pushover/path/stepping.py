@@ -128,7 +128,7 @@ class Pushover:
             if state.load_multiplier > HELD_FROM * self.expected_multiplier and is_held(self.model, state):
                 raise HeldError(state.load_multiplier)
             if state.phase == "gravity" and state.number >= self.stepping.largest_increments and not self._rests(state):
-                raise ConvergenceError("gravity", "the wall keeps moving under its own weight")
+                raise ConvergenceError("gravity", "the wall keeps moving under its dead load")
             for following in self._after(state):
                 state = following
                 yield of_all_nodes(self.model, state)
@@ -220,7 +220,7 @@ class Pushover:
         if is_the_wall(self.model, state, lost, self.loose, self._local_share(state.phase)):
             if by_weight:
                 farthest = self.model.body_names[int(np.argmax(np.where(lost, state.gone, 0.0)))]
-                raise ConvergenceError("gravity", f"the wall does not stand under its own weight: {farthest} falls")
+                raise ConvergenceError("gravity", f"the wall does not stand under its dead load: {farthest} falls")
             raise CollapseError(self._names(since_rest(self.model, state, lost)), 1e3 * state.control_displacement)
         fallen = read_only(state.fallen | lost, np.bool_)
         force = np.where(touching(self.model, fallen), 0.0, state.normal_force)

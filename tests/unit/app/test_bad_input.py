@@ -236,7 +236,7 @@ def test_a_settlement_of_a_wall_that_cannot_stand_is_refused_as_check_refuses_it
     file = tmp_path / "wall.json"
     file.write_text(json.dumps(record))
     checked = refused(capsys, "check", file, "--output", tmp_path / "checked")
-    assert "cannot stand under its own weight: blocks 1 move" in checked
+    assert "cannot stand under its own weight: block 1 would move" in checked
     settled = refused(capsys, "limit", file, "--settle", "0", "--output", tmp_path / "settled")
     assert settled == checked
 

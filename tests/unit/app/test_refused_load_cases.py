@@ -31,6 +31,8 @@ WALL = {
     ],
 }  # fmt: skip
 COMMANDS = ["check", "limit", "segment", "run", "sensitivity"]
+ON_THE_END = "dead = [{blocks = [3], force = '5 kN', at = [3.9, 1.5]}]"
+STANDS_WITHOUT = "the wall stands under its own weight, but not under this dead load too:"
 ONE, RANGE = "[[load.cases]]\nname = 'one'\n", "[sensitivity]\nfriction = [0.8, 0.9]\nsamples = 0\n"
 WRONG = {
     "no block": ("dead = [{blocks = [77], force = '1 kN'}]", "load.cases.1.dead.0.blocks: there is no block 77"),
@@ -90,12 +92,23 @@ def test_a_single_wrong_load_leaves_no_folder_either(given, tmp_path, capsys, co
     assert sorted(tmp_path.rglob("*")) == before
 
 
+@pytest.mark.parametrize("command", [["check"], ["limit"], ["segment"], ["run"], ["limit", "--settle", "0"]])
+@pytest.mark.parametrize("cases", ["", "[[load.cases]]\nname = 'one'\n"])
+def test_a_wall_that_an_extra_dead_load_alone_brings_down_is_said_to_stand_without_it(given, capsys, command, cases):
+    """By the key of the load, in the file where that is."""
+    given(f"[wall]\nblocks = 'wall.json'\n[load]\n{ON_THE_END}\n{cases}")
+    assert main([command[0], "case.toml", *command[1:]]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"case.toml: load.dead: {STANDS_WITHOUT} block 3 would move, unless held by a force of ")
+    assert said.endswith("; lower or move the load, support these blocks, or check friction\n")
+
+
 @pytest.mark.parametrize("command", ["check", "limit", "segment", "run"])
 def test_a_wall_that_falls_in_the_second_load_case_is_refused_before_the_first(given, tmp_path, capsys, command):
-    before = given(shared("dead = [{blocks = [3], force = '5 kN', at = [3.9, 1.5]}]"))
+    before = given(shared(ON_THE_END))
     assert main([command, "case.toml"]) == 2
     said = capsys.readouterr()
-    assert "wall.json: wall: cannot stand under its own weight: blocks 3 move" in said.err
+    assert said.err.startswith(f"case.toml: load.cases.1.dead: {STANDS_WITHOUT} block 3 would move, ")
     assert "(load case two); " in said.err
     assert "ultiplier" not in said.out
     assert sorted(tmp_path.rglob("*")) == before

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
 from orchestrator.app import cli
-from tests.support.space_walls import record
+from orchestrator.geometry.polyhedra import box
+from tests.support.space_walls import GROUND, block_file_of, record
 
 CASE = """
 [wall]
@@ -74,3 +76,65 @@ def test_limit_says_which_number_counts(case, tmp_path, capsys):
     printed = capsys.readouterr().out
     said = "λ = 0.60000 counts (elastic joints): base shear 1.800 kN, a collapse state with friction that does not "
     assert said + "dilate; it reaches the associative upper bound, and no lower one was found." in printed
+
+
+UNITS = {"units": {"length": "m", "unit_weight": "kN/m3"}, "unit_weight": 20, "friction": 0.6}
+WALLS = {
+    "space": block_file_of([GROUND, box((0.0, 0.0, 0.0), (1.0, 0.4, 2.0))]),
+    "plane": UNITS | {
+        "thickness": 1.0,
+        "blocks": [
+            {"id": 0, "polygon": [[-5, -1], [5, -1], [5, 0], [-5, 0]], "fixed": True},
+            {"id": 1, "polygon": [[0, 0], [0.4, 0], [0.4, 2], [0, 2]]},
+        ],
+    },
+}  # fmt: skip
+"""one pier of 16 kN, 0.4 m thick and 2 m high"""
+LOADS = {
+    "inclined": {"space": "direction = [0, 1, 1]", "plane": 'inclination = "45 deg"'},
+    "upright": {"space": 'direction = "+z"', "plane": 'inclination = "90 deg"'},
+}
+
+
+@pytest.fixture(params=["space", "plane"])
+def pier(request, tmp_path, capsys):
+    """What a command prints of the pier under a load, in space and in the plane."""
+    (tmp_path / "wall.json").write_text(json.dumps(WALLS[request.param]))
+
+    def said(command: str, load: str, *more: str) -> str:
+        case = tmp_path / "case.toml"
+        case.write_text(f'project.language = "it"\nwall.blocks = "wall.json"\n[load]\n{LOADS[load][request.param]}\n')
+        output = () if "--json" in more else ("--output", str(tmp_path / "out"))
+        assert cli.main([command, str(case), *more, *output]) == 0
+        return " ".join(capsys.readouterr().out.split())
+
+    return said
+
+
+def figures_of(page) -> str:
+    """What the page of the collapse says of the load of a wall in space, "" in the plane, where there is none."""
+    text = page.read_text(encoding="utf-8") if page.exists() else ""
+    return " ".join(re.findall(r"<tr><th>((?:taglio|carico)[^<]*</th><td>[^<]*)</td>", text)).replace("</th><td>", ": ")
+
+
+def test_the_base_shear_of_an_inclined_load_is_its_horizontal_part(pier, tmp_path):
+    """Lifted and pushed at 45 degrees the pier turns about its edge: 16 kN x 0.2 m = V (1 m + 0.2 m)."""
+    shear = 16.0 * 0.2 / 1.2
+    assert re.search(r"base shear at λ = 1, .* 11\.314 Mat", pier("check", "inclined"))
+    assert json.loads(pier("limit", "inclined", "--json"))["base_shear"] == pytest.approx(1e3 * shear, rel=1e-6)
+    printed = pier("limit", "inclined")
+    assert f"): base shear {shear:.3f} kN, a collapse state" in printed
+    assert f" 0.23570 {shear:.3f} " in printed
+    assert figures_of(tmp_path / "out" / "collapse.html") in ("taglio alla base: 2,667 kN", "")
+
+
+def test_an_upright_load_stands_where_a_base_shear_would(pier, tmp_path):
+    """The pier is lifted by its weight."""
+    printed = pier("check", "upright")
+    assert "live load at λ = 1, upwards 16.000 Mat" in printed
+    assert json.loads(pier("limit", "upright", "--json"))["base_shear"] == pytest.approx(0.0, abs=1e-9)
+    printed += pier("limit", "upright")
+    assert "): live load 16.00 kN upwards, a collapse state" in printed
+    assert " 1.00000 16.00 " in printed
+    assert not re.search("shear (at|kN|[0-9])", printed)
+    assert figures_of(tmp_path / "out" / "collapse.html") in ("carico sismico: 16,00 kN verso l&#39;alto", "")

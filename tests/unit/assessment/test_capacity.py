@@ -70,6 +70,20 @@ def test_initial_stiffness_is_relative_to_the_gravity_row():
     assert initial_stiffness(shear + 7.0, displacement - 0.5) == pytest.approx(80e3, rel=1e-9)
 
 
+@pytest.mark.parametrize("moved", [[0, -1, -2, -20], [0, -1, -2, 20]])
+def test_a_displacement_against_the_load_gives_no_stiffness(moved):
+    """Whatever the curve does later; the base shear that the wall bears is what it is."""
+    capacity = find_capacity(curve(moved, [0.0, 100.0, 200.0, 150.0]))
+    assert capacity.initial_stiffness is None
+    assert (capacity.peak_base_shear, capacity.displacement_at_peak, capacity.peak_reached) == (200.0, -2.0, True)
+
+
+@pytest.mark.parametrize("moved", [[0, -1, -2, -20], [0, 1, 2, -20]])
+def test_a_curve_that_goes_or_ends_against_the_load_has_no_idealisation(moved):
+    with pytest.raises(ResultError, match="the control displacement does not go along the live load"):
+        idealise(np.array([0.0, 100.0, 200.0, 150.0]), np.array(moved, float))
+
+
 def test_initial_stiffness_with_a_single_lateral_row_is_its_secant():
     assert initial_stiffness(np.array([0, 100.0]), np.array([0, 2e-3])) == pytest.approx(50e3)
 

@@ -13,7 +13,7 @@ from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import solve_gravity_lp
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
-from orchestrator.loads import LoadSettings, loads_on
+from orchestrator.loads import DeadLoad, LoadSettings, loads_on
 from orchestrator.masonry.interfaces import straight_interfaces
 from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
@@ -58,8 +58,27 @@ def test_overhang_of_more_than_half_a_block_falls_and_is_named():
     with pytest.raises(CaseError) as refused:
         analyse(cantilever(0.6))
     assert refused.value.key == "wall"
-    assert "cannot stand under its own weight: blocks 12 move" in refused.value.problem
+    assert "cannot stand under its own weight: block 12 would move, unless held by a force of " in refused.value.problem
     assert "11" not in refused.value.problem.split("move")[0]
+
+
+@pytest.mark.parametrize(
+    ("overhang", "key", "says"),
+    [
+        (0.4, "load.dead", "the wall stands under its own weight, but not under this dead load too: block 12 would "),
+        (0.6, "wall", "cannot stand under its own weight: block 12 would move, unless held by a force of "),
+    ],
+)
+def test_a_wall_that_falls_under_an_extra_dead_load_falls_under_its_own_weight_only_where_it_does(overhang, key, says):
+    """10 kN stand 0.1 m inside the edge of the block below, and 5 kN are 0.3 m outside; or 10 kN stand 0.1 m outside
+    and 1 kN far inside."""
+    at = (overhang + 0.9, 0.8) if overhang < 0.5 else (overhang + 0.1, 0.8)
+    load = LoadSettings(dead=(DeadLoad((12,), force=5e3 if overhang < 0.5 else 1e3, at=at),))
+    wall = cantilever(overhang)
+    with pytest.raises(CaseError) as refused:
+        analyse(wall, loads=loads_on(wall.wall, load))
+    assert refused.value.key == key
+    assert refused.value.problem.startswith(says)
 
 
 def test_marginal_overhang_stands_and_carries_no_load():
@@ -70,7 +89,7 @@ def test_marginal_overhang_stands_and_carries_no_load():
 @pytest.mark.parametrize("beyond", [1e-4, 1e-5])
 def test_overhang_beyond_half_a_block_by_a_hair_falls(beyond):
     """What is missing is W beyond / (block length), 1.4e-5 block weights for 1e-5 m: above what passes as rounding."""
-    with pytest.raises(CaseError, match="blocks 12 move"):
+    with pytest.raises(CaseError, match="block 12 would move"):
         analyse(cantilever(0.5 + beyond))
 
 

@@ -81,7 +81,7 @@ def test_rubble_in_a_picture_keeps_straight_joints(tmp_path, seed, falling):
         assert associative(wall) == pytest.approx(associative(exact), rel=0.05)
         return
     for found in (wall, exact):  # in both the same stone has nothing that keeps it from sliding out
-        with pytest.raises(CaseError, match=rf"cannot stand under its own weight: blocks {falling} "):
+        with pytest.raises(CaseError, match=rf"cannot stand under its own weight: blocks? {falling} "):
             associative(found)
 
 

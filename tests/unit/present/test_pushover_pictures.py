@@ -10,6 +10,7 @@ import pytest
 from matplotlib import colormaps
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 
 from orchestrator.assessment.capacity import Capacity
@@ -31,7 +32,7 @@ from orchestrator.present.joint_pieces import (
 from orchestrator.present.page.collapse import LARGEST_INTEGER, packed
 from orchestrator.present.phrases import phrases
 from orchestrator.present.plots.canvas import BLUE, FAINT, INK, STONE, VERMILLION
-from orchestrator.present.plots.pushover_pictures import FELL, outline, readable_factor
+from orchestrator.present.plots.pushover_pictures import FELL, draw_curve, outline, readable_factor
 from orchestrator.present.plots.words import tell
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
@@ -270,6 +271,31 @@ def test_curves_are_in_kilonewtons_and_millimetres_from_gravity_on(curves_figure
     np.testing.assert_allclose(lines["peak 6.600 kN (λ = 0.2970) at 10.00 mm"].get_xydata(), [[10, 6.6]])
     axes = curves_figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("control displacement (mm)", "base shear (kN)")
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_curve_against_the_load_is_seen_whole_beside_one_along_it():
+    """Static rows only: what falls goes far beyond, either way."""
+    zeros, counts = np.zeros(4), np.zeros(4, int)
+    shear, moving = np.array([0.0, 5000.0, 6600.0, 0.0]), np.array([0, 0, 0, 1])
+
+    def moved(*millimetres):
+        displacement = 1e-3 * np.array(millimetres, float)
+        return PushoverCurve(
+            counts, zeros, shear, shear, shear, displacement, zeros, zeros, *4 * [counts], zeros, moving, counts, "done"
+        )
+
+    along, against = moved(1, 3, 11, 500), moved(1, -1, -4, -500)
+    for curves, ends in (([against], (-5.25, 0.0)), ([along, against], (-5.25, 10.5)), ([along], (0.0, 10.5))):
+        axes = Figure().add_subplot()
+        for curve in curves:
+            draw_curve(axes, curve, "black", "-", "")
+        assert axes.get_xlim() == pytest.approx(ends)
+    lines = [plots.ModelCurve(name, "micro", True, one) for name, one in (("along", along), ("against", against))]
+    for figure in (plots.load_case_curves(lines, ""), plots.load_case_curves(lines[:1], "")):
+        left, right = figure.axes[0].get_xlim()
+        assert left == pytest.approx(-5.25 if len(figure.axes[0].lines) == 2 else 0.0)
+        assert right > 10.0
 
 
 def test_curves_show_limit_analysis_as_lines_and_a_band(curves_figure):

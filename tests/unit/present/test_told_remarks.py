@@ -7,6 +7,7 @@ import re
 import pytest
 
 from orchestrator.assessment.seismic.local_mechanism import NOT_TURNING, UPPER_BOUND
+from orchestrator.limit_analysis.gravity import falls
 from orchestrator.limit_analysis.remarks import NO_PATH
 from orchestrator.macroblocks.automatic import EVERY_STONE, NO_FEWER, UNPROVEN
 from orchestrator.present.page.verdict_page import verdict_contents
@@ -19,6 +20,8 @@ NEWTON = (
     "body 3 | body 4; ..."
 )
 EQUILIBRIUM = "2.10e-03 (at most 0.001) of the peak is missing at the supports"
+FALLING = [((2,), 0.5, False), ((2, 3), 1.5, True), (range(1, 12), 2.5, True)]
+"""ids of blocks that move, the force that is missing, and whether the wall stands without its extra dead load"""
 ON_PAGES = [
     # load cases
     STEEP,
@@ -70,8 +73,8 @@ ON_PAGES = [
     "macro FE: body 3 fell after 12.34 mm, with no contact left",
     "micro FE: stopped after increment 7 (load, 1.234 mm, multiplier 0.2500): Newton: no motion is found: geometry: "
     "bodies turn by 2.0e-03 more than expected",
-    "gravity: the wall keeps moving under its own weight",
-    "gravity: the wall does not stand under its own weight: block 3 falls",
+    "gravity: the wall keeps moving under its dead load",
+    "gravity: the wall does not stand under its dead load: block 3 falls",
     "linear solver: refinement ends at 1e-02 of 4e+00",
     f"micro FE: equilibrium: {EQUILIBRIUM}",
     f"micro FE: equilibrium: {EQUILIBRIUM}, and penetration: 2.10e-01 (at most 0.05) of the smaller body's size is the "
@@ -120,6 +123,7 @@ ON_PAGES = [
     "top of block 3 does not move along the load: name another control point",
     "a bond that has opened bears nothing: alpha_0 = 0.5 then, 0.75 to open it",
     f"once its bond has opened: {UPPER_BOUND}",
+    *(f"once its bond has opened: {falls(*told, 'move').problem}" for told in FALLING),
     "friction or crushing of joints takes 33% of the live load's power, and is taken to do so to the end: d0* is an "
     "upper bound",
     "WARNING: 10.5 kN of dead load have weight, but no mass in the seismic verification; if they move with the wall, "
@@ -128,6 +132,10 @@ ON_PAGES = [
     "the curve ends before its peak: a lower bound",
     "the curve does not rise from the state under gravity",
     "the curve ends before the areas can be made equal",
+    "the control displacement does not go along the live load",
+    "none: the control displacement does not go along the live load",
+    "micro FE: at first the mean of the top edge moves against the live load: base shear over that displacement is no "
+    "stiffness of the wall, and none is given",
     "the control displacement is zero in the first lateral increments",
     "micro FE: the peak is too high: bonded joints crack there that have 3 elements along them, and need ten: "
     "refine mesh.size",
@@ -168,7 +176,7 @@ def test_each_of_several_remarks_of_a_row_is_told():
     assert shown[0] == "nessuna curva è valida"
     assert shown[1] == phrases("it")(UPPER_BOUND)
     assert shown[2].startswith("q* = 3,5 è maggiore di 3; nessun maschio")
-    answered = Answered("a", "+x", "mass", None, (ON_PAGES[-1], "gravity: the wall keeps moving under its own weight"))
+    answered = Answered("a", "+x", "mass", None, (ON_PAGES[-1], "gravity: the wall keeps moving under its dead load"))
     (row,) = verdict_contents(verdict("wall", [answered]), "it")["rows"]
     assert row["verified"] == "not made"
     assert row["remarks"] == "; ".join(map(phrases("it"), answered.complaints))

@@ -76,7 +76,7 @@ def test_macroblocks_that_count_as_their_reference_has_no_curve_say_so():
     """docs/which_number.md: the peak of every stone counts, where it was run and is valid."""
     alone = summary(models=("macro",))
     said = "every stone, the reference of macroblocks, has no curve"
-    found = of(a=replace(alone, failed={"micro": "the wall does not stand under its own weight: block 28 falls"}))
+    found = of(a=replace(alone, failed={"micro": "the wall does not stand under its dead load: block 28 falls"}))
     assert (found.governing["check"], found.governing["remarks"]) == ("FE of macroblocks", (said,))
     assert said in sentence(found)
     assert of(a=alone).governing["remarks"] == ()

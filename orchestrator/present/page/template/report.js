@@ -112,24 +112,26 @@
   const limits = Object.entries(data.limit), dashes = { associative: "2 3", headline: "7 3" };
   const box = { left: 58, right: 426, top: 14, bottom: 284 };
   const axes = (() => {
-    const all = data.curves.flatMap((curve) => curve.y), ends = data.curves.map((curve) => curve.at_rest);
-    return { x: Math.max(...ends) * 1.02 || 1, y: Math.max(...all, ...limits.map(([, shear]) => shear / 1e3)) * 1.08 || 1 };
+    const all = data.curves.flatMap((curve) => curve.y), ends = data.curves.flatMap((curve) => curve.at_rest);
+    const [low, high] = [Math.min(...ends) * 1.02, Math.max(...ends) * 1.02];
+    return { low, high: high > low ? high : 1, y: Math.max(...all, ...limits.map(([, shear]) => shear / 1e3)) * 1.08 || 1 };
   })();
-  const across = (x) => box.left + Math.min(x / axes.x, 1) * (box.right - box.left);
+  const across = (x) => box.left + Math.max(0, Math.min((x - axes.low) / (axes.high - axes.low), 1)) * (box.right - box.left);
   const up = (y) => box.bottom - (y / axes.y) * (box.bottom - box.top);
 
-  function ticks(most) {
-    const raw = most / 5, power = 10 ** Math.floor(Math.log10(raw));
+  function ticks(least, most) {
+    const raw = (most - least) / 5, power = 10 ** Math.floor(Math.log10(raw));
     const step = [1, 2, 5, 10].map((k) => k * power).find((value) => value >= raw);
-    return Array.from({ length: Math.floor(most / step + 1e-9) + 1 }, (_, k) => Number((k * step).toPrecision(6)));
+    const first = Math.ceil(least / step - 1e-9), count = Math.floor(most / step + 1e-9) - first + 1;
+    return Array.from({ length: count }, (_, k) => Number(((first + k) * step).toPrecision(6)));
   }
 
   function drawChart() {
-    for (const x of ticks(axes.x)) {
+    for (const x of ticks(axes.low, axes.high)) {
       element(chart, "line", { x1: across(x), x2: across(x), y1: box.top, y2: box.bottom, stroke: "#e6e9ec" });
       element(chart, "text", { x: across(x), y: box.bottom + 16, "text-anchor": "middle" }, local(x));
     }
-    for (const y of ticks(axes.y)) {
+    for (const y of ticks(0, axes.y)) {
       element(chart, "line", { x1: box.left, x2: box.right, y1: up(y), y2: up(y), stroke: "#e6e9ec" });
       element(chart, "text", { x: box.left - 6, y: up(y) + 4, "text-anchor": "end" }, local(y));
     }
@@ -138,7 +140,8 @@
     element(chart, "text", { transform: `translate(14 ${0.5 * (box.top + box.bottom)}) rotate(-90)`, "text-anchor": "middle" }, words.up);
     const names = [...data.models.map((shown) => shown.name), ...limits.map(([name]) => words[name])];
     const wide = (name) => 6.6 * name.length;
-    const start = Math.max(box.right - Math.max(162, 34 + Math.max(...names.map(wide))), box.left + 10);
+    const leftmost = box.left + 10; // where the names stand, if the curves go back from the right end
+    const start = axes.high < -axes.low ? leftmost : Math.max(box.right - Math.max(162, 34 + Math.max(...names.map(wide))), leftmost);
     const room = box.right - start - 32;
     const fitted = (name) => (wide(name) > room ? { textLength: room, lengthAdjust: "spacingAndGlyphs" } : {});
     const entry = (row) => box.bottom - 14 - 16 * (data.curves.length + limits.length - 1 - row);
