@@ -170,8 +170,8 @@ def _analysed(case: Case, assemblage: Assemblage) -> tuple[Assemblage, LimitAnal
     tied, loads = _loaded(case, assemblage)
     with _naming_input(case):
         analysis = analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
-    idle = idle_classes(assemblage, case.joints.classes)
-    return tied, replace(analysis, remarks=(*idle, *analysis.remarks))
+    warnings = [*lost_joints(assemblage, case.joints), *idle_classes(assemblage, case.joints.classes)]
+    return tied, replace(analysis, remarks=(*warnings, *analysis.remarks))
 
 
 def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import logging
 import shlex
 from dataclasses import replace
@@ -24,6 +25,7 @@ from orchestrator.storage.summary import AtPeak, LimitSummary, Summary, WallSumm
 from tests.support.limit_analysis_cases import assemblage_of, box
 from tests.support.paths import DATA, PROJECT
 from tests.support.pushed import PUSHED
+from tests.support.undrawn import undrawn
 
 TOWER = str(DATA / "tower_5_blocks.json")
 
@@ -443,3 +445,20 @@ def test_a_byte_order_mark_is_read_over(tmp_path, suffix):
     text = Path(TOWER).read_text() if suffix == "json" else f'[wall]\nblocks = "{TOWER}"\n'
     (tmp_path / f"wall.{suffix}").write_text("\ufeff" + text, encoding="utf-8")
     assert cli.main(["check", str(tmp_path / f"wall.{suffix}"), "--output", str(tmp_path / "out")]) == 0
+
+
+def test_joints_that_a_drawing_may_have_lost_are_told_by_every_command(tmp_path, capsys):
+    """Towers 1 mm apart: `check` warns, and so do those who do not ask it first."""
+    boxes = [[-1, -0.2, 3, 0], [0, 0, 0.5, 1], [0.501, 0, 1, 1]]
+    polygons = [[[left, low], [right, low], [right, high], [left, high]] for left, low, right, high in boxes]
+    blocks = [{"id": n, "polygon": polygon, "fixed": n == 0} for n, polygon in enumerate(polygons)]
+    record = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.3, "friction": 0.6, "unit_weight": 20.0}
+    (tmp_path / "towers.json").write_text(json.dumps(record | {"blocks": blocks}), encoding="utf-8")
+    short = ["--set", "stepping.final_displacement=0.1mm", "--set", "run.models=['micro']"]
+    said = "WARNING: 1 pair of blocks lies 1 mm apart or over each other, without a joint there"
+    for command in ("check", "limit", "segment", "run"):
+        more = short if command == "run" else []
+        with undrawn():
+            assert cli.main([command, str(tmp_path / "towers.json"), "--output", str(tmp_path / command), *more]) == 0
+        assert capsys.readouterr().out.count(said) == 1, command
+    assert said in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")

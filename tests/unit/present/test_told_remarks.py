@@ -139,6 +139,16 @@ ON_PAGES = [
     "the control displacement is zero in the first lateral increments",
     "micro FE: the peak is too high: bonded joints crack there that have 3 elements along them, and need ten: "
     "refine mesh.size",
+    # joints
+    "WARNING: 8 pairs of blocks lie 1 to 2.5 mm apart or over each other, without a joint there, the first between "
+    "blocks 2 and 18 at (0.8005, 0.125) m; joints.tolerance is 0.0087 mm: if these are errors of the drawing, import "
+    "the file with a larger --tolerance, or --mortar",
+    "WARNING: 8 pairs of blocks lie 1 mm apart or over each other, without a joint there, the first between blocks 2 "
+    "and 18 at (0.8005, 0.125) m; joints.tolerance is 0.0087 mm: if these are errors of the drawing, import the file "
+    "with a larger --tolerance, or --mortar",
+    "WARNING: 1 pair of blocks lies 1 mm apart or over each other, without a joint there, the first between blocks 2 "
+    "and 18 at (0.8005, 0.125) m; joints.tolerance is 0.0087 mm: if these are errors of the drawing, import the file "
+    "with a larger --tolerance, or --mortar",
     # joint classes
     "WARNING: joints.classes.3 acts on no joint: it gives no value",
     "WARNING: joints.classes.0 acts on no joint: the wall has no head joint between a and b; not used: friction",
