@@ -66,8 +66,8 @@ def push_model(
 
     analysis: its associative load multiplier is the measure of load increments, and macroblocks have the stones that
     come loose as bodies of their own. Results go into `folder`; with `resume` the pushover goes on after the last
-    increment stored there, without any after those in `same`, the folder of a model with the same bodies. Raises CaseError for what does not fit into the memory, ConvergenceError for a pushover
-    without a curve.
+    increment stored there, without any after those in `same`, the folder of a model with the same bodies. Raises
+    CaseError for what does not fit into the memory, ConvergenceError for a pushover without a curve.
     """
     from orchestrator.pushover.solids.nodal_loads import nodal_loads
     from orchestrator.pushover.solids.tie_bars import find_ties

@@ -15,8 +15,8 @@ from orchestrator.pushover.increments import Increment
 @dataclass(frozen=True, slots=True)
 class Event:
     """Bodies that fell while the wall went on: their names, share of the dead load, load multiplier and base shear (N)
-    of the last static state before, and in which increment they had left their neighbours; under_gravity: they did before
-    any live load acted."""
+    of the last static state before, and in which increment they had left their neighbours; under_gravity: they did
+    before any live load acted."""
 
     bodies: tuple[str, ...]
     dead_load_share: float

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 import json
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +53,7 @@ def chipped(right: bool = True, left: bool = False, chips: bool = True) -> Wall:
     outlines = [between(-0.3, -0.3, WIDTH + 0.3, 0.0)]
     for course in range(COURSES):
         cuts = (0.0, 0.3, 0.9, WIDTH) if course % 2 else (0.0, 0.6, WIDTH)
-        for one, other in zip(cuts, cuts[1:], strict=False):
+        for one, other in pairwise(cuts):
             outlines.append(between(one, course * HIGH, other, (course + 1) * HIGH))
     ends = [[WIDTH, HIGH], [WIDTH, 2 * HIGH], [WIDTH - CHIP, 2 * HIGH]], [[0, HIGH], [CHIP, 2 * HIGH], [0, 2 * HIGH]]
     if right:
@@ -182,7 +182,7 @@ def test_a_chip_with_more_of_the_live_load_than_a_local_part_is_the_wall(share):
 
 def test_chips_that_do_not_touch_are_failures_of_their_own():
     """All that is loose falls at once under gravity. Two of 2.6 % each, 5.2 % together, are no wall that falls."""
-    assert 2 * SHARE > SteppingSettings().local_share
+    assert SteppingSettings().local_share < 2 * SHARE
     done = pushed(chipped(left=True), LoadSettings("+x"))
     events = done.summary.events
     assert {body for event in events for body in event.bodies} == {f"block {NUMBER}", f"block {NUMBER + 1}"}

@@ -100,8 +100,9 @@ def _longer(bent: float, length: float) -> float:
 class Pushover:
     """A contact model, its linear system and the settings; expected_multiplier: what limit analysis expects.
 
-    loose (b,): of macroblocks, the bodies of which any part that moves is a local failure. Under the live load no others
-    are: macroblocks are those of one mechanism, and know no other once it has fallen. None where every stone is a body.
+    loose (b,): of macroblocks, the bodies of which any part that moves is a local failure. Under the live load no
+    others are: macroblocks are those of one mechanism, and know no other once it has fallen. None where every stone is
+    a body.
     """
 
     model: ContactModel

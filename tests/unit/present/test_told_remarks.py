@@ -95,8 +95,8 @@ ON_PAGES = [
     "micro FE: block 28 (0.87 % of the dead load) fell under the dead load alone; the wall went on: in finite elements "
     "joints slip by up to contact.slip_tolerance before friction holds; limit analysis has all stones standing there: "
     "try a smaller contact.slip_tolerance",
-    "micro FE: block 40, block 31 and 2 more (5.2 % of the dead load) fell under the dead load alone; the wall went on: "
-    "in limit analysis, too, stones go down there unless they are wedged",
+    "micro FE: block 40, block 31 and 2 more (5.2 % of the dead load) fell under the dead load alone; the wall went "
+    "on: in limit analysis, too, stones go down there unless they are wedged",
     "every stone, the reference of macroblocks, has no curve",
     "the curve of every stone, the reference of macroblocks, is not valid",
     "micro FE: the peak 0.5765 is more than 5 % above 0.2500, the most that the joints drawn can bear, as a gap has "
