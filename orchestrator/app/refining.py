@@ -68,7 +68,7 @@ def push_and_refine(
             break
         partition, peak = next_one, done.capacity.peak_multiplier
         is_peak, in_large = done.capacity.peak_reached, done.summary.displacements == "large"
-        borne.append(Borne(partition.count, peak, is_peak, done.summary.valid, in_large))
+        borne.append(Borne(partition.count, peak, is_peak, done.summary.valid, in_large, done.summary.held))
         next_one = None if is_enough(analysis, margin, borne, stones) else finer(assemblage, analysis, partition)
         if next_one is not None:
             logger.info("%d macroblocks bear %.4f: %d are pushed", partition.count, peak, next_one.count)

@@ -12,7 +12,7 @@ row, once they are more than FEW, unless that is more than rigid blocks bear: bo
 (3, 6 and 12 of 21 round stones 0.187, and every stone 0.136). At last it ends with every stone. A curve that is not
 valid counts as no agreement. What is to be agreed with is what is like the curve: in large displacements the peak of
 rigid blocks there, where it was passed, else the headline; never an interval, between whose ends any number of bodies
-may bear something.
+may bear something. Bodies that supports hold, once they have moved, have no peak, and there is nothing to agree with.
 """
 
 from __future__ import annotations
@@ -32,12 +32,17 @@ FEW = 0.2
 says nothing against limit analysis that they do"""
 
 
+HELD = "supports hold these macroblocks: whether they hold every stone, run --model micro says"
+"""what is said of macroblocks that no load brings down: stones may go where they cannot"""
+
+
 @dataclass(frozen=True, slots=True)
 class Borne:
     """What macroblocks bore in finite elements.
 
     multiplier: at the peak of the base shear; is_peak: whether the curve shows that it is one, else they bear at least
-    as much; is_valid: whether the curve passed its checks; in_large: whether in large displacements.
+    as much; is_valid: whether the curve passed its checks; in_large: whether in large displacements; is_held: whether it
+    ended as supports hold the wall.
     """
 
     bodies: int
@@ -45,6 +50,7 @@ class Borne:
     is_peak: bool
     is_valid: bool
     in_large: bool = True
+    is_held: bool = False
 
     @property
     def words(self) -> str:
@@ -87,7 +93,7 @@ def is_enough(analysis: LimitAnalysis, margin: float, borne: list[Borne], stones
     last, off = borne[-1], off_limit_analysis(analysis, borne[-1].multiplier)
     if not last.is_valid:
         return False
-    if off < 0.0 and not last.is_peak:
+    if last.is_held or (off < 0.0 and not last.is_peak):
         return True
     changes = [abs(fine.multiplier / coarse.multiplier - 1.0) for coarse, fine in pairwise(borne)]
     same = [change <= alike(margin) for change in changes]
@@ -108,7 +114,9 @@ def remarked(
         said.append(
             f"refined: in finite elements {pushed} (rigid blocks {rigid_multiplier(analysis, last.in_large):.4f})"
         )
-    if abs(off) > alike(margin) and (off > 0.0 or last.is_peak):
+    if last.is_held:
+        said += [HELD] if last.bodies < stones else []
+    elif abs(off) > alike(margin) and (off > 0.0 or last.is_peak):
         apart = f"bear {abs(off):.1%} {'more' if off > 0.0 else 'less'} in finite elements than in limit analysis"
         are_stones = last.bodies == stones
         said.append(

@@ -114,7 +114,8 @@ def answer_of_run(summary: Summary) -> str:
     reference = without_reference(summary) if pushed.model == "macro" else None
     if pushed.held:
         moves = f"as drawn it moves at λ = {_limit(limit.multiplier)} (limit analysis)"
-        return f"{HELD.capitalize()} {here}{_but(reference)}; {moves}."
+        asks = "" if reference or is_of_every_stone(pushed, stones) else "; whether every stone is, --model micro says"
+        return f"{HELD.capitalize()} {here}{_but(reference)}; {moves}{asks}."
     if contradicts(pushed, limit, stones):
         above = percent_more(pushed.peak_multiplier, highest_of_limit_analysis(limit))
         text = f"No finite element number counts: {peak} kN {here} is {above} off what every stone bears"

@@ -209,7 +209,8 @@ def remarks(summary: Summary) -> list[str]:
             said.append(why)
         said += cautions(pushed, summary.limit_analysis, stones)
         bound = bound_at_peak(pushed, summary.limit_analysis)
-        if not is_of_every_stone(pushed, stones) and pushed.peak_multiplier > (1.0 + BEYOND) * bound:
+        of_stones = pushed.held or is_of_every_stone(pushed, stones)
+        if not of_stones and pushed.peak_multiplier > (1.0 + BEYOND) * bound:
             said.append(
                 f"macro FE: the peak {printed('multiplier', pushed.peak_multiplier)} is more than the stones can carry "
                 f"without tension inside macroblocks ({printed('multiplier', bound)}, as drawn); "

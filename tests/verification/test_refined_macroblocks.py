@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -18,10 +21,12 @@ from orchestrator import (
     read_run,
 )
 from orchestrator.app import driver
-from orchestrator.app.progress import IncrementDone
+from orchestrator.app.progress import IncrementDone, StageDone
+from orchestrator.macroblocks.refinement import HELD
 from orchestrator.masonry.patterns import Rubble, rubble
 from orchestrator.settings import case as cases
 from tests.support.paths import DATA
+from tests.support.walls import between
 
 WALL = DATA / "rubble_36_stones.json"
 """run 65 of docs/studies/path.py: rubble, drawn with errors of millimetres"""
@@ -45,6 +50,25 @@ def test_bodies_that_do_not_know_the_mechanism_of_the_stones():
     assert 2 < partition.count < 24
     assert "1 bear 0.6" in partition.remarks[-1]
     assert done.capacity.peak_base_shear / analysis.horizontal_load == pytest.approx(0.3680, rel=0.02)
+
+
+@pytest.mark.usefixtures("without_pictures")
+def test_macroblocks_that_supports_hold_are_pushed_once(tmp_path):
+    """A running bond 3 mm beside an abutment as high as itself: it leans on that, and no load brings it down."""
+    abutment = [[-0.3, -0.3], [1.6, -0.3], [1.6, 1.2], [1.203, 1.2], [1.203, 0], [-0.3, 0]]
+    courses = [((0, 0.3, 0.9, 1.2) if course % 2 else (0, 0.6, 1.2), 0.3 * course) for course in range(4)]
+    stones = [between(a, y, b, y + 0.3).tolist() for cuts, y in courses for a, b in pairwise(cuts)]
+    record = {"units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.5, "friction": 0.6, "unit_weight": 20.0}
+    blocks = [{"id": n, "polygon": one, "fixed": n == 0} for n, one in enumerate([abutment, *stones])]
+    (tmp_path / "wall.json").write_text(json.dumps(record | {"blocks": blocks}), encoding="utf-8")
+    done = []
+    case = cases.read(tmp_path / "wall.json", ["load.direction=+x", "run.models=['macro']"])
+    outcome = driver.run(case, tmp_path / "run", False, None, done.append)
+    (pushover,) = outcome.summary.pushover
+    assert pushover.held
+    assert pushover.bodies < len(stones)
+    assert sum(isinstance(one, StageDone) and one.stage == "macro FE" for one in done) == 1
+    assert HELD in read_run(tmp_path / "run").partition.remarks
 
 
 class Killed(Exception):

@@ -162,6 +162,17 @@ def test_no_number_of_macroblocks_hides_that_their_reference_has_no_curve(macro,
     assert "reference" not in answer_of_run(summary_of(entry("micro", 25e3), failed={"macro": "it broke off"}))
 
 
+def test_macroblocks_that_supports_hold_are_no_stones_and_have_no_peak():
+    held = replace(entry("macro", 30e3), held=True)
+    said = answer_of_run(summary_of(held))
+    assert said.endswith("(limit analysis); whether every stone is, --model micro says.")
+    assert remarks(summary_of(held)) == [
+        "macro FE: held by supports once it has moved: this load does not bring the wall down"
+    ]
+    stones = answer_of_run(summary_of(replace(entry("micro", 30e3), held=True)))
+    assert stones.endswith("(limit analysis).")
+
+
 @pytest.mark.parametrize(("drawn", "words"), [(0.2427, "bears λ = 0.2427 there"), (0.0, "does not stand there")])
 def test_what_a_wall_that_leans_on_new_contacts_bears_without_them(drawn, words):
     found = summary_of(replace(entry("micro", 60e3), at_peak=AtPeak(drawn_contacts=drawn)))

@@ -13,7 +13,7 @@ from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.limit_analysis import analyse
 from orchestrator.macroblocks.automatic import ELSEWHERE
 from orchestrator.macroblocks.criteria import one_body, one_body_per_block, partition_of
-from orchestrator.macroblocks.refinement import Borne, finer, is_enough, remarked
+from orchestrator.macroblocks.refinement import HELD, Borne, finer, is_enough, remarked
 from tests.support.walls import of_file
 
 MARGIN = 0.01
@@ -101,6 +101,19 @@ def test_twice_as_many_are_tried_only_where_they_are_few(wall_1, bodies, enough)
     assert is_enough(analysis, MARGIN, borne, STONES) is enough
 
 
+def test_bodies_that_supports_hold_agree_with_nothing_and_are_not_refined(wall_1):
+    """They bear any multiple of the load: no number of bodies has a peak that limit analysis could tell."""
+    assemblage, analysis = wall_1
+    held = Borne(2, 20 * analysis.headline.load_multiplier, is_peak=False, is_valid=True, is_held=True)
+    assert is_enough(analysis, MARGIN, [held], STONES)
+    assert not is_enough(analysis, MARGIN, [replace(held, is_held=False)], STONES)
+    assert not is_enough(analysis, MARGIN, [replace(held, is_valid=False)], STONES)
+    before = one_body(assemblage).remarks
+    assert remarked(analysis, MARGIN, one_body(assemblage), [held], STONES).remarks == (*before, HELD)
+    stones = replace(held, bodies=STONES)
+    assert remarked(analysis, MARGIN, one_body(assemblage), [stones], STONES).remarks == before
+
+
 def test_an_interval_of_limit_analysis_is_no_agreement(wall_1):
     """Any number of bodies may bear something between its ends: thrice the same must be borne, or the headline."""
     assemblage, analysis = wall_1
@@ -134,7 +147,7 @@ def test_finer_macroblocks_that_do_not_fit_into_the_memory_leave_those_before_th
             raise CaseError("mesh.size", "needs more than there is", "choose larger elements")
         capacity = SimpleNamespace(peak_multiplier=1.0, peak_reached=True)
         return SimpleNamespace(
-            capacity=capacity, summary=SimpleNamespace(valid=True, displacements="large"), of=partition.count
+            capacity=capacity, summary=SimpleNamespace(valid=True, displacements="large", held=False), of=partition.count
         )
 
     partition, done = push_and_refine(assemblage, analysis, one_body(assemblage), push)
@@ -153,7 +166,7 @@ def test_finer_macroblocks_without_a_curve_leave_those_before_them(wall_1):
         pushed.append(partition.count)
         if partition.count > 2:
             raise ConvergenceError("macro FE", "no equilibrium under gravity")
-        summary = SimpleNamespace(valid=True, displacements="large")
+        summary = SimpleNamespace(valid=True, displacements="large", held=False)
         return SimpleNamespace(capacity=SimpleNamespace(peak_multiplier=1.0, peak_reached=True), summary=summary)
 
     partition, _ = push_and_refine(assemblage, analysis, one_body(assemblage), push)

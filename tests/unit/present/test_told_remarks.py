@@ -10,6 +10,7 @@ from orchestrator.assessment.seismic.local_mechanism import NOT_TURNING, UPPER_B
 from orchestrator.limit_analysis.gravity import falls
 from orchestrator.limit_analysis.remarks import NO_PATH
 from orchestrator.macroblocks.automatic import EVERY_STONE, NO_FEWER, UNPROVEN
+from orchestrator.macroblocks.refinement import HELD
 from orchestrator.present.page.verdict_page import verdict_contents
 from orchestrator.present.phrases import phrases
 from orchestrator.present.verdict import STEEP, Answered, verdict
@@ -58,6 +59,7 @@ ON_PAGES = [
     EVERY_STONE,
     NO_FEWER,
     UNPROVEN,
+    HELD,
     "all blocks are one macroblock: it can only slide or overturn on its support",
     "3 joints inside macroblocks exceed a tolerance; their blocks are joined through others",
     "tie 1 joins two stones of one macroblock: it holds nothing that could part there",
