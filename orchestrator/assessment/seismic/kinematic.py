@@ -28,6 +28,9 @@ MECHANISM_SPEED = 0.1
 """bodies slower than this part of the fastest do not belong to the mechanism"""
 LOW_PARTICIPATION = 0.75
 """participation below which e* says more of slow bodies than of the mechanism"""
+ONE_TURN = 0.01
+"""rotation rates that differ by no more than this part of the largest are one; what is that slow, over the fastest,
+rests"""
 ULTIMATE: dict[LimitStateName, float] = {"SLV": 0.4, "SLC": 0.6}
 """part of d_0* that may be used: C8.7.1.2.1.6"""
 PERIOD: dict[LimitStateName, float] = {"SLV": 1.68, "SLC": 1.56}
@@ -49,13 +52,15 @@ class Moving:
 @dataclass(frozen=True, slots=True)
 class Kinematics:
     """What a mechanism has: alpha_0, participation e*, how many bodies move, d_0* in m where it rocks, and the part of
-    the live load's power that friction takes (and crushing, where joints crush)."""
+    the live load's power that friction takes (and crushing, where joints crush). one_turn: whether all that moves turns
+    at one rate: d_0* of what does not is none of fixed centres of rotation, and not known."""
 
     multiplier: float
     participation: float
     bodies: int
     displacement: float | None
     friction_share: float
+    one_turn: bool = True
 
 
 def kinematics(multiplier: float, masses: Moving, dead: Moving, forward: FloatArray, reach: float = inf) -> Kinematics:
@@ -69,7 +74,9 @@ def kinematics(multiplier: float, masses: Moving, dead: Moving, forward: FloatAr
     live, friction = powers(multiplier, masses, dead, forward)
     balance = balance_displacement(friction, masses, dead)
     balance = None if balance is None or balance > reach else balance
-    return Kinematics(multiplier, participation(weight, delta), len(weight), balance, friction / live)
+    one_turn = turns_as_one(dead, reach)
+    known = balance if one_turn else None
+    return Kinematics(multiplier, participation(weight, delta), len(weight), known, friction / live, one_turn)
 
 
 def as_bodies(
@@ -121,13 +128,24 @@ def powers(multiplier: float, masses: Moving, dead: Moving, forward: FloatArray)
     return live, live - float(dead.weight @ dead.velocities[:, 1])
 
 
+def turns_as_one(dead: Moving, reach: float) -> bool:
+    """Return whether all weights that move turn at one rate, or none turns by which `reach` (m) would move.
+
+    Bodies that turn at different rates turn about each other, and their centres of rotation move.
+    """
+    u, v, w = dead.velocities.T
+    speed = np.hypot(u, v)
+    rates = w[speed > ONE_TURN * speed.max()]
+    return bool(np.ptp(rates) <= ONE_TURN * max(np.abs(rates).max(), speed.max() / reach))
+
+
 def balance_displacement(friction: float, masses: Moving, dead: Moving) -> float | None:
     """Return d_0* in m, where the multiplier has fallen to zero, or None where it does not by turning [C8.7.1.4].
 
     friction: what it (and crushing) dissipates, in the units of weight x velocity, to the end; bond that has opened
-    dissipates nothing, and is none of it. Every body turns about its centre of rotation, so the velocity of a point
-    turns with it. d_0* = sum(W delta d) / sum(W delta) with d the displacements there: d_C sum(W delta^2) / (delta_C
-    sum(W delta)) of the clause, where d is proportional to delta.
+    dissipates nothing, and is none of it. Every body turns about a fixed centre of rotation (`turns_as_one`), so the
+    velocity of a point turns with it. d_0* = sum(W delta d) / sum(W delta) with d the displacements there: d_C sum(W
+    delta^2) / (delta_C sum(W delta)) of the clause, where d is proportional to delta.
     """
     u, v, w = dead.velocities.T
 

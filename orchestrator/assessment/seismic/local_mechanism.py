@@ -53,6 +53,9 @@ UPPER_BOUND = (
     "own weight can have one"
 )
 NOT_TURNING = "the multiplier of this mechanism does not fall to zero by turning: it slides, and has no d0*"
+SEVERAL_TURNS = (
+    "its bodies turn by different angles, so that their centres of rotation move: d0* of such a mechanism is not known"
+)
 OPENED = "once its bond has opened"
 """how a refusal begins of a wall of which no more is known than where it starts to move"""
 CHECKS = {"SLD": ("activation",), "SLV": ("linear", "non-linear"), "SLC": ("non-linear",)}
@@ -280,7 +283,7 @@ def _nonlinear(
     about = _about("non-linear", state)
     acceleration = activation_acceleration(has.multiplier, has.participation, settings.confidence_factor)
     if has.displacement is None:
-        return about | {"refused": NOT_TURNING}
+        return about | {"refused": NOT_TURNING if has.one_turn else SEVERAL_TURNS}
     balance = has.displacement
     allowed = rocking_displacement(like, balance)
     damping = DAMPING[like]

@@ -147,7 +147,9 @@ def test_finer_macroblocks_that_do_not_fit_into_the_memory_leave_those_before_th
             raise CaseError("mesh.size", "needs more than there is", "choose larger elements")
         capacity = SimpleNamespace(peak_multiplier=1.0, peak_reached=True)
         return SimpleNamespace(
-            capacity=capacity, summary=SimpleNamespace(valid=True, displacements="large", held=False), of=partition.count
+            capacity=capacity,
+            summary=SimpleNamespace(valid=True, displacements="large", held=False),
+            of=partition.count,
         )
 
     partition, done = push_and_refine(assemblage, analysis, one_body(assemblage), push)

@@ -11,6 +11,7 @@ import pytest
 from orchestrator.assessment.seismic.kinematic import Kinematics, Moving, kinematics, participation
 from orchestrator.assessment.seismic.local_mechanism import (
     NOT_TURNING,
+    SEVERAL_TURNS,
     UPPER_BOUND,
     InMechanism,
     kinematic_checks,
@@ -276,7 +277,23 @@ def test_slow_stones_of_benchmark_1_no_longer_make_its_participation():
     assert record["a0_star_m_per_s2"] / G == pytest.approx(0.392, abs=2e-3)
     assert linear["safety_ratio_without_e_star"] == pytest.approx(0.754 * linear["safety_ratio"], rel=2e-3)
     assert record["friction_share"] > 0.1
-    assert any("d0* is an upper bound" in text for text in rocks["remarks"])
+    assert rocks["refused"] == SEVERAL_TURNS
+
+
+def test_bodies_that_turn_about_each_other_have_no_balance_of_fixed_centres():
+    """A portal of two columns of 0.5 m x 2 m and a lintel on them is in balance when the columns have moved by 0.25 m and
+    the lintel by 0.5 m: 0.366 m in the mean, and had 0.676 m."""
+    portal = wall_of(upright(1, 0, 0, 0.5, 2), upright(2, 1.5, 0, 0.5, 2), upright(3, 0, 2, 2.0, 0.3), friction=0.7)
+    record, rows = checked(find_joints(portal, JointSettings()))
+    assert record["d0_star_m"] is None
+    assert rows["kinematic, non-linear", "SD"]["refused"] == SEVERAL_TURNS
+    assert record["alpha0"] == pytest.approx(0.25)
+
+
+def test_two_blocks_that_turn_side_by_side_have_the_balance_of_one():
+    twins = wall_of(upright(1, 0, 0, WIDTH, 1.0), upright(2, 2, 0, WIDTH, 1.0))
+    record, _ = checked(find_joints(twins, JointSettings()))
+    assert record["d0_star_m"] == pytest.approx(0.25)
 
 
 def test_participation_by_hand():
