@@ -124,7 +124,7 @@ def test_a_run_that_ends_before_its_last_increment_says_the_same_everywhere(tmp_
 def test_a_run_whose_stones_overlap_before_its_peak_is_not_valid(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(DisplacedOutlines, "largest_overlap", overlapping_from(1e-3))
     assert pushed(tmp_path) == 3
-    said = "to which block 1 and block 2 overlap at (0.25, 1.5) m, from 1.0"
+    said = "to which block 1 and block 2 overlap at (0.25, 1.5) m, from 1."
     assert said in capsys.readouterr().out.replace("\n", " ")
     (summary,) = json.loads((tmp_path / "summary.json").read_text())["pushover"]
     assert not summary["valid"]

@@ -135,7 +135,7 @@ class IncrementSolver:
             mortar = replace(undeformed.mortar, closing=state.closing)
             opening, closed = mortar.opened(opening, state.normal_force), mortar.closed_by(state.normal_force)
         bound = self.stepping.out_of_balance * (abs(multiplier) if phase == "load" else 1.0)
-        known, turned_before, allowed = ~np.isnan(state.gap), np.inf, bound
+        known, turned_before, allowed = ~np.isnan(state.gap), np.inf, min(bound, TURN)
         while True:
             model = without_jumps(displaced(undeformed, predicted, closed, known), state)
             self.system.follow(model)

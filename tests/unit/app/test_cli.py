@@ -40,7 +40,8 @@ def test_limit_json_is_the_summary_s_part_and_nothing_else(capsys):
     assert found["associative"] == pytest.approx(0.2, abs=1e-6)
     assert found["base_shear"] == pytest.approx(0.2 * 16e3, rel=1e-5)
     assert set(found) == {
-        "associative", "non_associative", "non_associative_range", "iterations", "converged", "equilibrium_residual",
+        "associative", "non_associative", "non_associative_range", "going_down", "iterations", "converged",
+        "equilibrium_residual",
         "base_shear", "seconds", "path", "last_rest", "soft_from", "interval", "papers_value", "lowest", "highest",
         "large_displacements", "rigid_peak", "local_failures", "associative_left", "base_shear_left",
         "is_bound",

@@ -107,7 +107,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
         "case": None,
         "wall": dict.fromkeys(["blocks", "joints", "weight", "vertical_load", "horizontal_load", "bonded"]),
         "limit_analysis": dict.fromkeys([
-            "associative", "non_associative", "non_associative_range", "iterations", "converged",
+            "associative", "non_associative", "non_associative_range", "going_down", "iterations", "converged",
             "equilibrium_residual", "base_shear", "seconds", "path", "last_rest", "soft_from", "interval",
             "large_displacements", "rigid_peak",
             "is_bound", "papers_value", "lowest", "highest", "associative_left", "base_shear_left",
@@ -128,7 +128,9 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
             ]),
             "at_peak": dict.fromkeys(["fallen", "bound_left", "drawn_contacts"]),
             "rescues": {"halved": None},
-            "events": [dict.fromkeys(["bodies", "dead_load_share", "load_multiplier", "base_shear", "increment"])],
+            "events": [dict.fromkeys([
+                "bodies", "dead_load_share", "load_multiplier", "base_shear", "increment", "under_gravity",
+            ])],
             "seconds": dict.fromkeys(["mesh", "assembly", "factorise", "contact", "total"]),
         }],
     }  # fmt: skip

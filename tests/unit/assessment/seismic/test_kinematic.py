@@ -281,8 +281,8 @@ def test_slow_stones_of_benchmark_1_no_longer_make_its_participation():
 
 
 def test_bodies_that_turn_about_each_other_have_no_balance_of_fixed_centres():
-    """A portal of two columns of 0.5 m x 2 m and a lintel on them is in balance when the columns have moved by 0.25 m and
-    the lintel by 0.5 m: 0.366 m in the mean, and had 0.676 m."""
+    """A portal of two columns of 0.5 m x 2 m and a lintel is in balance when the columns have moved by 0.25 m and the
+    lintel by 0.5 m: 0.366 m in the mean, and had 0.676 m."""
     portal = wall_of(upright(1, 0, 0, 0.5, 2), upright(2, 1.5, 0, 0.5, 2), upright(3, 0, 2, 2.0, 0.3), friction=0.7)
     record, rows = checked(find_joints(portal, JointSettings()))
     assert record["d0_star_m"] is None
