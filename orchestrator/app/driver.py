@@ -116,6 +116,7 @@ def examine(case: Case, assemblage: Assemblage, key_in_file: Callable[[str], str
     refuse_seismic(case)
     refuse_what_does_not_stand(case, assemblage)
     said = [
+        *assemblage.wall.remarks,
         *lost_joints(assemblage, case.joints),
         *short_contacts(assemblage, case.joints),
         *idle_classes(assemblage, case.joints.classes),
@@ -170,8 +171,8 @@ def _analysed(case: Case, assemblage: Assemblage) -> tuple[Assemblage, LimitAnal
     tied, loads = _loaded(case, assemblage)
     with _naming_input(case):
         analysis = analyse(tied, case.limit_analysis, loads, case.elastic.elastic_modulus)
-    warnings = [*lost_joints(assemblage, case.joints), *idle_classes(assemblage, case.joints.classes)]
-    return tied, replace(analysis, remarks=(*warnings, *analysis.remarks))
+    warnings = (*lost_joints(assemblage, case.joints), *idle_classes(assemblage, case.joints.classes))
+    return tied, replace(analysis, remarks=(*assemblage.wall.remarks, *warnings, *analysis.remarks))
 
 
 def draw_mechanism(case: Case, assemblage: Assemblage, analysis: LimitAnalysis, output: Path) -> Path:

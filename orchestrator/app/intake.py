@@ -31,6 +31,7 @@ from orchestrator.masonry.sources.drawing import (
 )
 from orchestrator.masonry.sources.dxf import read_dxf
 from orchestrator.masonry.sources.holes import said_holes
+from orchestrator.masonry.sources.mended_outlines import mended
 from orchestrator.masonry.sources.picture import PictureSettings, read_picture
 from orchestrator.masonry.sources.rows import read_rows, uneven_courses
 from orchestrator.masonry.sources.svg import read_svg
@@ -198,10 +199,14 @@ def _read(path: Path, options: dict[str, str]) -> tuple[Wall, list[str]]:
     if suffix in BLOCK_FILES and not holds_annotations(path):
         healing = _settings(HealingSettings, options) if {"tolerance", "mortar"} & options.keys() else None
         _refuse(options, f"states everything itself: change it in {path.name}")
-        wall = read_blocks(path)
+        wall, said = read_blocks(path), list[str]()
+        if healing:
+            outlines, said = mended([block.polygon for block in wall.blocks], healing.tolerance)
+            blocks = (replace(block, polygon=outline) for block, outline in zip(wall.blocks, outlines, strict=True))
+            wall = replace(wall, blocks=tuple(blocks))
         check_blocks(wall, 0.0)
-        wall, said = closed(wall, healing) if healing else (wall, [])
-        return wall, [*said, *implausible(wall)]
+        wall, more = closed(wall, healing) if healing else (wall, [])
+        return wall, [*wall.remarks, *said, *more, *implausible(wall)]
     if suffix not in DRAWINGS + VECTORS + PICTURES + BLOCK_FILES:
         raise CaseError("", f"files ending in {suffix!r} are not read", f"give one that ends in {KNOWN}")
     material = _settings(Material, options, thickness='--thickness "300 mm"')

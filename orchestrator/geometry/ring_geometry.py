@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
 
@@ -52,10 +53,19 @@ def area_of(points: list[list[float]]) -> float:
     return 0.5 * doubled
 
 
-def without_spikes(ring: FloatArray, within: float) -> FloatArray:
+@dataclass(frozen=True, slots=True)
+class Spike:
+    """Where an outline went out and back on itself: its tip, and how long it was, m."""
+
+    tip: tuple[float, float]
+    length: float
+
+
+def without_spikes(ring: FloatArray, within: float) -> tuple[FloatArray, list[Spike]]:
     """Return an outline (n, 2) without the corners from which it goes back on itself, no farther than `within` (m) from
-    where it came: boolean operations on outlines leave such spikes. What would keep less than three corners is left."""
-    drawn = ring
+    where it came, and those spikes: boolean operations on outlines leave such, and corners that were forgotten do. What
+    would keep less than three corners is left."""
+    drawn, found = ring, list[Spike]()
     while len(ring) > 2:
         back, on = np.roll(ring, 1, axis=0) - ring, np.roll(ring, -1, axis=0) - ring
         lengths = np.linalg.norm([back, on], axis=2)
@@ -64,11 +74,25 @@ def without_spikes(ring: FloatArray, within: float) -> FloatArray:
         spikes = np.flatnonzero(sharp & (apart <= within * lengths.max(axis=0)))
         if not len(spikes):
             break
+        x, y = ring[spikes[0]].tolist()
+        found.append(Spike((x, y), float(lengths[:, spikes[0]].min())))
         ring = np.delete(ring, spikes[0], axis=0)
         after = spikes[0] % len(ring)
         if np.linalg.norm(ring[after] - ring[after - 1]) <= within:  # the spike ended where it began
             ring = np.delete(ring, after, axis=0)
-    return ring if len(ring) > 2 else drawn
+    return (ring, found) if len(ring) > 2 else (drawn, [])
+
+
+def clicked_once(ring: FloatArray, within: float) -> FloatArray:
+    """Return an outline (n, 2) without the corners within a distance (m) of the one before, as second clicks are.
+    What would keep less than three corners is left."""
+    kept = [0]
+    for row in range(1, len(ring)):
+        if np.linalg.norm(ring[row] - ring[kept[-1]]) > within:
+            kept.append(row)
+    while len(kept) > 1 and np.linalg.norm(ring[kept[-1]] - ring[0]) <= within:
+        kept.pop()
+    return ring[kept] if len(kept) > 2 else ring
 
 
 def kept_of_chain(chain: FloatArray, within: float, bend: float, most: float) -> npt.NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from annotated_types import Ge, Le
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, require_kinds
 from orchestrator.basis.printed import millimetres
+from orchestrator.geometry.ring_geometry import clicked_once
 
 GRAVITY = 9.81
 """Standard acceleration of gravity used to turn unit weight into density, m/s2."""
@@ -71,13 +72,14 @@ class MortarGap:
 @dataclass(frozen=True, eq=False, slots=True)
 class Wall:
     """Blocks, with the thickness (m) and the coefficient of friction of all that have none of their own, and the
-    thickness of mortar joints where it is known."""
+    thickness of mortar joints where it is known. remarks: what is to be said of outlines as they were read."""
 
     name: str
     blocks: tuple[Block, ...]
     thickness: float
     friction: float
     mortar: tuple[MortarGap, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 def check_wall(wall: Wall, tolerance: float | None = None) -> None:
@@ -155,7 +157,8 @@ def _check_block(block: Block, simple: bool, area: float, length: float, toleran
     """Raise CaseError for a block whose outline has this area (m2) and length (m); simple: it does not cross itself."""
     key = f"block {block.id}"
     if not simple:
-        raise CaseError(key, "its polygon crosses or touches itself", "list the corners once, in order round the block")
+        remedy = f"list the corners once, in order round the block{_clicked_twice(block.polygon)}"
+        raise CaseError(key, "its polygon crosses or touches itself", remedy)
     if area <= 1e-12 * length**2:
         raise CaseError(key, "its polygon has no area", "give at least three corners that are not on one line")
     if area <= tolerance * length:
@@ -170,6 +173,16 @@ def _check_block(block: Block, simple: bool, area: float, length: float, toleran
     refuse_extreme(key, block.unit_weight)
     if block.friction is not None:
         refuse_extreme(f"{key}.friction", block.friction)
+
+
+def _clicked_twice(polygon: FloatArray) -> str:
+    """Return, of an outline that crosses itself, that two of its corners may be one, where that is all."""
+    nearest = float(np.linalg.norm(polygon - np.roll(polygon, 1, axis=0), axis=1).min())
+    tolerance = np.ceil(1e3 * nearest) / 1e3
+    if tolerance > LARGEST_TOLERANCE or not shapely.Polygon(clicked_once(polygon, tolerance)).is_valid:
+        return ""
+    of_import = f'import the file with --tolerance "{1e3 * tolerance:g} mm"'
+    return f"; corners that lie {millimetres(nearest)} apart may be one: {of_import}"
 
 
 def refuse_overlaps(wall: Wall, tolerance: float) -> None:

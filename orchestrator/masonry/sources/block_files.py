@@ -18,12 +18,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import shapely
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
-from orchestrator.geometry.ring_geometry import without_spikes
-from orchestrator.masonry.wall import Block, MortarGap, Wall
+from orchestrator.geometry.ring_geometry import Spike, clicked_once, without_spikes
+from orchestrator.masonry.sources.mended_outlines import said_of_spikes
+from orchestrator.masonry.wall import ROUNDING, Block, MortarGap, Wall
 
 UNIT_OF = {"length": Unit("m"), "unit_weight": Unit("N/m3")}
 REQUIRED = ("units", "thickness", "friction", "blocks")
@@ -93,13 +95,15 @@ def wall_from(record: dict[str, Any], name: str) -> Wall:
         raise CaseError("blocks", "is not a list", "list the blocks, each with id and polygon")
     name = str(record.get("name", name))
     refuse_what_is_not_utf8(name, "name")
-    blocks = tuple(_block(row, number, unit_weight, length, weight) for number, row in enumerate(record["blocks"]))
+    read = [_block(row, number, unit_weight, length, weight) for number, row in enumerate(record["blocks"])]
+    blocks = tuple(block for block, _ in read)
     return Wall(
         name=name,
         blocks=blocks,
         thickness=number_in(record, "thickness", "") * length,
         friction=number_in(record, "friction", ""),
         mortar=_mortar(record.get("mortar", []), {block.id for block in blocks}, length),
+        remarks=tuple(remark for _, said in read for remark in said),
     )
 
 
@@ -135,9 +139,13 @@ def unit_factor(units: Any, kind: str) -> float:
         raise CaseError(f"units.{kind}", problem, remedy) from None
 
 
-def _block(row: Any, number: int, unit_weight: float | None, length: float, weight: float) -> Block:
+def _block(row: Any, number: int, unit_weight: float | None, length: float, weight: float) -> tuple[Block, list[str]]:
+    """Return a block, and what is to be said of its outline."""
     number_of_block, fixed, own, material = what_every_block_has(row, number, BLOCK_KEYS, unit_weight, weight)
-    return Block(number_of_block, polygon_of(row, number_of_block) * length, fixed, own, material)
+    polygon, spikes = _outline(row, number_of_block)
+    spikes = [Spike((spike.tip[0] * length, spike.tip[1] * length), spike.length * length) for spike in spikes]
+    block = Block(number_of_block, polygon * length, fixed, own, material)
+    return block, said_of_spikes(f"the outline of block {block.id}", block.polygon, spikes)
 
 
 def what_every_block_has(
@@ -163,7 +171,13 @@ def what_every_block_has(
 
 def polygon_of(row: dict[str, Any], number: int) -> FloatArray:
     """Return the corners (n, 2) of a block, in the file's units, counter-clockwise, without those that the next one
-    repeats but for rounding, and from which the outline goes back on itself. Raises CaseError."""
+    repeats but for rounding (of numbers; of a drawing where it would cross itself there), and from which the outline
+    goes back on itself. Raises CaseError."""
+    return _outline(row, number)[0]
+
+
+def _outline(row: dict[str, Any], number: int) -> tuple[FloatArray, list[Spike]]:
+    """Return the corners of a block as `polygon_of` does, and where its outline went back on itself."""
     key = f"block {number}"
     try:
         polygon = np.array(row.get("polygon"))
@@ -178,10 +192,13 @@ def polygon_of(row: dict[str, Any], number: int) -> FloatArray:
     rounding = 1e-12 * float(side.max())
     if np.count_nonzero(side > rounding) < 3:
         raise CaseError(f"{key}.polygon", "has fewer than three different corners", "list every corner once")
-    polygon = without_spikes(polygon[side > rounding], rounding)
+    polygon, size = polygon[side > rounding], float(np.sqrt(np.prod(np.ptp(polygon, axis=0))))
+    if side.min() <= ROUNDING * size and not shapely.Polygon(polygon).is_valid:
+        polygon = clicked_once(polygon, ROUNDING * size)
+    polygon, spikes = without_spikes(polygon, rounding)
     x, y = polygon.T
     doubled_area = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
-    return read_only(polygon if doubled_area > 0 else polygon[::-1])
+    return read_only(polygon if doubled_area > 0 else polygon[::-1]), spikes
 
 
 def number_in(record: dict[str, Any], key: str, place: str) -> float:

@@ -22,6 +22,7 @@ from orchestrator.geometry.planar_map import OverlapError
 from orchestrator.geometry.ring_geometry import without_spikes
 from orchestrator.masonry.sources.copies import without_copies
 from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS, doubtful_stones, slenderness
+from orchestrator.masonry.sources.mended_outlines import mended, said_of_spikes
 from orchestrator.masonry.sources.said_of_healing import NOT_SEEN, ThinStoneError, folded, said_of_healing, thin_stone
 from orchestrator.masonry.wall import (
     LARGEST_TOLERANCE,
@@ -103,6 +104,7 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
     Blocks are numbered from 0: supports, then stones, from below and from the left. Raises
     CaseError for a drawing without blocks or supports and for blocks that overlap by more than the tolerance.
     """
+    drawing, slips = _mended(drawing, settings.tolerance)
     _refuse_sizes(drawing)
     drawing, copies = _drawn_once(drawing, settings.tolerance)
     kept, left_out = _outside_openings(drawing)
@@ -124,7 +126,7 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
     wall, said = closed(
         Wall(name, blocks, material.thickness, material.friction), settings, drawing.error, drawing.curved
     )
-    return wall, [*said, *drawing.remarks, *copies, *left_out, *moved, *implausible(wall)]
+    return wall, [*said, *drawing.remarks, *slips, *copies, *left_out, *moved, *implausible(wall)]
 
 
 def closed(
@@ -133,11 +135,16 @@ def closed(
     """Return the checked wall with gaps and overlaps of its outlines closed, and remarks: what was not closed, and what
     was. known_error, curved: as of a Drawing. Raises CaseError with the place of a block."""
     within = max(settings.tolerance, CORNERS_APART * settings.mortar)
-    blocks = (replace(one, polygon=read_only(without_spikes(one.polygon, settings.tolerance))) for one in drawn.blocks)
+    blocks, told = list[Block](), list[str]()
+    for block in drawn.blocks:
+        polygon, spikes = without_spikes(block.polygon, settings.tolerance)
+        told += said_of_spikes(f"the outline of block {block.id}", block.polygon, spikes)
+        blocks.append(replace(block, polygon=read_only(polygon)))
     drawn = replace(drawn, blocks=tuple(blocks))
     try:
         check_blocks(drawn, 0.0)
-        return _closed_within(drawn, within, bool(settings.mortar), known_error, curved)
+        wall, said = _closed_within(drawn, within, bool(settings.mortar), known_error, curved)
+        return wall, [*told, *said]
     except CaseError as error:
         located, wider = _located(error, drawn), None
         if not isinstance(error, ThinStoneError):
@@ -217,6 +224,17 @@ def _refuse_sizes(drawing: Drawing) -> None:
             raise CaseError(
                 f"outline at ({x:g}, {y:g}) m", "crosses or touches itself, or has no area", "draw its corners in order"
             )
+
+
+def _mended(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]:
+    """Return the drawing with outlines mended that cross themselves by a slip of the hand within the tolerance (m)."""
+    drawn = (*drawing.stones, *drawing.supports, *drawing.openings)
+    if not all((np.abs(outline) < 1e9).all() for outline in drawn):
+        return drawing, []
+    outlines, said = mended(drawn, tolerance)
+    ends = np.cumsum([len(drawing.stones), len(drawing.supports)])
+    stones, supports, openings = outlines[: ends[0]], outlines[ends[0] : ends[1]], outlines[ends[1] :]
+    return replace(drawing, stones=tuple(stones), supports=tuple(supports), openings=tuple(openings)), said
 
 
 def _drawn_once(drawing: Drawing, tolerance: float) -> tuple[Drawing, list[str]]:
