@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
 from orchestrator.assessment.sensitivity import ALIKE
 from orchestrator.basis.printed import percent_more, printed
@@ -12,6 +13,7 @@ from orchestrator.space.analysis import BRACKET, SpaceAnalysis
 from orchestrator.storage import PushoverSummary, Summary
 from orchestrator.storage.notes import (
     DISTRUST,
+    FAR_BEYOND,
     HELD,
     contradicts,
     first_of_valid,
@@ -39,7 +41,8 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
     if not state.converged and state is not analysis.associative:
         rest = f"Loading met no limit state; the wall was at rest up to λ = ({_limit(multiplier)}): {shear}"
         if analysis.geometry_decides:
-            rest = f"Geometry decides: in large displacements the wall bears λ = ({_limit(multiplier)}): {shear}"
+            least = "" if analysis.rigid_peak is not None else "at least "
+            rest = f"Geometry decides: in large displacements the wall bears {least}λ = ({_limit(multiplier)}): {shear}"
         return f"{rest}{_found_elsewhere(analysis)}the associative {_limit(bound)} is an upper bound."
     if state is analysis.associative:
         return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."
@@ -129,7 +132,8 @@ def answer_of_run(summary: Summary) -> str:
     text = f"{peak} kN counts {here}{_but(reference)}{_of_another_wall(pushed, limit, stones)}"
     if not pushed.peak_reached:
         text += ", a lower bound, as the curve ends before its peak"
-    return f"{text}{_macroblocks_beside(pushed, summary)}; {_limit_beside(pushed, summary)}."
+    beside = f"{_limit_beside(pushed, summary)}{_friction_leaves_open(pushed, summary.limit_analysis)}"
+    return f"{text}{_macroblocks_beside(pushed, summary)}; {beside}."
 
 
 def _but(doubt: str | None) -> str:
@@ -183,6 +187,16 @@ def _limit_beside(pushed: PushoverSummary, summary: Summary) -> str:
     small = ["displacements as small"] if in_large and not moved else []
     said = f"{subject}{off}{aside} takes {_and([*rigid, *small, *_bonds(summary)])}"
     return said if in_large or not moved else f"{said}, finite elements displacements as small"
+
+
+def _friction_leaves_open(pushed: PushoverSummary, limit: LimitSummary) -> str:
+    """Return between which multipliers limit analysis found states, where a peak lies far off the one that counts but
+    among them: that finite elements are elastic does not explain it."""
+    low, high = limit.non_associative_range or (inf, -inf)
+    among = (1.0 - FAR_BEYOND) * low <= pushed.peak_multiplier <= (1.0 + FAR_BEYOND) * high
+    if not among or abs(pushed.peak_multiplier - limit.multiplier) <= FAR_BEYOND * limit.multiplier:
+        return ""
+    return f"; friction leaves open which state is met, from λ = {_limit(low)} to {_limit(high)} were found"
 
 
 def _in_both(small: float, large: float, peak: float) -> str:

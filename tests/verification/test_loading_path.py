@@ -252,6 +252,24 @@ def test_the_wall_without_the_stone_has_the_same_state():
     assert found.power == pytest.approx(found.friction_power, abs=1e-6)
 
 
+def test_wedges_that_slide_out_under_a_rest_that_no_state_closed_take_with_them_what_falls_then():
+    """Herringbone that ends in wedges steeper than friction: load pushes two of them out on the left, and then the two
+    on the right find no rest under their weight. The other stones are as if they had been drawn without them."""
+    wall = case("herringbone_44_stones")
+    found = analysed(wall, -1)
+    (failure,) = found.local_failures
+    assert failure.stones == (5, 22, 23, 40)
+    assert failure.share == pytest.approx(0.15 / 4.32, rel=1e-6)
+    assert not failure.state.converged
+    assert not found.geometry_decides
+    stones = [block.polygon for block in wall.wall.blocks if block.id not in failure.stones]
+    alone = analysed(assemblage_of(stones, friction=0.6, thickness=0.5), -1)
+    assert found.headline.converged
+    assert found.headline.load_multiplier == pytest.approx(alone.headline.load_multiplier, rel=1e-6)
+    assert alone.headline.load_multiplier == pytest.approx(alone.associative.load_multiplier, rel=1e-6)
+    assert alone.associative.load_multiplier == pytest.approx(0.55895, abs=1e-5)
+
+
 def test_the_bound_beside_the_headline_is_that_of_the_same_wall():
     """Irregular courses with a slender stone on top: without it everything is as if it had never been drawn."""
     wall = irregular()

@@ -156,8 +156,8 @@ class LimitAnalysis:
     going_down: ids of the blocks that go on moving where loading finds no rest under the dead load, or none in large
     displacements of stones so soft: no multiplier counts then, unless they are wedged. ways_out: how often the path of
     what is left, and the push, needed which: steps not found or not taken (`shorter`, `turned`, against a drag
-    `slower`), loads `held` above a peak. factorisations: of all loading. wall: which it is of (`fingerprint_of_wall`),
-    "" where that is not known.
+    `slower`), taken after all (`elsewhere`), loads `held` above a peak. factorisations: of all loading. wall: which it
+    is of (`fingerprint_of_wall`), "" where that is not known.
     """
 
     loads: Loads

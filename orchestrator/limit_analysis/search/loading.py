@@ -32,7 +32,7 @@ from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions, 
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Stiffness
 from orchestrator.limit_analysis.search.large_walls import large_path
-from orchestrator.limit_analysis.search.loading_path import LoadPath, load_path
+from orchestrator.limit_analysis.search.loading_path import LoadPath, StateSearch, going_down, load_path
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
 from orchestrator.loads.block_loads import Loads
 from orchestrator.loads.local_part import Shares, is_local, sizes, taking_part
@@ -49,9 +49,19 @@ GEOMETRY = 0.02
 is. Deformation takes something from any wall: 1.9 % from Ferris & Tin-Loi's wall 6, 1.5 % from its micro-FE."""
 
 Chosen = npt.NDArray[np.bool_]
-Road = Callable[[Problem, LimitSolution], LoadPath | None]
-"""From a wall and its associative optimum to its path."""
 Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+@dataclass(frozen=True, slots=True)
+class Road:
+    """How a wall is loaded.
+
+    path: from a wall and its associative optimum to its path, None where it finds no rest under its dead load; falling:
+    the ids of the blocks that go down then.
+    """
+
+    path: Callable[[Problem, LimitSolution], LoadPath | None]
+    falling: Callable[[Problem], tuple[int, ...]]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -147,7 +157,7 @@ def in_small_displacements(
 ) -> Loaded | None:
     """Load a wall with joints of both stiffnesses; before: the blocks (n,) that are left, and what came loose."""
     if len(problem.equilibrium.free_blocks) > most_blocks:
-        large = peeled(problem, loads, optimum, local_share, large_path, before)
+        large = peeled(problem, loads, optimum, local_share, Road(large_path, lambda part: ()), before)
         if large is not None:
             return large
     found = [peeled(problem, loads, optimum, local_share, road(stiffness), before) for stiffness in STIFFNESSES]
@@ -218,8 +228,11 @@ def is_another(found: Loaded, pushed: RigidPushover) -> bool:
 
 
 def road(stiffness: Stiffness) -> Road:
-    """Return the path of walls whose joints have a stiffness."""
-    return lambda problem, optimum: load_path(problem, optimum.load_multiplier, stiffness)
+    """Return how walls are loaded whose joints have a stiffness."""
+    return Road(
+        path=lambda problem, optimum: load_path(problem, optimum.load_multiplier, stiffness),
+        falling=lambda problem: going_down(StateSearch(problem, stiffness)),
+    )
 
 
 def peeled(
@@ -233,7 +246,7 @@ def peeled(
     """Load a wall, taking local failures away until what moves is the wall; before: the blocks left, and what is not.
 
     A wall that stones have left is loaded as if it had been drawn without them: in steps of its own associative
-    optimum, which is its bound too.
+    optimum, which is its bound too. What then goes down under the dead load came loose with them.
     """
     whole = problem.assemblage
     left, failures = before or (np.ones(len(whole.wall.blocks), dtype=bool), ())
@@ -248,8 +261,17 @@ def peeled(
             optimum = optimum if part is problem else associative_optimum(part)
         except (CaseError, ConvergenceError):  # what is left is wedged between supports
             return found
-        path = road(part, optimum)
+        path = road.path(part, optimum)
         spent += path.factorisations if path else 0
+        if path is None and failures:
+            down = left & np.isin([block.id for block in whole.wall.blocks], road.falling(part))
+            gone = _shares(problem, loads, ~left | down)
+            if down.any() and is_local(gone - rested, rested, local_share):
+                stones = tuple(sorted({*failures[-1].stones, *_ids(problem, down)}))
+                lost = failures[-1].share + _shares(problem, loads, down).dead
+                failures = (*failures[:-1], replace(failures[-1], stones=stones, share=lost))
+                left = left & ~down
+                continue
         if path is None or path.state is None:
             nothing = None if path is None else Loaded(None, path, failures, left, part, optimum)
             return replace(found, factorisations=spent) if found else nothing
