@@ -7,7 +7,6 @@ from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from orchestrator.app import load_cases
@@ -48,11 +47,11 @@ def check(case: Case, place: str, picture: Path, console: Console) -> int:
     console.print(materials_table(of_materials))
     console.print(joints_table(classes))
     for line in [*tie_words(case), *control_words(case, assemblage)]:
-        console.print(line, soft_wrap=True, markup=False)
+        console.print(line, soft_wrap=True)
     console.print(STANDS, soft_wrap=True)
     warnings = [*said, *unusual(case, wall, list(loads.values()), of_materials, classes)]
     for remark in warnings:
-        console.print(f"{place}: {remark}", soft_wrap=True, markup=False)
+        console.print(f"{place}: {remark}", soft_wrap=True)
     names = {name: "_".join(filter(None, [picture.name, name])) for name in cases}
     with shown(console, "check", "picture"):
         pictures = ", ".join(
@@ -62,13 +61,13 @@ def check(case: Case, place: str, picture: Path, console: Console) -> int:
     counted = f"{free} blocks, {assemblage.joints.count} joints"
     counted += f", {len(cases)} load cases" if case.load.several else ""
     verdict = "see the warnings above" if warnings else "nothing to complain about"
-    console.print(f"{place}: {counted}, {verdict}; {pictures}", soft_wrap=True, markup=False)
+    console.print(f"{place}: {counted}, {verdict}; {pictures}", soft_wrap=True)
     return 0
 
 
 def loads_table(sums: LoadSums, name: str = "") -> Table:
     """Return the loads of one load case: weight, extra dead loads, all of them, and the base shear at multiplier 1."""
-    table = plain_table(f"Loads{', ' * bool(name)}{escape(name)}", ("", "blocks", "kN", "live load\nacts on it"))
+    table = plain_table(f"Loads{', ' * bool(name)}{name}", ("", "blocks", "kN", "live load\nacts on it"))
     own = {"mass": "yes", "mass_height": "x height", "per_block": "no"}[sums.distribution]
     table.add_row("weight of the blocks", "all", kilonewtons(sums.weight), own)
     for one in sums.extra:
@@ -90,7 +89,7 @@ def materials_table(sums: list[MaterialSums]) -> Table:
     table = plain_table("Materials", columns)
     for one in sums:
         table.add_row(
-            escape(one.name) or "(none)",
+            one.name or "(none)",
             str(one.blocks),
             kilonewtons(one.weight),
             between(one.unit_weight, 1e-3),
@@ -110,7 +109,7 @@ def joints_table(classes: list[JointSums]) -> Table:
     table = plain_table("Joints", ("joints between", "", "number", "length\nm", "friction", *strengths))
     for one in classes:
         table.add_row(
-            escape(f"{one.between[0]}, {one.between[1]}"),
+            ", ".join(one.between),
             one.orientation,
             str(one.joints),
             f"{one.length:.4g}",

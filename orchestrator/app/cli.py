@@ -247,6 +247,8 @@ def _add_study_commands(commands: Any) -> None:
         "--set sensitivity.friction=[0.5,0.7] --set sensitivity.samples=0",
     )
     vary.add_argument("--output", type=_path, help="folder (default: results/NAME OF THE CASE FILE-sensitivity)")
+    for command in (table, vary):
+        command.add_argument("--force", action="store_true", help="overwrite the tables and pictures of other settings")
 
 
 def _epilog(example: str) -> str:

@@ -12,13 +12,13 @@ import gc
 import shlex
 import traceback
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from orchestrator.basis.atomic_files import locked
-from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
+from orchestrator.basis.errors import GO_ON, CaseError, ConvergenceError, ResultError
 from orchestrator.basis.installed import refuse_missing
+from orchestrator.basis.interruption import end_in_order
 from orchestrator.basis.parallel import Ending, all_ranks, is_root, on_root, started_as_rank, started_by_launcher
 
 if TYPE_CHECKING:
@@ -32,8 +32,8 @@ FILES = ("import", "new", "schema", "export", "report")
 """commands that turn files into files"""
 IN_SPACE = ("check", "limit")
 """commands that take walls in space"""
-GO_ON = {"run": "; go on with --resume"} | dict.fromkeys(("study", "sensitivity"), "; the same command goes on")
-"""what to do after an interruption"""
+SAME_GOES_ON = ("study", "sensitivity")
+"""commands that go on where they were interrupted when they are given again"""
 
 
 def execute(options: argparse.Namespace) -> int:
@@ -43,8 +43,7 @@ def execute(options: argparse.Namespace) -> int:
         return 0  # rank 0 does it alone
     comm = all_ranks() if parallel else None
     quiet = not is_root(comm) or getattr(options, "quiet", False)
-    plain = started_by_launcher()  # mpirun hands rank 0 a terminal that is none
-    console = Console(quiet=quiet, highlight=False, force_terminal=False if plain else None)
+    console = console_of(quiet=quiet)
     ending = Ending(comm)
     try:
         return ending.together(_carry_out(options, comm, console), "")
@@ -56,8 +55,8 @@ def execute(options: argparse.Namespace) -> int:
         return ending.together(1, _one_line(str(error)))
     except OSError as error:
         return ending.together(1, _one_line(f"{error.filename or 'file system'}: {error.strerror or error}"))
-    except KeyboardInterrupt:
-        return ending.together(130, f"interrupted{GO_ON.get(options.command, '')}")
+    except KeyboardInterrupt as stopped:
+        return ending.together(130, _interrupted(options, stopped))
     except Exception:  # an error of the program
         return ending.together(1, traceback.format_exc())
 
@@ -69,6 +68,7 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
         gc.enable()
         from orchestrator.app import file_commands
 
+        end_in_order()
         return file_commands.ACTIONS[options.command](options, console)
     if options.command is None:  # nobody asked for it by name
         command = shlex.join(["run", str(options.case), "--output", "results/benchmark1"])
@@ -76,31 +76,40 @@ def _carry_out(options: argparse.Namespace, comm: MPI.Intracomm | None, console:
             "No command given: this runs the shipped benchmark 1 into results/benchmark1, as "
             f"`python -m orchestrator {command}` does. --help lists all commands.",
             soft_wrap=True,
-            markup=False,
         )
     case = _read_case(options, comm)
     if case is None:
         gc.enable()
-        from orchestrator.app import space_check, space_commands
-        from orchestrator.storage import refuse_overwriting_run, try_folder
-
-        output = options.output or Path("results") / options.case.stem
-        as_json = options.command == "limit" and options.json
-        if not as_json:
-            try_folder(output)
-        if options.command == "check":
-            return space_check.check(options.case, options.set, output, console)
-        if not (as_json or options.force):
-            refuse_overwriting_run(output, resumable=False)
-        with locked(*([] if as_json else [output])):
-            return space_commands.limit(options.case, options.set, output, options.force, as_json, console)
+        return _in_space(options, console)
     from orchestrator.app import study_commands, wall_commands
 
     if not gc.isenabled():  # __main__.py switched it off
         gc.freeze()
     gc.enable()
+    end_in_order()
     actions = wall_commands.ACTIONS | study_commands.ACTIONS
     return actions[options.command](options, case, comm, console)
+
+
+def _in_space(options: argparse.Namespace, console: Console) -> int:
+    """Carry out check or limit of a case in space."""
+    from orchestrator import storage
+    from orchestrator.app import space_check, space_commands
+    from orchestrator.settings.case import record_in
+
+    end_in_order()
+    output = options.output or Path("results") / options.case.stem
+    if options.command == "limit" and options.json:
+        return space_commands.limit(options.case, options.set, output, True, console)
+    storage.try_folder(output)
+    if options.command == "check":
+        return space_check.check(options.case, options.set, output, console)
+    record = record_in(options.case, options.set)
+    wall = record.get("wall")
+    blocks = [options.case.parent / str(wall["blocks"])] if isinstance(wall, dict) and "blocks" in wall else []
+    source = storage.Source("limit", record, tuple(dict.fromkeys([options.case, *blocks])))
+    with storage.held(output, force=options.force), storage.placed([output], source, options.force):
+        return space_commands.limit(options.case, options.set, output, False, console)
 
 
 def _read_case(options: argparse.Namespace, comm: MPI.Intracomm | None) -> Case | None:
@@ -125,6 +134,22 @@ def _refuse_what_does_not_go_together(options: argparse.Namespace) -> None:
         raise CaseError("--resume", "does not go with --force, which removes what it would go on with", "leave one out")
     if getattr(options, "settle_angle", None) is not None and options.settle is None:
         raise CaseError("--settle-angle", "is of a settlement, and there is none", "give --settle ID with it")
+
+
+def console_of(**options: Any) -> Console:
+    """Return what commands print on: what names hold is printed as it is, in square brackets and between colons too."""
+    if started_by_launcher():
+        options |= {"force_terminal": False}  # mpirun hands rank 0 a terminal that is none
+    return Console(highlight=False, markup=False, emoji=False, **options)
+
+
+def _interrupted(options: argparse.Namespace, stopped: KeyboardInterrupt) -> str:
+    """Return what is said of an interruption: what goes on with what was done, if anything was."""
+    if options.command in SAME_GOES_ON:
+        return "interrupted; the same command goes on"
+    if GO_ON in getattr(stopped, "__notes__", ()) or getattr(options, "resume", False):
+        return f"interrupted; {GO_ON}"
+    return "interrupted before anything was written" if options.command in (None, "run") else "interrupted"
 
 
 def _one_line(text: str) -> str:

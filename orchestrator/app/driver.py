@@ -24,8 +24,8 @@ from orchestrator.app.pushover_run import room_for
 from orchestrator.app.refining import left_off, push_segmented, refuse_another_run, with_finished
 from orchestrator.app.segmented import Segmented
 from orchestrator.assessment.seismic.settings import limit_states, without_verification
-from orchestrator.basis.atomic_files import locked, sweep
-from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming
+from orchestrator.basis.atomic_files import sweep
+from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming, resumable
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
 from orchestrator.limit_analysis.gravity import problem_of, refuse_what_cannot_be_analysed, refuse_what_falls
@@ -229,9 +229,9 @@ def run(case: Case, output: Path, resume: bool, comm: MPI.Comm | None, report: R
     """Run the whole chain into the folder `output`; the same outcome on every rank.
 
     With `resume` a pushover goes on after its last stored increment, and a model that the folder holds finished is
-    carried on beside those of the case; else results of an earlier run are removed. A model without a curve is a
-    complaint where another one has a curve. Raises CaseError before anything is written, ConvergenceError where no
-    model has a curve.
+    carried on beside those of the case; else results of an earlier run are removed: who calls holds the folder
+    (`storage.held`), and has asked about them. A model without a curve is a complaint where another one has a curve.
+    Raises CaseError before anything is written, ConvergenceError where no model has a curve.
     """
     began = perf_counter()
     if resume:
@@ -263,10 +263,9 @@ def push(
 
     if resume:
         segmented = on_root(comm, left_off, case, segmented, output)
-    with on_root_while(comm, locked(output), storage.logging_to(output / "run.log")):
+    with resumable(), on_root_while(comm, storage.logging_to(output / "run.log")):
         on_root(comm, sweep, output, output / "figures")
-        if not resume:
-            on_root(comm, storage.clear, output, (case.file, case.block_file))
+        on_root(comm, storage.remove_recorded if resume else storage.clear, output, (case.file, case.block_file))
         report(StageBegun("pictures", "wall, mechanism and macroblocks"))
         on_root(
             comm,

@@ -10,14 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from orchestrator.app.pushover_run import mesh_cache
 from orchestrator.app.segmented import Segmented
 from orchestrator.basis.arrays import IntArray
-from orchestrator.basis.atomic_files import replacing
 from orchestrator.basis.errors import CaseError
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
@@ -30,6 +29,7 @@ from orchestrator.settings.case import Case, ModelName
 from orchestrator.storage import write_text
 
 Dialect = Literal["calculix", "abaqus"]
+DECKS: tuple[Dialect, ...] = get_args(Dialect)
 SUFFIX = {"vtu": ".vtu", "msh": ".msh", "calculix": ".inp", "abaqus": ".inp"}
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
 """nodes of faces S1 to S4 of C3D4, in both programs (CalculiX 2.20 manual, *SURFACE; Abaqus, solid elements)"""
@@ -58,26 +58,23 @@ def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multip
     multiplier: horizontal load over weight at the end of the second step; None: that of micro limit analysis. Raises
     CaseError for loads that a deck would leave out.
     """
-    if kind in ("calculix", "abaqus") and (key := case.load.beyond_default):
+    if kind in DECKS and (key := case.load.beyond_default):
         problem = "decks carry weight and a horizontal load proportional to mass only"
         raise CaseError(key, problem, "leave it out, or export the mesh", str(case.file))
     joints = segmented.assemblage.joints
     laws = (1.0 / joints.normal_stiffness, 1.0 / joints.shear_stiffness, 1.0 / joints.compressive_strength)
-    if kind in ("calculix", "abaqus") and any(law.any() for law in laws):
+    if kind in DECKS and any(law.any() for law in laws):
         problem = "decks carry rigid joints that do not crush"
         raise CaseError("joints.classes", problem, "leave stiffness and compressive strength out", str(case.file))
     bodies = segmented.bodies
     if model == "micro":
         partition = one_body_per_block(segmented.assemblage)
         bodies = make_bodies(segmented.assemblage, partition, segmented.analysis.headline.joint_forces)
-    elif len(departures_from_mean(segmented.assemblage.wall, bodies).block) and kind in ("calculix", "abaqus"):
+    elif len(departures_from_mean(segmented.assemblage.wall, bodies).block) and kind in DECKS:
         problem = "a deck gives a body one density, and macroblocks join blocks of several"
         raise CaseError("wall", problem, "use --model micro, or export the mesh", str(case.file))
     if kind in ("vtu", "msh"):
-        with replacing(path) as temporary:
-            suffixed = temporary.with_suffix(SUFFIX[kind])  # meshio goes by the suffix
-            write_mesh(mesh_bodies(bodies, case.mesh, mesh_cache()), suffixed)
-            suffixed.rename(temporary)
+        write_mesh(mesh_bodies(bodies, case.mesh, mesh_cache()), path, SUFFIX[kind])
         return
     dialect: Dialect = "calculix" if kind == "calculix" else "abaqus"
     load = segmented.analysis.headline.load_multiplier if multiplier is None else multiplier

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from rich.console import Console
 
 from orchestrator import storage
 from orchestrator.app.terminal import shown
-from orchestrator.basis.atomic_files import locked
+from orchestrator.basis.atomic_files import locked, together
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.installed import refuse_missing
 from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
@@ -45,16 +46,14 @@ def import_wall(options: argparse.Namespace, console: Console) -> int:
     with shown(console, "import", "block file and pictures"):
         written = intake.write_wall(taken, options.output)
     for remark in remarks[:LISTED_REMARKS]:
-        console.print(remark, soft_wrap=True, markup=False)
+        console.print(remark, soft_wrap=True)
     if len(remarks) > LISTED_REMARKS:
-        console.print(
-            f"and {len(remarks) - LISTED_REMARKS} more, all in {options.output}", soft_wrap=True, markup=False
-        )
+        console.print(f"and {len(remarks) - LISTED_REMARKS} more, all in {options.output}", soft_wrap=True)
     free = sum(not block.fixed for block in wall.blocks)
     files = ", ".join(str(path) for path in written)
     supports = len(wall.blocks) - free
     counted = f"{free} block{'s' * (free != 1)}, {supports} support{'s' * (supports != 1)}"
-    console.print(f"{counted}: {files}", soft_wrap=True, markup=False)
+    console.print(f"{counted}: {files}", soft_wrap=True)
     return 0
 
 
@@ -73,10 +72,12 @@ def new(options: argparse.Namespace, console: Console) -> int:
     for path in (case_file, *(() if options.blocks else (example,))):
         storage.try_file(path, options.force)
     stated = reference.commented_case if options.all_keys else reference.short_case
-    storage.write_text(case_file, stated(name, blocks))
-    if not options.blocks:
-        storage.write_json(example, EXAMPLE | {"name": name})
-    console.print(f"{case_file}; next: python -m orchestrator check {case_file}", soft_wrap=True, markup=False)
+    with together():
+        storage.write_text(case_file, stated(name, blocks))
+        if not options.blocks:
+            storage.write_json(example, EXAMPLE | {"name": name})
+    next_one = shlex.join(["python", "-m", "orchestrator", "check", str(case_file)])
+    console.print(f"{case_file}; next: {next_one}", soft_wrap=True)
     return 0
 
 
@@ -102,12 +103,17 @@ def export(options: argparse.Namespace, console: Console) -> int:
     name = options.case.resolve().name if options.case.is_dir() else options.case.stem
     output = options.output or Path(f"{name}_{options.model}{exports.SUFFIX[options.format]}")
     refuse_what_is_not_utf8(str(output), "--output")
-    if options.multiplier is not None and not 0 <= options.multiplier < 1e3:
-        raise CaseError("--multiplier", f"{options.multiplier:g} is not a multiplier", "give one from 0 on, as in 0.3")
+    if options.multiplier is not None:
+        if options.format not in exports.DECKS:
+            problem = f"is of the steps of a deck, and a mesh ({options.format}) has none"
+            raise CaseError("--multiplier", problem, f"leave it out, or give --format {' or '.join(exports.DECKS)}")
+        if not 0 <= options.multiplier < 1e3:
+            problem = f"{options.multiplier:g} is not a multiplier"
+            raise CaseError("--multiplier", problem, "give one from 0 on, as in 0.3")
     storage.try_file(output, options.force)
     with shown(console, "export", "limit analysis, meshes and file"):
         exports.export(case, driver.segment(case), options.model, options.format, options.multiplier, output)
-    console.print(str(output), soft_wrap=True, markup=False)
+    console.print(str(output), soft_wrap=True)
     return 0
 
 
@@ -116,9 +122,11 @@ def report(options: argparse.Namespace, console: Console) -> int:
     from orchestrator.app import driver, load_case_runs
 
     rebuild = load_case_runs.rebuild if load_case_runs.are_in(options.run) else driver.rebuild_report
+    if options.run.is_dir():
+        storage.try_folder(options.run, "", "give a copy of it elsewhere")
     with locked(*[options.run][: options.run.is_dir()]), shown(console, "report", "pictures and pages"):
         page = rebuild(options.run)
-    console.print(str(page), soft_wrap=True, markup=False)
+    console.print(str(page), soft_wrap=True)
     return 0
 
 
@@ -129,7 +137,7 @@ def schema(options: argparse.Namespace, console: Console) -> int:
     if options.output:
         storage.try_file(options.output, options.force)
         storage.write_json(options.output, reference.schema())
-        console.print(str(options.output), soft_wrap=True, markup=False)
+        console.print(str(options.output), soft_wrap=True)
     else:
         print(json.dumps(reference.schema(), indent=1, ensure_ascii=False))
     return 0

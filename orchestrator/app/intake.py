@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, get_type_hints
 
 from orchestrator.basis.arrays import IntArray
+from orchestrator.basis.atomic_files import together
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.printed import few
@@ -177,10 +178,11 @@ def write_wall(taken: Intake, output: Path) -> list[Path]:
     glued in red; return what was written."""
     refuse_output(output)
     wall, remarks = taken.wall, taken.remarks
-    write_json(output, blocks_record(wall) | ({"remark": "; ".join(remarks)} if remarks else {}))
     kept = {block.id for block in wall.blocks}
     loose = [block.polygon for block in taken.before.blocks if block.id not in kept] if taken.before else []
-    return [output, *plots.save(plots.blocks(wall, numbered=True, loose=loose), output.parent, output.stem)]
+    with together():
+        write_json(output, blocks_record(wall) | ({"remark": "; ".join(remarks)} if remarks else {}))
+        return [output, *plots.save(plots.blocks(wall, numbered=True, loose=loose), output.parent, output.stem)]
 
 
 def refuse_output(output: Path) -> None:

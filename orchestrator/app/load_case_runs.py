@@ -14,9 +14,8 @@ from orchestrator import storage
 from orchestrator.app import driver, load_cases, pushover_run
 from orchestrator.app.driver import Outcome
 from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
-from orchestrator.basis.atomic_files import locked
-from orchestrator.basis.errors import ConvergenceError, ResultError
-from orchestrator.basis.parallel import on_root, on_root_while, workers_into
+from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, resumable
+from orchestrator.basis.parallel import on_root, on_root_while, workers
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.joints import Assemblage
@@ -24,8 +23,10 @@ from orchestrator.present import page, plots
 from orchestrator.present.report import as_run
 from orchestrator.present.verdict import Answered, Verdict, verdict
 from orchestrator.pushover.estimate import estimate
-from orchestrator.settings.case import Case, read, refuse_verification
+from orchestrator.settings.case import Case, refuse_verification
 from orchestrator.settings.project import ProjectSettings
+from orchestrator.storage.files import missing
+from orchestrator.storage.stored_run import read_checked, telling_damage
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -59,23 +60,28 @@ class LoadCasesOutcome:
     complaints: tuple[ConvergenceError | ResultError, ...]
 
 
-def run(case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, report: Report) -> LoadCasesOutcome | None:
+def run(
+    case: Case, output: Path, resume: bool, comm: MPI.Intracomm | None, report: Report, force: bool = True
+) -> LoadCasesOutcome | None:
     """Run every load case into its folder in `output`; None on ranks that have worked for others.
 
-    With `resume` finished load cases stay as they are. Raises CaseError before anything is written.
+    With `resume` finished load cases stay as they are; with `force` results of an earlier run are removed, with neither
+    it is refused. Raises CaseError before anything is written.
     """
-    assemblage = on_root(comm, load_cases.refuse_run, case)
-    on_root(comm, load_cases.refuse_folders, case, output, resume)
     runs = [LoadCaseRun(name, one, output / name, resume) for name, one in load_cases.each(case).items()]
-    if comm is not None and comm.size > 1:
-        pushover_run.start_finite_elements()
-        if not _is_large(case, assemblage):
-            return _spread(case, runs, output, resume, comm, report)
-    with on_root_while(comm, locked(output)):
-        on_root(comm, _begin, case, output, resume)
-        done = [compute(one, comm, _named(report, one.name)) for one in runs]
-        report(StageBegun("report", "all load cases"))
-        return on_root(comm, _collected, case, runs, done, output)
+    folders = (output, *(one.folder for one in runs))
+    with on_root_while(comm, storage.held(*folders, force=resume or force, resumable=True)):
+        assemblage = on_root(comm, load_cases.refuse_run, case)
+        on_root(comm, load_cases.refuse_folders, case, output, resume)
+        if comm is not None and comm.size > 1:
+            pushover_run.start_finite_elements()
+            if not _is_large(case, assemblage):
+                return _spread(case, runs, output, resume, comm, report)
+        with resumable():
+            on_root(comm, _begin, case, output, resume)
+            done = [compute(one, comm, _named(report, one.name)) for one in runs]
+            report(StageBegun("report", "all load cases"))
+            return on_root(comm, _collected, case, runs, done, output)
 
 
 def _begin(case: Case, output: Path, resume: bool) -> None:
@@ -87,7 +93,7 @@ def _begin(case: Case, output: Path, resume: bool) -> None:
 def _spread(
     case: Case, runs: list[LoadCaseRun], output: Path, resume: bool, comm: MPI.Intracomm, report: Report
 ) -> LoadCasesOutcome | None:
-    with workers_into(output, comm) as spread:
+    with workers(comm) as spread, resumable():
         if spread is None:
             return None
         _begin(case, output, resume)
@@ -126,6 +132,10 @@ def _finished(run: LoadCaseRun) -> Outcome | None:
     if _without_commit(written.read_text(encoding="utf-8")) != _without_commit(as_run(run.case)):
         return None
     summary = storage.read_summary(run.folder)
+    try:
+        storage.refuse_other_parts(run.folder, summary)
+    except CaseError:  # gone on with, it writes them again
+        return None
     complains = summary.failed or any(pushed.complaint for pushed in summary.pushover)
     return None if complains else Outcome(summary, ())
 
@@ -160,6 +170,7 @@ def _collected(case: Case, runs: list[LoadCaseRun], done: list[Outcome], output:
                 "distribution": one.case.load.distribution,
                 "inclination": one.case.load.inclination,
                 "complaints": [str(complaint) for complaint in outcome.complaints],
+                "summary_sha256": outcome.summary and outcome.summary.sha256,
             }
             for one, outcome in zip(runs, done, strict=True)
         ],
@@ -181,14 +192,31 @@ def are_in(folder: Path) -> bool:
 def rebuild(folder: Path) -> Path:
     """Draw all pictures of all load cases again and write their pages, from stored results alone; return the index.
     Raises CaseError before anything is written."""
-    names = [entry["name"] for entry in storage.read_json(folder / INDEX)["load_cases"]]
-    finished = [folder / name for name in names if (folder / name / "summary.json").is_file()]
-    for one in finished:
-        refuse_verification(read(one / "case.toml"))
+    finished = _finished_in(folder)
     for one in finished:
         driver.rebuild_report(one)
     _presented(folder)
     return folder / "report.html"
+
+
+def _finished_in(folder: Path) -> list[Path]:
+    """Return the folders of the load cases that have curves. Raises CaseError where one is not as it was when all were
+    done, or a verification of it is not made."""
+    with telling_damage(folder):
+        listed = {
+            folder / entry["name"]: entry["summary_sha256"] for entry in storage.read_json(folder / INDEX)["load_cases"]
+        }
+    for one, digest in listed.items():
+        path = one / "summary.json"
+        if path.is_file():
+            case, summary = read_checked(one)
+            if summary.sha256 != digest:
+                problem = "is of another run than its neighbours"
+                raise CaseError("", problem, "`run` the load cases with --resume, or run them anew", str(path))
+            refuse_verification(case)
+        elif digest is not None:
+            raise missing(path)
+    return [one for one, digest in listed.items() if digest is not None]
 
 
 def _presented(folder: Path) -> tuple[tuple[dict[str, Any], ...], Verdict]:

@@ -43,7 +43,7 @@ from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.masonry.joints import Assemblage, JointClass
 from orchestrator.present import plots
 from orchestrator.present.verdict import Answered
-from orchestrator.settings.case import Case, RunSettings, refuse_verification
+from orchestrator.settings.case import Case, RunSettings, as_record, refuse_verification
 from orchestrator.settings.project import ProjectSettings
 
 if TYPE_CHECKING:
@@ -84,28 +84,37 @@ class SensitivityOutcome:
     steep: tuple[str, ...] = ()
 
 
-def sensitivity(case: Case, output: Path, comm: MPI.Intracomm | None, report: Report) -> SensitivityOutcome | None:
-    """Run the ranges of [sensitivity] into `output`; None on the ranks that only work. Raises CaseError."""
+def sensitivity(
+    case: Case, output: Path, comm: MPI.Intracomm | None, report: Report, force: bool = True
+) -> SensitivityOutcome | None:
+    """Run the ranges of [sensitivity] into `output`; None on the ranks that only work. Raises CaseError, where not by
+    `force` for a folder with the table of another analysis too."""
     on_root(comm, refuse, case)
     if case.sensitivity.analysis != "limit":
         pushover_run.start_finite_elements()
     with workers_into(output, comm) as spread:
-        return _sensitivity(case, output, spread, report) if spread else None
+        return _sensitivity(case, output, spread, report, force) if spread else None
 
 
-def _sensitivity(case: Case, output: Path, spread: Spread, report: Report) -> SensitivityOutcome:
+def _sensitivity(case: Case, output: Path, spread: Spread, report: Report, force: bool) -> SensitivityOutcome:
     began, settings = perf_counter(), case.sensitivity
+    storage.refuse_run(output)
     limits = ranges(settings)
     points = (*one_at_a_time(limits), *latin_hypercube(limits, settings.samples, settings.seed))
     digests = _digest_of(case)
     runs = [_run_of(point, case, output / "points", digests) for point in points]
+    of = hashlib.sha256(repr([(run.point.name, run.file.name) for run in runs]).encode()).hexdigest()
+    source = storage.Source("sensitivity", as_record(case, str(case.block_file)), (case.file, case.block_file), of)
+    if not force:
+        storage.refuse_other_points(output, "sensitivity.csv", source)
     missing = [run for run in runs if not run.file.exists()]
     report(StageDone("points", 0.0, f"{len(runs)}, {len(runs) - len(missing)} of them run before"))
     for number, said in enumerate(spread(compute, missing), 1):
         report(StageDone(f"{number} of {len(missing)}", perf_counter() - began, said))
     report(StageBegun("sensitivity", "pictures"))
     answers = {run.point.name: storage.read_json(run.file) for run in runs}
-    return _presented(case, output, limits, [run.point for run in runs], answers)
+    with storage.placed([output], source):
+        return _presented(case, output, limits, [run.point for run in runs], answers)
 
 
 def refuse(case: Case) -> None:

@@ -6,12 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from orchestrator.app.case_check import STANDS, kilonewtons, loads_table, plain_table
 from orchestrator.app.space_commands import assemblage_of, doubtful_joints, load_words, wall_rows
 from orchestrator.app.terminal import shown
+from orchestrator.basis.atomic_files import together
 from orchestrator.basis.errors import naming
 from orchestrator.basis.printed import counted
 from orchestrator.present.in_space import collapse_page, space_pictures
@@ -44,11 +44,11 @@ def check(path: Path, overrides: list[str], output: Path, console: Console) -> i
     for table in (loads_table(sums), materials_table(of_materials), joints_table(classes)):
         console.print(table)
     for line in [load_words(assemblage, loads), *tie_words(case)]:
-        console.print(line, soft_wrap=True, markup=False)
+        console.print(line, soft_wrap=True)
     console.print(STANDS, soft_wrap=True)
     said = [*doubtful_joints(case, assemblage), *found.remarks, *unusual(sums, of_materials, classes, case)]
     for remark in said:
-        console.print(f"{path}: {remark}", soft_wrap=True, markup=False)
+        console.print(f"{path}: {remark}", soft_wrap=True)
     _draw(case, assemblage, said, output, console)
     return 0
 
@@ -56,14 +56,15 @@ def check(path: Path, overrides: list[str], output: Path, console: Console) -> i
 def _draw(case: SpaceCase, assemblage: SpaceAssemblage, said: list[str], output: Path, console: Console) -> None:
     """Draw the wall, and say where that is and how many blocks and joints there are."""
     direction = loads_on(assemblage.wall, case.load).direction
-    png = space_pictures.save_wall(assemblage, direction, output / "figures" / "blocks.png", case.project.language)
-    html = collapse_page.write(
-        output / "blocks.html", assemblage, wall_rows(assemblage), said, direction=direction, project=case.project
-    )
+    with together():
+        png = space_pictures.save_wall(assemblage, direction, output / "figures" / "blocks.png", case.project.language)
+        html = collapse_page.write(
+            output / "blocks.html", assemblage, wall_rows(assemblage), said, direction=direction, project=case.project
+        )
     free = int((~case.wall.fixed).sum())
     verdict = "see the warnings above" if said else "nothing to complain about"
     counts = f"{counted(free, 'block')} in space, {counted(assemblage.joints.count, 'joint')}"
-    console.print(f"{case.file}: {counts}, {verdict}; {png}; to turn: {html}", soft_wrap=True, markup=False)
+    console.print(f"{case.file}: {counts}, {verdict}; {png}; to turn: {html}", soft_wrap=True)
 
 
 def materials_table(sums: list[SpaceMaterialSums]) -> Table:
@@ -73,7 +74,7 @@ def materials_table(sums: list[SpaceMaterialSums]) -> Table:
     )
     for one in sums:
         table.add_row(
-            escape(one.name) or "(none)",
+            one.name or "(none)",
             str(one.blocks),
             f"{one.volume:.4g}",
             kilonewtons(one.weight),
@@ -87,7 +88,7 @@ def joints_table(classes: list[SpaceJointSums]) -> Table:
     """Return the joints by the materials that meet and by friction."""
     table = plain_table("Joints", ("joints between", "number", "area\nm2", "friction"))
     for one in classes:
-        table.add_row(escape(", ".join(one.between)), str(one.joints), f"{one.area:.4g}", f"{one.friction:.4g}")
+        table.add_row(", ".join(one.between), str(one.joints), f"{one.area:.4g}", f"{one.friction:.4g}")
     return table
 
 

@@ -30,7 +30,6 @@ from orchestrator.space.loads import SpaceLoads, loads_on
 from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
 from orchestrator.space.ties import with_ties
 from orchestrator.space.wall import check_wall
-from orchestrator.storage.clearing import clear
 from orchestrator.storage.files import plain, write_json
 
 LISTED_JOINTS = 5
@@ -63,7 +62,7 @@ def _listed(names: list[str]) -> str:
     return ", ".join(names[:LISTED_JOINTS]) + ", ..." * (len(names) > LISTED_JOINTS)
 
 
-def limit(path: Path, overrides: list[str], output: Path, force: bool, as_json: bool, console: Console) -> int:
+def limit(path: Path, overrides: list[str], output: Path, as_json: bool, console: Console) -> int:
     """Run the limit analysis of a wall in space; print it, draw its mechanism; return the exit code."""
     case = read(path, overrides)
     assemblage = assemblage_of(case)
@@ -71,7 +70,7 @@ def limit(path: Path, overrides: list[str], output: Path, force: bool, as_json: 
 
     def say(text: str) -> None:
         if not as_json:
-            console.print(text, soft_wrap=True, markup=False)
+            console.print(text, soft_wrap=True)
 
     say(f"{case.name}: {counted(free, 'block')} in space, {counted(assemblage.joints.count, 'joint')}")
     with naming(case.file):
@@ -82,8 +81,6 @@ def limit(path: Path, overrides: list[str], output: Path, force: bool, as_json: 
         print(json.dumps(plain(record(analysis)), indent=1))
         return 0
     console.print(table(analysis))
-    if force:
-        clear(output, (path,))
     _show_mechanism(case, assemblage, loads, analysis, output, say)
     return 0
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
+from orchestrator.basis.atomic_files import together
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import FACTORS, Unit
 from orchestrator.geometry.polyhedra import Polyhedron
@@ -71,14 +72,15 @@ def import_wall(path: Path, options: Mapping[str, str], output: Path, console: C
     if output.suffix.lower() != ".json":
         raise CaseError("--output", f"{output} is not a block file", "end its name in .json")
     with naming(path):
-        wall = read_file(path, options, lambda text: console.print(f"{path}: {text}", soft_wrap=True, markup=False))
+        wall = read_file(path, options, lambda text: console.print(f"{path}: {text}", soft_wrap=True))
         check_wall(wall)
         assemblage = find_joints(wall)
-    write_json(output, as_record(wall))
-    png = space_pictures.save_wall(assemblage, -np.eye(3)[1], output.with_suffix(".png"))
+    with together():
+        write_json(output, as_record(wall))
+        png = space_pictures.save_wall(assemblage, -np.eye(3)[1], output.with_suffix(".png"))
     counts = f"{len(wall.blocks)} blocks in space, {int(wall.fixed.sum())} of them supports"
     text = f"{output}: {counts}, {assemblage.joints.count} joints; {png}"
-    console.print(text, soft_wrap=True, markup=False)
+    console.print(text, soft_wrap=True)
     return 0
 
 

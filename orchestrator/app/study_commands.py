@@ -32,7 +32,7 @@ def study(options: argparse.Namespace, case: cases.Case, comm: MPI.Intracomm | N
     on_root(comm, load_cases.refuse_run, case)
     logging.getLogger("orchestrator").propagate = False
     with Reporter(console) as report:
-        outcome = study_runs.study(case, output, comm, report)
+        outcome = study_runs.study(case, output, comm, report, options.force)
     if outcome is None:
         return 0
     console.print(tables.study_table(case.name, outcome.rows))
@@ -52,12 +52,12 @@ def sensitivity(options: argparse.Namespace, case: cases.Case, comm: MPI.Intraco
     on_root(comm, storage.refuse_run, output)
     logging.getLogger("orchestrator").propagate = False
     with Reporter(console) as report:
-        outcome = sensitivity_runs.sensitivity(case, output, comm, report)
+        outcome = sensitivity_runs.sensitivity(case, output, comm, report, options.force)
     if outcome is None:
         return 0
     console.print(tables.sensitivity_table(case.name, outcome.quantity, outcome.base, outcome.kind, outcome.bars))
     for said in sensitivity_runs.words(outcome):
-        console.print(said, soft_wrap=True, markup=False)
+        console.print(said, soft_wrap=True)
     console.print(f"points: {output / 'sensitivity.csv'}; pictures: {output / 'figures'}", soft_wrap=True)
     return 0
 

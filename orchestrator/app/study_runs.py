@@ -30,7 +30,7 @@ from orchestrator.macroblocks.criteria import Partition, one_body_per_block
 from orchestrator.macroblocks.tolerance_grid import Cell, distinct, grid, key
 from orchestrator.masonry.wall import Wall
 from orchestrator.present import plots
-from orchestrator.settings.case import Case, RunSettings
+from orchestrator.settings.case import Case, RunSettings, as_record
 from orchestrator.storage.identity import identity
 
 if TYPE_CHECKING:
@@ -65,15 +65,19 @@ class StudyOutcome:
     complaints: tuple[str, ...]
 
 
-def study(case: Case, output: Path, comm: MPI.Intracomm | None, report: Report) -> StudyOutcome | None:
-    """Run the grid of [study] into the folder `output`; None on the ranks that only work. Raises CaseError."""
+def study(
+    case: Case, output: Path, comm: MPI.Intracomm | None, report: Report, force: bool = True
+) -> StudyOutcome | None:
+    """Run the grid of [study] into the folder `output`; None on the ranks that only work. Raises CaseError, where not
+    by `force` for a folder with the table of another study too."""
     pushover_run.start_finite_elements()
     with workers_into(output, comm) as spread:
-        return _study(case, output, spread, report) if spread else None
+        return _study(case, output, spread, report, force) if spread else None
 
 
-def _study(case: Case, output: Path, spread: Spread, report: Report) -> StudyOutcome:
+def _study(case: Case, output: Path, spread: Spread, report: Report, force: bool) -> StudyOutcome:
     began = perf_counter()
+    storage.refuse_run(output)
     assemblage, analysis = driver.limit(case)
     driver.refuse_what_cannot_be_pushed(case, assemblage)
     try:
@@ -86,6 +90,13 @@ def _study(case: Case, output: Path, spread: Spread, report: Report) -> StudyOut
     runs = [
         _run_of(partition, case, segmented, output) for partition in distinct([micro, *(c.partition for c in cells)])
     ]
+    points = hashlib.sha256(repr([(cell.tol_n, cell.tol_d) for cell in cells]).encode())
+    points.update(repr([run.folder.name for run in runs]).encode())
+    source = storage.Source(
+        "study", as_record(case, str(case.block_file)), (case.file, case.block_file), points.hexdigest()
+    )
+    if not force:
+        storage.refuse_other_points(output, "table.csv", source)
     missing = [run for run in sorted(runs, key=lambda run: -run.segmented.partition.count) if not run.folder.exists()]
     text = f"{len(cells)} cells, {len(runs)} different partitions, {len(runs) - len(missing)} of them run before"
     report(StageDone("micro-LA and grid", perf_counter() - began, text))
@@ -95,9 +106,10 @@ def _study(case: Case, output: Path, spread: Spread, report: Report) -> StudyOut
         report(StageDone(f"{number} of {len(missing)}", perf_counter() - began, done))
     by_partition = {key(run.segmented.partition): run for run in runs}
     rows = tuple(_table(cells, micro, by_partition))
-    storage.write_csv(output / "table.csv", COLUMNS, ([row[name] for name in COLUMNS] for row in rows))
     report(StageBegun("study", "pictures"))
-    _draw(case, segmented, cells, by_partition[key(micro)], by_partition, output / "figures")
+    with storage.placed([output], source):
+        storage.write_csv(output / "table.csv", COLUMNS, ([row[name] for name in COLUMNS] for row in rows))
+        _draw(case, segmented, cells, by_partition[key(micro)], by_partition, output / "figures")
     complaints = (f"{run.folder.name}: {text}" for run in runs for text in _complaints(run))
     return StudyOutcome(rows, tuple(complaints))
 

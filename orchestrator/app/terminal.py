@@ -10,7 +10,6 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.markup import escape
 
 from orchestrator.app.progress import IncrementDone, StageBegun, StageDone
 
@@ -29,10 +28,8 @@ class Reporter:
     def __init__(self, console: Console, listens: bool = True) -> None:
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-        columns = (
-            TextColumn("{task.description}"), BarColumn(bar_width=10), TextColumn("{task.fields[state]}"),
-            TimeElapsedColumn(), TimeRemainingColumn(),
-        )  # fmt: skip
+        name, state = (TextColumn(f"{{task.{what}}}", markup=False) for what in ("description", "fields[state]"))
+        columns = name, BarColumn(bar_width=10), state, TimeElapsedColumn(), TimeRemainingColumn()
         self._console = console
         self._draws = console.is_terminal and not console.is_dumb_terminal
         self._progress = Progress(*columns, console=console, transient=True, disable=not self._draws)
@@ -59,13 +56,13 @@ class Reporter:
         if self._draws:
             self._draw_line("micro-LA", text)
         elif self._said is None or monotonic() - self._said > QUIET:
-            self._console.print(f"micro-LA: {text}", soft_wrap=True, markup=False)
+            self._console.print(f"micro-LA: {text}", soft_wrap=True)
             self._said = monotonic()
 
     def _draw_line(self, stage: str, text: str) -> None:
         if "" not in self._tasks:
             self._tasks[""] = self._progress.add_task(stage, total=None, state="")
-        self._progress.update(self._tasks[""], description=escape(stage), state=escape(text), refresh=True)
+        self._progress.update(self._tasks[""], description=stage, state=text, refresh=True)
 
     def _stop_listening(self) -> None:
         for name in self._watched:
@@ -85,7 +82,7 @@ class Reporter:
             if self._draws:
                 self._draw_line(event.stage, event.text)
             else:
-                self._console.print(f"{event.stage}: {event.text} ...", soft_wrap=True, markup=False)
+                self._console.print(f"{event.stage}: {event.text} ...", soft_wrap=True)
         elif isinstance(event, StageDone):
             self._stop_listening()
             self._console.print(f"{event.stage}: {event.text} ({event.seconds:.1f} s)", soft_wrap=True)

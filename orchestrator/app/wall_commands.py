@@ -19,16 +19,16 @@ from orchestrator.app import case_check, driver, load_case_runs, load_cases
 from orchestrator.app.terminal import Reporter, shown
 from orchestrator.assessment.seismic.settings import without_verification
 from orchestrator.assessment.seismic.verification_record import notes, verdict
-from orchestrator.basis.atomic_files import is_locked, locked
+from orchestrator.basis.atomic_files import is_locked
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError
-from orchestrator.basis.parallel import is_root, on_root
+from orchestrator.basis.parallel import is_root, on_root, on_root_while
 from orchestrator.loads import DeadLoad
 from orchestrator.masonry.joint_warnings import short_contacts
 from orchestrator.masonry.sources.drawing import implausible
 from orchestrator.present import answer, page, tables
 from orchestrator.present.verdict import Answered, sentence
 from orchestrator.present.verdict import verdict as verdict_on
-from orchestrator.settings.case import Case, RunSettings
+from orchestrator.settings.case import Case, RunSettings, as_record
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -59,32 +59,34 @@ def limit(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: 
         records = {name: asdict(storage.limit_summary(one[1])) for name, one in analyses.items()}
         print(json.dumps(records.get("", records), indent=1))
         return 0
-    _try_output(options, case, output)
-    _refuse(case, console)
-    with locked(*_folders(case, output)):
-        _limit(options, case, output, console)
+    storage.try_folder(output)
+    with storage.held(*_folders(case, output), force=options.force):
+        _refuse(case, console)
+        with storage.placed(_folders(case, output), _source(options, case), options.force):
+            answers, pictures = _limit(case, output, console)
+        for picture in pictures:
+            console.print(f"mechanism: {picture}", soft_wrap=True)
+        if len(answers) > 1:
+            console.print(sentence(verdict_on(case.name, answers)), soft_wrap=True)
     return 0
 
 
-def _limit(options: argparse.Namespace, case: Case, output: Path, console: Console) -> None:
-    answers = []
-    for number, (name, one) in enumerate(load_cases.each(case).items()):
+def _limit(case: Case, output: Path, console: Console) -> tuple[list[Answered], list[Path]]:
+    """Analyse and draw every load case; return the answers and their pictures."""
+    answers, pictures = [], []
+    for name, one in load_cases.each(case).items():
         with Reporter(console):
             assemblage, analysis = driver.limit(one)
         summary = storage.summarise(one.name, assemblage, analysis, None, [])
         about = (name, one.load.direction, one.load.distribution, summary)
-        answers.append(Answered(*about, inclination=one.load.inclination))
         console.print(tables.limit_table(analysis, name))
         for remark in (*analysis.remarks, *short_contacts(assemblage, one.joints), *implausible(assemblage.wall)):
             console.print(remark, soft_wrap=True)
-        console.print(answer.answer_of_limit(analysis), soft_wrap=True, markup=False)
-        if options.force and not number:
-            storage.clear(output, (case.file, case.block_file))
+        console.print(answer.answer_of_limit(analysis), soft_wrap=True)
         with shown(console, "pictures", "mechanism"):
-            picture = driver.draw_mechanism(one, assemblage, analysis, output / name)
-        console.print(f"mechanism: {picture}", soft_wrap=True)
-    if len(answers) > 1:
-        console.print(sentence(verdict_on(case.name, answers)), soft_wrap=True, markup=False)
+            pictures.append(driver.draw_mechanism(one, assemblage, analysis, output / name))
+        answers.append(Answered(*about, inclination=one.load.inclination))
+    return answers, pictures
 
 
 def _settle(options: argparse.Namespace, case: Case, output: Path, console: Console) -> int:
@@ -104,7 +106,6 @@ def _settle(options: argparse.Namespace, case: Case, output: Path, console: Cons
             f"{under}support {options.settle} gives way at {angle:g} degrees: "
             f"least reaction {-state.load_multiplier / 1e3:.4f} kN (associative); mechanism: {picture}",
             soft_wrap=True,
-            markup=False,
         )
     return 0
 
@@ -117,15 +118,20 @@ def _settle_angle(options: argparse.Namespace) -> float:
 def segment(options: argparse.Namespace, case: Case, _: MPI.Comm | None, console: Console) -> int:
     """Find the macroblocks; return the exit code."""
     output = _output(options)
-    _try_output(options, case, output)
-    _refuse(case, console)
-    with locked(*_folders(case, output)):
-        _segment(options, case, output, console)
+    storage.try_folder(output)
+    with storage.held(*_folders(case, output), force=options.force):
+        _refuse(case, console)
+        with storage.placed(_folders(case, output), _source(options, case), options.force):
+            drawn = _segment(case, output, console)
+        for macroblocks, mechanism in drawn:
+            console.print(f"macroblocks: {macroblocks}; mechanism: {mechanism}", soft_wrap=True)
     return 0
 
 
-def _segment(options: argparse.Namespace, case: Case, output: Path, console: Console) -> None:
-    for number, (name, one) in enumerate(load_cases.each(case).items()):
+def _segment(case: Case, output: Path, console: Console) -> list[tuple[Path, Path]]:
+    """Merge the blocks of every load case and draw them; return the pictures."""
+    drawn = []
+    for name, one in load_cases.each(case).items():
         with Reporter(console):
             segmented = driver.segment(one)
         console.print(tables.limit_table(segmented.analysis, name))
@@ -133,41 +139,37 @@ def _segment(options: argparse.Namespace, case: Case, output: Path, console: Con
         said = [*short_contacts(segmented.assemblage, one.joints), *implausible(segmented.assemblage.wall)]
         for remark in (*segmented.analysis.remarks, *segmented.partition.remarks, *said):
             console.print(remark, soft_wrap=True)
-        console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True, markup=False)
-        if options.force and not number:
-            storage.clear(output, (case.file, case.block_file))
+        console.print(answer.answer_of_limit(segmented.analysis), soft_wrap=True)
         with shown(console, "pictures", "macroblocks and mechanism"):
-            pictures = driver.draw_macroblocks(one, segmented, output / name)
-        console.print(f"macroblocks: {pictures[0]}; mechanism: {pictures[1]}", soft_wrap=True)
+            drawn.append(driver.draw_macroblocks(one, segmented, output / name))
+    return drawn
 
 
 def run(options: argparse.Namespace, case: Case, comm: MPI.Intracomm | None, console: Console) -> int:
     """Run the whole chain; return the exit code."""
     if options.model:
         case = replace(case, run=RunSettings(("macro", "micro") if options.model == "both" else (options.model,)))
-    output = _output(options)
+    output, force = _output(options), options.resume or options.force
     on_root(comm, storage.try_folder, output)
-    if not (options.resume or options.force):
-        on_root(comm, storage.refuse_overwriting_run, output)
     logging.getLogger("orchestrator").propagate = False  # run.log has it
     for remark in without_verification(case.seismic):
-        console.print(remark, soft_wrap=True, markup=False)
+        console.print(remark, soft_wrap=True)
     if case.load.several:
         return _run_load_cases(options, case, output, comm, console)
-    with Reporter(console) as report:
+    with on_root_while(comm, storage.held(output, force=force, resumable=True)), Reporter(console) as report:
         outcome = driver.run(case, output, options.resume, comm, report)
     assert outcome.summary is not None, "a run without any curve raises"
     console.print(tables.run_table(outcome.summary))
     for remark in storage.remarks(outcome.summary):
-        console.print(remark, soft_wrap=True, markup=False)
+        console.print(remark, soft_wrap=True)
     for why in (outcome.summary.failed or {}).values():
-        console.print(f"NO CURVE: {why}", soft_wrap=True, markup=False)
+        console.print(f"NO CURVE: {why}", soft_wrap=True)
     for reason in storage.reasons(outcome.summary.pushover):
         console.print(f"NOT VALID: {reason}", soft_wrap=True)
-    console.print(answer.answer_of_run(outcome.summary), soft_wrap=True, markup=False)
+    console.print(answer.answer_of_run(outcome.summary), soft_wrap=True)
     _print_verification(outcome.summary, console)
     if outcome.summary.seismic is not None:
-        console.print(sentence(page.verdict_of(case, outcome.summary)), soft_wrap=True, markup=False)
+        console.print(sentence(page.verdict_of(case, outcome.summary)), soft_wrap=True)
     written = (
         f"report: {output / 'report.html'}; pictures: {output / 'figures'}; all figures: {output / 'summary.json'}"
     )
@@ -180,7 +182,7 @@ def _run_load_cases(
     options: argparse.Namespace, case: Case, output: Path, comm: MPI.Intracomm | None, console: Console
 ) -> int:
     with Reporter(console) as report:
-        outcome = load_case_runs.run(case, output, options.resume, comm, report)
+        outcome = load_case_runs.run(case, output, options.resume, comm, report, options.force)
     if outcome is None:
         return 0
     console.print(tables.load_cases_table(case.name, outcome.rows))
@@ -188,7 +190,7 @@ def _run_load_cases(
         if one.summary is not None:
             _print_verification(one.summary, console, one.summary.case)
     console.print(tables.verdict_table(outcome.verdict))
-    console.print(sentence(outcome.verdict), soft_wrap=True, markup=False)
+    console.print(sentence(outcome.verdict), soft_wrap=True)
     said = (("reports of all load cases", "report.html"), ("table", "load_cases.csv"), ("verdict", "verdict.csv"))
     console.print("; ".join(f"{what}: {output / name}" for what, name in said), soft_wrap=True)
     _complain(comm, outcome.complaints)
@@ -203,7 +205,7 @@ def _print_verification(summary: storage.Summary, console: Console, load_case: s
     console.print(tables.seismic_table(record, load_case))
     console.print(f"{verdict(record)}. Control point of N2: {record['control_point']}", soft_wrap=True)
     for number, text in enumerate(notes(record), 1):
-        console.print(f"({number}) {text}", soft_wrap=True, markup=False)
+        console.print(f"({number}) {text}", soft_wrap=True)
 
 
 def _exit_code(complaints: Sequence[ConvergenceError | ResultError], summaries: Sequence[storage.Summary]) -> int:
@@ -218,16 +220,15 @@ def _refuse(case: Case, console: Console) -> None:
         load_cases.refuse_limit(case)
 
 
-def _try_output(options: argparse.Namespace, case: Case, output: Path) -> None:
-    """Raise OSError or CaseError for a folder that takes no files, or has those of a finished run."""
-    storage.try_folder(output)
-    for folder in () if options.force else _folders(case, output):
-        storage.refuse_overwriting_run(folder, resumable=False)
+def _source(options: argparse.Namespace, case: Case) -> storage.Source:
+    """Return what results of a command are of."""
+    settings = as_record(case, str(case.block_file))
+    return storage.Source(options.command, settings, (case.file, case.block_file))
 
 
 def _folders(case: Case, output: Path) -> tuple[Path, ...]:
     """Return the folders that limit and segment write into."""
-    return (output, *(output / name for name in load_cases.each(case)))
+    return tuple(dict.fromkeys([output, *(output / name for name in load_cases.each(case))]))
 
 
 def _output(options: argparse.Namespace) -> Path:

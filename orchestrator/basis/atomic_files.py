@@ -1,7 +1,8 @@
 """Files that are whole or absent, in folders that belong to one run at a time.
 
-A file is written under a temporary name in its own folder, fsynced and renamed; a run folder is locked by flock(2),
-which the kernel releases when the process dies, however it dies.
+A file is written under a temporary name in its own folder, fsynced and renamed; files that belong together are renamed
+when the last one is written. A run folder is locked by flock(2), which the kernel releases when the process dies,
+however it dies.
 """
 
 from __future__ import annotations
@@ -14,10 +15,15 @@ import os
 import re
 import secrets
 import shutil
+import signal
 import socket
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from orchestrator.basis.errors import CaseError
 
@@ -27,6 +33,8 @@ TEMPORARY = ".tmp"
 """suffix of files and folders being written, after the mark"""
 HALF_WRITTEN = re.compile(rf"\..+\.{MARK}-[0-9a-f]{{8}}{re.escape(TEMPORARY)}")
 """names that `replacing` writes under; where no run is at work a killed one has left them"""
+SHORT = re.compile(r"\d+ requested and \d+ written")
+"""what numpy says, without a number, of a disk that is full"""
 LOCK = ".lock"
 """name of the file that says which process a run folder belongs to"""
 DIGEST = 32
@@ -37,19 +45,39 @@ PIECE = 1 << 20
 logger = logging.getLogger(__name__)
 
 
+@dataclass(eq=False, slots=True)
+class _Waiting:
+    """Files that are written and not yet in their places: where they go -> where they are; folders made for them."""
+
+    files: dict[Path, Path] = field(default_factory=dict)
+    made: list[Path] = field(default_factory=list)
+
+
+_waiting: ContextVar[_Waiting | None] = ContextVar("waiting", default=None)
+"""of `together`; of this thread"""
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary path to write to; on success it is fsynced and renamed to `path`, on an error removed.
 
     Makes the folder. Raises OSError naming `path` (full disk, read-only folder); an older `path` is then untouched.
+    Within `together` it is renamed at the end of that.
     """
-    temporary = path.with_name(f".{path.name}.{MARK}-{secrets.token_hex(4)}{TEMPORARY}")
+    temporary, waiting = path.with_name(f".{path.name}.{MARK}-{secrets.token_hex(4)}{TEMPORARY}"), _waiting.get()
     try:
+        if waiting is not None:
+            waiting.made += [folder for folder in path.parents if not folder.exists()]
         path.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
         _fsync(temporary)
-        os.replace(temporary, path)
-        _fsync(path.parent)
+        if waiting is None:
+            os.replace(temporary, path)
+            _fsync(path.parent)
+        else:
+            if path in waiting.files:
+                _remove(waiting.files[path])
+            waiting.files[path] = temporary
     except OSError as error:
         with suppress(OSError):  # the folder may be a file, or gone: the error says so
             temporary.unlink(missing_ok=True)
@@ -59,13 +87,75 @@ def replacing(path: Path) -> Iterator[Path]:
         raise
 
 
+@contextmanager
+def together(prepare: Callable[[Mapping[Path, Path]], None] = lambda _: None) -> Iterator[None]:
+    """Let all files that are written inside take their places at the end, or on an error none of them.
+
+    prepare: is called before they do, with where each of them is, by where it goes. What is `together` inside of
+    another one is a part of that.
+    """
+    if _waiting.get() is not None:
+        yield
+        return
+    waiting = _Waiting()
+    token = _waiting.set(waiting)
+    try:
+        try:
+            yield
+        finally:
+            _waiting.reset(token)
+        with _uninterrupted():
+            prepare(waiting.files)
+            _place(waiting.files)
+    except BaseException:
+        for temporary in waiting.files.values():
+            _remove(temporary)
+        for folder in sorted(waiting.made, reverse=True):
+            remove_if_empty(folder)
+        raise
+
+
+def _place(files: Mapping[Path, Path]) -> None:
+    for path, temporary in files.items():
+        try:
+            os.replace(temporary, path)
+        except OSError as error:
+            raise naming_file(error, path) from error
+    for folder in dict.fromkeys(path.parent for path in files):
+        _fsync(folder)
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Let Ctrl-C wait until what is done inside is done: that takes milliseconds."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    came: list[Any] = []
+    signal.signal(signal.SIGINT, lambda *how: came.append(how))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if came:
+        before(*came[0])
+
+
+def read_written(path: Path) -> bytes:
+    """Return the content of a file, be it in its place or waiting for that."""
+    waiting = _waiting.get()
+    return (waiting.files.get(path, path) if waiting else path).read_bytes()
+
+
 def naming_file(error: OSError, path: Path) -> OSError:
     """Return the error with a file name: a full disk does not say which file it had no room for."""
     named = error.errno is not None and error.filename is not None
     if named and not HALF_WRITTEN.fullmatch(Path(str(error.filename)).name):
         return error
-    number = error.errno or errno.EIO
-    return OSError(number, os.strerror(number) if error.errno else str(error).splitlines()[0], str(path))
+    said = str(error).splitlines()[0] if str(error) else ""
+    number = error.errno or (errno.ENOSPC if SHORT.fullmatch(said) else errno.EIO)
+    return OSError(number, said if number == errno.EIO and not error.errno else os.strerror(number), str(path))
 
 
 def write_bytes(path: Path, content: bytes) -> None:

@@ -67,6 +67,18 @@ class ConvergenceError(Exception):
         return f"{self.stage}: {self.where}"
 
 
+@contextmanager
+def resumable() -> Iterator[None]:
+    """Let an interruption (KeyboardInterrupt) of what is done inside say that --resume goes on with it."""
+    try:
+        yield
+    except KeyboardInterrupt as stopped:
+        if GO_ON not in getattr(stopped, "__notes__", ()):
+            stopped.add_note(GO_ON)
+        raise
+
+
+GO_ON = "go on with --resume"
 NO_CONTACT = "with no contact left"
 """how what is said of a collapse ends"""
 

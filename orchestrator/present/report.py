@@ -44,6 +44,7 @@ def write_segmentation(
     """Write what is known before the finite elements; the summary of an earlier run goes."""
     output.mkdir(parents=True, exist_ok=True)
     (output / "summary.json").unlink(missing_ok=True)
+    storage.remove_what_some_have(output)
     storage.write_case(output, as_run(case))
     storage.write_blocks(output, assemblage.wall)
     storage.write_joints(output, assemblage)
@@ -69,7 +70,6 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     """Draw the mechanism of the headline state, as picture and DXF, and write its forces beside the pictures' folder;
     likewise the curve of rigid blocks, where there is one. Return the pictures of the mechanism."""
     storage.write_forces(figures.parent, assemblage, analysis.headline, case.reinforcement.ties)
-    storage.remove_picture(figures, "rigid_pushover")
     if storage.write_rigid_curve(figures.parent, analysis) is not None:
         plots.save(plots.rigid_pushover(analysis), figures, "rigid_pushover", case.project.language)
     storage.write_text(figures.parent / "mechanism.dxf", plots.mechanism_dxf(assemblage, analysis.headline))
@@ -182,8 +182,9 @@ def write_summary(
         settings=plain(as_record(case, "blocks.json")),
         blocks_sha256=storage.hash_file(output / "blocks.json"),
         failed=dict(failed) or None,
+        files=storage.parts_in(output),
     )
-    storage.write_summary(output, summary)
+    summary = storage.write_summary(output, summary)
     page.write_verdict(output, page.verdict_of(case, summary))
     page.write(output)
     return summary

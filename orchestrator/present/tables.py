@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
-from rich.markup import escape
 from rich.table import Table
 
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, ratio
@@ -38,7 +37,7 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
 
     In place of the base shear stands a live load that has none: an upright one.
     """
-    title = f"Micro limit analysis{', ' * bool(load_case)}{escape(load_case)}"
+    title = f"Micro limit analysis{', ' * bool(load_case)}{load_case}"
     table = Table(
         box=SIMPLE_HEAD,
         padding=0,
@@ -144,7 +143,7 @@ def run_table(summary: Summary) -> Table:
 
 def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
     """Return the seismic verification: one row per check; the numbers behind ratios are those of its notes."""
-    title = f"Seismic verification{', ' * bool(load_case)}{escape(load_case)}"
+    title = f"Seismic verification{', ' * bool(load_case)}{load_case}"
     table = Table(box=SIMPLE_HEAD, padding=0, title=title)
     for column in ("", "limit\nstate", "ag\nm/s2", "demand", "capacity", "ratio\n(e* = 1)", "notes"):
         wraps = column in ("", "notes")  # words, and lists of numbers; no figure is cut, and none loses its unit
@@ -165,7 +164,7 @@ def seismic_table(record: dict[str, Any], load_case: str = "") -> Table:
 
 def verdict_table(verdict: Verdict) -> Table:
     """Return all checks of all load cases; the row that governs is marked."""
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(verdict.case)}: verdict")
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{verdict.case}: verdict")
     for column in ("load case", "limit\nstate", "check", "demand", "capacity", "safety\nratio", "verified", ""):
         figures = column in ("demand", "capacity", "safety\nratio")
         table.add_column(column, justify="right" if figures else "left", no_wrap=figures, overflow="fold")
@@ -179,7 +178,7 @@ def verdict_table(verdict: Verdict) -> Table:
         elif row["multiplier"] != "":
             capacity = f"λ = {printed('multiplier', row['multiplier'])}"
         governs = "governs" if row["governs"] else ""
-        texts = (escape(row["load_case"]), row["limit_state"], row["check"], demand, capacity, ratio_said)
+        texts = (row["load_case"], row["limit_state"], row["check"], demand, capacity, ratio_said)
         table.add_row(*texts, row["verified"], governs)
     return table
 
@@ -188,7 +187,7 @@ def sensitivity_table(name: str, quantity: str, base: float | None, kind: str, b
     """Return the tornado: every range with its ends and the capacity at both, the one that matters most on top. kind:
     which kind of answer is compared."""
     as_given = "no answer" if base is None else f"{base:.4g} ({kind})"
-    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{escape(name)}: {quantity}, as given {as_given}")
+    table = Table(box=SIMPLE_HEAD, padding=0, title=f"{name}: {quantity}, as given {as_given}")
     for column in ("range", "low", "high", "at\nlow", "at\nhigh"):
         table.add_column(column, justify="left" if column == "range" else "right", no_wrap=True)
     for bar in bars:
@@ -235,5 +234,5 @@ def load_cases_table(name: str, rows: Sequence[dict[str, Any]]) -> Table:
             cells |= {key: AT_LEAST + cells[key] for key in ("peak_multiplier", "peak_base_shear_N")}
         if row["kind"] in IN_BRACKETS:
             cells["non_associative"] = f"({cells['non_associative']})"
-        table.add_row(escape(row["load_case"]), named, *cells.values())
+        table.add_row(row["load_case"], named, *cells.values())
     return table

@@ -325,16 +325,18 @@ def _keep(mesh: ShapeMesh, file: Path | None) -> None:
         logger.warning("%s: %s; the mesh is not kept for the next run", file, error.strerror)
 
 
-def write_mesh(meshes: BodyMeshes, path: Path) -> None:
-    """Write the mesh in the format of the suffix (.msh is gmsh 4.1, .vtu, .xdmf), body number as cell data."""
+def write_mesh(meshes: BodyMeshes, path: Path, suffix: str = "") -> None:
+    """Write the mesh in the format of the suffix (.msh is gmsh 4.1, .vtu, .xdmf), body number as cell data; suffix: of
+    another one than the path's."""
     import meshio
 
     mesh = meshio.Mesh(
         meshes.nodes, [("tetra", meshes.tetrahedra)], cell_data={"body": [meshes.body_of_tetrahedron.astype(np.int32)]}
     )
-    if path.suffix == ".xdmf":  # writes a second file, named after the first
+    suffix = suffix or path.suffix
+    if suffix == ".xdmf":  # writes a second file, named after the first
         mesh.write(path)
         return
-    options = {".msh": {"file_format": "gmsh", "binary": True}}.get(path.suffix, {"file_format": path.suffix[1:]})
+    options = {".msh": {"file_format": "gmsh", "binary": True}}.get(suffix, {"file_format": suffix[1:]})
     with replacing(path) as temporary:
         mesh.write(temporary, **options)

@@ -1,4 +1,4 @@
-from .clearing import clear, remove_picture
+from .clearing import clear, remove_picture, remove_recorded, remove_what_some_have
 from .effort import Effort, Event, effort_of
 from .files import (
     hash_file,
@@ -13,8 +13,10 @@ from .files import (
 from .force_tables import write_forces, write_rigid_curve
 from .model_geometry import ContactPlaces, read_geometry, write_geometry
 from .notes import counts, reasons, remarks
-from .outputs import holds_run, refuse_overwriting_run, refuse_run, try_file, try_folder
+from .outputs import held, holds_run, refuse_overwriting_run, refuse_run, try_file, try_folder
 from .paraview import stress_and_pressure, write_paraview
+from .parts import parts_in, refuse_other_parts
+from .placing import Source, placed, refuse_other_points
 from .reading import read_limit_analysis, read_macroblocks
 from .stored_increments import IN_MEMORY, StateStore, load_increments
 from .summary import (
@@ -46,16 +48,20 @@ __all__ = [
     "Effort",
     "Event",
     "PushoverSummary",
+    "Source",
     "StateStore",
     "Summary",
     "clear",
     "counts",
     "effort_of",
     "hash_file",
+    "held",
     "holds_run",
     "limit_summary",
     "load_increments",
     "logging_to",
+    "parts_in",
+    "placed",
     "provenance",
     "pushover_summary",
     "read_curve",
@@ -66,10 +72,14 @@ __all__ = [
     "read_summary",
     "read_ties",
     "reasons",
+    "refuse_other_parts",
+    "refuse_other_points",
     "refuse_overwriting_run",
     "refuse_run",
     "remarks",
     "remove_picture",
+    "remove_recorded",
+    "remove_what_some_have",
     "stress_and_pressure",
     "summarise",
     "try_file",

@@ -48,8 +48,7 @@ def write_forces(folder: Path, assemblage: Assemblage, state: LimitState, ties: 
 
 
 def _written_ties(path: Path, ties: Sequence[Tie], pulls: Sequence[TieForce]) -> list[Path]:
-    """Write tie_forces.csv and return its path; without ties what an earlier analysis left of them goes."""
-    path.unlink(missing_ok=True)
+    """Write tie_forces.csv and return its path; nothing without ties."""
     if not ties:
         return []
     rows = (
@@ -65,7 +64,6 @@ def write_rigid_curve(folder: Path, analysis: LimitAnalysis) -> Path | None:
     multiplier and base shear of rigid blocks in large displacements; return its path, None without such a curve."""
     path = folder / "rigid_pushover.csv"
     if analysis.rigid_curve is None:
-        path.unlink(missing_ok=True)
         return None
     rows = ((moved, load, load * analysis.headline.horizontal_load) for moved, load in analysis.rigid_curve.tolist())
     write_csv(path, RIGID_CURVE_COLUMNS, rows)

@@ -5,51 +5,65 @@ from __future__ import annotations
 import errno
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+from orchestrator.basis.atomic_files import locked
 from orchestrator.basis.errors import CaseError
 
-OF_A_FINISHED_RUN = ("summary.json", "load_cases.json")
 MODELS = ("macro", "micro")
-OF_A_RUN = (*OF_A_FINISHED_RUN, *MODELS)
+OF_A_RUN = ("summary.json", "load_cases.json", *MODELS)
 """what only a run leaves in its folder; pictures of `check` and `limit` may be there before"""
 OF_A_STUDY = ("table.csv", "sensitivity.csv", "runs", "points")
 """what only a study or a sensitivity analysis leaves in its folder"""
 
 
-def try_folder(folder: Path) -> None:
-    """Raise CaseError naming `folder` unless it, or what it will be made in, takes files. Leaves nothing behind.
+def try_folder(folder: Path, option: str = "--output", remedy: str = "give another folder") -> None:
+    """Raise CaseError naming `folder`, and the option that it is of, unless it, or what it will be made in, takes
+    files. Leaves nothing behind.
 
     The root of the file system takes none: nobody means it.
     """
-    _try_place(folder)
+    _try_place(folder, option, remedy)
     if folder.exists() and folder.samefile(folder.absolute().anchor):
-        raise CaseError("--output", "is the root of the file system", "give a folder", str(folder))
+        raise CaseError(option, "is the root of the file system", "give a folder", str(folder))
 
 
-def _try_place(folder: Path) -> None:
+def _try_place(folder: Path, option: str = "--output", remedy: str = "give another folder") -> None:
     try:
         place = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     except OSError as error:  # a name that no folder can have
-        raise CaseError("--output", (error.strerror or "").lower(), "give another name", folder.name[:40]) from None
+        raise CaseError(option, (error.strerror or "").lower(), "give another name", folder.name[:40]) from None
     if not place.is_dir():
-        raise CaseError("--output", "is a file", "give a folder", str(place))
+        raise CaseError(option, "is a file", "give a folder", str(place))
     try:
         with tempfile.TemporaryFile(dir=place):
             pass
     except OSError as error:
         reason = os.strerror(error.errno or errno.EIO).lower()
-        raise CaseError("--output", f"cannot be written ({reason})", "give another folder", str(folder)) from None
+        raise CaseError(option, f"cannot be written ({reason})", remedy, str(folder)) from None
 
 
-def holds_run(folder: Path, finished: bool = False) -> bool:
-    """Return whether a folder holds the results of a run, or of a `finished` one."""
-    return any((folder / name).exists() for name in (OF_A_FINISHED_RUN if finished else OF_A_RUN))
+def holds_run(folder: Path) -> bool:
+    """Return whether a folder holds the results of a run, finished or not."""
+    return any((folder / name).exists() for name in OF_A_RUN)
+
+
+@contextmanager
+def held(*folders: Path, force: bool, resumable: bool = False) -> Iterator[None]:
+    """Hold folders for this process alone. Raises CaseError where another one does, and, unless by `force`, where one
+    has the results of a run or study: nobody writes them between the question and the end."""
+    with locked(*folders):
+        for folder in () if force else folders:
+            refuse_overwriting_run(folder, resumable)
+        yield
 
 
 def refuse_overwriting_run(folder: Path, resumable: bool = True) -> None:
-    """Raise CaseError for a folder that holds the results of a run or study; not resumable: of a finished run only."""
-    if holds_run(folder, finished=not resumable):
+    """Raise CaseError for a folder that holds the results of a run or study; resumable: the command can go on with
+    it."""
+    if holds_run(folder):
         remedy = f"give another --output, {'go on with --resume, ' * resumable}or overwrite it with --force"
         raise CaseError("--output", "holds the results of a run", remedy, str(folder))
     if any((folder / name).exists() for name in OF_A_STUDY):

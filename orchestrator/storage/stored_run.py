@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -20,6 +22,7 @@ from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.settings import case as cases
 from orchestrator.settings.case import Case
 from orchestrator.storage.files import hash_file, missing, plain
+from orchestrator.storage.parts import refuse_other_parts
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,12 +59,8 @@ def read_run(folder: str | PathLike[str]) -> StoredRun:
     """Return the run in a folder. Raises CaseError where none was finished, or case or blocks are not as they were run
     (but for NOT_RUN_WITH)."""
     folder = Path(folder)
-    if not (folder / "summary.json").is_file():
-        raise CaseError("", "holds no finished run (no summary.json)", "give the folder that `run` wrote", str(folder))
-    case = cases.read(folder / "case.toml")
-    try:
-        summary = storage.read_summary(folder)
-        refuse_edited(folder, case, summary)
+    case, summary = read_checked(folder)
+    with telling_damage(folder):
         name = read_blocks(case.block_file).name  # what the run drew it with: the case's, or the block file's own
         assemblage = find_joints(replace(cases.read_wall(case), name=name), case.joints)
         tied = with_ties(assemblage, case.reinforcement.ties)
@@ -71,18 +70,38 @@ def read_run(folder: str | PathLike[str]) -> StoredRun:
         partition = storage.read_macroblocks(folder, assemblage.wall)
         partition = replace(partition, places=fingerprint_of_places(assemblage))
         models = tuple(_model(folder, pushed, assemblage, partition) for pushed in summary.pushover)
+    return StoredRun(folder, summary, case, assemblage, analysis, partition, models)
+
+
+def read_checked(folder: Path) -> tuple[Case, storage.Summary]:
+    """Return case and summary of the run in a folder, all of whose parts are as it wrote them. Raises CaseError."""
+    if not (folder / "summary.json").is_file():
+        raise CaseError("", "holds no finished run (no summary.json)", "give the folder that `run` wrote", str(folder))
+    case = cases.read(folder / "case.toml")
+    with telling_damage(folder):
+        summary = storage.read_summary(folder)
+        refuse_edited(folder, case, summary)
+    return case, summary
+
+
+@contextmanager
+def telling_damage(folder: Path) -> Iterator[None]:
+    """Let what is raised of files in a folder that are missing, or hold something else, be one CaseError."""
+    try:
+        yield
     except FileNotFoundError as error:
         raise missing(Path(error.filename)) from None
     except (OSError, KeyError, ValueError, TypeError) as error:
         problem = f"a file is damaged or from another version ({type(error).__name__}: {error})"
         raise CaseError("", problem, "`run` the case with --resume, or run it anew", str(folder)) from error
-    return StoredRun(folder, summary, case, assemblage, analysis, partition, models)
 
 
 def refuse_edited(folder: Path, case: Case, summary: storage.Summary) -> None:
-    """Raise CaseError where case.toml or blocks.json in a run folder is not what the run was made with."""
-    if summary.settings is None:
-        problem = "does not say with which settings the run was made: it is of an earlier version"
+    """Raise CaseError where a file in a run folder is not what the run was made with, or what it has written."""
+    if summary.settings is None or summary.files is None:
+        problem = (
+            "does not say with which settings the run was made and what it has written: it is of an earlier version"
+        )
         raise CaseError("", problem, "run the case again", str(folder / "summary.json"))
     now = plain(cases.as_record(case, "blocks.json"))
     for key, (found, used) in differences(now, summary.settings).items():
@@ -92,6 +111,7 @@ def refuse_edited(folder: Path, case: Case, summary: storage.Summary) -> None:
             raise CaseError(key, problem, remedy, str(folder / "case.toml"))
     if hash_file(folder / "blocks.json") != summary.blocks_sha256:
         raise CaseError("", "is not what the run was made with", "run it again", str(folder / "blocks.json"))
+    refuse_other_parts(folder, summary)
 
 
 def differences(one: Any, other: Any, key: str = "") -> dict[str, tuple[Any, Any]]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +16,7 @@ from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage.effort import Effort, Event
-from orchestrator.storage.files import write_json
+from orchestrator.storage.files import plain, write_json
 
 TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
 """what `seconds` of a pushover holds, in s"""
@@ -195,7 +197,8 @@ class Summary:
     """A run. macroblocks: None where it stopped before them; pushover may be empty; seismic: the verification.
 
     failed: models that have no curve, where others have one, and why. settings: of the run, as its case.toml has them,
-    and blocks_sha256 of its blocks.json; None of what was not run.
+    blocks_sha256 of its blocks.json, and files: of its other parts, by their names (parts.py); sha256: of all this but
+    the verification. None of what was not run.
     """
 
     case: str
@@ -207,11 +210,13 @@ class Summary:
     settings: dict[str, Any] | None = None
     blocks_sha256: str | None = None
     failed: dict[str, str] | None = None
+    files: dict[str, str] | None = None
+    sha256: str | None = None
 
     @property
     def record(self) -> dict[str, Any]:
         """What summary.json holds; what may be None at the end only where there is any."""
-        last = ("seismic", "settings", "blocks_sha256", "failed")
+        last = ("seismic", "settings", "blocks_sha256", "failed", "files", "sha256")
         return {key: value for key, value in asdict(self).items() if value is not None or key not in last}
 
 
@@ -333,13 +338,33 @@ def _macroblocks(partition: Partition, joints: int) -> MacroblockSummary:
     )
 
 
-def write_summary(folder: Path, summary: Summary) -> None:
-    """Write summary.json."""
+def write_summary(folder: Path, summary: Summary) -> Summary:
+    """Write summary.json, of a run with its sha256; return what it holds."""
+    if summary.files is not None:
+        summary = replace(summary, sha256=seal_of(summary))
     write_json(folder / "summary.json", summary.record)
+    return summary
 
 
 def read_summary(folder: str | PathLike[str]) -> Summary:
     """Return what `write_summary` wrote. Raises OSError, and ValueError for a file that holds something else."""
-    from pydantic import TypeAdapter
+    return _parsed((Path(folder) / "summary.json").read_bytes())
 
-    return TypeAdapter(Summary).validate_json((Path(folder) / "summary.json").read_bytes())
+
+def seal_of(summary: Summary) -> str:
+    """Return a hash of all but the verification, which is made again where `report` is asked to; the same of what is
+    to be written and of what was read."""
+    alone = replace(summary, seismic=None, sha256=None)
+    as_read = _parsed(json.dumps(plain(alone.record)).encode()).record  # where 0 may have become 0.0
+    return hashlib.sha256(json.dumps(plain(as_read), sort_keys=True).encode()).hexdigest()
+
+
+def _parsed(content: bytes) -> Summary:
+    from pydantic import TypeAdapter, ValidationError
+
+    try:
+        return TypeAdapter(Summary).validate_json(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise ValueError(": ".join(filter(None, ("summary.json", place, first["msg"])))) from error

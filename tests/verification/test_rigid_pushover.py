@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from orchestrator import ElasticSettings, SteppingSettings, one_body_per_block, push
+from orchestrator.app.cli import main
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
 from orchestrator.limit_analysis.search.elastic_contact import (
@@ -27,8 +28,6 @@ from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present.answer import answer_of_limit
-from orchestrator.present.report import write_mechanism
-from orchestrator.settings.case import read as read_case
 from orchestrator.storage import write_blocks
 from tests.support.limit_analysis_cases import FLOOR, assemblage_of, box, case, mirrored, tower, transformed
 
@@ -181,13 +180,12 @@ def test_metres_of_displacement_follow_from_each_stone_s_own_modulus_and_from_mo
 def test_a_picture_of_a_curve_that_is_no_longer_there_goes(tmp_path):
     (tmp_path / "case.toml").write_text("[wall]\nblocks = 'blocks.json'\n")
     write_blocks(tmp_path, tower(0.5, 1.0).wall)
-    given = read_case(tmp_path / "case.toml")
-    for there in (True, False):
-        settings = LimitAnalysisSettings(large_displacements=there)
-        wall = find_joints(tower(0.5, 1.0).wall, JointSettings())
-        write_mechanism(tmp_path / "figures", given, wall, analyse(wall, settings))
-        assert (tmp_path / "figures" / "rigid_pushover.png").exists() == there
-        assert (tmp_path / "rigid_pushover.csv").exists() == there
+    for large in ("true", "false"):
+        setting = f"limit_analysis.large_displacements={large}"
+        command = ["limit", str(tmp_path / "case.toml"), "--set", setting, "--output", str(tmp_path / "out")]
+        assert main(command) == 0
+        assert (tmp_path / "out" / "figures" / "rigid_pushover.png").exists() == (large == "true")
+        assert (tmp_path / "out" / "rigid_pushover.csv").exists() == (large == "true")
 
 
 def test_a_stone_that_snaps_over_does_not_end_the_curve_of_the_wall():

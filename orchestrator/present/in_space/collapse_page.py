@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.basis.atomic_files import write_bytes
+from orchestrator.basis.atomic_files import read_written, write_bytes
 from orchestrator.geometry.polyhedra import Polyhedron, face_normals, triangles
 from orchestrator.present.environment import environment_of
 from orchestrator.present.in_space.space_pictures import BODIES, KINDS, STONE, SUPPORT, amplitude
@@ -42,7 +42,7 @@ def write(
     say = phrases(project.language)
     data = scene(assemblage, velocities, mechanism, direction)
     images = {
-        title: "data:image/png;base64," + base64.b64encode(file.read_bytes()).decode()
+        title: "data:image/png;base64," + base64.b64encode(read_written(file)).decode()
         for title, file in (pictures or {}).items()
     }
     text = (
@@ -60,7 +60,6 @@ def write(
             moving=mechanism is not None,
         )
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
     write_bytes(path, text.encode())
     return path
 

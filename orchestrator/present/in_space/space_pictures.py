@@ -201,6 +201,5 @@ def _box(bodies: Sequence[Polyhedron], colours: FloatArray, view: View) -> tuple
 def _written(figure: Figure, path: Path) -> Path:
     buffer = BytesIO()
     figure.savefig(buffer, format="png", dpi=150)
-    path.parent.mkdir(parents=True, exist_ok=True)
     write_bytes(path, buffer.getvalue())
     return path

@@ -25,7 +25,7 @@ from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
 
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.basis.atomic_files import write_bytes
+from orchestrator.basis.atomic_files import together, write_bytes
 from orchestrator.present.plots.words import LINE, tell, write_title
 from orchestrator.settings.project import Language
 
@@ -204,8 +204,7 @@ def lay_out(figure: Figure) -> None:
 
 
 def save(figure: Figure, folder: Path, name: str, language: Language = "en") -> list[Path]:
-    """Write `name`.png and `name`.svg to `folder` in a language, whole or not at all; equal figures give equal
-    files."""
+    """Write `name`.png and `name`.svg to `folder` in a language, both or neither; equal figures give equal files."""
     tell(figure, language)
     lay_out(figure)
     figure.set_layout_engine("none")  # once is enough, for both files
@@ -216,6 +215,7 @@ def save(figure: Figure, folder: Path, name: str, language: Language = "en") -> 
     with matplotlib.rc_context({"svg.hashsalt": name}):
         FigureCanvasSVG(figure).print_svg(lines, metadata={"Date": None})
     paths = [folder / f"{name}.png", folder / f"{name}.svg"]
-    for path, content in zip(paths, (pixels, lines), strict=True):
-        write_bytes(path, content.getvalue())
+    with together():
+        for path, content in zip(paths, (pixels, lines), strict=True):
+            write_bytes(path, content.getvalue())
     return paths

@@ -25,12 +25,14 @@ METRES = 6
 
 def mechanism_dxf(assemblage: Assemblage, state: LimitState) -> str:
     """Return a drawing of a state: the wall as it stands with its thrust, and the mechanism, its largest displacement
-    drawn as DRAWN_DISPLACEMENT of the height. Equal states give equal drawings."""
+    drawn as DRAWN_DISPLACEMENT of the height. Equal states give equal drawings, in every process."""
     import ezdxf
 
     with _without_times():
         document = ezdxf.new("R2010", setup=False)
         _draw(document, assemblage, state)
+        for name in sorted(document.entitydb.dxf_types_in_use()):  # `write` lists them as a set has them
+            document.classes.add_class(name)
         stream = StringIO()
         document.write(stream)
     return stream.getvalue()

@@ -94,14 +94,22 @@ def test_exit_code_of_a_run_with_a_complaint(monkeypatch, tmp_path, capsys, comp
     assert capsys.readouterr().err == f"{complaint}\n"
 
 
-@pytest.mark.parametrize(("command", "remedy"), [("run", "; go on with --resume"), ("limit", "")])
+@pytest.mark.parametrize(
+    ("command", "remedy"),
+    [
+        ("run", " before anything was written"),
+        ("run --force", " before anything was written"),
+        ("run --resume", "; go on with --resume"),
+        ("limit", ""),
+    ],
+)
 def test_interruption_is_one_line(monkeypatch, capsys, command, remedy):
     def interrupted(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(driver, "run", interrupted)
     monkeypatch.setattr(driver, "limit", interrupted)
-    assert cli.main([command, TOWER]) == 130
+    assert cli.main([*command.split(), TOWER]) == 130
     assert capsys.readouterr().err == f"interrupted{remedy}\n"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from dataclasses import replace
 from itertools import pairwise
 
@@ -39,6 +40,31 @@ def test_meshes_hold_the_volume_of_the_moving_bodies(tmp_path, capsys, kind):
     assert volumes(mesh.points, mesh.cells_dict["tetra"]).sum() == pytest.approx(2.0 * 1.05 * 0.1)
     assert set(np.concatenate(mesh.cell_data["body"]).tolist()) == set(range(33))
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("kind", ["vtu", "msh"])
+def test_a_mesh_takes_no_multiplier(tmp_path, capsys, kind):
+    path = tmp_path / f"wall.{kind}"
+    arguments = ["export", str(WALL_1), "--format", kind, "--multiplier", "1", "--output", str(path)]
+    assert main(arguments) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    said = f"--multiplier: is of the steps of a deck, and a mesh ({kind}) has none; leave it out, or give --format "
+    assert line == said + "calculix or abaqus"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", ["vtu", "msh"])
+def test_a_full_disk_is_told_by_the_name_that_was_given(tmp_path, capsys, kind):
+    made = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=4k", "tmpfs", tmp_path], capture_output=True, text=True)
+    if made.returncode:
+        pytest.skip(f"a full disk needs the right to mount one: {made.stderr.strip()}")
+    path = tmp_path / f"wall.{kind}"
+    try:
+        assert main(["export", str(WALL_1), "--format", kind, "--output", str(path)]) == 1
+        assert list(tmp_path.iterdir()) == []
+    finally:
+        subprocess.run(["umount", tmp_path], check=True)
+    assert capsys.readouterr().err == f"{path}: No space left on device\n"
 
 
 def test_decks_refuse_loads_that_they_would_leave_out(tmp_path, capsys):

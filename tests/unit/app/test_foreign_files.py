@@ -42,7 +42,7 @@ def test_a_run_and_what_overwrites_it_leave_files_of_others_alone(tmp_path):
     assert cli.main(["limit", TOWER, "--output", str(tmp_path), "--force"]) == 0
     written = files_in(tmp_path) - set(FOREIGN)
     pictures = {f"figures/mechanism.{suffix}" for suffix in ("png", "svg")}
-    tables = {"joint_forces.csv", "section_forces.csv", "reactions.csv", "mechanism.dxf", "run.log"}
+    tables = {"joint_forces.csv", "section_forces.csv", "reactions.csv", "mechanism.dxf", "run.log", "results.json"}
     assert written - {name for name in written if "rigid_pushover" in name} == pictures | tables
     assert set(FOREIGN) <= files_in(tmp_path)
 

@@ -13,6 +13,7 @@ import shutil
 
 import pytest
 
+from orchestrator import storage
 from orchestrator.app import driver, load_case_runs, load_cases
 from orchestrator.app.cli import main
 from orchestrator.basis.errors import CaseError, ConvergenceError
@@ -187,9 +188,9 @@ def test_a_report_names_the_load_that_its_case_has(runs, tmp_path):
     named = (folder / "report.html").read_text().count(before)
     assert named >= 2
     (folder / "case.toml").write_text(changed)
-    summary = json.loads((folder / "summary.json").read_text())
-    summary["settings"]["load"] |= {"distribution": "mass_height", "inclination": f"{math.radians(10.0)!r} rad"}
-    (folder / "summary.json").write_text(json.dumps(summary))
+    summary = storage.read_summary(folder)
+    summary.settings["load"] |= {"distribution": "mass_height", "inclination": f"{math.radians(10.0)!r} rad"}
+    storage.write_summary(folder, summary)
     with undrawn():
         assert main(["report", str(folder)]) == 0
     page = (folder / "report.html").read_text()

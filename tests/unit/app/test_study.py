@@ -121,7 +121,7 @@ def test_macroblocks_between_every_stone_and_one_body(outcome):
 
 
 def test_what_is_left(case, folder, outcome):
-    assert {path.name for path in folder.iterdir()} == {"table.csv", "figures", "runs"}
+    assert {path.name for path in folder.iterdir()} == {"table.csv", "figures", "runs", "results.json"}
     drawn = {path.name for path in (folder / "figures").iterdir()}
     assert drawn == {f"{name}.{kind}" for name in ("table", "mechanisms", "curves") for kind in ("png", "svg")}
     assert len(list((folder / "runs").iterdir())) == len({row["run"] for row in outcome.rows})

@@ -11,10 +11,10 @@ from pathlib import Path
 from time import monotonic, sleep
 
 import pytest
-from rich.console import Console
 
 from orchestrator import storage
 from orchestrator.app import cli, driver, terminal
+from orchestrator.app.commands import console_of
 from orchestrator.app.progress import StageBegun, StageDone
 from orchestrator.app.terminal import Reporter
 from orchestrator.basis.errors import CaseError
@@ -255,7 +255,7 @@ def test_bonds_that_soften_explain_why_limit_analysis_bears_more():
 
 
 def reported(terminal, *actions, kind="xterm"):
-    console = Console(file=io.StringIO(), force_terminal=terminal, width=200, _environ={"TERM": kind})
+    console = console_of(file=io.StringIO(), force_terminal=terminal, width=200, _environ={"TERM": kind})
     with Reporter(console) as report:
         for action in actions:
             action(report)
@@ -304,7 +304,7 @@ def test_a_run_has_a_line_for_each_of_its_stages(tmp_path, capsys):
 
 @pytest.mark.parametrize(("patience", "said"), [(0.0, "report: pages ...\n"), (60.0, "")])
 def test_a_command_that_takes_long_says_what_it_does(patience, said):
-    console = Console(file=io.StringIO(), force_terminal=False)
+    console = console_of(file=io.StringIO(), force_terminal=False)
     with terminal.shown(console, "report", "pages", patience):
         until = monotonic() + 5.0
         while console.file.getvalue() != said and monotonic() < until:
@@ -313,7 +313,7 @@ def test_a_command_that_takes_long_says_what_it_does(patience, said):
 
 
 def test_a_terminal_shows_at_once_what_a_command_does():
-    console = Console(file=io.StringIO(), force_terminal=True, width=200, _environ={"TERM": "xterm"})
+    console = console_of(file=io.StringIO(), force_terminal=True, width=200, _environ={"TERM": "xterm"})
     with terminal.shown(console, "report", "pages"):
         until = monotonic() + 5.0
         while "pages" not in console.file.getvalue() and monotonic() < until:

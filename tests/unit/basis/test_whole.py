@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import subprocess
 import sys
 
 import pytest
 
 from orchestrator.app import cli
-from orchestrator.basis.atomic_files import locked, replacing, sealed, sweep, unsealed, write_bytes
+from orchestrator.basis.atomic_files import (
+    locked,
+    read_written,
+    replacing,
+    sealed,
+    sweep,
+    together,
+    unsealed,
+    write_bytes,
+)
 from orchestrator.basis.errors import CaseError
 from orchestrator.storage import write_csv, write_json
 from tests.support.paths import DATA, PROJECT
@@ -222,6 +232,63 @@ def test_a_write_that_ends_half_way_leaves_the_older_file(tmp_path, error):
     with pytest.raises(error):
         write_half()
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("summary.json", "older")]
+
+
+def test_files_that_belong_together_take_their_places_together(tmp_path):
+    first, second = tmp_path / "a" / "first", tmp_path / "b" / "second"
+    write_bytes(first, b"older")
+    seen = []
+
+    def prepare(files):
+        seen.append({path: path.exists() and path.read_bytes() for path in files})
+        write_bytes(tmp_path / "now", b"is in its place at once")
+
+    with together(prepare):
+        write_bytes(first, b"overwritten")
+        with together():
+            write_bytes(first, b"newer")
+            write_bytes(second, b"new")
+        assert first.read_bytes() == b"older"
+        assert not second.exists()
+        assert read_written(first) == b"newer"
+        assert read_written(tmp_path / "a" / "first") == b"newer"
+    assert seen == [{first: b"older", second: False}]
+    assert first.read_bytes() == read_written(first) == b"newer"
+    assert second.read_bytes() == b"new"
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a", "b", "first", "now", "second"]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError, OSError])
+def test_of_files_that_belong_together_a_failure_leaves_none(tmp_path, error):
+    write_bytes(tmp_path / "first", b"older")
+    (tmp_path / "empty").mkdir()
+
+    def write_half():
+        with together():
+            write_bytes(tmp_path / "first", b"newer")
+            write_bytes(tmp_path / "empty" / "second", b"new")
+            write_bytes(tmp_path / "made" / "deep" / "third", b"new")
+            raise error
+
+    with pytest.raises(error):
+        write_half()
+    assert (tmp_path / "first").read_bytes() == b"older"
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["empty", "first"]
+
+
+def test_ctrl_c_waits_until_all_files_are_in_their_places(tmp_path):
+    def prepare(_):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    def write():
+        with together(prepare):
+            write_bytes(tmp_path / "first", b"1")
+            write_bytes(tmp_path / "second", b"2")
+
+    with pytest.raises(KeyboardInterrupt):
+        write()
+    assert [(tmp_path / name).read_bytes() for name in ("first", "second")] == [b"1", b"2"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_every_changed_bit_and_every_cut_breaks_the_seal():

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from orchestrator import storage
+from orchestrator.app.commands import console_of
 from orchestrator.assessment.capacity import Capacity
 from orchestrator.limit_analysis import analyse
 from orchestrator.present import plots
@@ -28,7 +28,7 @@ INVALID = replace(SHORT, valid=False, not_valid_because="equilibrium: too far of
 
 
 def text_of(table):
-    console = Console(width=120)
+    console = console_of(width=120)
     with console.capture() as capture:
         console.print(table)
     return capture.get()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from rich.console import Console
 
+from orchestrator.app.commands import console_of
 from orchestrator.assessment.seismic.verification_record import notes, numbers
 from orchestrator.basis.printed import printed as printed_figure
 from orchestrator.limit_analysis import analyse
@@ -21,7 +21,7 @@ from tests.support.verdicts import check, of, summary
 
 
 def printed(analysis):
-    console = Console(width=100)
+    console = console_of(width=100)
     with console.capture() as capture:
         console.print(limit_table(analysis))
     return capture.get()
@@ -34,7 +34,7 @@ def test_the_table_of_limit_analysis_fits_a_terminal_of_80_columns():
     record = replace(analysis.headline.records[0], seconds=147.44)
     slow = [state and replace(state, records=(record,) * 81, horizontal_load=1.2e7) for state in states]
     names = ("associative", "path", "sequence", "lowest")
-    console = Console(width=80, record=True)
+    console = console_of(width=80, record=True)
     heavy = replace(analysis, weight=1e7, **dict(zip(names, slow, strict=True)))
     console.print(limit_table(heavy))
     rocks = replace(heavy.path, flow_rule="large_displacements", converged=False)
@@ -54,7 +54,7 @@ def test_the_tables_of_a_verification_fit_a_terminal_of_80_columns(table):
         row | {"approach": "drift, macroblock FE", "unit": "drift", "safety_ratio": 123.4, "remarks": remarks[::-2]},
         row | {"unit": "m/s2", "safety_ratio_without_e_star": 31.23, "remarks": remarks[:5]},
     ]
-    console = Console(width=80, record=True)
+    console = console_of(width=80, record=True)
     if table == "checks":
         console.print(seismic_table({"checks": rows}, "a load case"))
     else:
@@ -92,7 +92,7 @@ def test_what_lambda_multiplies_is_named_where_it_is_not_the_weight():
 def test_a_figure_of_a_run_has_one_form_in_table_sentence_and_report():
     limit = LimitSummary(0.3478, 0.2963, (0.2963, 0.3011), 4, True, 1e-12, 0.2963 * 22225.0, 1.5)
     summary = Summary("wall", WallSummary(4, 8, *3 * [22225.0]), limit, None, (PUSHED,))
-    console = Console(width=120)
+    console = console_of(width=120)
     with console.capture() as capture:
         console.print(run_table(summary))
     row = next(line for line in capture.get().splitlines() if "micro-FE" in line)
@@ -108,7 +108,7 @@ def test_a_chimney_that_falls_first_leaves_no_state_above_its_bound():
     limit = LimitSummary(
         0.375, 0.45, (0.45, 0.45), 4, True, 1e-12, 14.4e3, 1.0, associative_left=0.5, base_shear_left=16e3
     )
-    console = Console(width=100)
+    console = console_of(width=100)
     with console.capture() as capture:
         console.print(run_table(Summary("a", WallSummary(4, 8, 40e3, 40e3, 40e3), limit, None, ())))
     rows = [line.split() for line in capture.get().splitlines()]

@@ -8,9 +8,9 @@ from dataclasses import replace
 from math import radians
 
 import pytest
-from rich.console import Console
 
 from orchestrator.app.cli import main
+from orchestrator.app.commands import console_of
 from orchestrator.assessment.seismic.verification_record import ratio
 from orchestrator.assessment.seismic.verification_record import verdict as of_record
 from orchestrator.loads import load_cases
@@ -171,7 +171,7 @@ def test_load_cases_more_vertical_than_horizontal_are_listed_and_not_ranked():
     assert all("λ = 0,2" in row["capacity"] for row in rows)
     assert "non confrontati, perché più verticali che orizzontali: lift" in sentence(found, phrases("it"))
     assert "não comparados, por serem mais verticais do que horizontais: lift" in sentence(found, phrases("pt"))
-    console = Console(width=120)
+    console = console_of(width=120)
     with console.capture() as capture:
         console.print(verdict_table(found))
     assert capture.get().count("λ = ") == 3

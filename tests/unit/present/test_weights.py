@@ -7,9 +7,9 @@ import re
 from dataclasses import replace
 
 import pytest
-from rich.console import Console
 
 from orchestrator.app.case_check import loads_table
+from orchestrator.app.commands import console_of
 from orchestrator.limit_analysis import analyse
 from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
 from orchestrator.present import plots
@@ -97,7 +97,7 @@ def test_of_an_upright_load_its_size_and_direction_stand_in_place_of_a_base_shea
     for language in ("it", "pt"):
         assert not re.search("weight|live|load|wards", phrases(language)(weight_words(analysis)))
     assert f": {applied}, " in answer_of_limit(analysis)
-    console = Console(width=100)
+    console = console_of(width=100)
     with console.capture() as capture:
         console.print(limit_table(analysis))
         console.print(loads_table(load_sums(assemblage.wall, load)))

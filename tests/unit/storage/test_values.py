@@ -65,8 +65,6 @@ def test_the_curve_of_rigid_blocks_is_read_back_as_it_was(tmp_path, assemblage, 
     with (tmp_path / "rigid_pushover.csv").open() as file:
         peak = list(csv.DictReader(file))[1]
     assert float(peak["base_shear_N"]) == 0.25 * analysis.horizontal_load
-    storage.write_rigid_curve(tmp_path, replace(analysis, rigid_curve=None))
-    assert not (tmp_path / "rigid_pushover.csv").exists()
 
 
 def test_limit_analysis_file_holds_every_state(tmp_path, assemblage, analysis):

@@ -1,0 +1,78 @@
+"""Results of limit, segment, study and sensitivity: they take their places all at once, and those of before go then.
+
+results.json says what they are of, and names every file with its sha256. What goes is what was named there and has not
+been changed since (clearing.py): a file of somebody else is never one of these, whatever it is called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from orchestrator.basis.atomic_files import sweep, together
+from orchestrator.basis.errors import CaseError
+from orchestrator.storage.clearing import RECORD, clear_run, named_in, read_record, remove_named, remove_recorded
+from orchestrator.storage.files import hash_file, plain, write_json
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Source:
+    """What results are of: the command, the settings of its case, and the files that these are in.
+
+    points: hash of all that a study or a sensitivity analysis has run; "" of other commands.
+    """
+
+    command: str
+    settings: Mapping[str, Any]
+    files: tuple[Path, ...]
+    points: str = ""
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What results.json says of it."""
+        hashes = {str(path): hash_file(path) for path in self.files if path.is_file()}
+        points = {"points_sha256": self.points} if self.points else {}
+        return {"command": self.command, "settings": plain(self.settings), "sha256": hashes} | points
+
+
+@contextmanager
+def placed(folders: Sequence[Path], source: Source, force: bool = False) -> Iterator[None]:
+    """Let what is written inside take its place at the end, and what the program has left in the folders go then.
+
+    folders: all that is written into; the first one holds the others, and results.json. force: results of runs go too.
+    """
+    folder, *others = dict.fromkeys(folders)
+    sweep(*(part for one in folders for part in (one, one / "figures")))
+    named: dict[str, str] = {}
+
+    def prepare(files: Mapping[Path, Path]) -> None:
+        """Make room. Killed from here on a command leaves a part of its results, and the names of all."""
+        inside = {path: temporary for path, temporary in files.items() if path.is_relative_to(folder)}
+        named.update({path.relative_to(folder).as_posix(): hash_file(temporary) for path, temporary in inside.items()})
+        earlier = named_in(read_record(folder))
+        write_json(folder / RECORD, source.record | {"files": named, "earlier": earlier})
+        remove_named(folder, earlier, source.files)
+        for one in others:
+            remove_recorded(one, source.files)
+        for one in (folder, *others) if force else ():
+            clear_run(one, source.files)
+
+    with together(prepare):
+        yield
+    write_json(folder / RECORD, source.record | {"files": named})
+
+
+def refuse_other_points(folder: Path, table: str, source: Source) -> None:
+    """Raise CaseError for a folder that holds the table of a study or sensitivity analysis of something else, or
+    results of another command."""
+    record = read_record(folder)
+    if (command := record.get("command", source.command)) != source.command:
+        problem = f"holds the results of {command}"
+    elif (folder / table).exists() and record.get("points_sha256") != source.points:
+        problem = f"holds a {source.command} of other settings, or by another version of the program ({table})"
+    else:
+        return
+    raise CaseError("--output", problem, "give another --output, or overwrite it with --force", str(folder))
