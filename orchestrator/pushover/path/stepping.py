@@ -31,7 +31,7 @@ from orchestrator.basis.errors import CollapseError, ConvergenceError, HeldError
 from orchestrator.pushover.increments import BodyMask, Increment, Phase
 from orchestrator.pushover.model import ContactModel, driven_by
 from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
-from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
+from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver, measured_by
 from orchestrator.pushover.path.losses import (
     fallen_by_weight,
     is_local_motion,
@@ -115,7 +115,8 @@ class Pushover:
     @cached_property
     def solver(self) -> IncrementSolver:
         """What solves its increments."""
-        return IncrementSolver(self.model, self.system, self.newton, self.stepping)
+        measure = measured_by(self.model, self.expected_multiplier)
+        return IncrementSolver(self.model, self.system, self.newton, self.stepping, measure)
 
     def increments(self, last: Increment | None = None) -> Iterator[Increment]:
         """Yield the increments from gravity to the end of the curve, or those after `last`.
