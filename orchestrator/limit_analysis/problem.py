@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,6 +35,10 @@ class Problem:
         """Dilatancy (k,) of a non-associative mechanism."""
         return np.zeros_like(self.friction.slope)
 
+    def measured_by_load(self, multiplier: float) -> Problem:
+        """Return the same with forces measured by the live load at a multiplier where that is SMALL."""
+        return replace(self, equilibrium=self.equilibrium.measured_by_load(multiplier))
+
     def complaints(self, state: LimitState) -> tuple[str, ...]:
         """What the check without the solver finds wrong with a non-associative state."""
         return validate(self.assemblage, self.equilibrium, self.friction, state).complaints
@@ -60,7 +64,7 @@ class Problem:
             records=records,
             converged=converged,
             equilibrium_residual=equilibrium.residual(forces, load_multiplier),
-            yield_residual=friction.excess(forces) / equilibrium.mean_weight,
+            yield_residual=friction.excess(forces) / equilibrium.unit_force,
             power_residual=power_residual(equilibrium, friction, dilatancy, load_multiplier, forces, mechanism),
             dilation=dilation(equilibrium, friction, forces, mechanism),
             horizontal_load=equilibrium.base_shear,

@@ -86,11 +86,11 @@ def validate(
     drawn = hard[:, None] & ~stand_open
     pressed = np.maximum(normal + 0.5 * strength.tension[:, None], 0.0)
     done = np.sum((pressed * np.abs(opening))[hard]) + np.sum(spare * np.abs(slip))
-    closed = (pressed > CLOSED * equilibrium.mean_weight) & hard[:, None]
+    closed = (pressed > CLOSED * equilibrium.unit_force) & hard[:, None]
     dissipated = strength.dissipation(forces, np.column_stack([opening, slip]), np.zeros_like(slip))
     return Validation(
         equilibrium=float(np.abs(equilibrium.row_scale * unbalanced).max() / equilibrium.total_weight),
-        yield_excess=strength.excess(forces) / equilibrium.mean_weight,
+        yield_excess=strength.excess(forces) / equilibrium.unit_force,
         flow=float(done / live),
         dilation=float(np.abs(opening[closed]).max(initial=0.0) / largest),
         backward=float((shear * slip).max(initial=0.0) / live),

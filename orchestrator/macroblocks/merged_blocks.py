@@ -65,7 +65,8 @@ def merged_problem(
         free_blocks=read_only(np.arange(bodies), np.int64),
         blocks=bodies,
         block_length=of_blocks.block_length * float(np.sqrt(len(of_blocks.free_blocks) / bodies)),
-        mean_weight=of_blocks.total_weight / bodies,
+        unit_force=of_blocks.total_weight / bodies,
+        total_weight=of_blocks.total_weight,
     )
     return equilibrium, coulomb(assemblage).of_joints(remains)
 

@@ -73,6 +73,7 @@ def off_headline(
     stop UNSHARP earlier. What is off by more than `most` is not looked at any further.
     """
     equilibrium, friction = merged_problem(assemblage, partition.body_of_block, analysis.loads)
+    equilibrium = equilibrium.measured_by_load(analysis.associative.load_multiplier)
     low, high = analysis.interval or (analysis.headline.load_multiplier,) * 2
     low -= 0.0 if analysis.headline.converged else UNSHARP * analysis.associative.load_multiplier
     logger.info("macroblocks: loading %d bodies", partition.count)

@@ -88,12 +88,22 @@ def test_the_base_shear_counts_and_no_stiffness_is_given(case, tmp_path, capsys)
         for path in (tmp_path / "out" / "case.toml", tmp_path / "out" / "summary.json"):
             text = re.sub(r'(language"?( =|:) )"\w\w"', rf'\1"{language}"', path.read_text(encoding="utf-8"))
             path.write_text(text, encoding="utf-8")
+        storage.write_summary(tmp_path / "out", storage.read_summary(tmp_path / "out"))  # as a run in it had written it
         with undrawn():
             assert main(["report", str(tmp_path / "out")]) == 0
         page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").replace("&#39;", "'")
         for said in (REMARK, f"none: {AGAINST}", NOT_VERIFIED):
             assert phrases(language)(said) in page
         assert re.search(r'initial_stiffness"[^>]*>–<', page)
+
+
+def test_its_curve_ends_at_the_final_displacement(case, tmp_path):
+    settings = ["--set", "stepping.final_displacement=1mm", "--output", str(tmp_path / "out")]
+    with undrawn():
+        assert main(["run", str(case), *settings]) == 0
+    (found,) = storage.read_summary(tmp_path / "out").pushover
+    assert found.final_displacement == pytest.approx(-1e-3, rel=2e-3)
+    assert found.stopped_because == "final displacement of 1 mm reached"
 
 
 def test_beside_a_load_case_along_its_load(case, tmp_path, capsys):

@@ -18,7 +18,8 @@ from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import solve_gravity_lp
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
-from orchestrator.masonry.block_properties import ELASTIC_MODULUS
+from orchestrator.loads import LiveLoad, LoadSettings, loads_on
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS, block_weights
 from orchestrator.masonry.interfaces import straight_interfaces
 from tests.support.limit_analysis_cases import assemblage_of, box, case, mirrored, transformed, weight_along
 
@@ -232,3 +233,25 @@ def test_mirrored_load_on_a_wall_without_symmetry():
     assert uphill[0] > 2 * downhill[0]
     assert multipliers(mirrored(slope), -1) == pytest.approx(uphill, abs=1e-9)
     assert multipliers(mirrored(slope), 1) == pytest.approx(downhill, abs=1e-9)
+
+
+@pytest.mark.parametrize("width", [0.1, 0.03, 0.02, 0.01, 0.003])
+@pytest.mark.parametrize("alone", [False, True])
+def test_a_small_stone_on_a_large_one_overturns_at_its_own_slenderness(width, alone):
+    """0.66 to 0.0006 % of the dead load, pushed with the wall or `alone`. Measured by the mean of both, a stone of 3e-4
+    of it had no optimum, one of 2e-6 a bound of 0.57 for 0.5, and pushed alone a headline of 0.71."""
+    stone = box(1.0, 1.0, width, 2.0 * width)
+    assemblage = assemblage_of([floor(), box(0.0, 0.0, 3.0, 1.0), stone], friction=0.7)
+    weight = block_weights(assemblage.wall)[2]
+    loads = LoadSettings(distribution="per_block", live=(LiveLoad((2,), 1.0),)) if alone else LoadSettings()
+    found = analyse(assemblage, loads=loads_on(assemblage.wall, loads))
+    assert found.associative.load_multiplier == pytest.approx(0.5 * weight if alone else 0.5, rel=1e-6)
+    if alone:
+        assert found.headline.converged
+        assert found.headline.load_multiplier == pytest.approx(0.5 * weight, rel=1e-6)
+        assert found.rigid_peak == pytest.approx(0.5 * weight, rel=2e-4)
+        return
+    (failure,) = found.local_failures
+    assert failure.stones == (2,)
+    assert failure.multipliers == pytest.approx((0.5, 0.5), rel=1e-6)
+    assert found.headline.load_multiplier == pytest.approx(0.7, rel=1e-6)

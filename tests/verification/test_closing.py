@@ -81,7 +81,7 @@ def test_only_a_joint_that_stands_open_may_close():
 def test_a_joint_that_stands_open_carries_nothing_when_it_closes():
     problem, state, stop = pushed_against_a_stop()
     forces = state.joint_forces.copy()
-    forces[stop, :2] = 0.1 * problem.equilibrium.mean_weight
+    forces[stop, :2] = 0.1 * problem.equilibrium.unit_force
     open_ends = np.zeros((len(forces), 2), dtype=bool)
     open_ends[stop] = True
     said = " ".join(problem.complaints(replace(state, joint_forces=forces, open_ends=open_ends)))

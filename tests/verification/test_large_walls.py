@@ -26,7 +26,7 @@ def terms(blocks: int, courses: int):
 def test_multiplier_of_a_wall_is_that_of_highs():
     """140 blocks, max lambda of Eq. (1), forces over the mean block weight, by another solver: lambda to 1e-6."""
     equilibrium, friction = terms(10, 14)
-    w = equilibrium.mean_weight
+    w = equilibrium.unit_force
     by_highs = linprog(
         np.append(np.zeros(equilibrium.matrix.shape[1]), -1.0),
         A_ub=sp.hstack([-yield_matrix(friction), sp.csc_matrix((4 * len(friction.slope), 1))]),
@@ -51,7 +51,7 @@ def test_multiplier_of_a_large_wall_is_that_of_statics_and_of_kinematics(blocks,
     equilibrium, friction = terms(blocks, courses)
     found = solve_limit_lp(equilibrium, friction)
     assert equilibrium.residual(found.joint_forces, found.load_multiplier) < 1e-8
-    assert friction.excess(found.joint_forces) < 1e-8 * equilibrium.mean_weight
+    assert friction.excess(found.joint_forces) < 1e-8 * equilibrium.unit_force
     rates = equilibrium.joint_rates(found.velocities)
     lacking = np.maximum(friction.slope[:, None] * np.abs(rates[:, 2:]) - rates[:, :2], 0.0)
     assert equilibrium.live_load @ found.velocities == pytest.approx(1.0)

@@ -108,7 +108,7 @@ def test_elastic_displacement_of_a_wall_whose_joints_stay_closed():
                     row[3 * block : 3 * block + 3] += sign * np.array([*direction, turn])
             K += stiffness * np.outer(row, row)
     K = K[3:, 3:]
-    press = 40.0 * problem.equilibrium.row_scale * problem.equilibrium.dead_load / problem.equilibrium.mean_weight
+    press = 40.0 * problem.equilibrium.row_scale * problem.equilibrium.dead_load / problem.equilibrium.unit_force
     expected = np.linalg.solve(K, press)
     trial = tried(springs, undeformed(springs), expected)
     closed = trial.forces[:, 0] > 1e-3
@@ -314,7 +314,7 @@ def test_load_is_never_above_the_bound_and_displacements_grow():
     assert path.displacements[0] == path.displacements[1] == 1.0
     for multiplier, forces in zip(path.multipliers, path.forces, strict=True):
         assert problem.equilibrium.residual(forces, multiplier) < 1e-6 / len(problem.equilibrium.free_blocks) * 10
-        assert problem.friction.excess(forces) < 1e-9 * problem.equilibrium.mean_weight
+        assert problem.friction.excess(forces) < 1e-9 * problem.equilibrium.unit_force
 
 
 def test_a_wall_that_hangs_by_friction_has_no_path():

@@ -12,7 +12,7 @@ with power f . u = q . B^T u (virtual work). Source: Szabó, Funari, Lourenço 2
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,15 +23,18 @@ from orchestrator.loads.block_loads import Loads, loads_on
 from orchestrator.masonry.block_properties import block_areas, block_centroids, block_weights
 from orchestrator.masonry.joints import Assemblage
 
+SMALL = 1e-2
+"""Part of the mean block weight: what is less is measured by itself, as rounding and smoothness are parts of units."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Equilibrium:
     """The terms of Eq. (1) for m free blocks and k joints, in N and N m.
 
     matrix (3m, 3k); dead_load, live_load (3m,); free_blocks (m,): their numbers in the wall, in ascending order.
-    block_length (m) and mean_weight (N) of the free blocks are what linear programs are scaled with. moments_turned
-    (m, 2): those of dead and live load on blocks turned by a right angle, as of `Loads`; None of what is not followed
-    where blocks have turned.
+    block_length (m) and unit_force (N), the mean weight of the free blocks, are what lengths and forces are measured
+    by; total_weight: of the free blocks, N. moments_turned (m, 2): those of dead and live load on blocks turned by a
+    right angle, as of `Loads`; None of what is not followed where blocks have turned.
     """
 
     matrix: sp.csc_matrix
@@ -40,13 +43,15 @@ class Equilibrium:
     free_blocks: IntArray
     blocks: int
     block_length: float
-    mean_weight: float
+    unit_force: float
+    total_weight: float
     moments_turned: FloatArray | None = None
 
-    @property
-    def total_weight(self) -> float:
-        """Weight of the free blocks, N."""
-        return self.mean_weight * len(self.free_blocks)
+    def measured_by_load(self, multiplier: float) -> Equilibrium:
+        """Return the same with forces measured by the live load at a multiplier where that is SMALL: joints are smooth
+        by a part of the unit, which would be more than one small stone is pushed with."""
+        load = multiplier * self.live_total
+        return replace(self, unit_force=load) if load < SMALL * self.unit_force else self
 
     @property
     def dead_total(self) -> float:
@@ -68,7 +73,7 @@ class Equilibrium:
         """Whether every block's live force is its dead force turned by a right angle, as on a tilting table."""
         dead, live = (load.reshape(-1, 3)[:, :2] for load in (self.dead_load, self.live_load))
         turned = np.sign(self.base_shear) * np.column_stack([-dead[:, 1], np.zeros(len(dead))])
-        return bool(np.allclose(live, turned, rtol=1e-12, atol=1e-12 * self.mean_weight))
+        return bool(np.allclose(live, turned, rtol=1e-12, atol=1e-12 * self.unit_force))
 
     @property
     def row_scale(self) -> FloatArray:
@@ -104,7 +109,8 @@ def assemble_equilibrium(assemblage: Assemblage, loads: Loads | None = None) -> 
         free_blocks=read_only(free, np.int64),
         blocks=len(wall.blocks),
         block_length=float(np.sqrt(np.mean(block_areas(wall)[free]))),
-        mean_weight=float(np.mean(block_weights(wall)[free])),
+        unit_force=float(np.mean(block_weights(wall)[free])),
+        total_weight=float(np.sum(block_weights(wall)[free])),
         moments_turned=read_only(loads.moments_turned[free]),
     )
 

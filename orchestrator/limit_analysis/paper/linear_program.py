@@ -20,7 +20,7 @@ from scipy.sparse.linalg import spsolve
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
-from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
+from orchestrator.limit_analysis.paper.equilibrium import SMALL, Equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import (
     YieldConditions,
     cohesion_rows,
@@ -28,6 +28,8 @@ from orchestrator.limit_analysis.paper.yield_conditions import (
     yield_offset,
 )
 
+SMALLEST = 1e-6
+"""Part to which rows and joints of small blocks are made smaller at most."""
 FINAL_TOLERANCE = 1e-12
 """On gap and feasibility, where forces or mechanism are kept: the noise of the mechanism falls with it, for one or two
 interior-point iterations more than 1e-9 (wall 6: 21 for 19)."""
@@ -98,19 +100,21 @@ class LimitProgram:
         self._equilibrium, self._live_total = equilibrium, equilibrium.live_total
         self._tolerance, refined = _attainable(tolerance, len(equilibrium.free_blocks))
         self._refined = refined or flexibility is not None
-        self._row_scale = equilibrium.row_scale
-        self._squares = None if flexibility is None else sp.diags(np.append(flexibility, 0.0)).tocsc()
+        self._row_scale, self._force = scales(equilibrium)
+        self._part = np.repeat(self._force / equilibrium.unit_force, 3)
+        squares = None if flexibility is None else np.append(flexibility.ravel() * self._part**2, 0.0)
+        self._squares = None if squares is None else sp.diags(squares).tocsc()
         self._objective = np.zeros(equilibrium.matrix.shape[1] + 1)
         self._set_up(conditions)
 
     def _set_up(self, conditions: YieldConditions) -> None:
         """Hand the program to the solver with the chords of crushing that the conditions have so far."""
         self._conditions, equilibrium, scale = conditions, self._equilibrium, self._row_scale
-        B = sp.diags(scale) @ equilibrium.matrix
+        B = sp.diags(scale) @ equilibrium.matrix @ sp.diags(self._part)
         f_L = sp.csc_matrix((scale * equilibrium.live_load / self._live_total)[:, None])
-        C_T, offset = scaled_rows(conditions, equilibrium.mean_weight)
+        C_T, offset = scaled_rows(conditions, self._force)
         A = sp.bmat([[B, -f_L], [-C_T, None]], format="csc")
-        self._right_side = np.append(scale * equilibrium.dead_load / equilibrium.mean_weight, offset)
+        self._right_side = np.append(scale * equilibrium.dead_load / equilibrium.unit_force, offset)
         cones = [clarabel.ZeroConeT(B.shape[0]), clarabel.NonnegativeConeT(C_T.shape[0])]
         self._solver = _solver(
             self._objective, A, self._right_side, cones, self._tolerance, self._refined, self._squares
@@ -129,13 +133,14 @@ class LimitProgram:
         block weight. Raises InfeasibleError, UnboundedError, or ConvergenceError when the solver stops short of
         ACCEPTED tolerance.
         """
-        equilibrium, w, live_total = self._equilibrium, self._equilibrium.mean_weight, self._live_total
+        equilibrium, w, live_total = self._equilibrium, self._equilibrium.unit_force, self._live_total
         self._objective[:] = 0.0
         squares = None
         if around is not None and self._squares is not None:
             squares = around[1] * self._squares
-            self._objective[:-1] = -squares.diagonal()[:-1] * around[0].ravel() / w
-        self._objective[:-1].reshape(-1, 3)[:, :2] += 0.0 if shift is None else live_total * shift[:, None]
+            self._objective[:-1] = -squares.diagonal()[:-1] * around[0].ravel() / np.repeat(self._force, 3)
+        if shift is not None:
+            self._objective[:-1].reshape(-1, 3)[:, :2] += (live_total * self._part[::3] * shift)[:, None]
         self._objective[-1] = -live_weight
         solution, iterations, seconds = self._solved_with_all_chords(cohesion, squares)
         rows = len(self._row_scale)
@@ -143,7 +148,7 @@ class LimitProgram:
         velocities /= equilibrium.live_load @ velocities
         return LimitSolution(
             load_multiplier=solution.x[-1] * w / live_total,
-            joint_forces=w * q.reshape(-1, 3),
+            joint_forces=self._force[:, None] * q.reshape(-1, 3),
             velocities=velocities,
             rates=equilibrium.joint_rates(velocities),
             iterations=iterations,
@@ -155,27 +160,44 @@ class LimitProgram:
         self, cohesion: FloatArray, squares: sp.csc_matrix | None
     ) -> tuple[clarabel.DefaultSolution, int, float]:
         """Solve for the objective, again while forces exceed chords; return iterations and seconds of all."""
-        rows, w = len(self._row_scale), self._equilibrium.mean_weight
+        rows = len(self._row_scale)
         iterations, seconds = 0, 0.0
         while True:
-            self._right_side[rows:][cohesion_rows(len(cohesion))] = np.tile(cohesion / w, 2)
+            self._right_side[rows:][cohesion_rows(len(cohesion))] = np.tile(cohesion / self._force, 2)
             if squares is not None:
                 self._solver.update(P=squares)
             self._solver.update(q=self._objective, b=self._right_side)
             solution = _solved(self._solver, "limit analysis")
             iterations, seconds = iterations + solution.iterations, seconds + solution.solve_time
-            needed = self._conditions.with_chords_at(w * np.array(solution.x[:-1]).reshape(-1, 3))
+            forces = self._force[:, None] * np.array(solution.x[:-1]).reshape(-1, 3)
+            needed = self._conditions.with_chords_at(forces)
             if needed is self._conditions:
                 return solution, iterations, seconds
             self._set_up(needed)
 
 
-def scaled_rows(conditions: YieldConditions, force: float) -> tuple[sp.csc_matrix, FloatArray]:
-    """Return C^T and c for forces over `force` (N); rows of chords at far larger forces are brought back to 1."""
-    offset = yield_offset(conditions) / force
+def scales(equilibrium: Equilibrium) -> tuple[FloatArray, FloatArray]:
+    """Return factors (3m,) for the rows of equilibrium, and the forces (k,) that those of joints are measured by, in N.
+
+    They are those of blocks of the mean weight, but smaller at blocks of less than SMALL times that: what a linear
+    program says of a stone of 3e-4 of the others was else less than what rounding leaves (0.7 for 0.5).
+    """
+    weight = np.hypot(*equilibrium.dead_load.reshape(-1, 3)[:, :2].T) / (SMALL * equilibrium.unit_force)
+    part = np.where(weight > 0.0, np.clip(weight, SMALLEST, 1.0), 1.0)  # a support that settles weighs nothing
+    rows = equilibrium.row_scale / np.column_stack([part, part, part**1.5]).ravel()  # a moment goes with area x length
+    touched = abs(equilibrium.matrix[:, ::3]).tocsc()
+    block = np.repeat(part, 3)[touched.indices]
+    return rows, equilibrium.unit_force * np.minimum.reduceat(block, touched.indptr[:-1])
+
+
+def scaled_rows(conditions: YieldConditions, force: FloatArray) -> tuple[sp.csc_matrix, FloatArray]:
+    """Return C^T and c for forces over `force` (k,) in N; rows of chords at far larger forces are brought back to 1."""
+    C_T = yield_matrix(conditions).tocsr()
+    of_row = np.repeat(force, 3)[C_T.indices[C_T.indptr[:-1]]]  # a row is of one joint
+    offset = yield_offset(conditions) / of_row
     chords = offset[cohesion_rows(len(conditions.slope)).stop :]
     size = np.append(np.ones(len(offset) - len(chords)), np.maximum(chords, 1.0))
-    return (sp.diags(1.0 / size) @ yield_matrix(conditions)).tocsc(), offset / size
+    return (sp.diags(1.0 / size) @ C_T).tocsc(), offset / size
 
 
 def _attainable(tolerance: float, blocks: int) -> tuple[float, bool]:
@@ -207,16 +229,16 @@ def solve_gravity_lp(equilibrium: Equilibrium, conditions: YieldConditions) -> t
     """
     scale = equilibrium.row_scale
     B = sp.diags(scale) @ equilibrium.matrix
-    C_T, offset = scaled_rows(conditions, equilibrium.mean_weight)
+    C_T, offset = scaled_rows(conditions, np.full(len(conditions.slope), equilibrium.unit_force))
     r = sp.identity(len(scale))
     A = sp.bmat([[B, r, -r], [-C_T, None, None], [None, -r, None], [None, None, -r]], format="csc")
     objective = np.concatenate([np.zeros(B.shape[1]), np.ones(2 * len(scale))])
-    dead = scale * equilibrium.dead_load / equilibrium.mean_weight
+    dead = scale * equilibrium.dead_load / equilibrium.unit_force
     right_side = np.concatenate([dead, offset, np.zeros(2 * len(scale))])
     cones = [clarabel.ZeroConeT(len(scale)), clarabel.NonnegativeConeT(A.shape[0] - len(scale))]
     solution = _solved(_solver(objective, A, right_side, cones, ITERATE_TOLERANCE), "gravity check")
     q = np.array(solution.x[: B.shape[1]])
-    known = conditions.with_chords_at(equilibrium.mean_weight * q.reshape(-1, 3))
+    known = conditions.with_chords_at(equilibrium.unit_force * q.reshape(-1, 3))
     if known is not conditions:
         return solve_gravity_lp(equilibrium, known)
 

@@ -105,5 +105,5 @@ def dilation(
 
     Joints that can crush are left out: they turn about a point inside.
     """
-    closed = (joint_forces[:, :2] > CLOSED * equilibrium.mean_weight) & ~coulomb.crushes[:, None]
+    closed = (joint_forces[:, :2] > CLOSED * equilibrium.unit_force) & ~coulomb.crushes[:, None]
     return float(np.max(np.abs(mechanism.opening[closed]), initial=0.0) / mechanism.largest_displacement)

@@ -135,7 +135,7 @@ def feasible_iterate(
 ) -> SequenceIterate:
     """Solve Eq. (2) for expected normal forces (k,) in N, set back towards those of the iterate `before` if need be."""
     for halvings in range(HALVINGS + 1):
-        line = falling_line(coulomb, expected, settings.slope_fraction, seed * equilibrium.mean_weight)
+        line = falling_line(coulomb, expected, settings.slope_fraction, seed * equilibrium.unit_force)
         try:
             solution = program.solve(line.cohesion)
         except ConvergenceError:

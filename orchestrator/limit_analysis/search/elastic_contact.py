@@ -169,8 +169,8 @@ def elastic_wall(
     return ElasticWall(
         problem=problem,
         stiffness=np.column_stack([normal, tangential * normal]),
-        tension=np.kron(coulomb.tension, AREAS) / equilibrium.mean_weight,
-        unit=2.0 * equilibrium.mean_weight / float(physical.mean()),
+        tension=np.kron(coulomb.tension, AREAS) / equilibrium.unit_force,
+        unit=2.0 * equilibrium.unit_force / float(physical.mean()),
         loads=LinearLoads(problem.dead, problem.live),
     )
 

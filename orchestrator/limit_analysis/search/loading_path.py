@@ -121,7 +121,7 @@ class StateSearch(Pushing):
         along = float(self.wall.problem.live @ change)
         opened = open_ends(self.wall, position.rates)
         velocities = equilibrium.row_scale * change / (equilibrium.live_total * (along if along > 0 else 1.0))
-        forces = equilibrium.mean_weight * joint_forces(position.forces)
+        forces = equilibrium.unit_force * joint_forces(position.forces)
         own = LimitSolution(
             multiplier / self.wall.problem.per_multiplier, forces, velocities,
             equilibrium.joint_rates(velocities), self.spent, 0.0, "path",
@@ -147,14 +147,19 @@ def load_path(problem: Problem, associative: float, stiffness: Stiffness = STIFF
     under its dead load.
     """
     started = perf_counter()
-    search = StateSearch(problem, stiffness)
+    search = StateSearch(problem.measured_by_load(associative), stiffness)
     stands = search.gravity()
     if not stands.rests:
         return None
-    if search.wall.problem.per_multiplier * associative < LEAST:
+    if is_on_the_verge(problem, associative):
         return LoadPath(read_only([0.0]), read_only([1.0]), (), None, search.spent, perf_counter() - started)
     way = search.pushed(stands, associative)
     return _path_of(search, way, perf_counter() - started)
+
+
+def is_on_the_verge(problem: Problem, associative: float) -> bool:
+    """Return whether next to no live load, with the associative multiplier, lets a wall fall."""
+    return associative * problem.equilibrium.live_total < LEAST * problem.equilibrium.unit_force
 
 
 def going_down(search: StateSearch) -> tuple[int, ...]:
@@ -175,7 +180,7 @@ def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:
         at_rest = search.states(peak.position, way.lost.change, peak.multiplier)
         state = replace(at_rest[0], flow_rule="last_rest", converged=False) if at_rest else None
     moved = [search.moved(one.position) / (one.multiplier * search.elastic) for one in rests[1:]]
-    weight = search.problem.equilibrium.mean_weight
+    weight = search.problem.equilibrium.unit_force
     return LoadPath(
         multipliers=read_only([one.multiplier / scale for one in rests]),
         displacements=read_only([1.0, *moved]),

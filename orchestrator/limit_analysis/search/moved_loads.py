@@ -76,5 +76,5 @@ def moved_loads(problem: ScaledProblem, equilibrium: Equilibrium, unit: float) -
     """Return the loads of a wall; unit: metres of displacement 1."""
     assert equilibrium.moments_turned is not None
     length = equilibrium.block_length
-    over = np.array([equilibrium.mean_weight, equilibrium.live_total])
+    over = np.array([equilibrium.unit_force, equilibrium.live_total])
     return MovedLoads(problem.dead, problem.live, equilibrium.moments_turned / (length * over), unit / length)

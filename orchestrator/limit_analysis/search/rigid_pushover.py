@@ -18,7 +18,7 @@ from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Position, Stiffness, with_joints_that_move
 from orchestrator.limit_analysis.search.implicit_step import Step, Task, going_on, implicit_step, missing
-from orchestrator.limit_analysis.search.loading_path import LEAST, StateSearch
+from orchestrator.limit_analysis.search.loading_path import StateSearch, is_on_the_verge
 from orchestrator.limit_analysis.search.overdamped import REST_BUDGET, Moved
 from orchestrator.limit_analysis.search.pushing import DROP
 
@@ -181,10 +181,10 @@ def rigid_pushover(problem: Problem, associative: float, stiffness: Stiffness = 
     associative: the multiplier of Eq. (1). Returns None for a wall that does not come to rest under its dead load, or
     not under any live load.
     """
-    pushed = DisplacedWallSearch(problem, stiffness)
+    pushed = DisplacedWallSearch(problem.measured_by_load(associative), stiffness)
     stands = pushed.gravity()
     scale = pushed.wall.problem.per_multiplier
-    if not stands.rests or scale * associative < LEAST:
+    if not stands.rests or is_on_the_verge(problem, associative):
         return None
     way = pushed.pushed(stands, associative)
     peak = way.peak

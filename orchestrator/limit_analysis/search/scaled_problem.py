@@ -33,7 +33,7 @@ class ScaledProblem:
 
 def scaled_problem(equilibrium: Equilibrium, coulomb: YieldConditions) -> ScaledProblem:
     """Scale the problem of a wall whose joints have friction and cohesion."""
-    scale, w = equilibrium.row_scale, equilibrium.mean_weight
+    scale, w = equilibrium.row_scale, equilibrium.unit_force
     B = (sp.diags(scale) @ equilibrium.matrix).tocsr()
     return ScaledProblem(
         B=B,

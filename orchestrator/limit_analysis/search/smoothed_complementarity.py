@@ -167,8 +167,8 @@ def solve_smoothed(
         begin, fall = passed[-1][0], FALL
     iterate, targets = nearest
     return ComplementarySolution(
-        load_multiplier=iterate.multiplier * equilibrium.mean_weight / equilibrium.live_total,
-        normal=equilibrium.mean_weight * iterate.forces[:, :2].sum(axis=1),
+        load_multiplier=iterate.multiplier * equilibrium.unit_force / equilibrium.live_total,
+        normal=equilibrium.unit_force * iterate.forces[:, :2].sum(axis=1),
         slip=(iterate.rates[:, 2] - iterate.rates[:, 3]) / equilibrium.live_total,
         gap=_gap(iterate, targets),
         iterations=used,

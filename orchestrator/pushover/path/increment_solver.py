@@ -30,8 +30,8 @@ balance on: a wall under the load at which it turns rests anywhere on one geomet
 at the limit of friction that turn one way on the geometry of the other made walls creep: 4,950 and more than 14,442
 iterations in place of 2,429 and 6,341.)"""
 WEAK = 0.1
-"""live load that limit analysis expects, over the weight of the bodies that it acts on, below which drag and balance of
-bodies are shares of ten times that load: weight says nothing of what a slender wall bears"""
+"""live load that limit analysis expects, over the weight of the wall, below which drag and balance of bodies are shares
+of ten times that load: weight says nothing of what a slender wall bears"""
 FROM_BEFORE = "a second path, from the state before"
 """what an attempt says where no path led on from the expected state"""
 
@@ -47,8 +47,12 @@ class Aim:
 
 def measured_by(model: ContactModel, expected_multiplier: float) -> float:
     """Return what drag and balance of bodies are shares of, over their weight, where a load multiplier is expected."""
-    live = model.body_live
-    return min(1.0, float(expected_multiplier * live.sum() / model.body_weight[live > 0.0].sum()) / WEAK)
+    return min(1.0, expected_multiplier * live_share(model) / WEAK)
+
+
+def live_share(model: ContactModel) -> float:
+    """Return the live load over the weight."""
+    return float(model.body_live.sum() / model.body_weight.sum())
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +151,7 @@ class IncrementSolver:
         if undeformed.mortar is not None:
             mortar = replace(undeformed.mortar, closing=state.closing)
             opening, closed = mortar.opened(opening, state.normal_force), mortar.closed_by(state.normal_force)
-        measures = {"gravity": 1.0, "load": abs(multiplier), "displacement": self.measure}
+        measures = {"gravity": 1.0, "load": abs(multiplier) * live_share(self.model), "displacement": self.measure}
         bound = self.stepping.out_of_balance * measures[phase]
         known, turned_before, allowed = ~np.isnan(state.gap), np.inf, min(bound, TURN)
         while True:

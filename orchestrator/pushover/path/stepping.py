@@ -83,7 +83,7 @@ def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
         return f"{stepping.largest_increments} increments done"
     if state.moving:
         return None
-    if state.control_displacement >= stepping.final_displacement * (1 - 1e-3):
+    if abs(state.control_displacement) >= stepping.final_displacement * (1 - 1e-3):
         return f"final displacement of {1e3 * stepping.final_displacement:g} mm reached"
     dropped = state.base_shear < (1 - stepping.final_drop) * state.largest_base_shear
     if state.phase == "displacement" and dropped:
@@ -332,9 +332,9 @@ class Pushover:
             return Aim("load", state.load_multiplier + size, size)
         mean_change, control_change = self.solver.last_changes(state)
         if self.solver.was_driven(state):
-            left = self.stepping.final_displacement - state.control_displacement
-            if control_change > 0:
-                size = min(size, max(left * mean_change / control_change, 1e-3 * size))
+            left = self.stepping.final_displacement - np.sign(control_change) * state.control_displacement
+            if control_change:
+                size = min(size, max(left * mean_change / abs(control_change), 1e-3 * size))
             fastest = float(np.max(body_motion(self.model, state.change.ravel()) / body_size(self.model)))
             size = min(size, max(FASTEST * mean_change / fastest, 1e-3 * size))
         return Aim("displacement", state.mean_displacement + size, size)

@@ -65,7 +65,7 @@ def test_loads_are_weights_at_centroids():
         assert equilibrium.dead_load.tolist() == [0, -2000, 0, 0, -1000, 0]
         assert equilibrium.live_load.tolist() == [direction * 2000, 0, 0, direction * 1000, 0, 0]
         assert equilibrium.total_weight == 3000
-        assert equilibrium.mean_weight == 1500
+        assert equilibrium.unit_force == 1500
 
 
 def test_matrix_of_the_stack_by_hand():

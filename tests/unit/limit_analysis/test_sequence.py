@@ -30,7 +30,7 @@ LAW = YieldConditions(np.array([0.5]), np.array([0.0]))
 class OneNewton:
     """Stands for an Equilibrium with a mean block weight of 1 N."""
 
-    mean_weight: float = 1.0
+    unit_force: float = 1.0
 
 
 def solution(load_multiplier, normal=1.0, slip=0.0):
