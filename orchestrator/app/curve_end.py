@@ -8,7 +8,7 @@ not valid. A level base shear is not enough: what bodies go through might have h
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -61,14 +61,15 @@ def used(rows: Sequence[RowMisfits], curve: PushoverCurve) -> list[RowMisfits]:
     return [row for row in rows if row.number <= curve.step[-1]]
 
 
-def largest(rows: Sequence[RowMisfits]) -> dict[str, tuple[float, float]]:
+def largest(rows: Sequence[RowMisfits]) -> dict[str, Any]:
     """Return the largest overlap and the largest pressed gap of rows, in m and over the smaller body's size; 0 of no
-    rows. Keys: as RowMisfits."""
-    both = {"overlap": [row.overlap for row in rows], "pressed_gap": [row.pressed_gap for row in rows]}
-    return {
-        name: (float(np.max([0.0, *(of.distance for of in one)])), float(np.max([0.0, *(of.share for of in one)])))
-        for name, one in both.items()
-    }
+    rows. Keys: those of PushoverSummary."""
+    both = {"max_penetration": [row.overlap for row in rows], "max_pressed_gap": [row.pressed_gap for row in rows]}
+    found: dict[str, float] = {}
+    for name, misfits in both.items():
+        found[name] = float(np.max([0.0, *(one.distance for one in misfits)]))
+        found[f"{name}_over_size"] = float(np.max([0.0, *(one.share for one in misfits)]))
+    return found
 
 
 def _why(first: RowMisfits) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import resource
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -219,15 +219,18 @@ def judged(
     ended = f"it broke off {place(last)}" if failures else ""
     invalid = _invalid(model, curve, first_misfit(rows), effort.energy_error, bound, ended)
     complaints: tuple[ConvergenceError | ResultError, ...] = (*failures, *([invalid] if invalid else []))
-    summary = storage.pushover_summary(
-        model, contact_model.meshes, len(contact_model.contacts), effort, capacity, curve.stopped_because,
-        **largest(rows),
+    summary = storage.PushoverSummary(
+        model=model, bodies=contact_model.bodies, nodes=len(contact_model.meshes.nodes),
+        tetrahedra=len(contact_model.meshes.tetrahedra), contacts=len(contact_model.contacts),
+        displacements="large" if large else "small", ranks=ranks,
+        **{one.name: getattr(value, one.name) for value in (effort, capacity) for one in fields(value)},
+        **largest(rows), seconds=seconds, peak_memory=peak_memory(), stopped_because=curve.stopped_because,
+        complaint=str(complaints[0]) if complaints else None,
+        valid=invalid is None, not_valid_because=None if invalid is None else invalid.detail,
         toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, _moment_of_load(contact_model, at_peak)),
         crack_elements=elements_at_cracks(bodies, contact_model.contacts, at_peak),
-        of_peak=_at_peak(contact_model, at_peak, bound_without),
-        held=isinstance(complaint, HeldError), crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
-        large_displacement=large, ranks=ranks, seconds=seconds, peak_memory=peak_memory(),
-        complaint=str(complaints[0]) if complaints else None, not_valid_because=None if not invalid else invalid.detail,
+        crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
+        at_peak=_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),
     )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints)
 

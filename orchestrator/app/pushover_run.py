@@ -141,9 +141,9 @@ def _follow(
         report(_told(progress_of(model, increment, stepping, contact_model.weight, perf_counter() - assembled)))
 
     complaint, factorise = follow(contact_model, working, case.newton, stepping, expected, loose, last, keep)
-    seconds = {"assembly": assembled - began, "factorise": factorise}
-    seconds |= {"mesh": meshes.seconds, "contact": perf_counter() - assembled - factorise}
-    seconds["total"] = meshes.seconds + perf_counter() - began
+    ended = perf_counter()
+    seconds = {"mesh": meshes.seconds, "assembly": assembled - began, "factorise": factorise}
+    seconds |= {"contact": ended - assembled - factorise, "total": meshes.seconds + ended - began}
     report(StageBegun(f"{model} FE", "checks, ParaView files and pictures"))
     return on_root(
         comm,

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from orchestrator.assessment.capacity import Capacity
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.joints import Assemblage
-from orchestrator.pushover.meshing import BodyMeshes
-from orchestrator.storage.effort import Effort, Event
+from orchestrator.storage.effort import Event
 from orchestrator.storage.files import plain, write_json
-
-TIMINGS = ("mesh", "assembly", "factorise", "contact", "total")
-"""what `seconds` of a pushover holds, in s"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +62,7 @@ class PushoverSummary:
     """None where it is not a number"""
     peak_reached: bool
     seconds: dict[str, float]
-    """exactly the keys of TIMINGS"""
+    """mesh, assembly, factorise, contact, total"""
     peak_memory: int
     """bytes"""
     stopped_because: str
@@ -218,60 +213,6 @@ class Summary:
         """What summary.json holds; what may be None at the end only where there is any."""
         last = ("seismic", "settings", "blocks_sha256", "failed", "files", "sha256")
         return {key: value for key, value in asdict(self).items() if value is not None or key not in last}
-
-
-def pushover_summary(
-    model: Literal["macro", "micro"],
-    meshes: BodyMeshes,
-    contacts: int,
-    effort: Effort,
-    capacity: Capacity,
-    stopped_because: str,
-    *,
-    overlap: tuple[float, float],
-    pressed_gap: tuple[float, float],
-    toe_error: float,
-    crack_elements: int | None,
-    of_peak: AtPeak,
-    held: bool,
-    crushing: bool,
-    large_displacement: bool,
-    ranks: int,
-    seconds: Mapping[str, float],
-    peak_memory: int,
-    complaint: str | None,
-    not_valid_because: str | None,
-) -> PushoverSummary:
-    """Return the summary of one pushover. overlap: of displaced outlines in m, and over the smaller body's size.
-
-    pressed_gap: between outlines of bodies that press each other, likewise.
-    """
-    assert set(seconds) == set(TIMINGS), f"timings {sorted(seconds)}, not {sorted(TIMINGS)}"
-    return PushoverSummary(
-        model=model,
-        bodies=len(meshes.unit_weight),
-        nodes=len(meshes.nodes),
-        tetrahedra=len(meshes.tetrahedra),
-        contacts=contacts,
-        displacements="large" if large_displacement else "small",
-        ranks=ranks,
-        **{one.name: getattr(value, one.name) for value in (effort, capacity) for one in fields(value)},
-        max_penetration=overlap[0],
-        max_penetration_over_size=overlap[1],
-        seconds={name: float(seconds[name]) for name in TIMINGS},
-        peak_memory=int(peak_memory),
-        stopped_because=stopped_because,
-        complaint=complaint,
-        valid=not_valid_because is None,
-        not_valid_because=not_valid_because,
-        toe_error=toe_error,
-        crack_elements=crack_elements,
-        crushing=crushing,
-        at_peak=of_peak,
-        held=held,
-        max_pressed_gap=pressed_gap[0],
-        max_pressed_gap_over_size=pressed_gap[1],
-    )
 
 
 def summarise(
