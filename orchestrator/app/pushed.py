@@ -35,7 +35,7 @@ from orchestrator.basis.parallel import this_rank
 from orchestrator.basis.threads import in_turn
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.paper.limit_state import refuse_other_analysis
-from orchestrator.limit_analysis.search.bound_left import bound_of_what_is_left
+from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_left
 from orchestrator.loads import Loads, LoadSettings, loads_on
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import Partition

@@ -15,13 +15,12 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import accepted
 from orchestrator.basis.errors import ConvergenceError, refuse_other_kind, require_kinds
-from orchestrator.limit_analysis.gravity import associative_optimum, refuse_what_falls
+from orchestrator.limit_analysis.gravity import associative_optimum, problem_of, refuse_what_falls
 from orchestrator.limit_analysis.moved_outlines import blocks_in_each_other
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
-from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.remarks import points_words, remarks_of
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
@@ -74,10 +73,8 @@ def analyse(
     settings, loads = settings or LimitAnalysisSettings(), loads or loads_on(assemblage.wall)
     refuse_other_loads(assemblage.wall, loads)
     view = standard_view(assemblage, loads)
-    equilibrium = assemble_equilibrium(view.assemblage, view.loads)
-    friction = coulomb(view.assemblage)
-    problem = Problem(view.assemblage, equilibrium, friction, elastic_modulus)
-    blocks, joints = len(equilibrium.free_blocks), assemblage.joints.count
+    problem = problem_of(view.assemblage, view.loads, elastic_modulus)
+    blocks, joints = len(problem.equilibrium.free_blocks), assemblage.joints.count
     logger.info("%d blocks, %d joints: does it stand, and Eq. (1)", blocks, joints)
     _, optimum = side_by_side(lambda: refuse_what_falls(problem), lambda: associative_optimum(problem))
     logger.info("associative multiplier %.4f; loading from gravity", optimum.load_multiplier)

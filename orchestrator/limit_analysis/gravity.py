@@ -21,7 +21,7 @@ from orchestrator.limit_analysis.paper.yield_conditions import coulomb
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.side_by_side import side_by_side
 from orchestrator.loads.block_loads import Loads
-from orchestrator.masonry.block_properties import block_weights
+from orchestrator.masonry.block_properties import ELASTIC_MODULUS, block_weights
 from orchestrator.masonry.joints import Assemblage
 
 GRAVITY_TOLERANCE = 1e-6
@@ -99,10 +99,9 @@ def associative_optimum(problem: Problem) -> LimitSolution:
         raise FallsError("wall", text, "the drawing is on the verge of collapse; give blocks more bearing") from error
 
 
-def problem_of(assemblage: Assemblage, loads: Loads | None = None) -> Problem:
+def problem_of(assemblage: Assemblage, loads: Loads | None = None, elastic_modulus: float = ELASTIC_MODULUS) -> Problem:
     """Return what all linear programs of a wall share; without `loads` dead and live load are every block's weight."""
-    equilibrium = assemble_equilibrium(assemblage, loads)
-    return Problem(assemblage, equilibrium, coulomb(assemblage))
+    return Problem(assemblage, assemble_equilibrium(assemblage, loads), coulomb(assemblage), elastic_modulus)
 
 
 def refuse_what_cannot_be_analysed(assemblage: Assemblage, loads: Loads) -> LimitSolution:

@@ -31,8 +31,8 @@ from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, Mechanism
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints, refuse_other_analysis
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
-from orchestrator.limit_analysis.search.loading import joints_left, part_of
 from orchestrator.limit_analysis.search.lower_states import POWER_LEFT, TwoPrograms, descent
+from orchestrator.limit_analysis.search.what_is_left import joints_left, part_of
 from orchestrator.macroblocks.criteria import (
     TOLERANCES,
     MacroblockSettings,

@@ -15,7 +15,7 @@ from orchestrator import (
     push,
     push_and_refine,
 )
-from orchestrator.limit_analysis.search.bound_left import bound_of_what_is_left
+from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_left
 from orchestrator.macroblocks.automatic import macroblocks_of
 from orchestrator.masonry.wall import Block, Wall
 from tests.support.walls import of_file, rectangle

@@ -17,23 +17,21 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
-from orchestrator.basis.arrays import FloatArray, read_only
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, ConvergenceError
-from orchestrator.limit_analysis.gravity import associative_optimum, falling_blocks
-from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
+from orchestrator.limit_analysis.gravity import associative_optimum, falling_blocks, problem_of
 from orchestrator.limit_analysis.paper.limit_state import LimitState, LocalFailure
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
-from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions, coulomb
+from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Stiffness
 from orchestrator.limit_analysis.search.large_walls import large_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath, StateSearch, going_down, load_path
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
+from orchestrator.limit_analysis.search.what_is_left import Chosen, joints_left, of_whole, part_of
 from orchestrator.loads.block_loads import Loads
 from orchestrator.loads.local_part import Shares, is_local, sizes, taking_part
 from orchestrator.masonry.joints import Assemblage
@@ -47,9 +45,6 @@ SAME_ANSWER = 0.01
 GEOMETRY = 0.02
 """Part of the multiplier by which the peak in large displacements lies off the limit state of a wall whose answer it
 is. Deformation takes something from any wall: 1.9 % from Ferris & Tin-Loi's wall 6, 1.5 % from its micro-FE."""
-
-Chosen = npt.NDArray[np.bool_]
-Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True)
@@ -324,10 +319,7 @@ def _standing(problem: Problem, loads: Loads, left: Chosen) -> tuple[Problem, Ch
         return problem, left
     free = np.array([not block.fixed for block in problem.assemblage.wall.blocks])
     while loads.live[left & free].any():
-        assemblage = part_of(problem.assemblage, left)
-        equilibrium = assemble_equilibrium(assemblage, loads.of_blocks(left))
-        friction = coulomb(assemblage)
-        part = Problem(assemblage, equilibrium, friction, problem.elastic_modulus)
+        part = problem_of(part_of(problem.assemblage, left), loads.of_blocks(left), problem.elastic_modulus)
         missing, falling = falling_blocks(part)
         if not missing:
             return part, left
@@ -335,39 +327,3 @@ def _standing(problem: Problem, loads: Loads, left: Chosen) -> tuple[Problem, Ch
         falls[np.flatnonzero(left)[falling]] = True
         left = left & ~falls
     return None
-
-
-def part_of(assemblage: Assemblage, left: Chosen) -> Assemblage:
-    """Return the assemblage of the blocks left (n,) and the joints between them."""
-    joints, number = assemblage.joints.part(joints_left(assemblage, left)), np.cumsum(left) - 1
-    blocks = tuple(b for b, k in zip(assemblage.wall.blocks, left, strict=True) if k)
-    i, j = (read_only(number[side], np.int64) for side in (joints.i, joints.j))
-    return Assemblage(replace(assemblage.wall, blocks=blocks), replace(joints, i=i, j=j))
-
-
-def joints_left(assemblage: Assemblage, left: Chosen) -> Chosen:
-    """Return the joints (k,) between blocks that are left (n,)."""
-    joints: Chosen = left[assemblage.joints.i] & left[assemblage.joints.j]
-    return joints
-
-
-def of_whole(state: LimitState, whole: Assemblage, left: Chosen) -> LimitState:
-    """Return a state of the blocks left (n,) with the arrays of the whole wall, zeros elsewhere."""
-    if left.all():
-        return state
-    joints = joints_left(whole, left)
-
-    def spread(values: npt.NDArray[Scalar], chosen: Chosen) -> FloatArray:
-        everywhere = np.zeros((len(chosen), *values.shape[1:]))
-        everywhere[chosen] = values
-        return read_only(everywhere)
-
-    velocities = spread(state.mechanism.velocities, left)
-    mechanism = replace(
-        state.mechanism,
-        velocities=velocities,
-        opening=spread(state.mechanism.opening, joints),
-        slip=spread(state.mechanism.slip, joints),
-    )
-    open_ends = None if state.open_ends is None else read_only(spread(state.open_ends, joints), np.bool_)
-    return replace(state, mechanism=mechanism, joint_forces=spread(state.joint_forces, joints), open_ends=open_ends)
