@@ -19,7 +19,8 @@ from orchestrator.assessment.capacity import Bilinear, idealise
 from orchestrator.assessment.seismic.control import ControlPoint, control_point
 from orchestrator.assessment.seismic.drift import CLAUSES as DRIFT_CLAUSES
 from orchestrator.assessment.seismic.drift import GIVEN, allowed_displacement, drift_at, drifting_piers, is_limited
-from orchestrator.assessment.seismic.local_mechanism import kinematic_checks, loads_in_mechanism
+from orchestrator.assessment.seismic.kinematic_checks import kinematic_checks
+from orchestrator.assessment.seismic.local_mechanism import loads_in_mechanism
 from orchestrator.assessment.seismic.n2 import (
     demand,
     displacement_at_force_ratio,

@@ -6,7 +6,8 @@ import re
 
 import pytest
 
-from orchestrator.assessment.seismic.local_mechanism import NOT_TURNING, UPPER_BOUND
+from orchestrator.assessment.seismic.kinematic_checks import NOT_TURNING
+from orchestrator.assessment.seismic.local_mechanism import UPPER_BOUND
 from orchestrator.limit_analysis.gravity import falls
 from orchestrator.limit_analysis.remarks import NO_PATH
 from orchestrator.macroblocks.automatic import EVERY_STONE, NO_FEWER, UNPROVEN

@@ -15,7 +15,7 @@ from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.loads import DeadLoad, LoadSettings, loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
 from tests.support.walls import upright
-from tests.unit.assessment.seismic.test_kinematic import wall_of
+from tests.unit.assessment.seismic.test_kinematic_checks import wall_of
 
 PARAMETERS = "spectrum = 'parameters'\nsoil_factor = 1.2\nperiod_b = '0.1 s'\nperiod_c = '0.5 s'\nperiod_d = '2 s'\n"
 
