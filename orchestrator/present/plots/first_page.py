@@ -13,15 +13,8 @@ from orchestrator.loads.block_loads import LoadSettings, height_of_live_load
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import Tie
 from orchestrator.present.plots.canvas import BLUE, GREEN, INK, ORANGE, PURPLE, draw_segments, label_of
-from orchestrator.present.plots.dead_load_arrows import LENGTH, draw_dead_load, size_of
-from orchestrator.present.plots.wall_pictures import (
-    draw_blocks,
-    draw_load,
-    load_arrow,
-    load_label,
-    number_blocks,
-    wall_canvas,
-)
+from orchestrator.present.plots.load_arrows import LENGTH, draw_dead_load, draw_load, load_arrow, load_label, size_of
+from orchestrator.present.plots.wall_pictures import draw_blocks, number_blocks, wall_canvas
 from orchestrator.present.plots.words import legend_below
 from orchestrator.present.weights import load_words, weight_words
 from orchestrator.settings.inventory import load_sums

@@ -45,7 +45,7 @@ from orchestrator.present.plots.canvas import (
     stamp_not_valid,
     wall_figure,
 )
-from orchestrator.present.plots.dead_load_arrows import draw_dead_load
+from orchestrator.present.plots.load_arrows import draw_dead_load
 from orchestrator.present.plots.words import legend_below, write_title
 from orchestrator.present.tie_states import ShownTies, State
 from orchestrator.present.weights import multiplied, weight_words

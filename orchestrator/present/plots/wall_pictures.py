@@ -32,12 +32,19 @@ from orchestrator.present.plots.canvas import (
     draw_supports,
     label_of,
     number_size,
-    text_ends,
     wall_figure,
     write_number,
     write_numbers,
 )
-from orchestrator.present.plots.dead_load_arrows import LENGTH, draw_dead_load, size_of
+from orchestrator.present.plots.load_arrows import (
+    LENGTH,
+    draw_dead_load,
+    draw_load,
+    load_arrow,
+    load_label,
+    settlement_arrow,
+    size_of,
+)
 from orchestrator.present.plots.thrust import carrying, moved, thrust
 from orchestrator.present.plots.words import legend_below
 
@@ -51,12 +58,6 @@ BODY_COLOURS = (
 """Paul Tol's light scheme: fills with dark text on them, distinguishable by colour-blind readers"""
 MATERIALS = (STONE, "#ee8866", "#77aadd", "#eedd88", "#44bb99", "#ffaabb", "#bbcc33", "#99ddff", "#aaaa00")
 """fills of blocks by material: that of stone, then Tol's"""
-LOAD_LABEL = 8.0
-"""size of the name of a load, points"""
-UPRIGHT = 0.05
-"""slope of an arrow below which it is upright: its name is centred over it"""
-ARROW = 0.12
-"""length of the load arrow, part of the wall's largest dimension"""
 WIDEST_THRUST = 5.0
 """width of the largest resultant, points"""
 THINNEST_THRUST = 0.5
@@ -270,56 +271,6 @@ def label_position(members: list[Block]) -> FloatArray:
     """Return where a body's number goes (2,): the centroid of its block nearest to the centroid of them all."""
     centres = np.array([polygon_centroid(block.polygon) for block in members])
     return centres[np.argmin(np.linalg.norm(centres - centres.mean(axis=0), axis=1))]
-
-
-def load_arrow(points: FloatArray, direction: FloatArray, height: float) -> FloatArray:
-    """Return tail and tip (2, 2) of the load arrow: beside the wall (n, 2) the load pushes from, its middle at a height
-    (m)."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    size = float(np.max(high - low))
-    side = low[0] if direction[0] > 0 else high[0]
-    before = np.copysign(0.5 * ARROW + 0.02, direction[0]) * size
-    middle = np.array([side - before, height])
-    return middle + np.array([[-0.5], [0.5]]) * ARROW * size * direction
-
-
-def settlement_arrow(support: FloatArray, wall: FloatArray, direction: FloatArray) -> FloatArray:
-    """Return tail and tip (2, 2) of the arrow beside a `support` (n, 2) that gives way, away from the wall."""
-    low, high, size = support.min(axis=0), support.max(axis=0), float(np.max(np.ptp(wall, axis=0)))
-    outwards = 1.0 if support[:, 0].mean() >= wall[:, 0].mean() else -1.0
-    side = high[0] if outwards > 0 else low[0]
-    middle = np.array([side + outwards * (0.5 * ARROW + 0.02) * size, 0.5 * (low[1] + high[1])])
-    return middle + np.array([[-0.5], [0.5]]) * ARROW * size * direction
-
-
-def draw_load(axes: Axes, arrow: FloatArray, load_name: str) -> None:
-    """Draw the live load as an arrow from tail to tip (2, 2) in m, with its name."""
-    style = {"arrowstyle": "-|>,head_width=0.35,head_length=0.7", "color": VERMILLION, "linewidth": 2.5}
-    tail, tip = arrow
-    axes.annotate("", tip, tail, arrowprops=style, zorder=5)
-    axes.annotate(
-        load_name,
-        tuple(_above(arrow)[0].tolist()),
-        (0, 6),
-        textcoords="offset points",
-        ha={-1: "right", 0: "center", 1: "left"}[_above(arrow)[1]],
-        color=VERMILLION,
-        fontsize=LOAD_LABEL,
-        zorder=5,
-    )
-
-
-def load_label(points: FloatArray, arrow: FloatArray, load_name: str) -> FloatArray:
-    """Return the ends (2, 2) in m of what `draw_load` writes over an arrow, in a `wall_figure` of points (n, 2)."""
-    return text_ends(points, *_above(arrow), load_name, LOAD_LABEL)
-
-
-def _above(arrow: FloatArray) -> tuple[FloatArray, int]:
-    """Return the point (2,) over an arrow (2, 2) at which its name stands, and the side to which it goes on: over the
-    tip and away from the wall; 0: centred over an upright arrow."""
-    (tail, _), (tip, _) = arrow
-    outwards = int(np.sign(tail - tip)) if abs(tail - tip) > UPRIGHT * float(np.ptp(arrow, axis=0).max()) else 0
-    return np.array([tip, arrow[:, 1].max()]), outwards
 
 
 def _draw_thrust(axes: Axes, assemblage: Assemblage, state: LimitState, displacements: FloatArray) -> None:

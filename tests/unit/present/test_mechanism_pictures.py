@@ -14,13 +14,9 @@ from orchestrator.masonry.ties import Tie
 from orchestrator.masonry.wall import Block, Wall
 from orchestrator.present import plots
 from orchestrator.present.plots.canvas import BLUE, lay_out
+from orchestrator.present.plots.load_arrows import load_arrow, settlement_arrow
 from orchestrator.present.plots.thrust import carrying, thrust
-from orchestrator.present.plots.wall_pictures import (
-    hinge_ends,
-    load_arrow,
-    rigid_displacement,
-    settlement_arrow,
-)
+from orchestrator.present.plots.wall_pictures import hinge_ends, rigid_displacement
 from tests.support.figures import polygons, segments, shown
 from tests.support.walls import between
 
