@@ -11,14 +11,10 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.geometry.rigid import cross
-from orchestrator.geometry.ring_geometry import area_of, foot_on, rows_between, sine_of_acute
+from orchestrator.geometry.ring_geometry import area_of, rows_between, sine_of_acute
 
 SAME_POINT = 1e-9
 """part of the wall's size (and 1e-14 of its coordinates) below which two points are the same"""
-PULL = 1e-3
-"""weight that holds a vertex to the mean of its corners, against the lines through it: decides along parallel lines"""
-FARTHEST_VERTEX_RATIO = 5.0
-"""a vertex lies no farther from the mean of its corners than this many times the farthest of them"""
 FOLDED = 0.5
 """cosine of the largest angle at which two edges still run against each other"""
 KEPT = 0.8
@@ -320,53 +316,6 @@ class Rings:
         self.vertex, self.block = self.vertex[keep], self.block[keep]
         self.line, self.width = self.line[keep], self.width[keep]
         self._link()
-
-    def place(self) -> None:
-        """Put every vertex at the mean of the points that blocks have there; on one of them where they agree."""
-        vertex, own = (np.concatenate(parts) for parts in zip(*self.members, strict=True))
-        count = np.maximum(np.bincount(vertex, minlength=len(self.point)), 1)
-        mean = np.column_stack([np.bincount(vertex, own[:, k], len(self.point)) / count for k in (0, 1)])
-        self.spread = np.zeros(len(self.point))
-        np.maximum.at(self.spread, vertex, np.linalg.norm(own - mean[vertex], axis=1))
-        moved = self.spread > self.rounding
-        self.point = np.where(moved[:, None], mean, self.point)
-
-    def place_on_lines(self) -> None:
-        """Put every joined vertex where the lines half-way between the drawn edges meet there, by least squares."""
-        size = len(self.point)
-        rows, twin = np.arange(len(self.vertex)), self.twins()
-        twin = np.where(twin >= 0, twin, rows)  # itself where there is none
-        along = self.line_end[self.line] - self.line_start[self.line]
-        length = np.linalg.norm(along, axis=1)
-        unit = along / length[:, None]
-        tangent = np.where((twin == rows)[:, None], unit, unit - unit[twin])
-        tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
-        normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])
-        weight = np.minimum(length, length[twin])
-        matrix, right, total = np.zeros((size, 2, 2)), np.zeros((size, 2)), np.zeros(size)
-        for vertex in (self.vertex, self.vertex[self.following]):
-            feet = [foot_on(self.point[vertex], self.line_start[self.line[r]], unit[r]) for r in (rows, twin)]
-            offset = np.sum(normal * (0.5 * (feet[0] + feet[1]) - self.point[vertex]), axis=1)
-            np.add.at(matrix, vertex, weight[:, None, None] * normal[:, :, None] * normal[:, None, :])
-            np.add.at(right, vertex, (weight * offset)[:, None] * normal)
-            np.add.at(total, vertex, weight)
-        matrix += (PULL * np.maximum(total, 1e-300))[:, None, None] * np.eye(2)
-        step = np.linalg.solve(matrix, right[..., None])[..., 0]
-        far = np.linalg.norm(step, axis=1)
-        step *= np.minimum(1.0, FARTHEST_VERTEX_RATIO * self.spread / np.maximum(far, 1e-300))[:, None]
-        self.point = self.point + self._without_folds(np.where((self.spread > self.rounding)[:, None], step, 0.0))
-
-    def _without_folds(self, step: FloatArray) -> FloatArray:
-        """Return the steps (v, 2) of vertices, halved until no edge runs the other way round: lines that are nearly
-        parallel meet far off, beyond the next vertex."""
-        there = self.vertex[self.following]
-        before = self.point[there] - self.point[self.vertex]
-        while True:
-            folded = np.sum(before * (before + step[there] - step[self.vertex]), axis=1) < 0
-            if not folded.any():
-                return step
-            step = step.copy()
-            step[np.union1d(self.vertex[folded], there[folded])] *= 0.5
 
 
 def _root(to: IntArray, vertex: int) -> int:

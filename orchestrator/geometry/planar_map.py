@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.geometry.outline_rings import Rings
+from orchestrator.geometry.placed_rings import place, place_on_lines
 from orchestrator.geometry.tidied_rings import collapse, measure, straighten
 
 NO_BLOCK = -1
@@ -91,13 +92,13 @@ def planar_map(
             reached = min(tolerance, GROWTH * max(float(open_.min()), rings.rounding))
             while joined := rings.join_corners(reached) + rings.join_edges(reached):
                 error = max(error, max(joined))
-                rings.place()
+                place(rings)
         if error <= rings.rounding and not short:
             break
-        rings.place_on_lines()
+        place_on_lines(rings)
         collapsed += collapse(rings, error, short)
-        rings.place()
-        rings.place_on_lines()
+        place(rings)
+        place_on_lines(rings)
         if len(rings.distances(tolerance, reached)):
             continue
         folds = rings.join_folds(tolerance, TIP)
