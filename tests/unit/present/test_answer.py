@@ -1,0 +1,228 @@
+"""Which number counts: of limit analysis, of a run, and what is said beside it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from orchestrator.limit_analysis import analyse
+from orchestrator.present.answer import answer_of_limit, answer_of_run
+from orchestrator.storage.notes import remarks
+from orchestrator.storage.summary import AtPeak, LimitSummary
+from tests.support.limit_analysis_cases import assemblage_of, box
+from tests.support.pushed import PUSHED
+from tests.support.verdicts import summary
+
+
+@pytest.fixture(scope="module")
+def slender():
+    """A block 0.5 m wide and 1 m high overturns at 0.5, with or without dilation."""
+    return analyse(assemblage_of([box(-3, -1, 6, 1), box(0, 0, 0.5, 1.0)]))
+
+
+def without_any_state(analysis):
+    return replace(analysis, sequence=None, path=None, lowest=None)
+
+
+def at(analysis, *, lowest=None, bound=None):
+    """Return the analysis with another lowest state or another associative bound."""
+    associative = analysis.associative
+    if bound is not None:
+        associative = replace(associative, load_multiplier=bound)
+    found = None if lowest is None else replace(analysis.headline, load_multiplier=lowest)
+    return replace(analysis, associative=associative, lowest=found)
+
+
+def test_the_multiplier_that_counts_is_named_with_its_base_shear(slender):
+    said = answer_of_limit(slender)
+    assert said.startswith("λ = 0.50000 counts (collapse state met by loading): base shear ")
+    assert slender.horizontal_load == 10e3
+    assert "base shear 5.000 kN, " in said
+    assert "it reaches the associative upper bound" in said
+
+
+def test_a_lower_state_and_a_higher_bound_are_said(slender):
+    said = answer_of_limit(at(slender, lowest=0.45, bound=0.6))
+    assert "from 0.45000 to 0.50000" in said
+    assert "the associative 0.60000 is an upper bound" in said
+    alone = answer_of_limit(at(slender, bound=0.6))
+    assert "from" not in alone
+    assert "the associative 0.60000 is an upper bound" in alone
+
+
+def test_the_bound_alone_counts_as_no_more_than_that(slender):
+    said = answer_of_limit(without_any_state(slender))
+    assert said.startswith("λ = 0.50000 counts (associative solution)")
+    assert "an upper bound only" in said
+
+
+def test_a_last_rest_is_called_no_collapse_state(slender):
+    rest = replace(slender.path, flow_rule="last_rest", converged=False)
+    said = answer_of_limit(replace(slender, path=rest))
+    assert said.startswith("Loading met no limit state; the wall was at rest up to λ = (0.50000): ")
+    assert "counts" not in said
+    assert "a collapse state with" not in said
+
+
+def test_beside_a_last_rest_states_found_otherwise_are_told_apart(slender):
+    """Nothing may be called a state of rest that is none, nor may it be said that there is no limit state."""
+    rest = replace(slender.path, flow_rule="last_rest", converged=False)
+    found = replace(slender, path=rest, lowest=replace(slender.path, load_multiplier=0.52), highest=0.55)
+    assert "limit states found without loading have 0.52000 to 0.55000; the associative" in answer_of_limit(found)
+    assert "such states" not in answer_of_limit(found)
+
+
+def entry(model, peak, *, valid=True, reached=True):
+    changed = {"peak_reached": reached, "peak_base_shear": peak, "peak_multiplier": peak / 1e5}
+    return replace(PUSHED, model=model, bodies={"macro": 2, "micro": 4}[model], valid=valid, **changed)
+
+
+def summary_of(*pushovers, failed=None):
+    return replace(summary(), pushover=pushovers, failed=failed)
+
+
+@pytest.mark.parametrize(
+    ("pushover", "words", "absent"),
+    [
+        (
+            [entry("macro", 21e3), entry("micro", 20e3)],
+            ["20.00 kN counts (λ = 0.2000", "macroblocks (21.00 kN, +5.0%)", "limit analysis (+25.0%)"],
+            [],
+        ),
+        (
+            [entry("macro", 25e3 * (1 - 1e-6)), entry("micro", 25e3)],
+            ["macroblocks (25.00 kN, +0.0%)", "limit analysis (+0.0%)"],
+            ["-0.0"],
+        ),
+        (
+            [replace(entry("macro", 20e3), bodies=4), entry("micro", 20e3)],
+            ["FE of every stone); macroblocks are every stone, too (20.00 kN, +0.0%); limit analysis"],
+            ["approximation"],
+        ),
+        ([replace(entry("macro", 21e3), bodies=4)], ["FE of every stone); limit analysis"], ["macroblocks"]),
+        ([entry("macro", 21e3)], ["21.00 kN counts", "FE of macroblocks"], ["approximation"]),
+        (
+            [entry("macro", 21e3), entry("micro", 20e3, valid=False)],
+            [
+                "21.00 kN counts (λ = 0.2100, FE of macroblocks), but the curve of every stone, the reference of "
+                "macroblocks, is not valid; limit analysis"
+            ],
+            ["20.00"],
+        ),
+        ([entry("micro", 20e3), entry("macro", 21e3, valid=False)], ["20.00 kN counts"], ["but"]),
+        ([entry("micro", 20e3, reached=False)], ["a lower bound", "; limit analysis takes"], ["%"]),
+        ([entry("micro", 20e3, valid=False)], ["No peak counts"], ["20.0"]),
+    ],
+)
+def test_the_peak_that_counts(pushover, words, absent):
+    said = answer_of_run(summary_of(*pushover))
+    assert all(word in said for word in words), said
+    assert not any(word in said for word in absent), said
+
+
+@pytest.mark.parametrize(
+    ("macro", "words"),
+    [
+        (entry("macro", 25e3), "25.00 kN counts (λ = 0.2500, FE of macroblocks), but {why}; limit analysis"),
+        (entry("macro", 30e3), "No finite element number counts: 30.00 kN (λ = 0.3000, FE of macroblocks)"),
+        (entry("macro", 30e3), "take limit analysis (λ = 0.25000), but {why}."),
+        (replace(entry("macro", 30e3), held=True), "(λ = 0.3000, FE of macroblocks), but {why}; as drawn it moves"),
+    ],
+)
+def test_no_number_of_macroblocks_hides_that_their_reference_has_no_curve(macro, words):
+    said = answer_of_run(summary_of(macro, failed={"micro": "it broke off"}))
+    assert words.format(why="every stone, the reference of macroblocks, has no curve") in said
+    assert "reference" not in answer_of_run(summary_of(entry("micro", 25e3), failed={"macro": "it broke off"}))
+
+
+def test_macroblocks_that_supports_hold_are_no_stones_and_have_no_peak():
+    held = replace(entry("macro", 30e3), held=True)
+    said = answer_of_run(summary_of(held))
+    assert said.endswith("(limit analysis); whether every stone is, --model micro says.")
+    assert remarks(summary_of(held)) == [
+        "macro FE: held by supports once it has moved: this load does not bring the wall down"
+    ]
+    stones = answer_of_run(summary_of(replace(entry("micro", 30e3), held=True)))
+    assert stones.endswith("(limit analysis).")
+
+
+@pytest.mark.parametrize(("drawn", "words"), [(0.2427, "bears λ = 0.2427 there"), (0.0, "does not stand there")])
+def test_what_a_wall_that_leans_on_new_contacts_bears_without_them(drawn, words):
+    found = summary_of(replace(entry("micro", 60e3), at_peak=AtPeak(drawn_contacts=drawn)))
+    assert f"with contacts that were not drawn, without which it {words}" in answer_of_run(found)
+    assert ("does not stand" in " ".join(remarks(found))) == (drawn == 0.0)
+
+
+IN_LARGE = {"rigid_peak": 0.199, "large_displacements": 0.199}
+
+
+@pytest.mark.parametrize(
+    ("changed", "displacements", "ending"),
+    [
+        ({}, "large", "limit analysis (+25.0%) takes the stones as rigid and displacements as small."),
+        ({}, "small", "limit analysis (+25.0%) takes the stones as rigid."),
+        (
+            IN_LARGE,
+            "large",
+            "limit analysis takes the stones as rigid: +25.0% in small displacements, -0.5% in large ones.",
+        ),
+        (
+            {"rigid_peak": 0.25004, "large_displacements": 0.25004},
+            "large",
+            "limit analysis takes the stones as rigid: +25.0% in small displacements and in large ones.",
+        ),
+        (IN_LARGE, "small", "limit analysis (+25.0%) takes the stones as rigid."),
+        (
+            {"rigid_peak": None, "large_displacements": 0.199},
+            "large",
+            "limit analysis (+25.0%) takes the stones as rigid and displacements as small.",
+        ),
+        (
+            {"non_associative": 0.199, "converged": False, **IN_LARGE},
+            "large",
+            "limit analysis in large displacements (-0.5%) takes the stones as rigid.",
+        ),
+        (
+            {"non_associative": 0.199, "converged": False, **IN_LARGE},
+            "small",
+            "limit analysis in large displacements (-0.5%) takes the stones as rigid, finite elements displacements as "
+            "small.",
+        ),
+        (
+            {"converged": False},
+            "large",
+            "the last load at rest in limit analysis (+25.0%), no collapse state, takes the stones as rigid and "
+            "displacements as small.",
+        ),
+        (
+            {"non_associative": None},
+            "large",
+            "the upper bound of limit analysis (+50.0%) takes the stones as rigid and displacements as small.",
+        ),
+    ],
+)
+def test_what_limit_analysis_and_finite_elements_do_not_share_is_said_of_the_case_at_hand(
+    changed, displacements, ending
+):
+    found = summary_of(replace(entry("micro", 20e3), displacements=displacements))
+    found = replace(found, limit_analysis=replace(found.limit_analysis, **changed))
+    assert answer_of_run(found).endswith(f"; {ending}")
+
+
+def test_a_peak_far_off_but_among_states_that_limit_analysis_found_is_told_as_another_state():
+    """Rubble of 52 stones, finite elements of 0.2 m: 0.4062; loading meets 0.2708, other states reach 0.4060."""
+    limit = LimitSummary(0.40867, 0.27081, (0.27081, 0.40597), 1, True, 1e-12, 13e3, 1.0)
+    found = replace(summary_of(entry("micro", 40.62e3)), limit_analysis=limit)
+    takes = "limit analysis (-33.3%) takes the stones as rigid and displacements as small"
+    states = "friction leaves open which state is met, from λ = 0.27081 to 0.40597 were found"
+    assert answer_of_run(found).endswith(f"; {takes}; {states}.")
+    alike = replace(summary_of(entry("micro", 27.1e3)), limit_analysis=limit)
+    assert "friction leaves open" not in answer_of_run(alike)
+
+
+def test_bonds_that_soften_explain_why_limit_analysis_bears_more():
+    found = summary_of(entry("micro", 20e3))
+    said = answer_of_run(replace(found, wall=replace(found.wall, bonded=True)))
+    taken = "takes the stones as rigid, displacements as small and bonds as plastic, which soften."
+    assert said.endswith(f"; limit analysis (+25.0%) {taken}")
