@@ -50,3 +50,17 @@ def asked(page: Any) -> list[str]:
 def awaited(page: Any, selector: str) -> list[Any]:
     """Elements that a CSS selector finds, as soon as there is one."""
     return webdriver.support.wait.WebDriverWait(page, 60).until(lambda p: p.find_elements("css selector", selector))
+
+
+def set_slider(page: Any, value: int) -> None:
+    """Move the slider of a report to a value, to its end where that is larger."""
+    script = "const s = document.getElementById('slider'); s.value = arguments[0]; s.dispatchEvent(new Event('input'));"
+    page.execute_script(script, value)
+
+
+def picture(page: Any) -> list[str]:
+    """Path of the first body, place of the point, and the line that says where we are."""
+    return page.execute_script(
+        "return [document.querySelector('#picture .body').getAttribute('d'),"
+        " document.getElementById('point').getAttribute('cx'), document.getElementById('state').textContent]"
+    )
