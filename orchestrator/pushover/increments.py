@@ -145,10 +145,7 @@ class PushoverCurve:
         return replace(self._rows(self.step <= number), stopped_because=stopped_because)
 
     def _rows(self, rows: BodyMask) -> PushoverCurve:
-        kept = {
-            field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "stopped_because"
-        }
-        return replace(self, **kept)
+        return replace(self, **{name: getattr(self, name)[rows] for name in COLUMNS})
 
     @classmethod
     def from_increments(cls, increments: Iterable[Increment], stopped_because: str) -> PushoverCurve:
@@ -160,15 +157,16 @@ class PushoverCurve:
                 gravity = [_row(increment)]
             else:
                 lateral.append(_row(increment))
-        names = [field.name for field in fields(cls) if field.name != "stopped_because"]
-        columns = np.array(gravity + lateral, dtype=float).reshape(-1, len(names)).T
+        columns = np.array(gravity + lateral, dtype=float).reshape(-1, len(COLUMNS)).T
         arrays = {
             name: read_only(column, np.int64 if name in WHOLE_NUMBERS else np.float64)
-            for name, column in zip(names, columns, strict=True)
+            for name, column in zip(COLUMNS, columns, strict=True)
         }
         return cls(**arrays, stopped_because=stopped_because)
 
 
+COLUMNS = tuple(field.name for field in fields(PushoverCurve) if field.name != "stopped_because")
+"""of a curve, in order"""
 WHOLE_NUMBERS = (
     "step", "open_contacts", "sticking_contacts", "slipping_contacts", "newton_iterations", "moving", "fallen_bodies",
 )  # fmt: skip

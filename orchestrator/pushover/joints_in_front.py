@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
@@ -19,23 +17,11 @@ from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.pushover.settings import ContactSettings
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class JointsInFront:
-    """What touches in the undeformed wall, what may touch (large displacements), and what holds it together.
-
-    Nodes have the numbers of front.py's rows.
-    """
-
-    contacts: Contacts
-    tracking: Tracking | None
-    bond: Bond | None
-    mortar: Mortar | None
-
-
 def joints_in_front(
     bodies: Bodies, meshes: BodyMeshes, front: FrontNodes, settings: ContactSettings, large_displacement: bool
-) -> JointsInFront:
-    """Return the contacts in front, all of them where the wall is solved whole."""
+) -> tuple[Contacts, Tracking | None, Bond | None, Mortar | None]:
+    """Return what touches in the undeformed wall, what may touch (large displacements), and what holds it together, in
+    front, all of it where the wall is solved whole; nodes have the numbers of front.py's rows."""
     contacts = find_contacts(bodies, meshes)
     tracking = find_possible_contacts(bodies, meshes, contacts) if large_displacement else None
     possible = tracking.possible if tracking else contacts
@@ -46,7 +32,7 @@ def joints_in_front(
         place = [tracking.pair, tracking.corner, tracking.master_face]
     kept, image = _images(front, np.column_stack(place), possible.slave_node, possible.point[:, 2])
     touching = kept[kept < len(contacts)]
-    return JointsInFront(
+    return (
         contacts.part(touching, front.row),
         tracking and tracking.part(kept, front.row),
         bond and bond.summed(kept, image),

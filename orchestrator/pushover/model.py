@@ -155,8 +155,7 @@ def build_model(
     gravity, lateral = front.of_front(dead), front.of_front(live)
     forward = horizontal(loads.direction)
     base_shear = _horizontal(lateral, front)
-    joined = joints_in_front(bodies, meshes, front, contact, large_displacement)
-    contacts = joined.contacts
+    contacts, tracking, bond, mortar = joints_in_front(bodies, meshes, front, contact, large_displacement)
     model = ContactModel(
         meshes=meshes,
         front=front,
@@ -189,9 +188,9 @@ def build_model(
         bodies=bodies.moving,
         body_names=tuple(body.name for body in bodies.bodies),
         elastic=constants,
-        tracking=joined.tracking,
-        bond=joined.bond,
-        mortar=joined.mortar,
+        tracking=tracking,
+        bond=bond,
+        mortar=mortar,
         ties=ties and ties.on_rows(front.row, len(body)),
     )
     return displaced(model, np.zeros_like(gravity))
@@ -232,16 +231,16 @@ def without(model: ContactModel, fallen: npt.NDArray[np.bool_]) -> ContactModel:
         lateral=model.lateral * here,
         horizontal_load=_horizontal(model.lateral * here, model.front),
         top_row=top / np.abs(top.sum()),
-        gap_offset=model.gap_offset + far * _touches(fallen, model.contacts),
+        gap_offset=model.gap_offset + far * touching(fallen, model.contacts),
         fallen=fallen,
         ties=model.ties and model.ties.without(fallen),
     )
 
 
-def _touches(fallen: npt.NDArray[np.bool_], contacts: Contacts) -> npt.NDArray[np.bool_]:
-    """Return which contacts (c,) have a fallen body on either side."""
-    gone = np.append(fallen, np.zeros(max(contacts.master_body.max(), contacts.slave_body.max()) + 1, bool))
-    return gone[contacts.slave_body] | gone[contacts.master_body]
+def touching(bodies: npt.NDArray[np.bool_], contacts: Contacts) -> npt.NDArray[np.bool_]:
+    """Return which contacts (c,) have one of some bodies (b,) on either side."""
+    there = np.append(bodies, np.zeros(max(contacts.master_body.max(), contacts.slave_body.max()) + 1, bool))
+    return there[contacts.slave_body] | there[contacts.master_body]
 
 
 def _loads(mass: sparse.csr_matrix, meshes: BodyMeshes, loads: NodalLoads) -> tuple[FloatArray, FloatArray, float]:
@@ -279,7 +278,7 @@ def displaced(
         return model
     nodal = displacement.reshape(-1, 3)
     frames = fit_frames(model.front, nodal, model.tracking.possible.master_body.max() + 1)
-    gone = _touches(model.fallen, model.tracking.possible)
+    gone = touching(model.fallen, model.tracking.possible)
     tracked = track(model.tracking, model.front, frames, nodal, gone, closed, known)
     normal_rows = tracked.contacts.normal_rows(len(nodal))
     return replace(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.interfaces import STRENGTHS
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
-from orchestrator.pushover.increments import WHOLE_NUMBERS, Increment, PushoverCurve
+from orchestrator.pushover.increments import COLUMNS, WHOLE_NUMBERS, Increment, PushoverCurve
 from orchestrator.storage.files import write_csv, write_json, write_text
 
 JOINT_COLUMNS = (
@@ -24,7 +24,6 @@ JOINT_COLUMNS = (
     "friction", "cohesion_N_per_m2", "tensile_strength_N_per_m2", "compressive_strength_N_per_m2",
     "normal_stiffness_N_per_m3", "shear_stiffness_N_per_m3",
 )  # fmt: skip
-CURVE_COLUMNS = tuple(field.name for field in fields(PushoverCurve) if field.name != "stopped_because")
 
 
 def write_case(folder: Path, text: str) -> None:
@@ -59,8 +58,8 @@ def write_macroblocks(folder: Path, wall: Wall, partition: Partition, bodies: Bo
 
 def write_curve(folder: Path, curve: PushoverCurve) -> None:
     """Write curve.csv; the columns are the fields of PushoverCurve."""
-    columns = [getattr(curve, name) for name in CURVE_COLUMNS]
-    write_csv(folder / "curve.csv", CURVE_COLUMNS, zip(*columns, strict=True))
+    columns = [getattr(curve, name) for name in COLUMNS]
+    write_csv(folder / "curve.csv", COLUMNS, zip(*columns, strict=True))
 
 
 def write_ties(folder: Path, increments: Iterable[Increment], ties: int) -> None:
@@ -86,7 +85,7 @@ def read_curve(folder: Path, stopped_because: str) -> PushoverCurve:
         table = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
     arrays = {
         name: read_only(column, np.int64 if name in WHOLE_NUMBERS else np.float64)
-        for name, column in zip(CURVE_COLUMNS, table.T, strict=True)
+        for name, column in zip(COLUMNS, table.T, strict=True)
     }
     return PushoverCurve(**arrays, stopped_because=stopped_because)
 

@@ -82,7 +82,6 @@ class BondResponse:
     plastic_slip: FloatArray
     by_opening: npt.NDArray[np.bool_]
     intact: npt.NDArray[np.bool_]
-    slip_tolerance: float
 
 
 def bond_response(bond: Bond, gap: FloatArray, trial_slip: FloatArray, slip_tolerance: float) -> BondResponse:
@@ -103,7 +102,6 @@ def bond_response(bond: Bond, gap: FloatArray, trial_slip: FloatArray, slip_tole
         plastic_slip=plastic,
         by_opening=by_opening,
         intact=bond.holds,
-        slip_tolerance=slip_tolerance,
     )
 
 
@@ -128,11 +126,6 @@ def dissipation(bond: Bond, response: BondResponse, gap: FloatArray) -> FloatArr
     by_both = (1.0 - 0.5 * (before + after)) * response.plastic_slip
     shear = np.where(response.by_opening, by_both, by_slip) - (1.0 - after) * response.plastic_slip
     return bond.tension * opening * (after - before) + bond.cohesion * shear
-
-
-def stored(response: BondResponse, gap: FloatArray) -> float:
-    """Return the free energy of open cracks, J."""
-    return float(response.tension @ np.maximum(gap, 0.0))
 
 
 def elements_at_cracks(bodies: Bodies, contacts: Contacts, state: Increment) -> int | None:

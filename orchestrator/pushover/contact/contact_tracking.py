@@ -123,9 +123,9 @@ def track(
     of: BodyNodes,
     frames: Frames,
     displacement: FloatArray,
-    gone: npt.NDArray[np.bool_] | None = None,
-    closed: FloatArray | None = None,
-    known: npt.NDArray[np.bool_] | None = None,
+    gone: npt.NDArray[np.bool_],
+    closed: FloatArray | None,
+    known: npt.NDArray[np.bool_] | None,
 ) -> Tracked:
     """Return the contacts of the wall displaced by `displacement` (>= m, 3) in m, but for those that are `gone` (c,).
 
@@ -142,7 +142,7 @@ def track(
     points = _points(tracking, of, frames, moved)
     near = _is_near(tracking, points, known, closed) & _overlaps(tracking, frames, known)
     near &= _is_out(tracking, frames, points, known)
-    rows = np.flatnonzero(near if gone is None else near & ~gone)
+    rows = np.flatnonzero(near & ~gone)
     size = tracking.size_of_pair[tracking.pair[rows]]
     master_nodes, weights = _project(tracking, points.home[rows], rows, COVER * size)
     contacts = _turned(tracking.possible.chosen(rows), frames, points.point[rows], master_nodes, weights)

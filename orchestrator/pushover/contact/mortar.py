@@ -94,10 +94,6 @@ class Mortar:
         """Return what mortar leaves of gaps (c,) in m under normal forces (c,) in N, positive in compression."""
         return gap + self.compliance * normal_force + self.closing
 
-    def stored(self, normal_force: FloatArray) -> float:
-        """Return the elastic energy of the closing, J."""
-        return 0.5 * float(self.compliance @ normal_force**2)
-
 
 def refuse_bonded_mortar(assemblage: Assemblage, softening: float) -> None:
     """Raise CaseError (key only) for bonded joints whose mortar has no answer: softening in m."""

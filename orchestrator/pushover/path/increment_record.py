@@ -20,13 +20,13 @@ takes from the balance is `lost_in_motion`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
-from orchestrator.pushover.contact.cohesion import dissipation, shear_limit, stored
+from orchestrator.pushover.contact.cohesion import dissipation, shear_limit
 from orchestrator.pushover.contact.contact_law import tolerances
 from orchestrator.pushover.contact.contact_tracking import ANGLED
 from orchestrator.pushover.contact.mortar import Mortar
@@ -125,6 +125,8 @@ def increment_of(
         closing = mortar.closing + np.where(iterate.crushes, np.maximum(-iterate.gap, 0.0), 0.0)
         given = mortar.compliance * iterate.normal_force + mortar.closing
     closed = iterate.active & ((force > 0.0) | bonded)
+    holding = np.where(iterate.response.sliding, ContactStatus.SLIP, ContactStatus.STICK)
+    status = np.where(closed, holding, ContactStatus.OPEN)
     holds = closed | bonded
     elastic_slip = np.where(holds[:, None], iterate.response.elastic_slip, 0.0)
     change = iterate.displacement - problem.displacement
@@ -132,7 +134,8 @@ def increment_of(
     sliding = slip_change - (elastic_slip - problem.elastic_slip)  # a contact that opens gives off its elastic slip
     plastic = np.where(holds[:, None], sliding, 0.0)
     load = problem.gravity_share * model.gravity + iterate.load_multiplier * model.lateral
-    earlier = _gravity_share(state) * model.gravity + state.load_multiplier * model.lateral
+    share = state.time if state.phase == "gravity" else 1.0
+    earlier = share * model.gravity + state.load_multiplier * model.lateral
     work = 0.5 * float((load + earlier) @ change)
     live = 0.5 * (state.load_multiplier + iterate.load_multiplier) * float(model.lateral @ change)
     limit, cohesion, tolerance = _limit_before(model, state, problem)
@@ -145,12 +148,12 @@ def increment_of(
         friction += float(dissipation(problem.bond, bond, iterate.gap).sum())
     if mortar is not None:
         friction += float(force @ (closing - mortar.closing))
-    ties = _work_of_ties(model, state, problem, iterate)
-    work, friction = work + ties.tightening, friction + ties.yielding
+    in_ties, tightening, yielding, slack = _work_of_ties(model, state, problem, iterate)
+    work, friction = work + tightening, friction + yielding
     resisting = resistance(model, problem, iterate)
-    internal = ties.stored + _internal_energy(model, iterate, elastic_slip, mortar, force)
+    internal = in_ties + _internal_energy(model, iterate, elastic_slip, mortar, force)
     other = _other_work(model, state, problem, iterate, elastic_slip, change, closing) + float(resisting @ change)
-    other += ties.slack
+    other += slack
     missing = work - friction - other - (internal - state.internal_energy)
     unbalanced = out_of_balance(model, resisting)
     moving = unbalanced > bound
@@ -172,9 +175,7 @@ def increment_of(
         tie_rest=state.tie_rest if iterate.ties is None else read_only(iterate.ties.rest),
         gap=read_only(scattered(np.full(count, np.nan), model.rows, iterate.gap - given)),
         overlap=read_only(scattered(np.zeros(count), model.rows, model.overlap)),
-        status=read_only(
-            scattered(np.zeros(count, np.int64), model.rows, _status(closed, iterate.response.sliding)), np.int64
-        ),
+        status=read_only(scattered(np.full(count, ContactStatus.OPEN), model.rows, status), np.int64),
         base_shear=base_shear,
         horizontal_load=model.horizontal_load,
         control_displacement=float(model.top_row @ iterate.displacement),
@@ -260,32 +261,25 @@ def _other_work(
     return gaps - 0.5 * float(stiffer @ sticking)
 
 
-@dataclass(frozen=True, slots=True)
-class _WorkOfTies:
-    """Energy that ties store at the end, and in the increment: work of what tightens them, of yielding, of slack, J."""
-
-    stored: float
-    tightening: float
-    yielding: float
-    slack: float
-
-
-def _work_of_ties(model: ContactModel, state: Increment, problem: Target, iterate: Iterate) -> _WorkOfTies:
+def _work_of_ties(
+    model: ContactModel, state: Increment, problem: Target, iterate: Iterate
+) -> tuple[float, float, float, float]:
+    """Return the energy that ties store at the end, and in the increment: work of what tightens them, of yielding, of
+    slack, J."""
     bars, response, history = model.ties, iterate.ties, problem.ties
     if bars is None or response is None or history is None:
-        return _WorkOfTies(0.0, 0.0, 0.0, 0.0)
+        return 0.0, 0.0, 0.0, 0.0
     held = bars.stiffness > 0.0
     before, after, stiffness = state.tie_force[held], response.force[held], bars.stiffness[held]
     elongated = (bars.rows @ (iterate.displacement - problem.displacement))[held]
     rested = (response.rest - history.rest)[held]
     given = ~np.isnan(history.tightened[held])
     mean = 0.5 * (before + after)
-    return _WorkOfTies(
-        stored=float(np.sum(after**2 / stiffness)) / 2.0,
-        tightening=float(np.sum((mean * ((after - before) / stiffness - elongated))[given])),
-        yielding=float(np.sum((after * rested)[~given])),
-        slack=float(np.sum((mean * (elongated - (after - before) / stiffness - rested))[~given])),
-    )
+    stored = float(np.sum(after**2 / stiffness)) / 2.0
+    tightening = float(np.sum((mean * ((after - before) / stiffness - elongated))[given]))
+    yielding = float(np.sum((after * rested)[~given]))
+    slack = float(np.sum((mean * (elongated - (after - before) / stiffness - rested))[~given]))
+    return stored, tightening, yielding, slack
 
 
 def _limit_before(model: ContactModel, state: Increment, problem: Target) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -293,14 +287,6 @@ def _limit_before(model: ContactModel, state: Increment, problem: Target) -> tup
     elastic slip at which, m."""
     limit, cohesion = shear_limit(model.on_its_contacts(state.normal_force), model.contacts.friction, problem.bond)
     return limit, cohesion, tolerances(limit, model.slip_tolerance, problem.shear_stiffness)[0]
-
-
-def _status(closed: npt.NDArray[np.bool_], sliding: npt.NDArray[np.bool_]) -> IntArray:
-    return np.where(closed, np.where(sliding, ContactStatus.SLIP, ContactStatus.STICK), ContactStatus.OPEN)
-
-
-def _gravity_share(state: Increment) -> float:
-    return state.time if state.phase == "gravity" else 1.0
 
 
 def _base_shear(model: ContactModel, iterate: Iterate) -> float:
@@ -321,7 +307,7 @@ def _internal_energy(
     stiffness = iterate.response.limit / iterate.response.tolerance
     slip = 0.5 * float(stiffness @ np.sum(elastic_slip**2, axis=1))
     if iterate.bond is not None:
-        slip += stored(iterate.bond, iterate.gap)
+        slip += float(iterate.bond.tension @ np.maximum(iterate.gap, 0.0))
     if mortar is not None:
-        slip += mortar.stored(force)
+        slip += 0.5 * float(mortar.compliance @ force**2)
     return 0.5 * float(strained @ (model.stiffness @ strained)) + slip

@@ -80,11 +80,3 @@ def is_local_motion(
     if loose is not None and not (moving_part(model, motion) & ~loose).any():
         return True
     return is_local(participation(model, motion), shares_of(model, fallen), local_share)
-
-
-def touching(model: ContactModel, bodies: BodyMask) -> BodyMask:
-    """Return which possible contacts (c,) have one of some bodies (b,) on either side."""
-    slave, master = (np.minimum(body, model.bodies) for body in model.pairs)
-    there = np.append(bodies, False)
-    either: BodyMask = there[slave] | there[master]
-    return either

@@ -29,7 +29,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CollapseError, ConvergenceError, HeldError
 from orchestrator.pushover.increments import BodyMask, Increment, Phase
-from orchestrator.pushover.model import ContactModel, driven_by
+from orchestrator.pushover.model import ContactModel, driven_by, touching
 from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
 from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver, measured_by
 from orchestrator.pushover.path.losses import (
@@ -38,7 +38,6 @@ from orchestrator.pushover.path.losses import (
     is_the_wall,
     shares_of,
     since_rest,
-    touching,
     without_their_hold,
 )
 from orchestrator.pushover.path.motion import FAST, FASTEST, farthest, motion, step_of_motion
@@ -126,7 +125,7 @@ class Pushover:
         valid.
         """
         state = in_front(self.model, last) if last else at_rest(self.model)
-        while not self.finished(state):
+        while state.phase == "gravity" or end_of_curve(state, self.stepping) is None:
             if state.load_multiplier > HELD_FROM * self.expected_multiplier and is_held(self.model, state):
                 raise HeldError(state.load_multiplier)
             if state.phase == "gravity" and state.number >= self.stepping.largest_increments and not self._rests(state):
@@ -134,10 +133,6 @@ class Pushover:
             for following in self._after(state):
                 state = following
                 yield of_all_nodes(self.model, state)
-
-    def finished(self, state: Increment) -> bool:
-        """Return whether the curve has reached its end."""
-        return state.phase != "gravity" and end_of_curve(state, self.stepping) is not None
 
     def _after(self, state: Increment) -> Iterator[Increment]:
         """Yield what follows `state`: one increment, static or in motion, or several when a motion is kept."""
@@ -225,7 +220,7 @@ class Pushover:
                 raise ConvergenceError("gravity", f"the wall does not stand under its dead load: {farthest} falls")
             raise CollapseError(self._names(since_rest(self.model, state, lost)), 1e3 * state.control_displacement)
         fallen = read_only(state.fallen | lost, np.bool_)
-        force = np.where(touching(self.model, fallen), 0.0, state.normal_force)
+        force = np.where(touching(fallen, self.model.possible), 0.0, state.normal_force)
         driven = state.driven & ~fallen
         state = replace(state, fallen=fallen, normal_force=read_only(force))
         return self._driving(state, driven if self.model.body_live[driven].any() else ~fallen)

@@ -105,9 +105,8 @@ class TieHistory:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TieResponse:
-    """elongation (m,) in m, force (m,) in N, slope (m,) in N/m, rest (m,) in m at the end."""
+    """force (m,) in N, slope (m,) in N/m, rest (m,) in m at the end."""
 
-    elongation: FloatArray
     force: FloatArray
     slope: FloatArray
     rest: FloatArray
@@ -131,7 +130,7 @@ def tie_response(ties: TieBars, history: TieHistory, displacement: FloatArray) -
     yields = (trial > ties.strength) | ((trial < ties.lowest) & (ties.lowest < 0.0))
     stretched = np.divide(force, ties.stiffness, out=np.zeros(len(force)), where=ties.stiffness > 0.0)
     rest = np.where(tight | yields, elongation - stretched, history.rest)
-    return TieResponse(elongation, force, np.where(elastic, ties.stiffness, 0.0), rest)
+    return TieResponse(force, np.where(elastic, ties.stiffness, 0.0), rest)
 
 
 def rows_along(weights: sparse.csr_matrix, direction: FloatArray) -> sparse.csr_matrix:

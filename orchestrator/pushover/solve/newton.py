@@ -28,7 +28,7 @@ from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve.contact_path import Kinks, followed
 from orchestrator.pushover.solve.iterate import Iterate, Target, control_error, evaluate
 from orchestrator.pushover.solve.linear_system import LinearSystem
-from orchestrator.pushover.solve.newton_matrix import Coefficients, coefficients
+from orchestrator.pushover.solve.newton_matrix import Coefficients
 
 
 def iterates(model: ContactModel, system: LinearSystem, problem: Target, first: Iterate) -> Iterator[Iterate]:
@@ -63,12 +63,18 @@ def _friction(model: ContactModel, problem: Target, current: Iterate) -> Frictio
 
 def newton_coefficients(model: ContactModel, problem: Target, current: Iterate) -> Coefficients:
     """Return what the Newton matrix at an iterate is made of."""
+    friction, active = _friction(model, problem, current), current.active & ~current.crushes
     slope = np.where(current.crushes, 0.0, current.pull_slope) / model.contact_stiffness
-    compliance = None if problem.mortar is None else model.contact_stiffness * problem.mortar.compliance
-    active, control = current.active & ~current.crushes, problem.mean_displacement is not None
-    stretched = None if current.ties is None else current.ties.slope
-    friction = _friction(model, problem, current)
-    return coefficients(friction, active, slope, control, compliance, stretched)
+    given = 0.0 if problem.mortar is None else model.contact_stiffness * problem.mortar.compliance
+    return Coefficients(
+        slip_stiffness=friction.slip_stiffness,
+        pressure_slope=friction.pressure_slope,
+        gap_slope=np.where(active, 1.0, slope),
+        softness=np.where(active, given, 1.0 + slope * given),
+        active=active,
+        displacement_control=problem.mean_displacement is not None,
+        tie_stiffness=None if current.ties is None else current.ties.slope,
+    )
 
 
 def _right_side(model: ContactModel, problem: Target, current: Iterate) -> FloatArray:

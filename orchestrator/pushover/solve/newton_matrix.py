@@ -32,7 +32,6 @@ import numpy.typing as npt
 import scipy.sparse as sparse
 
 from orchestrator.basis.arrays import FloatArray, IntArray
-from orchestrator.pushover.contact.contact_law import FrictionResponse
 from orchestrator.pushover.contact.contact_search import Contacts
 from orchestrator.pushover.model import ContactModel
 
@@ -45,8 +44,8 @@ takes as many solutions of large systems, and 8 % more of small ones, whose elim
 class Coefficients:
     """What changes from one Newton iteration to the next, for c contacts.
 
-    slip_stiffness (c, 2, 2) in N/m = T, pressure_slope (c, 2) = S, gap_slope (c,) = P, softness (c,) = N; active (c,).
-    tie_stiffness (m,) in N/m: of ties, where they are elastic.
+    slip_stiffness (c, 2, 2) in N/m = T, pressure_slope (c, 2) = S, gap_slope (c,) = P, softness (c,) = N; active (c,):
+    contacts that are closed and do not crush. tie_stiffness (m,) in N/m: of ties, where they are elastic.
     """
 
     slip_stiffness: FloatArray
@@ -61,31 +60,6 @@ class Coefficients:
     def compliance(self) -> FloatArray:
         """Z (c,): N, in active contacts no less than 1 / PENALTY."""
         return np.where(self.active, np.maximum(self.softness, 1.0 / PENALTY), self.softness)
-
-
-def coefficients(
-    response: FrictionResponse,
-    active: npt.NDArray[np.bool_],
-    pull_slope: FloatArray,
-    displacement_control: bool,
-    compliance: FloatArray | None = None,
-    tie_stiffness: FloatArray | None = None,
-) -> Coefficients:
-    """Return the coefficients of c contacts.
-
-    active (c,): contacts that are closed and do not crush; pull_slope (c,): d (tension of an open contact) / d gap over
-    kappa; compliance (c,): of mortar, times kappa.
-    """
-    given = np.zeros(len(active)) if compliance is None else compliance
-    return Coefficients(
-        slip_stiffness=response.slip_stiffness,
-        pressure_slope=response.pressure_slope,
-        gap_slope=np.where(active, 1.0, pull_slope),
-        softness=np.where(active, given, 1.0 + pull_slope * given),
-        active=active,
-        displacement_control=displacement_control,
-        tie_stiffness=tie_stiffness,
-    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -146,7 +120,7 @@ def expanded(model: ContactModel, contact: Coefficients, right: FloatArray, solu
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pattern:
-    """CSR rows of the factorised matrix that belong to the nodes `first` to `last` (the last node's rank has alpha's).
+    """CSR rows of the factorised matrix that belong to one rank's nodes (the last node's rank has alpha's).
 
     indptr, indices: int32, columns of the whole matrix. place (b, 9): where the entries of the b node blocks (3 x 3)
     stand among the values. border (k,), border_values (k,): places and values of the entries that are there under
@@ -156,8 +130,6 @@ class Pattern:
     weights (t, c): products of weights, in CSR form. tied (b, m): likewise of ties, for all blocks.
     """
 
-    first: int
-    last: int
     indptr: IntArray
     indices: IntArray
     place: IntArray
@@ -212,8 +184,6 @@ def make_pattern(model: ContactModel, first: int, last: int) -> Pattern:
     pairs, pair_slot = pairs[order], pair_slot[order]
     touched, begin = np.unique(pair_slot, return_index=True)
     return Pattern(
-        first=first,
-        last=last,
         **layout,
         elastic=blocks,
         block_of_elastic=elastic_slot,
