@@ -11,7 +11,7 @@ displacement, H the horizontal live load and lambda its multiplier:
 
 Rows in which the wall moves are left out: only the static ones count.
 
-Bilinear idealisation (Circolare 7/2019, masonry; the two parts are arguments):
+Bilinear idealisation (Circolare 7/2019, masonry):
 
     elastic branch        secant through the first point at 60 % of the peak (C7.3.4.2)
     ultimate              where the base shear has first dropped by 20 % past the peak (C7.8.1.5.4), else the end
@@ -35,6 +35,8 @@ STIFFNESS_ROWS = 2
 """lateral rows that the initial branch has at least"""
 SECANT = 0.6
 """part of the peak base shear that the elastic branch of the bilinear goes through"""
+STRENGTH_DROP = 0.2
+"""part of the peak base shear by which it has dropped at the ultimate displacement of the bilinear"""
 FALLEN = 0.01
 """part of its peak by which the base shear has fallen where the peak is behind"""
 AGAINST = "the control displacement does not go along the live load"
@@ -120,9 +122,7 @@ class Bilinear:
     dropped: bool
 
 
-def idealise(
-    base_shear: FloatArray, displacement: FloatArray, secant: float = SECANT, strength_drop: float = 0.2
-) -> Bilinear:
+def idealise(base_shear: FloatArray, displacement: FloatArray) -> Bilinear:
     """Return the bilinear idealisation of a curve: base_shear (s,) in N, displacement (s,) in m, row 0 = gravity.
 
     Equal areas: with A the area under the curve up to d_u and k the stiffness, F_y = k (d_u - sqrt(d_u^2 - 2 A / k)).
@@ -131,22 +131,22 @@ def idealise(
     """
     moved = displacement - displacement[0]
     peak = int(np.argmax(base_shear))
-    fallen = np.flatnonzero(base_shear[peak:] <= (1.0 - strength_drop) * base_shear[peak])
+    fallen = np.flatnonzero(base_shear[peak:] <= (1.0 - STRENGTH_DROP) * base_shear[peak])
     force = np.array(base_shear)
     if fallen.size:
         last = peak + int(fallen[0])
-        left = (1.0 - strength_drop) * force[peak]
+        left = (1.0 - STRENGTH_DROP) * force[peak]
         part = (force[last - 1] - left) / (force[last - 1] - force[last])
         moved = np.append(moved[:last], moved[last - 1] + part * (moved[last] - moved[last - 1]))
         force = np.append(force[:last], left)
-    above = int(np.argmax(force >= secant * force.max()))
+    above = int(np.argmax(force >= SECANT * force.max()))
     if above == 0:
         raise ResultError("bilinear idealisation", "the curve does not rise from the state under gravity")
     if not min(moved[above], moved[-1]) > 0.0:
         raise ResultError("bilinear idealisation", AGAINST)
-    part = (secant * force.max() - force[above - 1]) / (force[above] - force[above - 1])
+    part = (SECANT * force.max() - force[above - 1]) / (force[above] - force[above - 1])
     at_secant = float(moved[above - 1] + part * (moved[above] - moved[above - 1]))
-    stiffness = secant * float(force.max()) / at_secant
+    stiffness = SECANT * float(force.max()) / at_secant
     ultimate, area = float(moved[-1]), float(0.5 * (force[1:] + force[:-1]) @ np.diff(moved))
     radicand = ultimate**2 - 2.0 * area / stiffness
     if radicand < 0.0:

@@ -40,11 +40,6 @@ class SectionForce:
     moment: float
     depth: float
 
-    @property
-    def eccentricity(self) -> float | None:
-        """M/N in m; None where N is nothing beside V."""
-        return self.moment / self.normal if abs(self.normal) > 1e-9 * abs(self.shear) else None
-
 
 @dataclass(frozen=True, slots=True)
 class Reaction:

@@ -82,15 +82,6 @@ def centroid_of(body: Polyhedron) -> FloatArray:
     return origin + (sixfold @ (a + b + c)) / (4.0 * sixfold.sum())
 
 
-def second_moment_of(body: Polyhedron) -> FloatArray:
-    """Return the integral of x x^T about the centroid (3, 3) in m5."""
-    corners = (body.vertices - centroid_of(body))[fans(body)]
-    sixfold = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    whole = corners.sum(axis=1)
-    products = np.einsum("tki,tkj->tij", corners, corners) + np.einsum("ti,tj->tij", whole, whole)
-    return np.einsum("t,tij->ij", sixfold, products) / 120.0
-
-
 def face_normals(body: Polyhedron) -> FloatArray:
     """Return the outward unit normals (f, 3) of the faces; zero for a face without area."""
     normal = np.array([area_vector(body.vertices[list(face)]) for face in body.faces])

@@ -16,36 +16,29 @@ import scipy.sparse as sp
 from orchestrator.basis.arrays import IntArray, read_only
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium, assemble_equilibrium, block_centroids
-from orchestrator.limit_analysis.paper.linear_program import LimitSolution, solve_limit_lp
+from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
 from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, run_sequence
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions, coulomb
 from orchestrator.loads.block_loads import Loads
 from orchestrator.masonry.joints import Assemblage
 
 
-def merged_associative(assemblage: Assemblage, body_of_block: IntArray, loads: Loads | None = None) -> LimitSolution:
-    """Solve Eq. (1) for blocks held together: body_of_block (n,) as in Partition; supports are bodies of their own."""
-    return solve_limit_lp(*merged_problem(assemblage, body_of_block, loads))
-
-
 def merged_multiplier(
     assemblage: Assemblage,
     body_of_block: IntArray,
     flow_rule: Literal["associative", "sequence"],
-    settings: LimitAnalysisSettings | None = None,
     loads: Loads | None = None,
 ) -> float | None:
     """Return the load multiplier of blocks held together, by the same rule as the micro analysis it is compared with.
 
-    None where a non-associative rule finds no solution.
+    body_of_block (n,) as in Partition; supports are bodies of their own. None where no solution is found.
     """
-    settings = settings or LimitAnalysisSettings()
     equilibrium, friction = merged_problem(assemblage, body_of_block, loads)
     try:
         optimum = solve_limit_lp(equilibrium, friction)
         if flow_rule == "associative":
             return optimum.load_multiplier
-        return run_sequence(equilibrium, friction, optimum, settings)[1].load_multiplier
+        return run_sequence(equilibrium, friction, optimum, LimitAnalysisSettings())[1].load_multiplier
     except ConvergenceError:
         return None
 

@@ -20,7 +20,7 @@ from annotated_types import Gt, Le
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
-from orchestrator.geometry.polyhedra import area_vector, face_normals, tangents_of
+from orchestrator.geometry.polyhedra import face_normals, tangents_of
 from orchestrator.geometry.rigid import cross
 from orchestrator.masonry.interfaces import Interfaces
 from orchestrator.space.wall import SpaceWall, pairs_of_boxes
@@ -259,8 +259,3 @@ def _refuse_unsupported(assemblage: SpaceAssemblage) -> None:
         remedy = f"its common area with block {small[0].i + small[0].j - wall.blocks[first].id} is too small: "
         remedy += "lower contact.smallest, or correct the block"
     raise CaseError(f"block {wall.blocks[first].id}", problem, remedy)
-
-
-def joint_area_vector(outline: FloatArray) -> FloatArray:
-    """Return area times normal (3,) of a joint's outline, for checks."""
-    return area_vector(outline)

@@ -19,12 +19,10 @@ AT_REST = 1e-3
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceMechanism:
-    """motion (k,) of every joint; body (n,) of every block (blocks of one number move as one, 0: at rest); speed (n,)
-    largest velocity of a block's corner over the wall's largest."""
+    """motion (k,) of every joint; body (n,) of every block (blocks of one number move as one, 0: at rest)."""
 
     motion: tuple[Motion, ...]
     body: IntArray
-    speed: FloatArray
 
     @property
     def moving(self) -> IntArray:
@@ -45,8 +43,7 @@ def mechanism_of(assemblage: SpaceAssemblage, velocities: FloatArray) -> SpaceMe
     """
     wall, joints = assemblage.wall, assemblage.joints
     speeds = corner_speeds(assemblage, velocities)
-    largest = float(speeds.max()) or 1.0
-    limit = AT_REST * largest
+    limit = AT_REST * (float(speeds.max()) or 1.0)
     of = joints.joint
     of_j, of_i = (
         velocity_of_points(velocities[block], joints.point - wall.centroids[block])
@@ -66,11 +63,7 @@ def mechanism_of(assemblage: SpaceAssemblage, velocities: FloatArray) -> SpaceMe
         "rests",
     )
     motion[joints.is_tie] = "rests"
-    return SpaceMechanism(
-        motion=tuple(motion.tolist()),
-        body=_bodies(assemblage, motion, speeds > limit),
-        speed=speeds / largest,
-    )
+    return SpaceMechanism(tuple(motion.tolist()), _bodies(assemblage, motion, speeds > limit))
 
 
 def corner_speeds(assemblage: SpaceAssemblage, velocities: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ from .paraview import stress_and_pressure, write_paraview
 from .parts import parts_in, refuse_other_parts
 from .placing import Source, placed, refuse_other_points
 from .reading import read_limit_analysis, read_macroblocks
-from .stored_increments import IN_MEMORY, StateStore, load_increments
+from .stored_increments import IN_MEMORY, StateStore
 from .summary import (
     AtPeak,
     PushoverSummary,
@@ -57,7 +57,6 @@ __all__ = [
     "held",
     "holds_run",
     "limit_summary",
-    "load_increments",
     "logging_to",
     "parts_in",
     "placed",

@@ -136,14 +136,14 @@ class _LogFile(logging.FileHandler):
 
 
 @contextmanager
-def logging_to(path: Path, level: int = logging.INFO) -> Iterator[None]:
-    """Append what `orchestrator` logs at `level` and above to the file `path` (run.log), and an error that ends it."""
+def logging_to(path: Path) -> Iterator[None]:
+    """Append what `orchestrator` logs from INFO on to the file `path` (run.log), and an error that ends it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handler = _LogFile(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
-    handler.setLevel(level)
+    handler.setLevel(logging.INFO)
     logger, before = logging.getLogger("orchestrator"), logging.getLogger("orchestrator").level
-    logger.setLevel(min(level, logger.getEffectiveLevel()))
+    logger.setLevel(min(logging.INFO, logger.getEffectiveLevel()))
     logger.addHandler(handler)
     try:
         yield

@@ -182,11 +182,6 @@ class StateStore:
         remove_if_empty(self._parts)
 
 
-def load_increments(folder: Path, fingerprint: str) -> list[Increment]:
-    """Return all stored increments of a model's folder, in order. Raises CaseError as `StateStore.read` does."""
-    return list(StateStore(folder, fingerprint).increments())
-
-
 class _OtherModelError(Exception):
     """The increment carries another fingerprint."""
 

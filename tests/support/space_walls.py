@@ -6,10 +6,11 @@ from __future__ import annotations
 import numpy as np
 
 from orchestrator.basis.arrays import read_only
-from orchestrator.geometry.polyhedra import Polyhedron, box, prism, rotation
+from orchestrator.geometry.polyhedra import Polyhedron, box, prism, rotation, volume_of
 from orchestrator.space.conic_program import ConicSolution, solve_associative
 from orchestrator.space.contacts import SpaceAssemblage, find_joints
 from orchestrator.space.equilibrium import SpaceEquilibrium, equilibrium_of
+from orchestrator.space.generators.shapes import Stones
 from orchestrator.space.loads import SpaceLoads, SpaceLoadSettings, loads_on
 from orchestrator.space.wall import UPRIGHT, SpaceBlock, SpaceWall
 
@@ -112,3 +113,27 @@ WITHOUT_DILATION = [
 
 The associative multipliers of the grooves are 0.816497 and 0.603023.
 """
+
+
+def between_floors(courses: int, stones: Stones, load: float, turning: bool) -> SpaceWall:
+    """A wall one stone long between a ground and a slab of `load` times the wall's weight, for checks.
+
+    The slab is guided by four walls without friction: it may rise, but not move sideways; `turning`: it stands on a
+    narrow foot on the wall's axis, so that the wall's top turns freely, else it is wide and cannot turn.
+    """
+    length, t, h = stones.length, stones.thickness, stones.height
+    blocks = [SpaceBlock(0, box((-length, -t, -h), (2 * length, 2 * t, 0.0)), fixed=True)]
+    for k in range(courses):
+        shape = box((0.0, 0.0, k * h), (length, t, (k + 1) * h))
+        blocks.append(SpaceBlock(len(blocks), shape, unit_weight=stones.unit_weight))
+    top, weight = courses * h, courses * length * t * h * stones.unit_weight
+    foot, half = (1e-4 * t, 0.5 * t) if turning else (2.0 * t, 2.0 * t)
+    outline = np.array([[-foot, 0.0], [foot, 0.0], [half, 0.5 * h], [half, h], [-half, h], [-half, 0.5 * h]])
+    slab = prism(
+        outline, np.array([0.0, 0.5 * t, top]), np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [length, 0.0, 0.0]])
+    )
+    blocks.append(SpaceBlock(len(blocks), slab, unit_weight=load * weight / volume_of(slab)))
+    for y0, y1 in ((0.5 * t - half - h, 0.5 * t - half), (0.5 * t + half, 0.5 * t + half + h)):
+        shape = box((-length, y0, top + 0.25 * h), (2 * length, y1, top + 5 * h))
+        blocks.append(SpaceBlock(len(blocks), shape, fixed=True, friction=1e-8))
+    return SpaceWall("wall between floors", tuple(blocks), stones.friction, read_only(UPRIGHT))

@@ -19,7 +19,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.settlement import settle
 from orchestrator.loads import LoadSettings, loads_on
-from orchestrator.macroblocks.merged_blocks import merged_associative
+from orchestrator.macroblocks.merged_blocks import merged_multiplier
 from orchestrator.masonry.joints import JointClass, JointSettings, find_joints
 from orchestrator.masonry.ties import Tie, with_ties
 from tests.support.limit_analysis_cases import assemblage_of, box
@@ -188,7 +188,7 @@ def test_blocks_that_are_held_together():
     tie = Tie(blocks=(2,), start=(0.25, 0.75), end=(0.25, -1.0), strength=10e3)
     stones = [FLOOR, box(0.0, 0.0, 0.5, 0.5), box(0.0, 0.5, 0.5, 0.5)]
     wall = wall_of(stones, 5.0, tie, compressive_strength=0.5e6)
-    together = merged_associative(wall, read_only([0, 1, 1], np.int64)).load_multiplier
+    together = merged_multiplier(wall, read_only([0, 1, 1], np.int64), "associative")
     assert_just_below(together, of_a_tied_block(0.5, 0.5e6, 10e3))
     assert analyse(wall).associative.load_multiplier <= together * (1 + EXACT)
 

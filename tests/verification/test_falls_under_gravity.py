@@ -35,7 +35,6 @@ from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.settings import case as cases
-from orchestrator.storage import load_increments
 from orchestrator.storage.stored_increments import StateStore
 from tests.support.pushover_chain import model_of
 from tests.support.seconds import shared
@@ -256,7 +255,7 @@ def test_a_run_that_is_resumed_while_it_falls_has_the_same_increments(tmp_path):
         assert increments[start].moving
         store = StateStore(tmp_path / str(start), "chipped")
         store.append(increments[start])
-        (stored,) = load_increments(tmp_path / str(start), "chipped")
+        (stored,) = StateStore(tmp_path / str(start), "chipped").increments()
         with LinearSystem(model, MPI.COMM_SELF) as system:
             following = list(islice(Pushover(model, system, NewtonSettings(), SHORT).increments(stored), 10))
         for found, expected in zip(following, increments[start + 1 :], strict=False):

@@ -27,7 +27,6 @@ from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
-from orchestrator.storage import load_increments
 from orchestrator.storage.stored_increments import StateStore
 from tests.support.pushover_chain import Run, model_of, rectangle, run
 from tests.support.seconds import shared
@@ -222,7 +221,7 @@ def test_a_run_that_is_resumed_in_the_middle_of_a_motion_has_the_same_increments
     start = moving[len(moving) // 2]
     store = StateStore(tmp_path, "pin")
     store.append(result.increments[start])
-    (stored,) = load_increments(tmp_path, "pin")
+    (stored,) = StateStore(tmp_path, "pin").increments()
     settings = SteppingSettings(final_displacement=0.1)
     with LinearSystem(result.model, MPI.COMM_SELF) as system:
         onward = Pushover(result.model, system, NewtonSettings(), settings).increments(stored)

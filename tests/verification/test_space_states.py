@@ -17,13 +17,13 @@ from orchestrator.space.block_files import wall_from
 from orchestrator.space.contacts import FaceContactSettings, find_joints
 from orchestrator.space.generators import GENERATORS, build
 from orchestrator.space.generators.shapes import Plan, Stones, l_wall, t_wall, u_wall
-from orchestrator.space.generators.walls import Gable, Leaves, Openings, Setbacks, between_floors, gable, two_leaf_wall
+from orchestrator.space.generators.walls import Gable, Leaves, Openings, Setbacks, gable, two_leaf_wall
 from orchestrator.space.loads import SpaceLoadSettings, loads_on
 from orchestrator.space.mechanism import mechanism_of
 from orchestrator.space.validation import validate
 from orchestrator.space.wall import check_wall
 from tests.support.paths import DATA
-from tests.support.space_walls import block_file_of, block_on_ground, of_assemblage, turned, v_groove
+from tests.support.space_walls import between_floors, block_file_of, block_on_ground, of_assemblage, turned, v_groove
 
 S = Stones()
 LEAF = Stones(1.0, 0.25, 0.13, 18e3, 0.58)

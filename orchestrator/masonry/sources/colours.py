@@ -44,16 +44,16 @@ class Patches:
     is_stone: npt.NDArray[np.bool_]
 
 
-def are_labels(pixels: Pixels, smallest: float, background: str) -> bool:
+def are_labels(pixels: Pixels, smallest: float) -> bool:
     """Return whether every stone has its colour, rather than all being black; CaseError in doubt.
 
-    smallest: pixels of the smallest stone; background: see `stones_by_colour`.
+    smallest: pixels of the smallest stone.
     """
     if pixels.lossy:
         if np.mean(_saturation(pixels.code) > 2 * NEAR_GREY) > 4 * NEGLIGIBLE_COLOUR:
             raise _doubt()
         return False
-    void = _void(pixels, background)
+    void = _void(pixels, "")
     patches = _patches(pixels, void, smallest)
     colours, count = np.unique(patches.code[patches.is_stone], return_counts=True)
     if len(colours) < 2:

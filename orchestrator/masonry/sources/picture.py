@@ -93,7 +93,7 @@ def _kind(pixels: Pixels, settings: PictureSettings) -> str:
         return settings.stones
     if settings.split or settings.threshold != THRESHOLD:
         return "black"
-    labels = bool(_background(settings)) or are_labels(pixels, settings.smallest_patch, "")
+    labels = bool(_background(settings)) or are_labels(pixels, settings.smallest_patch)
     return "colours" if labels else "black"
 
 

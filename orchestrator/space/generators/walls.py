@@ -13,7 +13,7 @@ from annotated_types import Ge, Gt, Le
 from orchestrator.basis.arrays import read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
-from orchestrator.geometry.polyhedra import box, prism, volume_of
+from orchestrator.geometry.polyhedra import prism
 from orchestrator.space.generators.shapes import (
     ALONG_X,
     SHORTEST_CUT_STONE,
@@ -173,27 +173,3 @@ def two_leaf_wall(leaves: Leaves, stones: Stones) -> SpaceWall:
         depths = [(0.0, 2.0 * t)] if through else [(0.0, t), (t, 2.0 * t)]
         plans.append([(a, b, y0, y1) for y0, y1 in depths for a, b in along])
     return of_courses("wall of two leaves", plans, stones)
-
-
-def between_floors(courses: int, stones: Stones, load: float, turning: bool) -> SpaceWall:
-    """A wall one stone long between a ground and a slab of `load` times the wall's weight, for checks.
-
-    The slab is guided by four walls without friction: it may rise, but not move sideways; `turning`: it stands on a
-    narrow foot on the wall's axis, so that the wall's top turns freely, else it is wide and cannot turn.
-    """
-    length, t, h = stones.length, stones.thickness, stones.height
-    blocks = [SpaceBlock(0, box((-length, -t, -h), (2 * length, 2 * t, 0.0)), fixed=True)]
-    for k in range(courses):
-        shape = box((0.0, 0.0, k * h), (length, t, (k + 1) * h))
-        blocks.append(SpaceBlock(len(blocks), shape, unit_weight=stones.unit_weight))
-    top, weight = courses * h, courses * length * t * h * stones.unit_weight
-    foot, half = (1e-4 * t, 0.5 * t) if turning else (2.0 * t, 2.0 * t)
-    outline = np.array([[-foot, 0.0], [foot, 0.0], [half, 0.5 * h], [half, h], [-half, h], [-half, 0.5 * h]])
-    slab = prism(
-        outline, np.array([0.0, 0.5 * t, top]), np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [length, 0.0, 0.0]])
-    )
-    blocks.append(SpaceBlock(len(blocks), slab, unit_weight=load * weight / volume_of(slab)))
-    for y0, y1 in ((0.5 * t - half - h, 0.5 * t - half), (0.5 * t + half, 0.5 * t + half + h)):
-        shape = box((-length, y0, top + 0.25 * h), (2 * length, y1, top + 5 * h))
-        blocks.append(SpaceBlock(len(blocks), shape, fixed=True, friction=1e-8))
-    return SpaceWall("wall between floors", tuple(blocks), stones.friction, read_only(UPRIGHT))

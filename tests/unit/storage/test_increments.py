@@ -22,7 +22,6 @@ from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import (
     ContactPlaces,
     StateStore,
-    load_increments,
     read_geometry,
     write_geometry,
     write_paraview,
@@ -82,7 +81,7 @@ def store(tmp_path):
 def test_every_field_comes_back_exactly(store, assembled):
     if assembled:
         store.assemble()
-    loaded = load_increments(store.folder, "model 1")
+    loaded = list(StateStore(store.folder, "model 1").increments())
     assert len(loaded) == 3
     for number, found in enumerate(loaded):
         assert_same(found, increment(number))
@@ -99,7 +98,7 @@ def test_no_field_of_the_increment_is_forgotten_by_the_file(store):
 
 
 def test_nothing_stored_is_an_empty_store(tmp_path):
-    assert load_increments(tmp_path / "nowhere", "x") == []
+    assert list(StateStore(tmp_path / "nowhere", "x").increments()) == []
     assert StateStore(tmp_path, "x").last() is None
 
 
@@ -109,7 +108,7 @@ def test_assembled_file_replaces_the_single_ones_and_can_be_continued(store):
     store.append(increment(3))
     assert store.numbers() == [0, 1, 2, 3]
     store.assemble()
-    for number, found in enumerate(load_increments(store.folder, "model 1")):
+    for number, found in enumerate(StateStore(store.folder, "model 1").increments()):
         assert_same(found, increment(number))
     assert store.numbers() == [0, 1, 2, 3]
     assert [p.name for p in store.folder.iterdir()] == ["states.h5"]
@@ -151,7 +150,7 @@ def test_another_model_is_refused_in_one_line_with_file_and_remedy(store, assemb
     if assembled:
         store.assemble()
     with pytest.raises(CaseError) as caught:
-        load_increments(store.folder, "model 2")
+        list(StateStore(store.folder, "model 2").increments())
     said = str(caught.value)
     assert str(store.folder / "states") in said
     assert "another model" in said
@@ -179,7 +178,7 @@ def test_damage_is_found_and_named(store, harm, assembled):
     path = store.assemble() if assembled else store.folder / "states" / "000001.h5"
     path.write_bytes(harm(path.read_bytes()))
     with pytest.raises(CaseError, match="damaged") as caught:
-        load_increments(store.folder, "model 1")
+        list(StateStore(store.folder, "model 1").increments())
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -233,7 +232,7 @@ def test_a_half_written_increment_is_not_seen_and_swept_away(store):
     assert store.numbers() == [0, 1, 2]
     store.assemble()
     assert not leftover.exists()
-    assert len(load_increments(store.folder, "model 1")) == 3
+    assert len(list(StateStore(store.folder, "model 1").increments())) == 3
 
 
 WRITER = """
@@ -260,7 +259,7 @@ def test_killed_at_any_moment_all_earlier_increments_are_there(tmp_path, told, d
         time.sleep(delay)
         os.kill(process.pid, signal.SIGKILL)
     assert process.returncode == -signal.SIGKILL
-    loaded = load_increments(tmp_path, "model 1")
+    loaded = list(StateStore(tmp_path, "model 1").increments())
     assert len(loaded) >= told
     assert [i.number for i in loaded] == list(range(len(loaded)))
     for found in loaded:
