@@ -21,7 +21,7 @@ import scipy.sparse as sp
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
-from orchestrator.limit_analysis.paper.linear_program import ACCEPTED, InfeasibleError, UnboundedError
+from orchestrator.limit_analysis.paper.linear_program import is_optimum, solver_settings
 from orchestrator.space.equilibrium import SpaceEquilibrium
 
 TOLERANCE = 1e-9
@@ -211,26 +211,14 @@ def _solved(
     Where the solver loses its way it starts again with REGULARISATION: contact points much nearer to each other than a
     block is large need it (a knife edge on a wall), others take a third longer with it.
     """
-    status = clarabel.SolverStatus
     until = perf_counter() + seconds
     for regularisation in REGULARISATION:
-        settings = clarabel.DefaultSettings()
-        settings.verbose = False
-        settings.presolve_enable = False
-        settings.max_threads = 1
+        settings = solver_settings(tolerance)
         settings.time_limit = max(until - perf_counter(), 0.1)
-        settings.direct_solve_method = "qdldl"
         settings.static_regularization_constant = regularisation
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-        accepted = ACCEPTED * tolerance
-        settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = accepted
         solution = clarabel.DefaultSolver(P, objective, A, b, list(cones), settings).solve()
-        if solution.status in (status.Solved, status.AlmostSolved):
+        if is_optimum(solution, stage):
             return solution
-        if solution.status in (status.PrimalInfeasible, status.AlmostPrimalInfeasible):
-            raise InfeasibleError(stage, "no joint forces satisfy equilibrium and friction")
-        if solution.status in (status.DualInfeasible, status.AlmostDualInfeasible):
-            raise UnboundedError(stage, "the load multiplier has no upper bound")
-        if solution.status == status.MaxTime:
+        if solution.status == clarabel.SolverStatus.MaxTime:
             break
     raise ConvergenceError(stage, f"cone program ended as {solution.status} after {solution.iterations} iterations")

@@ -41,15 +41,11 @@ def mechanism_of(assemblage: SpaceAssemblage, velocities: FloatArray) -> SpaceMe
     turns about its normal faster than its middle slides, slides otherwise; it rests where no point moves by more than
     AT_REST.
     """
-    wall, joints = assemblage.wall, assemblage.joints
+    joints = assemblage.joints
     speeds = corner_speeds(assemblage, velocities)
     limit = AT_REST * (float(speeds.max()) or 1.0)
     of = joints.joint
-    of_j, of_i = (
-        velocity_of_points(velocities[block], joints.point - wall.centroids[block])
-        for block in (joints.j[of], joints.i[of])
-    )
-    relative = of_j - of_i
+    relative = relative_velocities(assemblage, velocities, joints.point)
     opening = np.einsum("pi,pi->p", relative, joints.normal[of])
     slip = relative - opening[:, None] * joints.normal[of]
     first = np.searchsorted(of, np.arange(joints.count))
@@ -64,6 +60,16 @@ def mechanism_of(assemblage: SpaceAssemblage, velocities: FloatArray) -> SpaceMe
     )
     motion[joints.is_tie] = "rests"
     return SpaceMechanism(tuple(motion.tolist()), _bodies(assemblage, motion, speeds > limit))
+
+
+def relative_velocities(assemblage: SpaceAssemblage, velocities: FloatArray, point: FloatArray) -> FloatArray:
+    """Return the velocities (p, 3) of the points (p, 3) of all joints: of their blocks j relative to their blocks i."""
+    joints, centroids = assemblage.joints, assemblage.wall.centroids
+    of_j, of_i = (
+        velocity_of_points(velocities[block], point - centroids[block])
+        for block in (joints.j[joints.joint], joints.i[joints.joint])
+    )
+    return of_j - of_i
 
 
 def corner_speeds(assemblage: SpaceAssemblage, velocities: FloatArray) -> FloatArray:

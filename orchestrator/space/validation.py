@@ -13,13 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orchestrator.basis.arrays import FloatArray, IntArray
-from orchestrator.geometry.rigid import velocity_of_points
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.limit_analysis.validation import beyond
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.equilibrium import Torsion, torsion_factors
 from orchestrator.space.loads import SpaceLoads
-from orchestrator.space.wall import SpaceWall
+from orchestrator.space.mechanism import corner_speeds, relative_velocities
 
 LIMITS = {
     "equilibrium": 1e-8,
@@ -63,17 +62,15 @@ def validate(
 ) -> Validation:
     """Check forces (p, 3) in N (normal, two shears, on block j) with velocities (n, 6) of all blocks at unit live-load
     power, supports at rest."""
-    wall, joints, centroids = assemblage.wall, assemblage.joints, assemblage.wall.centroids
-    of = joints.joint
-    i, j = joints.i[of], joints.j[of]
+    wall, joints, of = assemblage.wall, assemblage.joints, assemblage.joints.joint
     sheared_at = joints.point
     if torsion == "uniform":
         factor = torsion_factors(joints)[of, None]
         sheared_at = (1.0 - factor) * joints.centroid[of] + factor * joints.point
     normal = joints.normal[of]
     pressure, shear = forces[:, :1] * normal, np.einsum("pk,pki->pi", forces[:, 1:], joints.tangents[of])
-    opening = np.einsum("pi,pi->p", _relative(centroids, velocities, i, j, joints.point), normal)
-    slip = _relative(centroids, velocities, i, j, sheared_at)
+    opening = np.einsum("pi,pi->p", relative_velocities(assemblage, velocities, joints.point), normal)
+    slip = relative_velocities(assemblage, velocities, sheared_at)
     slip -= np.einsum("pi,pi->p", slip, normal)[:, None] * normal
     limit = joints.friction[of] * np.maximum(forces[:, 0], 0.0)
     sliding, sheared = np.linalg.norm(slip, axis=1), np.linalg.norm(shear, axis=1)
@@ -90,23 +87,9 @@ def validate(
         equilibrium=_out_of_balance(assemblage, loads, multiplier, ((pressure, joints.point), (shear, sheared_at))),
         yield_excess=max(float(excess.max(initial=0.0)) for excess in beyond_yield) / float(wall.weights[free].mean()),
         flow=float(np.abs(forces[:, 0] * opening)[~yields].sum() + misdirected.sum()) / scale,
-        interpenetration=float(-opening[~yields].min(initial=0.0)) / _largest_speed(wall, velocities),
+        interpenetration=float(-opening[~yields].min(initial=0.0)) / float(corner_speeds(assemblage, velocities).max()),
         power=abs(multiplier * live_power + dead_power - dissipated) / scale,
     )
-
-
-def _largest_speed(wall: SpaceWall, velocities: FloatArray) -> float:
-    """Return the largest velocity of a corner, m/s."""
-    return max(
-        float(np.linalg.norm(velocity_of_points(velocity, block.shape.vertices - centroid), axis=1).max())
-        for block, centroid, velocity in zip(wall.blocks, wall.centroids, velocities, strict=True)
-    )
-
-
-def _relative(centroids: FloatArray, velocities: FloatArray, i: IntArray, j: IntArray, point: FloatArray) -> FloatArray:
-    """Velocities (p, 3) of points (p, 3) of blocks j relative to those of blocks i."""
-    of_j, of_i = (velocity_of_points(velocities[block], point - centroids[block]) for block in (j, i))
-    return of_j - of_i
 
 
 def _out_of_balance(

@@ -266,27 +266,38 @@ def _solver(
 
     `refined`: solutions of the linear systems.
     """
+    settings = solver_settings(tolerance)
+    settings.iterative_refinement_enable = refined
+    P = sp.csc_matrix((A.shape[1],) * 2) if squares is None else squares
+    return clarabel.DefaultSolver(P, objective, A, b, cones, settings)
+
+
+def solver_settings(tolerance: float) -> clarabel.DefaultSettings:
+    """Return settings with which equal programs have equal solutions, to a tolerance on gap and feasibility."""
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.presolve_enable = False
     settings.max_threads = 1
     settings.direct_solve_method = "qdldl"  # its own choice for large walls takes twice the time at 2,979 blocks
-    settings.iterative_refinement_enable = refined
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     accepted = ACCEPTED * tolerance
     settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = accepted
-    P = sp.csc_matrix((A.shape[1],) * 2) if squares is None else squares
-    return clarabel.DefaultSolver(P, objective, A, b, cones, settings)
+    return settings
 
 
-def _solved(solver: clarabel.DefaultSolver, stage: str) -> clarabel.DefaultSolution:
-    """Run the solver; anything but an optimum raises."""
+def is_optimum(solution: clarabel.DefaultSolution, stage: str) -> bool:
+    """Return whether a solver has found an optimum. Raises InfeasibleError or UnboundedError where there is none."""
     status = clarabel.SolverStatus
-    solution = solver.solve()
-    if solution.status in (status.Solved, status.AlmostSolved):
-        return solution
     if solution.status in (status.PrimalInfeasible, status.AlmostPrimalInfeasible):
         raise InfeasibleError(stage, "no joint forces satisfy equilibrium and friction")
     if solution.status in (status.DualInfeasible, status.AlmostDualInfeasible):
         raise UnboundedError(stage, "the load multiplier has no upper bound")
+    return solution.status in (status.Solved, status.AlmostSolved)
+
+
+def _solved(solver: clarabel.DefaultSolver, stage: str) -> clarabel.DefaultSolution:
+    """Run the solver; anything but an optimum raises."""
+    solution = solver.solve()
+    if is_optimum(solution, stage):
+        return solution
     raise ConvergenceError(stage, f"linear program ended as {solution.status} after {solution.iterations} iterations")
