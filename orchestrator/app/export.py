@@ -21,7 +21,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.wall import GRAVITY
-from orchestrator.pushover.contact.faces import find_faces, sides_of_edges, touching_faces
+from orchestrator.pushover.contact.faces import find_touching
 from orchestrator.pushover.meshing import BodyMeshes, mesh_bodies, volumes, write_mesh
 from orchestrator.pushover.solids.elastic_constants import constants_of
 from orchestrator.pushover.solids.nodal_loads import departures_from_mean
@@ -105,9 +105,7 @@ def contact_pairs(bodies: Bodies, meshes: BodyMeshes) -> Iterator[ContactPair]:
 
     meshes: of all bodies, supports last. A support is never a slave.
     """
-    faces = find_faces(bodies)
-    sides = sides_of_edges(faces, meshes)
-    touching = touching_faces(bodies, faces, sides)
+    touching, sides = find_touching(bodies, meshes)
     face_of = _faces(meshes.tetrahedra)
     joined: dict[tuple[int, int, float], list[tuple[IntArray, IntArray]]] = {}
     for k in range(bodies.interfaces.count):

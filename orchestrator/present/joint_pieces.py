@@ -7,7 +7,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import contacts_of_interfaces
-from orchestrator.pushover.contact.faces import find_faces, sides_of_edges, touching_faces
+from orchestrator.pushover.contact.faces import find_touching
 from orchestrator.pushover.increments import ContactStatus, Increment
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.storage import ContactPlaces
@@ -96,9 +96,8 @@ def interface_pieces(
     neighbour is the contact itself.
     """
     pieces: list[tuple[int, int, int]] = []
-    faces, points = find_faces(bodies), meshes.nodes[contacts.slave_node, :2]
-    sides = sides_of_edges(faces, meshes)
-    touching = touching_faces(bodies, faces, sides)
+    points = meshes.nodes[contacts.slave_node, :2]
+    touching, sides = find_touching(bodies, meshes)
     rows = contacts_of_interfaces(touching, sides, contacts.slave_node, contacts.interface)
     starts, tangents, lengths = bodies.interfaces.start, bodies.interfaces.tangent, bodies.interfaces.length
     for here, start, tangent, length in zip(rows, starts, tangents, lengths, strict=True):

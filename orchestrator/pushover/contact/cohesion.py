@@ -23,7 +23,7 @@ import numpy.typing as npt
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import Contacts, contacts_of_interfaces
-from orchestrator.pushover.contact.faces import find_faces, sides_of_edges, touching_faces
+from orchestrator.pushover.contact.faces import find_touching
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import BodyMeshes, triangle_areas
 
@@ -150,9 +150,7 @@ def find_bond(bodies: Bodies, meshes: BodyMeshes, contacts: Contacts, possible: 
         return None
     ends = np.divide(cohesion, friction, out=np.full(len(friction), np.inf), where=friction > 0)
     tensile = np.minimum(bodies.interfaces.tensile_strength, ends)
-    faces = find_faces(bodies)
-    sides = sides_of_edges(faces, meshes)
-    touching = touching_faces(bodies, faces, sides)
+    touching, sides = find_touching(bodies, meshes)
     rows = contacts_of_interfaces(touching, sides, contacts.slave_node, contacts.interface)
     strength = np.zeros((possible, 2))
     for number, strengths in enumerate(zip(tensile, cohesion, strict=True)):

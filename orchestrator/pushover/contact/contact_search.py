@@ -23,7 +23,7 @@ import scipy.sparse as sparse
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.geometry.rigid import cross
 from orchestrator.macroblocks.bodies import Bodies
-from orchestrator.pushover.contact.faces import Touching, find_faces, sides_of_edges, touching_faces
+from orchestrator.pushover.contact.faces import Touching, find_touching
 from orchestrator.pushover.meshing import BodyMeshes
 
 
@@ -102,9 +102,7 @@ class Contacts:
 
 def find_contacts(bodies: Bodies, meshes: BodyMeshes) -> Contacts:
     """Return the contacts of all interfaces. Raises AssertionError if a slave node faces no master triangle."""
-    faces = find_faces(bodies)
-    sides = sides_of_edges(faces, meshes)
-    touching = touching_faces(bodies, faces, sides)
+    touching, sides = find_touching(bodies, meshes)
     parts = [_of_interface(k, bodies, meshes.nodes, touching, sides) for k in range(bodies.interfaces.count)]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     place = np.column_stack([columns["slave_node"], touching.master_face[columns["interface"]]])

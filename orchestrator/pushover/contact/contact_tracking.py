@@ -74,19 +74,14 @@ class Tracking:
 
     def part(self, kept: IntArray, row: IntArray) -> Tracking:
         """Return that of the contacts `kept` (k,), nodes by their `row` (m,)."""
+        of_each = ("pair", "master_face", "corner", "first_triangle", "triangles", "level", "rest")
         return replace(
             self,
             possible=self.possible.part(kept, row),
             touching=int(np.count_nonzero(kept < self.touching)),
-            pair=self.pair[kept],
-            master_face=self.master_face[kept],
-            corner=self.corner[kept],
             triangle=row[self.triangle],
-            first_triangle=self.first_triangle[kept],
-            triangles=self.triangles[kept],
-            level=self.level[kept],
-            rest=self.rest[kept],
             end_node=np.where(self.end_node < 0, -1, row[self.end_node]),
+            **{name: getattr(self, name)[kept] for name in of_each},
         )
 
 

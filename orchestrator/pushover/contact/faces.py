@@ -134,6 +134,13 @@ class Touching:
     tangent: FloatArray
 
 
+def find_touching(bodies: Bodies, meshes: BodyMeshes) -> tuple[Touching, list[IntArray]]:
+    """Return both sides of all interfaces, and the side triangles of each edge (`sides_of_edges`)."""
+    faces = find_faces(bodies)
+    sides = sides_of_edges(faces, meshes)
+    return touching_faces(bodies, faces, sides), sides
+
+
 def touching_faces(bodies: Bodies, faces: Faces, sides: list[IntArray]) -> Touching:
     """Return both sides of all interfaces. The slave is the one with more triangles in `sides` (`sides_of_edges`), body
     i where both have as many, never a support.

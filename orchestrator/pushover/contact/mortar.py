@@ -30,14 +30,7 @@ from orchestrator.masonry.joints import Assemblage
 from orchestrator.pushover.contact.cohesion import tributary
 from orchestrator.pushover.contact.contact_search import Contacts, contacts_of_interfaces
 from orchestrator.pushover.contact.contact_tracking import ANGLED, Tracking
-from orchestrator.pushover.contact.faces import (
-    Faces,
-    Touching,
-    find_faces,
-    sides_of_edges,
-    sides_of_faces,
-    touching_faces,
-)
+from orchestrator.pushover.contact.faces import Touching, find_touching, sides_of_faces
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.meshing import BodyMeshes
 
@@ -116,9 +109,7 @@ def find_mortar(
     normal, shear, strength = joints.normal_stiffness, joints.shear_stiffness, joints.compressive_strength
     if np.isinf(normal).all() and np.isinf(shear).all() and np.isinf(strength).all():
         return None
-    faces = find_faces(bodies)
-    sides = sides_of_edges(faces, meshes)
-    touching = touching_faces(bodies, faces, sides)
+    touching, sides = find_touching(bodies, meshes)
     of_contact = np.zeros((len(possible), 3))
     rows = contacts_of_interfaces(touching, sides, contacts.slave_node, contacts.interface)
     for number, values in enumerate(zip(normal, shear, strength, strict=True)):
@@ -127,7 +118,7 @@ def find_mortar(
         of_contact[rows[number]] += _areas(areas, side, nodes, meshes, touching, number) * values
     if tracking is not None:
         later = np.arange(len(contacts), len(possible))
-        area = _areas_of_nodes(faces, meshes, possible, tracking)[later]
+        area = _areas_of_nodes(meshes, possible, tracking)[later]
         which = possible.interface[later]
         of_contact[later] = area[:, None] * np.column_stack([normal[which], shear[which], strength[which]])
     stiffness, in_shear, force = of_contact.T
@@ -174,14 +165,14 @@ def with_moments(
     return corrected if corrected.min() > 0.0 else areas
 
 
-def _areas_of_nodes(faces: Faces, meshes: BodyMeshes, possible: Contacts, tracking: Tracking) -> FloatArray:
+def _areas_of_nodes(meshes: BodyMeshes, possible: Contacts, tracking: Tracking) -> FloatArray:
     """Return the area (possible,) in m2 of its face that a slave node stands for; for a support's corner, the mean of
     the nodes of the face it meets."""
     slave = tracking.slave_of_pair[tracking.pair]
     master = tracking.master_of_pair[tracking.pair]
     own = np.where((tracking.corner == 0) | (tracking.corner == ANGLED), slave, master)
     shares = np.zeros(len(possible))
-    for face, triangles in enumerate(sides_of_faces(faces, meshes)):
+    for face, triangles in enumerate(sides_of_faces(tracking.faces, meshes)):
         if not len(triangles):
             continue
         nodes, areas = tributary(triangles, meshes.nodes)

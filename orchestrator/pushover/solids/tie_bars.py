@@ -76,17 +76,8 @@ class TieBars:
     def without(self, fallen: npt.NDArray[np.bool_]) -> TieBars:
         """Return the ties without force where a body (b,) has fallen."""
         gone = np.append(fallen, False)[np.where(self.body < len(fallen), self.body, ANCHOR)].any(axis=1)
-
-        def kept(values: FloatArray) -> FloatArray:
-            return read_only(np.where(gone, 0.0, values))
-
-        return replace(
-            self,
-            stiffness=kept(self.stiffness),
-            strength=kept(self.strength),
-            lowest=kept(self.lowest),
-            pretension=kept(self.pretension),
-        )
+        forces = ("stiffness", "strength", "lowest", "pretension")
+        return replace(self, **{name: read_only(np.where(gone, 0.0, getattr(self, name))) for name in forces})
 
     def towards_anchors(self, force: FloatArray, forward: FloatArray) -> float:
         """Return the force along `forward` (2,) with which anchors pull at the wall when ties carry `force` (m,), N."""

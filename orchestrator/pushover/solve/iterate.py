@@ -107,6 +107,7 @@ def evaluate(
     active = normal_force + pull - model.contact_stiffness * gap >= 0.0
     strength = np.inf if mortar is None else mortar.strength
     crushes = active & (pressed >= strength)
+    off = np.where(crushes, normal_force - strength, normal_force + pull)  # forces given where contacts open or crush
     response = response.damped(slip, problem.viscosities(len(gap)))
     strained = displacement - model.rigid
     residual = (
@@ -133,8 +134,7 @@ def evaluate(
         norms=(
             float(np.linalg.norm(residual)) / weight,
             float(np.max(np.abs(gap[active & ~crushes]), initial=0.0)),
-            float(np.max(np.abs(_off(normal_force, pull, crushes, strength)[~active | crushes]), initial=0.0))
-            / model.weight,
+            float(np.max(np.abs(off[~active | crushes]), initial=0.0)) / model.weight,
             abs(control_error(model, problem, displacement)),
         ),
         rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(displacement))) / weight,
@@ -145,13 +145,6 @@ def evaluate(
         strength=strength,
         ties=ties,
     )
-
-
-def _off(
-    normal_force: FloatArray, pull: FloatArray, crushes: npt.NDArray[np.bool_], strength: FloatArray | float
-) -> FloatArray:
-    """Return what the force of contacts (c,) that are open or crush differs from the one that is given there, N."""
-    return np.where(crushes, normal_force - np.where(crushes, strength, 0.0), normal_force + pull)
 
 
 def control_error(model: ContactModel, problem: Target, displacement: FloatArray) -> float:
