@@ -77,7 +77,7 @@ class FrontNodes:
         return np.bincount(self.row, values, len(self.number)).astype(float)[self.row]
 
 
-def front_nodes(meshes: BodyMeshes, rows: int, halves: bool = True) -> FrontNodes:
+def front_nodes(meshes: BodyMeshes, rows: int, halves: bool) -> FrontNodes:
     """Return the nodes in front of a mesh, all of them where there are curved edges, or if `halves` is False.
 
     rows: nodes and curved edges.

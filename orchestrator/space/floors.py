@@ -62,7 +62,7 @@ def with_floors(wall: SpaceWall, floors: Sequence[Floor]) -> SpaceWall:
     for number, floor in enumerate(floors):
         key = f"wall.floors.{number}"
         body = _body(wall, floor, key)
-        blocks = [piece for block in wall.blocks for piece in _cut(wall, block, floor, body, key)]
+        blocks = [piece for block in wall.blocks for piece in _cut(wall, block, floor, key)]
         largest = max(block.id for block in wall.blocks)
         fresh = iter(range(largest + 1, largest + 2 + len(blocks)))
         seen: set[int] = set()
@@ -93,7 +93,7 @@ def _outline(floor: Floor) -> shapely.Polygon:
     return shapely.box(x0, y0, x1, y1)
 
 
-def _cut(wall: SpaceWall, block: SpaceBlock, floor: Floor, body: Polyhedron, key: str) -> Iterator[SpaceBlock]:
+def _cut(wall: SpaceWall, block: SpaceBlock, floor: Floor, key: str) -> Iterator[SpaceBlock]:
     """Yield what a floor leaves of a block: itself where they do not meet."""
     frame = _frame(wall)
     places = block.shape.vertices @ frame.T

@@ -84,7 +84,7 @@ def friction_response(
     normal_force: FloatArray,
     friction: FloatArray,
     slip_tolerance: float,
-    shear_stiffness: FloatArray | None = None,
+    shear_stiffness: FloatArray | None,
 ) -> FrictionResponse:
     """Return tractions and tangents of c contacts: trial_slip (c, 2) in m, normal_force (c,) in N, friction (c,).
 

@@ -48,14 +48,12 @@ def moving_part(model: ContactModel, motion: FloatArray) -> BodyMask:
     return motion >= TAKES_PART * mean
 
 
-def without_hold(
-    model: ContactModel, normal_force: FloatArray, fallen: BodyMask, tie_force: FloatArray | None = None
-) -> BodyMask:
+def without_hold(model: ContactModel, normal_force: FloatArray, fallen: BodyMask, tie_force: FloatArray) -> BodyMask:
     """Return the bodies (b,) not `fallen` that no chain of contact forces (possible contacts, N) and ties (m, N)
     connects to a support."""
     closed = normal_force != 0.0
     slave, master = (np.minimum(body[closed], model.bodies) for body in model.pairs)
-    if tie_force is not None and model.ties is not None:
+    if model.ties is not None:
         ends = model.ties.body[tie_force != 0.0]
         one, other = np.where(ends < 0, model.bodies, ends).T  # an anchor holds as a support does
         slave, master = np.append(slave, one), np.append(master, other)

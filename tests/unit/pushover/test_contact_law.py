@@ -7,7 +7,7 @@ TOLERANCE = 1e-5
 
 
 def response(slip, force, friction=0.5):
-    return friction_response(np.array([slip]), np.array([force]), np.array([friction]), TOLERANCE)
+    return friction_response(np.array([slip]), np.array([force]), np.array([friction]), TOLERANCE, None)
 
 
 def test_stick_is_elastic_up_to_the_tolerance():

@@ -80,8 +80,8 @@ def test_a_small_stone_that_races_ahead_is_the_part_that_moves():
 def held(pairs, force, fallen=NOBODY):
     """Return what has no hold of three bodies; bodies 3 and 4 are supports."""
     slave, master = np.array(pairs).T
-    model = SimpleNamespace(bodies=3, pairs=(slave, master))
-    return without_hold(model, np.array(force, float), fallen).tolist()
+    model = SimpleNamespace(bodies=3, pairs=(slave, master), ties=None)
+    return without_hold(model, np.array(force, float), fallen, np.zeros(0)).tolist()
 
 
 def test_a_body_is_held_by_a_chain_of_contacts_that_carry():
