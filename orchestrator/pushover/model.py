@@ -14,7 +14,7 @@ from orchestrator.loads.block_loads import horizontal
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.cohesion import Bond
 from orchestrator.pushover.contact.contact_search import Contacts
-from orchestrator.pushover.contact.contact_tracking import Tracking, handed_over, track
+from orchestrator.pushover.contact.contact_tracking import Tracking, track
 from orchestrator.pushover.contact.frames import Frames, fit_frames
 from orchestrator.pushover.contact.mortar import Mortar
 from orchestrator.pushover.front import FrontNodes, front_nodes
@@ -118,7 +118,10 @@ class ContactModel:
 
     def on_its_contacts(self, values: FloatArray) -> FloatArray:
         """Return the part (c, ...) of `values` (possible, ...); what a contact that has gone carried is handed over."""
-        return handed_over(values, self.heirs)[self.rows]
+        moved, (old, new) = values.copy(), self.heirs.T
+        np.add.at(moved, new, values[old])
+        moved[old] = 0.0
+        return moved[self.rows]
 
     @property
     def pairs(self) -> tuple[IntArray, IntArray]:

@@ -100,11 +100,6 @@ def von_mises(stress: FloatArray) -> FloatArray:
     return np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2)))
 
 
-def principal(stress: FloatArray) -> FloatArray:
-    """Return the principal stresses (t, 3) in ascending order: the largest compression first."""
-    return np.linalg.eigvalsh(stress)
-
-
 def slave_areas(model: ContactModel, bodies: Bodies) -> FloatArray:
     """Return the area (c,) in m2 of its joint that the slave node of each possible contact stands for, its image
     included; 0 for contacts of a corner."""

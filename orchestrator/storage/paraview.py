@@ -28,7 +28,6 @@ from orchestrator.pushover.stress import (
     contact_forces,
     element_stress,
     in_fixed_axes,
-    principal,
     slave_areas,
     von_mises,
 )
@@ -74,8 +73,9 @@ def stress_and_pressure(model: ContactModel, bodies: Bodies) -> Callable[[Increm
     def derive(increment: Increment) -> Derived:
         large = model.tracking is not None
         stress = element_stress(model.meshes, model.elastic, increment.displacement, large, slopes)
-        names = ("sigma_1_Pa", "sigma_2_Pa", "sigma_3_Pa")  # as usual, sigma_1 is the largest
-        elements = {"von_mises_Pa": von_mises(stress), **dict(zip(names, principal(stress).T[::-1], strict=True))}
+        names, principal = ("sigma_1_Pa", "sigma_2_Pa", "sigma_3_Pa"), np.linalg.eigvalsh(stress)
+        elements = {"von_mises_Pa": von_mises(stress)}
+        elements |= dict(zip(names, principal.T[::-1], strict=True))  # as usual, sigma_1 is the largest
         fixed = in_fixed_axes(model.meshes, stress, increment.displacement) if large else stress
         elements["stress_Pa"] = fixed.reshape(-1, 9)
         force = contact_forces(model, increment)

@@ -19,7 +19,6 @@ from orchestrator.pushover.stress import (
     contact_forces,
     element_stress,
     in_fixed_axes,
-    principal,
     slave_areas,
     von_mises,
 )
@@ -67,7 +66,7 @@ def test_column_under_its_own_weight(order):
         share = volume[layer] / volume[layer].sum()
         expected = -WEIGHT * float(above[layer] @ share)
         assert stress[layer, 1, 1] @ share == pytest.approx(expected, rel=0.02)
-        assert principal(stress[layer])[:, 0] @ share == pytest.approx(expected, rel=0.03)
+        assert np.linalg.eigvalsh(stress[layer])[:, 0] @ share == pytest.approx(expected, rel=0.03)
         assert von_mises(stress[layer]) @ share == pytest.approx(-expected, rel=0.05)
     area = slave_areas(model, bodies)
     resting = np.flatnonzero(increment.normal_force > 0.0)

@@ -98,21 +98,6 @@ class Tracked:
     heirs: IntArray
 
 
-def are_new(tracking: Tracking) -> npt.NDArray[np.bool_]:
-    """Return which possible contacts (c,) are between faces that do not touch in the undeformed wall."""
-    new: npt.NDArray[np.bool_] = ~np.isin(tracking.pair, tracking.pair[: tracking.touching])
-    return new
-
-
-def handed_over(values: FloatArray, heirs: IntArray) -> FloatArray:
-    """Return `values` (possible, ...) with those of contacts that give way added to what their heirs (h, 2) have."""
-    moved = values.copy()
-    old, new = heirs.T
-    np.add.at(moved, new, values[old])
-    moved[old] = 0.0
-    return moved
-
-
 def track(
     tracking: Tracking,
     of: BodyNodes,

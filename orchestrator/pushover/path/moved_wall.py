@@ -21,7 +21,6 @@ import scipy.sparse as sparse
 from scipy.optimize import linprog
 
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.pushover.contact.contact_tracking import are_new
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.model import ContactModel, displaced, without
 
@@ -90,7 +89,8 @@ def most_of_drawn_contacts(model: ContactModel, state: Increment) -> float | Non
     """
     if model.tracking is None or model.bond is not None or model.ties is not None:
         return None
-    new = are_new(model.tracking)
+    pair = model.tracking.pair
+    new = ~np.isin(pair, pair[: model.tracking.touching])  # between faces that did not touch as they were drawn
     if not (state.normal_force[new] > 0.0).any():
         return None
     touch = (state.normal_force > 0.0) | (np.nan_to_num(state.gap, nan=np.inf) <= model.slip_tolerance)

@@ -43,7 +43,10 @@ def iterates(model: ContactModel, system: LinearSystem, problem: Target, first: 
             raise ConvergenceError(error.stage, error.where, current.number + 1) from error
         kinks = Kinks.at(model, problem, current, _friction(model, problem, current))
         change, leads_on = followed(model, system, kinks, solution)
-        current = replace(_advanced(model, problem, current, change), number=current.number + 1)
+        n, multiplier = len(current.displacement), current.load_multiplier + float(change[-1]) / model.height
+        force = current.normal_force + change[n:-1] * model.contact_stiffness
+        following = evaluate(model, problem, current.displacement + change[:n], force, multiplier)
+        current = replace(following, number=current.number + 1)
     yield current
 
 
@@ -84,18 +87,6 @@ def _right_side(model: ContactModel, problem: Target, current: Iterate) -> Float
         contact = np.where(current.crushes, problem.mortar.strength - current.normal_force, contact)
     control = kappa * control_error(model, problem, current.displacement)
     return np.concatenate([-current.force_residual, contact, [control]])
-
-
-def _advanced(model: ContactModel, problem: Target, current: Iterate, change: FloatArray) -> Iterate:
-    """Return the iterate after a change of all unknowns (unknowns,)."""
-    n = len(current.displacement)
-    return evaluate(
-        model,
-        problem,
-        current.displacement + change[:n],
-        current.normal_force + change[n:-1] * model.contact_stiffness,
-        current.load_multiplier + float(change[-1]) / model.height,
-    )
 
 
 def solve_increment(
