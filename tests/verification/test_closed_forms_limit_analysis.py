@@ -15,6 +15,7 @@ import pytest
 from orchestrator.basis.arrays import read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import solve_gravity_lp
 from orchestrator.limit_analysis.paper.yield_conditions import coulomb
@@ -255,3 +256,15 @@ def test_a_small_stone_on_a_large_one_overturns_at_its_own_slenderness(width, al
     assert failure.stones == (2,)
     assert failure.multipliers == pytest.approx((0.5, 0.5), rel=1e-6)
     assert found.headline.load_multiplier == pytest.approx(0.7, rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [0.02, 0.01, 0.008, 0.005, 0.002])
+@pytest.mark.parametrize("width", [2.0, 1.0])
+def test_small_stones_under_a_large_one_carry_it(size, width):
+    """Two pinnings of 1e-4 to 1e-6 of its weight, far apart: it slides. Where the solver scaled the linear program by
+    itself, and none of it knew of forces and lengths, half of such walls had no optimum."""
+    feet = [box(0.0, 0.5, size, size), box(width - size, 0.5, size, size)]
+    stones = [floor(), box(0.0, 0.0, width, 0.5), *feet, box(0.0, 0.5 + size, width, 0.5)]
+    assemblage = assemblage_of(stones, friction=0.7)
+    problem = problem_of(assemblage)
+    assert associative_optimum(problem).load_multiplier == pytest.approx(0.7, rel=1e-6)
