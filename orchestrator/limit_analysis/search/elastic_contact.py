@@ -32,6 +32,7 @@ from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
 from orchestrator.limit_analysis.search.moved_joints import PLACES, MovedJoints, moved_joints
 from orchestrator.limit_analysis.search.moved_loads import LinearLoads, MovedLoads, moved_loads
 from orchestrator.limit_analysis.search.scaled_problem import ScaledProblem, scaled_problem
+from orchestrator.limit_analysis.search.stone_compliance import SPREAD, stone_lengths
 from orchestrator.limit_analysis.search.wall_stiffness import POINT_ENTRIES, WallStiffness, point_products
 from orchestrator.masonry.block_properties import ELASTIC_MODULUS, block_centroids, block_moduli, block_weights
 from orchestrator.masonry.joints import Assemblage
@@ -44,10 +45,6 @@ STIFFNESSES: tuple[Stiffness, Stiffness] = ((True, 0.4), (False, 1.0))
 """Stones as soft as their joints (0.4: an elastic solid with a Poisson ratio of 0.25), and joints between hard ones."""
 LEAST_DISTANCE = 0.1
 """Least d, in block lengths: a joint may pass through the centroid of an odd stone."""
-SPREAD = 2.5
-"""Stiffness of stones over that of such springs where the last pressed end of a joint carries all: in a stone its force
-spreads. Measured by what deformation takes from the peak of micro-FE and of rigid blocks: 2.0 (wall 6 of Ferris and
-Tin-Loi, 3.5 GPa), 2.9 and 3.1 (24 irregular stones, 0.35 and 0.035 GPa)."""
 LEAST_STIFFNESS = 1e-8
 """Part of its stiffness that an open point has in the matrix: a block that hangs free for a moment is held."""
 AREAS = np.array([1.0, 4.0, 1.0]) / 6.0
@@ -155,11 +152,12 @@ def elastic_wall(
         weights = block_weights(wall)
         moment = np.column_stack([np.bincount(body_of_block, weights * x) for x in centroids.T])
         centroids = (moment / np.bincount(body_of_block, weights)[:, None])[body_of_block]
-    free = np.array([not block.fixed for block in wall.blocks])
-    modulus, least = block_moduli(wall, elastic_modulus), LEAST_DISTANCE * equilibrium.block_length / elastic_modulus
+    free, modulus = np.array([not block.fixed for block in wall.blocks]), block_moduli(wall, elastic_modulus)
+    least = LEAST_DISTANCE * np.minimum(equilibrium.block_length, joints.length) / elastic_modulus
+    bodies = np.arange(len(wall.blocks)) if body_of_block is None else body_of_block
+    lengths = stone_lengths(wall, joints, bodies, centroids)
     compliance = sum(
-        free[block] * np.abs(((centroids[block] - joints.centroid) * joints.normal).sum(axis=1)) / modulus[block]
-        for block in (joints.i, joints.j)
+        free[block] * length / modulus[block] for block, length in zip((joints.i, joints.j), lengths, strict=True)
     )
     by_distance, tangential = stiffness
     physical = joints.area / (np.maximum(compliance, least) + 1.0 / joints.normal_stiffness)
