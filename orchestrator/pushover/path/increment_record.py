@@ -32,8 +32,7 @@ from orchestrator.pushover.contact.contact_tracking import ANGLED
 from orchestrator.pushover.contact.mortar import Mortar
 from orchestrator.pushover.increments import ContactStatus, Increment, Phase
 from orchestrator.pushover.model import ContactModel
-from orchestrator.pushover.path.moving import out_of_balance
-from orchestrator.pushover.solve.iterate import Iterate, Target
+from orchestrator.pushover.solve.iterate import Iterate, Target, out_of_balance
 
 ROUNDING = 1e-9
 """Gap of faces that touch as they were drawn, over the height of what moves: a larger one is open."""

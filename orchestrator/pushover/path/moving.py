@@ -59,13 +59,3 @@ def without_hold(model: ContactModel, normal_force: FloatArray, fallen: BodyMask
         slave, master = np.append(slave, one), np.append(master, other)
     part = connected_groups(model.bodies + 1, slave, master)  # all supports are one
     return (part[:-1] != part[-1]) & ~fallen
-
-
-def out_of_balance(model: ContactModel, force: FloatArray) -> float:
-    """Return the largest force (n,) in N on a body that equilibrium does not explain, over the body's weight.
-
-    The forces on the nodes of a body are added up by their size, so that those that turn it count too.
-    """
-    node = np.linalg.norm(force.reshape(-1, 3)[:, :2], axis=1)
-    of_body = np.bincount(model.body, node, model.bodies)
-    return float(np.max(of_body[: model.bodies] / model.body_weight, initial=0.0))

@@ -60,8 +60,10 @@ class Iterate:
 
     force_residual (n,) in N, gap (c,) in m (what mortar leaves of it), active (c,): closed, crushes (c,): of those.
     strength in N: what they crush at (c,), or infinity. `norms`: force residual / weight, largest |gap| of an active
-    contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). rounding: what
-    summing K u leaves of the force residual / weight in double precision, a bound that thin walls reach. pull (c,) in
+    contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). of_bodies: the
+    largest force residual of a body, added up by its size, or force of an inactive contact, / the weight of the
+    (lighter) body. rounding: what summing K u leaves of the force residual / weight in double precision, a bound that
+    thin walls reach. pull (c,) in
     N: tension that a contact carries when it opens, its slope pull_slope (c,) in N/m; bond: the rest of that, or None.
     """
 
@@ -73,6 +75,7 @@ class Iterate:
     active: npt.NDArray[np.bool_]
     response: FrictionResponse
     norms: tuple[float, float, float, float]
+    of_bodies: float
     rounding: float
     pull: FloatArray
     pull_slope: FloatArray
@@ -137,6 +140,9 @@ def evaluate(
             float(np.max(np.abs(off[~active | crushes]), initial=0.0)) / model.weight,
             abs(control_error(model, problem, displacement)),
         ),
+        of_bodies=max(
+            out_of_balance(model, residual), _of_lighter_bodies(model, np.where(~active | crushes, off, 0.0))
+        ),
         rounding=EPSILON * float(np.linalg.norm(model.stiffness_magnitude @ np.abs(displacement))) / weight,
         pull=pull,
         pull_slope=pull_slope,
@@ -152,3 +158,20 @@ def control_error(model: ContactModel, problem: Target, displacement: FloatArray
     if problem.mean_displacement is None:
         return 0.0
     return problem.mean_displacement - float(model.mean_row @ displacement)
+
+
+def out_of_balance(model: ContactModel, force: FloatArray) -> float:
+    """Return the largest force (n,) in N on a body that equilibrium does not explain, over the body's weight.
+
+    The forces on the nodes of a body are added up by their size, so that those that turn it count too.
+    """
+    node = np.linalg.norm(force.reshape(-1, 3)[:, :2], axis=1)
+    of_body = np.bincount(model.body, node, model.bodies)
+    return float(np.max(of_body[: model.bodies] / model.body_weight, initial=0.0))
+
+
+def _of_lighter_bodies(model: ContactModel, force: FloatArray) -> float:
+    """Return the largest force (c,) in N of a contact over the weight of the lighter body that it acts on."""
+    weight = np.append(model.body_weight, np.inf)  # supports
+    bodies = (np.minimum(body, model.bodies) for body in (model.contacts.slave_body, model.contacts.master_body))
+    return float(np.max(np.abs(force) / np.minimum(*(weight[body] for body in bodies)), initial=0.0))

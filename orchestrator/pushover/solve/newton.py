@@ -30,6 +30,10 @@ from orchestrator.pushover.solve.iterate import Iterate, Target, control_error, 
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.solve.newton_matrix import Coefficients
 
+OF_BODIES = 1e-3
+"""error of a body's forces over its weight up to which an iterate is accepted at all: all of a small stone's weight may
+be less than what rounding may leave of that of the wall"""
+
 
 def iterates(model: ContactModel, system: LinearSystem, problem: Target, first: Iterate) -> Iterator[Iterate]:
     """Yield `first` and then Newton's iterates, while paths lead on; knows neither tolerance nor limit."""
@@ -134,6 +138,10 @@ def _restless_joints(model: ContactModel, earlier: Iterate, iterate: Iterate) ->
 def _error(iterate: Iterate, settings: NewtonSettings) -> float:
     """Return the largest norm in units of its tolerance: below 1 the iterate has converged."""
     force, gap, pull, control = iterate.norms
+    of_bodies = iterate.of_bodies / OF_BODIES
     return max(
-        force / max(settings.residual, iterate.rounding), pull / settings.residual, max(gap, control) / settings.gap
+        force / max(settings.residual, iterate.rounding),
+        settings.acceptable * of_bodies if of_bodies > 1.0 else 0.0,
+        pull / settings.residual,
+        max(gap, control) / settings.gap,
     )

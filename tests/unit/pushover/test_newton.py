@@ -17,6 +17,7 @@ from orchestrator.pushover.solve import newton
 class FakeIterate:
     number: int
     norms: tuple[float, float, float, float]
+    of_bodies: float = 0.0
     rounding: float = 0.0
     active: np.ndarray = field(default_factory=lambda: np.ones(2, bool))
     normal_force: np.ndarray = field(default_factory=lambda: np.zeros(2))
@@ -31,7 +32,7 @@ def solved(monkeypatch, *forces, rounding=0.0, states=1, leads=1000, **settings)
     def iterates(*_):
         for number in range(leads):
             active = np.array([number % states == 0, True])
-            yield FakeIterate(number, (forces[min(number, len(forces) - 1)], 0.0, 0.0, 0.0), rounding, active)
+            yield FakeIterate(number, (forces[min(number, len(forces) - 1)], 0.0, 0.0, 0.0), 0.0, rounding, active)
 
     monkeypatch.setattr(newton, "iterates", iterates)
     model = SimpleNamespace(
