@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orchestrator.basis.errors import ConvergenceError
+from orchestrator.basis.printed import as_lambda
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings
 
@@ -47,7 +48,7 @@ def place(last: Increment | None) -> str:
     """Return after which increment a pushover has stopped."""
     if last is None:
         return "before any increment"
-    moved = f"{1e3 * last.control_displacement:.4g} mm, multiplier {last.load_multiplier:.4f}"
+    moved = f"{1e3 * last.control_displacement:.4g} mm, multiplier {as_lambda(last.load_multiplier)}"
     return f"after increment {last.number} ({last.phase}, {moved})"
 
 

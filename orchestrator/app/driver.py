@@ -27,6 +27,7 @@ from orchestrator.assessment.seismic.settings import limit_states, without_verif
 from orchestrator.basis.atomic_files import sweep
 from orchestrator.basis.errors import CaseError, ConvergenceError, ResultError, naming, resumable
 from orchestrator.basis.parallel import is_root, on_root, on_root_while
+from orchestrator.basis.printed import as_lambda
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, analyse, settle
 from orchestrator.limit_analysis.gravity import problem_of, refuse_what_cannot_be_analysed, refuse_what_falls
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints
@@ -337,5 +338,5 @@ def _finished(
 def _words(segmented: Segmented) -> str:
     analysis, partition = segmented.analysis, segmented.partition
     bodies = "1 macroblock" if partition.count == 1 else f"{partition.count} macroblocks"
-    outcome = f"multiplier {analysis.headline.load_multiplier:.4f}, {bodies}"
+    outcome = f"multiplier {as_lambda(analysis.headline.load_multiplier)}, {bodies}"
     return "; ".join([outcome, *analysis.remarks, *partition.remarks, *implausible(segmented.assemblage.wall)])

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from orchestrator.app.progress import IncrementDone, StageBegun, StageDone
+from orchestrator.basis.printed import as_lambda
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -93,7 +94,7 @@ class Reporter:
     def _show(self, event: IncrementDone) -> None:
         increment = event.increment
         state = (
-            f"{increment.number} {increment.phase}: λ {increment.load_multiplier:.4f}, "
+            f"{increment.number} {increment.phase}: λ {as_lambda(increment.load_multiplier)}, "
             f"{1e3 * increment.control_displacement:.2f} mm, {increment.iterations} it."
         )
         self._remove_line()

@@ -141,7 +141,7 @@ def answered(
         vertical_load=problem.equilibrium.dead_total,
         horizontal_load=problem.equilibrium.base_shear,
         tilting_table=problem.equilibrium.live_load_is_turned_dead_load and problem.friction.scales_with_load,
-        associative=bound_of(problem, optimum),
+        associative=problem.bound(optimum),
         sequence=known.sequence,
         path=answer_of(met),
         remarks=(*remarks_of(problem, met, known.falling), *known.remarks),
@@ -204,16 +204,11 @@ def ways_out_of(met: Loaded | None) -> dict[str, int]:
     }
 
 
-def bound_of(problem: Problem, optimum: LimitSolution) -> LimitState:
-    """Return the associative optimum as a state."""
-    return problem.state("associative", problem.friction.slope, optimum, optimum, (record_of(optimum, 0.0),))
-
-
 def bound_left(problem: Problem, met: Loaded | None) -> LimitState | None:
     """Return the associative state of what local failures left of a wall, None where there were none."""
     if met is None or not met.local_failures:
         return None
-    return met.of_whole(bound_of(met.part, met.optimum), problem.assemblage)
+    return met.of_whole(met.part.bound(met.optimum), problem.assemblage)
 
 
 def papers_value(

@@ -70,6 +70,10 @@ class Problem:
             horizontal_load=equilibrium.base_shear,
         )
 
+    def bound(self, optimum: LimitSolution) -> LimitState:
+        """Return the associative optimum as a state."""
+        return self.state("associative", self.friction.slope, optimum, optimum, (record_of(optimum, 0.0),))
+
 
 def record_of(solution: LimitSolution, parameter: float) -> LinearProgramRecord:
     """Return what one linear program gave and cost."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import inf
 
+from orchestrator.basis.printed import as_lambda
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.loading import Loaded, has_path
@@ -66,7 +67,7 @@ def local_failures_of(met: Loaded) -> Iterator[str]:
     """Yield what came loose before the wall fails."""
     for failure in met.local_failures:
         low, high = failure.multipliers
-        at = f"{high:.4f}" if high - low <= RELEASE * high else f"{low:.4f} to {high:.4f}"
+        at = f"{as_lambda(high)}" if high - low <= RELEASE * high else f"{as_lambda(low)} to {as_lambda(high)}"
         stones = ", ".join(map(str, failure.stones))
         yield f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the dead load) come loose"
 
@@ -77,17 +78,18 @@ def answer_words(met: Loaded) -> Iterator[str]:
     if met.geometry_decides:
         bears, drawn = met.multiplier, path.last_rest if path.state is None else path.state.load_multiplier
         least = "" if met.pushed is not None and met.pushed.is_past else "at least "
-        blocks = f"rigid blocks in large displacements bear {least}{bears:.4f}"
-        yield f"geometry decides: {blocks}, in small ones {drawn:.4f}"
+        blocks = f"rigid blocks in large displacements bear {least}{as_lambda(bears)}"
+        yield f"geometry decides: {blocks}, in small ones {as_lambda(drawn)}"
     elif state is not None and state.flow_rule in CLOSED_BY:
         how = CLOSED_BY[state.flow_rule]
         yield f"the path was not followed to its end: state closed by {how}; {loaded_to(met)}"
     elif state is None or not state.converged:
-        creeps = "" if path.not_at_rest == inf else f" and not at {path.not_at_rest:.4f}"
+        creeps = "" if path.not_at_rest == inf else f" and not at {as_lambda(path.not_at_rest)}"
         headline = "" if state is None else ": the headline is that rest"
-        yield f"loading: at rest up to {path.last_rest:.4f}{creeps}, but no limit state was closed there{headline}"
+        rest = as_lambda(path.last_rest)
+        yield f"loading: at rest up to {rest}{creeps}, but no limit state was closed there{headline}"
         if path.given_up:
-            upper = "the bound" if path.not_at_rest == inf else f"{path.not_at_rest:.4f}"
+            upper = "the bound" if path.not_at_rest == inf else f"{as_lambda(path.not_at_rest)}"
             yield f"given up for the number of blocks: between that rest and {upper} nothing is known"
 
 
@@ -97,10 +99,11 @@ def mechanism_words(met: Loaded) -> Iterator[str]:
     if state is None:
         return
     if not met.spread and state.flow_rule not in CLOSED_BY:
+        bears = as_lambda(state.load_multiplier)
         if state.load_multiplier < (1.0 - RELEASE) * rest:
-            yield f"at rest up to {rest:.4f}; once it moves it carries {state.load_multiplier:.4f}"
+            yield f"at rest up to {as_lambda(rest)}; once it moves it carries {bears}"
         elif state.load_multiplier > (1.0 + RELEASE) * rest:
-            yield f"at rest up to {rest:.4f}; it moves far before it bears the {state.load_multiplier:.4f} found"
+            yield f"at rest up to {as_lambda(rest)}; it moves far before it bears the {bears} found"
     if state.converged and closes_joints(state):
         yield "joints that had opened close in this state: it lasts until they have, and may bear more then"
 
@@ -108,11 +111,11 @@ def mechanism_words(met: Loaded) -> Iterator[str]:
 def geometry_words(met: Loaded) -> Iterator[str]:
     """Yield from where on displacements are large, what rigid blocks bear in large ones, and whether the modulus
     decides: in small ones only ratios of stiffness matter, in large ones how far the wall moves."""
-    if is_soft(met.path):
-        yield f"from {met.path.soft_from:.4f} on displacements are large"
+    if is_soft(met.path) and met.path.soft_from is not None:
+        yield f"from {as_lambda(met.path.soft_from)} on displacements are large"
     if met.pushed is not None and not met.geometry_decides:
         most = "bear at most" if met.pushed.is_past else "bear at least"
-        yield f"in large displacements rigid blocks {most} {met.pushed.peak:.4f}"
+        yield f"in large displacements rigid blocks {most} {as_lambda(met.pushed.peak)}"
     modulus = modulus_of(met)
     if met.geometry_decides:
         yield f"the peak in large displacements depends on the elastic modulus of the stones, here {modulus}"
@@ -130,8 +133,8 @@ def modulus_of(met: Loaded) -> str:
 def interval_words(met: Loaded) -> Iterator[str]:
     """Yield between which multipliers the answer lies where it depends on what nobody knows."""
     if met.spread:
-        low, high = met.spread
-        yield f"which state is met depends on the joints' stiffness, or on how it moves: {low:.4f} to {high:.4f}"
+        low, high = (as_lambda(end) for end in met.spread)
+        yield f"which state is met depends on the joints' stiffness, or on how it moves: {low} to {high}"
 
 
 def loaded_to(met: Loaded) -> str:
@@ -139,7 +142,9 @@ def loaded_to(met: Loaded) -> str:
     if met.is_unloaded:
         return "the wall was not loaded, for the number of blocks"
     lost = met.path.not_at_rest
-    return f"at rest up to {met.path.last_rest:.4f}" + ("" if lost == inf else f", no rest found at {lost:.4f}")
+    return f"at rest up to {as_lambda(met.path.last_rest)}" + (
+        "" if lost == inf else f", no rest found at {as_lambda(lost)}"
+    )
 
 
 def closes_joints(state: LimitState) -> bool:

@@ -28,6 +28,7 @@ from dataclasses import replace
 import numpy as np
 
 from orchestrator.basis.errors import ConvergenceError
+from orchestrator.basis.printed import as_lambda
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, Mechanism
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints, refuse_other_analysis
 from orchestrator.limit_analysis.paper.linear_program import solve_limit_lp
@@ -157,7 +158,7 @@ def _of_states(
         partition = _coarsest([partition_of(assemblage, g) for g in hierarchy(assemblage, mechanisms)][::-1], keeps)
         partition = _joined_while(keeps, partition, assemblage, mechanisms)
     words = " and ".join(
-        f"{multiplier:.4f} (every stone {state.load_multiplier:.4f})"
+        f"{as_lambda(multiplier)} (every stone {as_lambda(state.load_multiplier)})"
         for multiplier, state in zip(kept(partition), states, strict=False)
     )
     return partition, f"chosen automatically: multiplier as rigid bodies {words or 'not found'}, margin {margin:.3g}"
@@ -194,9 +195,10 @@ def _first(assemblage: Assemblage, analysis: LimitAnalysis) -> Partition:
 
 
 def _said_of_loading(analysis: LimitAnalysis, margin: float) -> str:
+    fail = as_lambda(analysis.headline.load_multiplier)
     return (
         "chosen automatically: loaded from gravity as rigid bodies they fail where every stone does "
-        f"({analysis.headline.load_multiplier:.4f}), within {as_far_apart(margin):.3g}; no fewer were found that do"
+        f"({fail}), within {as_far_apart(margin):.3g}; no fewer were found that do"
     )
 
 

@@ -20,6 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+from orchestrator.basis.printed import as_lambda
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.search.loading import SAME_ANSWER
 from orchestrator.macroblocks.automatic import ELSEWHERE, states_to_keep
@@ -55,7 +56,7 @@ class Borne:
     @property
     def words(self) -> str:
         """How many bodies bear which multiplier."""
-        return f"{self.bodies} bear {self.multiplier:.4f}{'' if self.is_valid else ' (not valid)'}"
+        return f"{self.bodies} bear {as_lambda(self.multiplier)}{'' if self.is_valid else ' (not valid)'}"
 
 
 def finer(assemblage: Assemblage, analysis: LimitAnalysis, partition: Partition) -> Partition | None:
@@ -111,9 +112,8 @@ def remarked(
     if len(borne) > 1:
         said = [remark for remark in said if remark != ELSEWHERE]  # that was of the first
         pushed = ", ".join(one.words for one in borne)
-        said.append(
-            f"refined: in finite elements {pushed} (rigid blocks {rigid_multiplier(analysis, last.in_large):.4f})"
-        )
+        rigid = as_lambda(rigid_multiplier(analysis, last.in_large))
+        said.append(f"refined: in finite elements {pushed} (rigid blocks {rigid})")
     if last.is_held:
         said += [HELD] if last.bodies < stones else []
     elif abs(off) > alike(margin) and (off > 0.0 or last.is_peak):

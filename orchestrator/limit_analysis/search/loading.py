@@ -42,6 +42,9 @@ MECHANISM_VELOCITY = 1e-3
 """Part of the largest velocity above which a stone belongs to a mechanism."""
 SAME_ANSWER = 0.01
 """Part of the multiplier by which paths of different stiffness may differ and be one answer."""
+MISSED = 1e-3
+"""Part of the associative multiplier, which no state exceeds, by which a path comes past it only where it has missed
+stones that are lighter than what joints are smooth by: they came loose at that multiplier, at the latest."""
 GEOMETRY = 0.02
 """Part of the multiplier by which the peak in large displacements lies off the limit state of a wall whose answer it
 is. Deformation takes something from any wall: 1.9 % from Ferris & Tin-Loi's wall 6, 1.5 % from its micro-FE."""
@@ -241,7 +244,8 @@ def peeled(
     """Load a wall, taking local failures away until what moves is the wall; before: the blocks left, and what is not.
 
     A wall that stones have left is loaded as if it had been drawn without them: in steps of its own associative
-    optimum, which is its bound too. What then goes down under the dead load came loose with them.
+    optimum, which is its bound too. What then goes down under the dead load came loose with them. What comes loose
+    below a rest that its bound excludes (MISSED) is the mechanism of the bound.
     """
     whole = problem.assemblage
     left, failures = before or (np.ones(len(whole.wall.blocks), dtype=bool), ())
@@ -272,8 +276,10 @@ def peeled(
             return replace(found, factorisations=spent) if found else nothing
         state = of_whole(path.state, whole, left)
         found = Loaded(state, path, failures, left, part, optimum, factorisations=spent)
-        moving, share, gone = _moving_share(problem, loads, state, left)
         low, high = sorted((state.load_multiplier, path.last_rest))
+        if high > (1.0 + MISSED) * optimum.load_multiplier:
+            state, low, high = of_whole(part.bound(optimum), whole, left), *(optimum.load_multiplier,) * 2
+        moving, share, gone = _moving_share(problem, loads, state, left)
         rested = gone if path.last_rest > under else rested
         if not state.converged or not is_local(gone + share - rested, rested, local_share):
             return found

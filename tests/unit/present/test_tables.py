@@ -126,3 +126,10 @@ def test_a_chimney_that_falls_first_leaves_no_state_above_its_bound():
 )  # fmt: skip
 def test_figures_in_their_units(figure, value, text):
     assert printed_figure(figure, value) == text
+
+
+@pytest.mark.parametrize(
+    ("multiplier", "text"), [(0.29637, "0.2964"), (0.0, "0.0000"), (0.00487, "0.004870"), (2e-6, "2.000e-06")]
+)
+def test_multipliers_have_four_digits_whatever_the_unit_of_a_load(multiplier, text):
+    assert printed("multiplier", multiplier) == text
