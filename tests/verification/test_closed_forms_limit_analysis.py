@@ -272,7 +272,7 @@ def test_small_stones_under_a_large_one_carry_it(size, width):
 
 @pytest.mark.parametrize(("width", "height"), [(0.01, 0.03), (0.001, 0.01)])
 def test_a_stone_lighter_than_what_joints_are_smooth_by_is_a_local_failure(width, height):
-    """3e-5 and 1e-6 of the weight of the block under it: the path comes past its bound without it, which no state does."""
+    """3e-5 and 1e-6 of the weight under it: the path comes past its bound without it, which no state does."""
     stones = [floor(), box(0.0, 0.0, 3.0, 3.0), box(1.0, 3.0, width, height)]
     found = analyse(assemblage_of(stones, friction=0.7))
     (failure,) = found.local_failures

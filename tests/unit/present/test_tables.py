@@ -132,4 +132,4 @@ def test_figures_in_their_units(figure, value, text):
     ("multiplier", "text"), [(0.29637, "0.2964"), (0.0, "0.0000"), (0.00487, "0.004870"), (2e-6, "2.000e-06")]
 )
 def test_multipliers_have_four_digits_whatever_the_unit_of_a_load(multiplier, text):
-    assert printed("multiplier", multiplier) == text
+    assert printed_figure("multiplier", multiplier) == text
