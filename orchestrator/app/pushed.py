@@ -105,7 +105,7 @@ def push(
     model: ModelName = "micro" if _is_every_block(partition) else "macro"
     stepping = stepping or SteppingSettings()
     strict = SolverSettings(elastic, contact, newton or NewtonSettings(), stepping.large_displacement)
-    began, expected = perf_counter(), analysis.associative.load_multiplier
+    began, expected = perf_counter(), analysis.expected_multiplier
     bodies = make_bodies(assemblage, partition, analysis.headline.joint_forces)
     meshes = mesh_bodies(bodies, mesh or MeshSettings(), None)
     contact_model = _model_of(assemblage, bodies, meshes, load, strict)

@@ -128,7 +128,7 @@ def _follow(
     from orchestrator.pushover.model import build_model
 
     working, stepping = comm or this_rank(), case.stepping
-    expected, loose = analysis.associative.load_multiplier, loose_of(model, wall, bodies, analysis)
+    expected, loose = analysis.expected_multiplier, loose_of(model, wall, bodies, analysis)
     store = storage.StateStore(folder, _fingerprint(case, wall, bodies, meshes), storage.IN_MEMORY)
     last = on_root(comm, _opened, store, resume, same)
     began = perf_counter()

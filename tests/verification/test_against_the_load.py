@@ -98,12 +98,14 @@ def test_the_base_shear_counts_and_no_stiffness_is_given(case, tmp_path, capsys)
 
 
 def test_its_curve_ends_at_the_final_displacement(case, tmp_path):
-    settings = ["--set", "stepping.final_displacement=1mm", "--output", str(tmp_path / "out")]
+    settings = ["--set", "stepping.final_displacement=0.5mm", "--output", str(tmp_path / "out")]
     with undrawn():
         assert main(["run", str(case), *settings]) == 0
     (found,) = storage.read_summary(tmp_path / "out").pushover
-    assert found.final_displacement == pytest.approx(-1e-3, rel=2e-3)
-    assert found.stopped_because == "final displacement of 1 mm reached"
+    assert found.stopped_because == "final displacement of 0.5 mm reached"
+    with (tmp_path / "out" / "micro" / "curve.csv").open(encoding="utf-8") as file:
+        *_, last = csv.DictReader(file)
+    assert float(last["control_displacement_m"]) == pytest.approx(-5e-4, rel=2e-3)
 
 
 def test_beside_a_load_case_along_its_load(case, tmp_path, capsys):

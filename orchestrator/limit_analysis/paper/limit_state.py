@@ -202,6 +202,12 @@ class LimitAnalysis:
         return sum(failure.share for failure in self.local_failures)
 
     @property
+    def expected_multiplier(self) -> float:
+        """The associative multiplier to six digits, by which a pushover measures its load: further ones are the
+        solver's, and friction has many states."""
+        return float(f"{self.associative.load_multiplier:.6g}")
+
+    @property
     def geometry_decides(self) -> bool:
         """Whether the headline is the peak in large displacements, and no limit state of the wall as drawn."""
         return self.path is not None and self.path.flow_rule == "large_displacements"

@@ -124,7 +124,7 @@ class LimitProgram:
             self._tolerance,
             self._refined,
             self._squares,
-            equilibrate=False,
+            equilibrate=bool(conditions.crushes.any()),
         )
 
     def solve(
@@ -274,6 +274,7 @@ def _solver(
 
     `refined`: solutions of the linear systems. equilibrate: whether the solver scales rows and columns; it knows
     nothing of forces and lengths, and of 233 walls with small stones it failed on 26 that `scales` alone is enough for.
+    Rows of crushing, strengths over decades, need it.
     """
     settings = solver_settings(tolerance)
     settings.iterative_refinement_enable, settings.equilibrate_enable = refined, equilibrate

@@ -276,15 +276,19 @@ def peeled(
             return replace(found, factorisations=spent) if found else nothing
         state = of_whole(path.state, whole, left)
         found = Loaded(state, path, failures, left, part, optimum, factorisations=spent)
+        bound = optimum.load_multiplier
         low, high = sorted((state.load_multiplier, path.last_rest))
-        if high > (1.0 + MISSED) * optimum.load_multiplier:
-            state, low, high = of_whole(part.bound(optimum), whole, left), *(optimum.load_multiplier,) * 2
+        if high > (1.0 + MISSED) * bound:
+            state, low, high = of_whole(part.bound(optimum), whole, left), bound, bound
         moving, share, gone = _moving_share(problem, loads, state, left)
         rested = gone if path.last_rest > under else rested
         if not state.converged or not is_local(gone + share - rested, rested, local_share):
             return found
         under = max(under, high)
-        failures = (*failures, LocalFailure(_ids(problem, moving), share.dead, (low, high), state))
+        failures = (
+            *failures,
+            LocalFailure(_ids(problem, moving), share.dead, (min(low, bound), min(high, bound)), state),
+        )
         left = left & ~moving
     return found
 

@@ -276,6 +276,15 @@ def test_of_files_that_belong_together_a_failure_leaves_none(tmp_path, error):
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["empty", "first"]
 
 
+@pytest.fixture
+def interruptible():
+    """A shell that has started the tests in the background lets them ignore Ctrl-C."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_waits_until_all_files_are_in_their_places(tmp_path):
     def prepare(_):
         os.kill(os.getpid(), signal.SIGINT)

@@ -11,10 +11,10 @@ from orchestrator.pushover.path.moving import (
     body_motion,
     body_size,
     moving_part,
-    out_of_balance,
     participation,
     without_hold,
 )
+from orchestrator.pushover.solve.iterate import out_of_balance
 from tests.support.pushover_chain import model_of, stack
 
 NOBODY = np.zeros(3, bool)
