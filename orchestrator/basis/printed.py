@@ -24,7 +24,7 @@ FORMS: dict[Figure, tuple[float, str]] = {
     "memory": (1e-6, ".0f"),
 }
 """factor from SI to -, kN, mm, m/s2, %, kN/mm, MPa, s or MB, and form of each kind of figure"""
-SMALL = 1e-2
+LEAST_FIXED = 1e-2
 """multiplier below which it is printed with four digits: its unit is what the user says, 1 kN or 1 MN"""
 FEW = 3
 """things that a complaint lists"""
@@ -35,7 +35,7 @@ def printed(figure: Figure, value: float | None) -> str:
     if value is None:
         return "–"
     factor, form = FORMS[figure]
-    if figure in ("multiplier", "limit multiplier") and 0.0 < abs(value) < SMALL:
+    if figure in ("multiplier", "limit multiplier") and 0.0 < abs(value) < LEAST_FIXED:
         form = "#.4g"
     text = format(value * factor, form).removesuffix(".")
     return format(value * factor, ".0f") if "e+" in text else text

@@ -11,7 +11,8 @@ finite elements it has come away from them.) At each point
 Gaps are remembered, slips are forgotten once they are made: that is what tells this law from one that is plastic in
 both. max(0, t) is smoothed to (t + sqrt(t^2 + 4 m^2))/2, m = JOINT_SMOOTHING block weights: Newton's method needs
 slopes, and where a point has opened its force m^2/(k gap) is soon nothing. The k_n of a joint are E t L/d in all, d the
-distance between the centroids along its normal (a support is rigid and counts for nothing). Only ratios of stiffnesses
+distance between the centroids along its normal, less where the joint is short against the stones beside it
+(stone_compliance.py; a support is rigid and counts for nothing). Only ratios of stiffnesses
 matter to a limit state: they are such that their mean is 2. How far blocks move in m depends on E: `unit` says it, and
 joints of blocks that have moved stand where moved_joints.py says. A state that is a property of the wall is the same
 with both STIFFNESSES. Sources: Lourenço and Rots 1997 (stiffness of a joint that stands for the stones beside it); Chen
@@ -44,7 +45,8 @@ Stiffness = tuple[bool, float]
 STIFFNESSES: tuple[Stiffness, Stiffness] = ((True, 0.4), (False, 1.0))
 """Stones as soft as their joints (0.4: an elastic solid with a Poisson ratio of 0.25), and joints between hard ones."""
 LEAST_DISTANCE = 0.1
-"""Least d, in block lengths: a joint may pass through the centroid of an odd stone."""
+"""Least d, in block lengths or, where that is less, in lengths of the joint: it may pass through the centroid of an odd
+stone."""
 LEAST_STIFFNESS = 1e-8
 """Part of its stiffness that an open point has in the matrix: a block that hangs free for a moment is held."""
 AREAS = np.array([1.0, 4.0, 1.0]) / 6.0

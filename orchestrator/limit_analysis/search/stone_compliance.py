@@ -8,7 +8,7 @@ at 45 degrees until the strip is as wide, and goes on in that width: less again 
 
 in the place of d / SPREAD. W is L times the width of the stone over its bedded width on that side, d the distance of
 the stone's centroid along the normal of the joint. Own estimate; 45 degrees are those of masonry under concentrated
-loads. Two pinnings of 1/200 of the length of the stone on them bear 0.683 so, 0.561 as prisms, 0.699 in finite elements
+loads. Two pinnings of 1/200 of the length of the stone on them bear 0.682 so, 0.561 as prisms, 0.699 in finite elements
 of every stone, 0.7 if nothing gives way.
 """
 

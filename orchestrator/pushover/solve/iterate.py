@@ -63,8 +63,8 @@ class Iterate:
     contact (m), largest |normal force| of an inactive one / weight, error of the mean displacement (m). of_bodies: the
     largest force residual of a body, added up by its size, or force of an inactive contact, / the weight of the
     (lighter) body. rounding: what summing K u leaves of the force residual / weight in double precision, a bound that
-    thin walls reach. pull (c,) in
-    N: tension that a contact carries when it opens, its slope pull_slope (c,) in N/m; bond: the rest of that, or None.
+    thin walls reach. pull (c,) in N: tension that a contact carries when it opens, its slope pull_slope (c,) in N/m;
+    bond: the rest of that, or None.
     """
 
     displacement: FloatArray

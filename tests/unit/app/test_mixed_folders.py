@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import subprocess
 
 import pytest
 
 from orchestrator import CaseError, read_run
 from orchestrator.app.cli import main
+from tests.support.disks import read_only
 from tests.support.paths import DATA
 from tests.support.undrawn import undrawn
 
@@ -152,13 +152,7 @@ def test_a_finished_load_case_with_a_part_of_another_run_is_not_taken_for_finish
 
 def test_a_report_into_a_folder_that_takes_no_files_is_bad_input(runs, tmp_path, capsys):
     folder = shutil.copytree(runs / "rough", tmp_path / "run")
-    options = ["mount", "--bind", folder, folder]
-    if subprocess.run(options, capture_output=True).returncode:
-        pytest.skip("a folder in which root may not write needs the right to mount")
-    try:
-        subprocess.run(["mount", "-o", "remount,ro,bind", folder], check=True)
+    with read_only(folder):
         assert main(["report", str(folder)]) == 2
-    finally:
-        subprocess.run(["umount", folder], check=True)
     said = f"{folder}: cannot be written (read-only file system); give a copy of it elsewhere\n"
     assert capsys.readouterr().err == said

@@ -23,6 +23,7 @@ from orchestrator.basis.atomic_files import (
 )
 from orchestrator.basis.errors import CaseError
 from orchestrator.storage import write_csv, write_json
+from tests.support.disks import read_only, small_disk
 from tests.support.paths import DATA, PROJECT
 
 TOWER = DATA / "tower_5_blocks.json"
@@ -50,37 +51,28 @@ def leave_half_written(path):
     assert subprocess.run([sys.executable, "-c", KILLED, path], cwd=PROJECT, check=False).returncode == -9
 
 
-@pytest.fixture
-def small_disk(tmp_path, request):
+@pytest.fixture(name="small_disk")
+def disk(tmp_path, request):
     """A file system of 300 kB, or of what the test asks for."""
     folder = tmp_path / "disk"
     folder.mkdir()
-    size = f"size={getattr(request, 'param', 300)}k"
-    made = subprocess.run(["mount", "-t", "tmpfs", "-o", size, "tmpfs", folder], capture_output=True, text=True)
-    if made.returncode:
-        pytest.skip(f"a full disk needs the right to mount one: {made.stderr.strip()}")
-    yield folder
-    subprocess.run(["umount", folder], check=True)
+    with small_disk(folder, getattr(request, "param", 300)):
+        yield folder
 
 
-@pytest.fixture
-def read_only(tmp_path):
-    """A folder in which nobody may write, not even root."""
+@pytest.fixture(name="read_only")
+def closed(tmp_path):
+    """A folder in which nobody may write, not even root, with a file in it."""
     folder = tmp_path / "disk"
     folder.mkdir()
     (folder / "older").write_text("older")
-    options = ["mount", "--bind", folder, folder]
-    made = subprocess.run(options, capture_output=True, text=True)
-    if made.returncode:
-        if os.getuid() == 0:
-            pytest.skip(f"root may write everywhere, unless it may mount: {made.stderr.strip()}")
-        folder.chmod(0o500)
-        yield folder
-        folder.chmod(0o700)
+    if os.getuid() == 0:
+        with read_only(folder):
+            yield folder
         return
-    subprocess.run(["mount", "-o", "remount,ro,bind", folder], check=True)
+    folder.chmod(0o500)
     yield folder
-    subprocess.run(["umount", folder], check=True)
+    folder.chmod(0o700)
 
 
 def test_full_disk_is_named_and_the_older_file_stays(small_disk):
