@@ -23,6 +23,9 @@ Every plane crossed changes J by one rank, so that all pieces have the factors o
 
     dx/ds = y_0 - Y (1 / w + grad phi . Y)^-1 grad phi . y_0,     y_0 = -J^-1 F(x_0)
 
+What is followed are the phi, for which the rates grad phi . Y are enough; x is found at the end, from the sum of the U.
+Where several solutions together take hardly longer than one, those of the planes that are next on the way are made too.
+
 D. Ralph, Mathematics of Operations Research 19 (1994) 352-389; S. P. Dirkse, M. C. Ferris, Optimization Methods and
 Software 5 (1995) 123-156.
 """
@@ -35,7 +38,6 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray
-from orchestrator.pushover.contact.contact_law import FrictionResponse
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.solve.iterate import Iterate, Target
 from orchestrator.pushover.solve.linear_system import LinearSystem
@@ -67,9 +69,9 @@ class Kinks:
     widens: FloatArray
 
     @classmethod
-    def at(cls, model: ContactModel, problem: Target, iterate: Iterate, response: FrictionResponse) -> Kinks:
-        """Return the planes at an iterate; response: that of friction which its matrix has."""
-        kappa, count = model.contact_stiffness, len(iterate.gap)
+    def at(cls, model: ContactModel, problem: Target, iterate: Iterate) -> Kinks:
+        """Return the planes at an iterate."""
+        kappa, count, response = model.contact_stiffness, len(iterate.gap), iterate.response
         slip = model.tangential_rows @ (iterate.displacement - problem.displacement)
         trial = problem.elastic_slip + slip.reshape(-1, 2)
         length, slides = np.linalg.norm(trial, axis=1), response.sliding
@@ -96,27 +98,27 @@ class Kinks:
         )
 
     def rates(self, change: FloatArray) -> FloatArray:
-        """Return grad phi . change (p,) for a change of all unknowns."""
+        """Return grad phi . change, (..., p) for changes (..., unknowns) of all unknowns."""
         model, count = self.model, len(self.along)
         n, kappa = len(model.gravity), model.contact_stiffness
-        force = kappa * change[n:-1]
-        gap = model.normal_rows @ change[:n] + self.compliance * force
-        travel = np.einsum("ci,ci->c", self.along, (model.tangential_rows @ change[:n]).reshape(count, 2))
+        force, moved = kappa * change[..., n:-1], change[..., :n].T
+        gap = (model.normal_rows @ moved).T + self.compliance * force
+        slip = (model.tangential_rows @ moved).T.reshape(*change.shape[:-1], count, 2)
+        travel = np.einsum("ci,...ci->...c", self.along, slip)
         pressed, widens = force - kappa * gap, self.widens * force
-        every = np.concatenate([pressed + self.pull_slope * gap, pressed, travel - widens, -travel - widens])
-        return every[self.number]
+        every = [pressed + self.pull_slope * gap, pressed, travel - widens, -travel - widens]
+        return np.concatenate(every, axis=-1)[..., self.number]
 
-    def load(self, plane: int) -> FloatArray:
-        """Return U (unknowns,) of one plane."""
-        model, count = self.model, len(self.along)
-        n, (kind, contact) = len(model.gravity), divmod(int(self.number[plane]), count)
-        load = np.zeros(n + count + 1)
-        if kind < 2:
-            load[n + contact] = 1.0
-        else:
-            rows = model.tangential_rows[2 * contact : 2 * contact + 2]
-            load[:n] = rows.T @ self.along[contact]
-        return load
+    def load(self, planes: IntArray, amounts: FloatArray) -> FloatArray:
+        """Return the sum of so many U, (..., unknowns) for amounts (k, ...) of planes (k,)."""
+        kind, contact = np.divmod(self.number[planes], len(self.along))
+        slides, sums = kind > 1, amounts.shape[1:]
+        force, pull = np.zeros((len(self.along), *sums)), np.zeros((len(self.along), 2, *sums))
+        np.add.at(force, contact[~slides], amounts[~slides])
+        forth = self.along[contact[slides]]
+        np.add.at(pull, contact[slides], np.einsum("ki,k...->ki...", forth, amounts[slides]))
+        on_nodes = self.model.tangential_columns @ pull.reshape(-1, *sums)
+        return np.concatenate([on_nodes, force, np.zeros((1, *sums))]).T
 
 
 def followed(model: ContactModel, system: LinearSystem, kinks: Kinks, solution: FloatArray) -> tuple[FloatArray, bool]:
@@ -127,13 +129,14 @@ def followed(model: ContactModel, system: LinearSystem, kinks: Kinks, solution: 
     rate = kinks.rates(solution)
     phi, beyond = kinks.phi.copy(), kinks.beyond.copy()
     share, of_solution = 0.0, 0.0
-    crossed = np.zeros(0, np.int64)  # every plane ever crossed, its solution, the rates of that, and its part of x
-    solutions, rates, part = list[FloatArray](), np.zeros((0, len(phi))), np.zeros(0)
+    known: dict[int, FloatArray] = {}  # rates of the solutions of planes
+    crossed, part = np.zeros(0, np.int64), np.zeros(0)  # every plane ever crossed, and the sum of amounts of its U
+    rates, between = np.zeros((0, len(phi))), np.zeros((0, 0))  # of solutions of crossed planes: all, of crossed planes
     direction, last, back = 1.0, -1, 0
     for _ in range(len(phi)):
         changed = np.flatnonzero(beyond[crossed] != kinks.beyond[crossed])
         weights = np.where(beyond, 1.0, -1.0)[crossed[changed]] * kinks.weight[crossed[changed]]
-        small = np.eye(len(changed)) + weights[:, None] * rates[np.ix_(changed, crossed[changed])].T
+        small = np.eye(len(changed)) + weights[:, None] * between[np.ix_(changed, changed)].T
         away = np.zeros(len(crossed))
         try:
             away[changed] = np.linalg.solve(small, weights * rate[crossed[changed]])
@@ -145,7 +148,9 @@ def followed(model: ContactModel, system: LinearSystem, kinks: Kinks, solution: 
             back += direction < 0.0
             if back > LONGEST_BACK * len(model.contacts):
                 break
-        plane, length = _next(phi, beyond, direction * ahead, last)
+        far = _how_far(phi, beyond, direction * ahead, last)
+        plane = int(far.argmin())
+        length = float(far[plane])
         ends = direction > 0.0 and share + length >= 1.0
         length = 1.0 - share if ends else length
         if share + direction * length < FARTHEST_BACK or not np.isfinite(length):
@@ -155,26 +160,38 @@ def followed(model: ContactModel, system: LinearSystem, kinks: Kinks, solution: 
         part -= direction * length * away
         if ends:
             change = of_solution * solution
-            for amount, one in zip(part, solutions, strict=True):
-                change += amount * one
-            return change, True
+            return change + system.solve_again(kinks.load(crossed, part)[None])[0] if len(crossed) else change, True
         phi += direction * length * ahead
         beyond[plane] = ~beyond[plane]
         last = plane
         if plane not in crossed:
-            solutions.append(system.solve_again(kinks.load(plane)))
-            if len(crossed) == len(rates):
-                rates = np.vstack([rates, np.zeros((1 + len(rates), len(phi)))])
-            rates[len(crossed)] = kinks.rates(solutions[-1])
+            if plane not in known:
+                far[list(known)] = np.inf
+                planes = _next(far, plane, system.at_once)
+                solutions = system.solve_again(kinks.load(planes, np.eye(len(planes))))
+                known |= zip(planes.tolist(), kinks.rates(solutions), strict=True)
+            count = len(crossed)
+            if count == len(rates):
+                more = (0, 1 + count)
+                rates, between = np.pad(rates, (more, (0, 0))), np.pad(between, (more, more))
             crossed, part = np.append(crossed, plane), np.append(part, 0.0)
+            rates[count] = known[plane]
+            between[: count + 1, count] = rates[: count + 1, plane]
+            between[count, :count] = known[plane][crossed[:-1]]
     return solution, False
 
 
-def _next(phi: FloatArray, beyond: npt.NDArray[np.bool_], ahead: FloatArray, last: int) -> tuple[int, float]:
-    """Return the next plane on the way, but the `last` one, and how far (in s) it is."""
+def _how_far(phi: FloatArray, beyond: npt.NDArray[np.bool_], ahead: FloatArray, last: int) -> FloatArray:
+    """Return how far (in s) the planes (p,) on the way are, but the `last` one: infinity where they are not."""
     nears = np.where(beyond, ahead < 0.0, ahead > 0.0)
     far = np.divide(-phi, ahead, out=np.full(len(phi), np.inf), where=nears)
     if last >= 0:
         far[last] = np.inf
-    plane = int(far.argmin())
-    return plane, max(float(far[plane]), 0.0)
+    return np.maximum(far, 0.0, out=far)
+
+
+def _next(far: FloatArray, plane: int, count: int) -> IntArray:
+    """Return a plane and those that are next on the way, `count` at most in all."""
+    order = np.argpartition(far, min(count, len(far) - 1))[:count]
+    others = order[np.isfinite(far[order]) & (order != plane)]
+    return np.append(plane, others[: count - 1])

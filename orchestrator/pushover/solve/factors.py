@@ -32,6 +32,8 @@ class _OfPetsc:
     _right: PETSc.Vec
     _solution: PETSc.Vec
     _solver: PETSc.KSP
+    at_once: int
+    """right-hand sides whose solutions take the least time each"""
 
     def _solve(self, right: FloatArray) -> FloatArray:
         """Return this rank's part of the solution for its part of the right-hand side. Raises ConvergenceError."""
@@ -53,6 +55,9 @@ class _OfPetsc:
 
 class Mumps(_OfPetsc):
     """LU with threshold pivoting of the rows of a pattern on each rank."""
+
+    at_once = 4
+    """15,000 unknowns: 3.5 ms a solution alone, 1.2 of four together, 0.9 of eight, 0.8 of sixteen and of more"""
 
     def __init__(self, pattern: Pattern, unknowns: int, comm: MPI.Comm) -> None:
         self._comm, self._pattern = comm, pattern
@@ -83,6 +88,22 @@ class Mumps(_OfPetsc):
         self._comm.Allgatherv(own, (solution, np.diff(self._matrix.getOwnershipRanges())))
         return _finite(solution)
 
+    def solve_each(self, rights: FloatArray) -> FloatArray:
+        """Return the solutions for right-hand sides, both (k, unknowns) on every rank. Raises ConvergenceError."""
+        own = np.asfortranarray(rights[:, slice(*self._right.getOwnershipRange())].T)
+        size = ((len(own), rights.shape[1]), (PETSc.DECIDE, len(rights)))
+        right, found = (PETSc.Mat().createDense(size, array=array, comm=self._comm) for array in (own, own.copy("F")))
+        try:
+            self._solver.getPC().getFactorMatrix().matSolve(right, found)
+        except PETSc.Error as error:
+            raise ConvergenceError("linear solver", f"no solution by the factors ({error})") from error
+        solutions = np.empty((rights.shape[1], len(rights)))
+        counts = len(rights) * np.diff(self._matrix.getOwnershipRanges())
+        self._comm.Allgatherv(np.ascontiguousarray(found.getDenseArray()), (solutions, counts))
+        right.destroy()
+        found.destroy()
+        return _finite(np.ascontiguousarray(solutions.T))
+
     @property
     def share(self) -> float:
         """Part of the last factorisation's operations that this rank did (RINFO(3) over RINFOG(3) of MUMPS)."""
@@ -94,6 +115,7 @@ class Unpivoted(_OfPetsc):
     """LU of all rows of a pattern without pivoting but within blocks of three, on one rank."""
 
     share = 1.0
+    at_once = 1
 
     def __init__(self, pattern: Pattern) -> None:
         unknowns = len(pattern.indptr) - 1
@@ -122,6 +144,10 @@ class Unpivoted(_OfPetsc):
         solution = np.empty(len(right))
         solution[self._order] = self._solve(self._padded)[:-2]
         return _finite(solution)
+
+    def solve_each(self, rights: FloatArray) -> FloatArray:
+        """Return the solutions for right-hand sides, both (k, unknowns). Raises ConvergenceError."""
+        return np.array([self.solve(right) for right in rights])
 
 
 def minimum_degree(pattern: Pattern) -> IntArray:

@@ -144,15 +144,21 @@ class LinearSystem:
         self.seconds += perf_counter() - began
         return solution
 
-    def solve_again(self, right: FloatArray) -> FloatArray:
-        """Return the solution (unknowns,) for `right` with the factors of the last one: to about 1 / PENALTY."""
+    @property
+    def at_once(self) -> int:
+        """Right-hand sides whose solutions by `solve_again` take the least time each."""
+        assert self._last is not None
+        return self._last[0].at_once
+
+    def solve_again(self, rights: FloatArray) -> FloatArray:
+        """Return solutions for right-hand sides, (k, unknowns), with the last factors: to about 1 / PENALTY."""
         assert self._last is not None
         began = perf_counter()
         factor, contact = self._last
-        condensed = factor.solve(condensed_right(self._model, contact, right))
+        condensed = factor.solve_each(condensed_right(self._model, contact, rights))
         passed = perf_counter() - began
         self.together, self.seconds = self.together + passed, self.seconds + passed
-        return expanded(self._model, contact, right, condensed)
+        return expanded(self._model, contact, rights, condensed)
 
     def _forget(self) -> None:
         """Free factors with pivoting, which are made for one solution."""

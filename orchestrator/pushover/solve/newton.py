@@ -45,8 +45,10 @@ def iterates(model: ContactModel, system: LinearSystem, problem: Target, first: 
             solution = system.solve(matrix, problem.time_step, _right_side(model, problem, current))
         except ConvergenceError as error:
             raise ConvergenceError(error.stage, error.where, current.number + 1) from error
-        kinks = Kinks.at(model, problem, current, _friction(model, problem, current))
-        change, leads_on = followed(model, system, kinks, solution)
+        if _at_every_kink(problem, current):
+            change = solution
+        else:
+            change, leads_on = followed(model, system, Kinks.at(model, problem, current), solution)
         n, multiplier = len(current.displacement), current.load_multiplier + float(change[-1]) / model.height
         force = current.normal_force + change[n:-1] * model.contact_stiffness
         following = evaluate(model, problem, current.displacement + change[:n], force, multiplier)
@@ -54,9 +56,18 @@ def iterates(model: ContactModel, system: LinearSystem, problem: Target, first: 
     yield current
 
 
+def _at_every_kink(problem: Target, current: Iterate) -> bool:
+    """Return whether an iterate is the first of a wall without any contact force yet, which takes the whole step.
+
+    All its contacts are where they close, open and slide. From there a path crossed 660 planes one by one in a wall of
+    512 stones, in 1.3 s, and 95 in the next iteration; from the end of the whole step it crosses 114.
+    """
+    return bool(problem.reference_force) and not current.number
+
+
 def _friction(model: ContactModel, problem: Target, current: Iterate) -> FrictionResponse:
     """Return the friction that the matrix at an iterate has."""
-    if not problem.reference_force or current.number:
+    if not _at_every_kink(problem, current):
         return current.response
     count = len(current.gap)
     return friction_response(

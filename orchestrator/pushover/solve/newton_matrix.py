@@ -103,19 +103,21 @@ def product(
 
 
 def condensed_right(model: ContactModel, contact: Coefficients, right: FloatArray) -> FloatArray:
-    """Return the right-hand side (n + 1,) of the factorised matrix for that of all unknowns."""
+    """Return right-hand sides (..., n + 1) of the factorised matrix for those of all unknowns, (..., unknowns)."""
     n = len(model.gravity)
     pull = np.ones((len(contact.active), 3))
     pull[:, 1:] = -contact.pressure_slope
-    pull *= (right[n:-1] / contact.compliance)[:, None]
-    return np.append(right[:n] + model.contact_columns @ pull.ravel(), right[-1])
+    pull = pull * (right[..., n:-1] / contact.compliance)[..., None]
+    forces = right[..., :n] + (model.contact_columns @ pull.reshape(*right.shape[:-1], -1).T).T
+    return np.concatenate([forces, right[..., -1:]], axis=-1)
 
 
 def expanded(model: ContactModel, contact: Coefficients, right: FloatArray, solution: FloatArray) -> FloatArray:
-    """Return all unknowns for the solution (n + 1,) of the factorised matrix."""
+    """Return all unknowns (..., unknowns) for the solutions (..., n + 1) of the factorised matrix."""
     n = len(model.gravity)
-    force = right[n:-1] / model.contact_stiffness - contact.gap_slope * (model.normal_rows @ solution[:n])
-    return np.concatenate([solution[:n], force / contact.compliance, solution[n:]])
+    opening = (model.normal_rows @ solution[..., :n].T).T
+    force = right[..., n:-1] / model.contact_stiffness - contact.gap_slope * opening
+    return np.concatenate([solution[..., :n], force / contact.compliance, solution[..., n:]], axis=-1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

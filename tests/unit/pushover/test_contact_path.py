@@ -22,7 +22,7 @@ def test_the_end_of_the_path_solves_the_piecewise_linear_problem(mean_displaceme
     x[-1] = 0.35 * model.height
     now, iterate = residual(model, problem, x)
     iterate = replace(iterate, number=1)
-    kinks = Kinks.at(model, problem, iterate, iterate.response)
+    kinks = Kinks.at(model, problem, iterate)
     contact = newton_coefficients(model, problem, iterate)
     with LinearSystem(model, MPI.COMM_SELF) as system:
         solution = system.solve(contact, problem.time_step, -now)
@@ -32,8 +32,7 @@ def test_the_end_of_the_path_solves_the_piecewise_linear_problem(mean_displaceme
     crossed = np.flatnonzero((phi > 0.0) != kinks.beyond)
     assert len(crossed) > 5
     left = now + product(model, Matrices.of(model), contact, problem.time_step, change)
-    for plane in crossed:
-        left += (1.0 if phi[plane] > 0.0 else -1.0) * kinks.weight[plane] * phi[plane] * kinks.load(plane)
+    left += kinks.load(crossed, (np.where(phi > 0.0, 1.0, -1.0) * kinks.weight * phi)[crossed])
     assert np.linalg.norm(left) < 1e-6 * np.linalg.norm(now)
     whole = now + product(model, Matrices.of(model), contact, problem.time_step, solution)
     assert np.linalg.norm(whole) < 1e-6 * np.linalg.norm(now), "and Newton's step that of the first piece only"
