@@ -13,7 +13,7 @@ ABSENT = $(if $(TRIXIE),calculix-ccx) $(if $(UBUNTU),chromium chromium-driver)
 PACKAGES = $(filter-out $(ABSENT),$(shell cat apt-packages.txt))
 SUDO = $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: setup benchmark1 benchmark2 outofplane table1 test quick lint verify bench reference docs clean
+.PHONY: setup benchmark1 benchmark2 outofplane table1 test long quick lint verify bench reference docs clean
 
 setup: .venv/.ready
 
@@ -50,8 +50,12 @@ benchmark2: setup
 WORKERS = 2
 PYTEST = $(PYTHON) -m pytest -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
 
+# All tests but those that take longest by themselves; `make long` has these. CI runs both.
 test: lint
-	$(PYTEST) tests
+	$(PYTEST) -m "not long" tests
+
+long: setup
+	$(PYTEST) -m long tests
 
 # The tests that tests/seconds.csv has as fast, of every room: less than a minute on two processors that are free.
 quick: setup
@@ -62,7 +66,7 @@ lint: setup
 	$(if $(TRIXIE)$(UBUNTU),,.venv/bin/mypy &&) .venv/bin/lint-imports
 
 # Heavier studies, some half an hour: the tables in docs/studies.
-verify: setup table1 benchmark2
+verify: setup long table1 benchmark2
 	HYPOTHESIS_CASES=2000 $(PYTHON) -m pytest -q tests/unit/app/test_bad_input_generated.py
 	$(PYTHON) docs/studies/killed.py
 	$(PYTHON) docs/studies/killed_benchmark1.py

@@ -4,6 +4,7 @@
     fe      its file uses the finite elements (orchestrator.pushover)
     slow    alone it takes more than SLOW CPU seconds, or seconds.csv does not know it
     fast    alone it takes no more than that: `make quick`
+    long    alone it takes more than LONG CPU seconds, and starts no ranks: `make long`, which `make test` leaves out
 
 `pytest --store-seconds`, in one process, writes what its tests took, with the processes they started, into seconds.csv:
 all cases of a test together, and what that would be without any other test (tests.support.seconds).
@@ -27,6 +28,8 @@ from tests.support.undrawn import undrawn
 TABLE = Path(__file__).parent / "seconds.csv"
 SLOW = 0.35
 """CPU seconds of all cases of a fast test together at the most; with 0.5 `make quick` would last a minute"""
+LONG = 10.0
+"""CPU seconds of a test that `make test` has at the most; ranks are in it whatever they take"""
 
 
 hypothesis.settings.register_profile("busy", deadline=None)  # 200 ms are soon over where other work runs beside
@@ -69,7 +72,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    for line in (__doc__ or "").splitlines()[2:6]:
+    for line in (__doc__ or "").splitlines()[2:7]:
         name, about = line.split(maxsplit=1)
         config.addinivalue_line("markers", f"{name}: {about}")
 
@@ -96,6 +99,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         seconds = known.get(test_of(item))
         item.add_marker("fast" if seconds and seconds.alone <= SLOW else "slow")
         names = _rooms_used(item)
+        if seconds and seconds.alone > LONG and "mpi" not in names:
+            item.add_marker("long")
         for name in names:
             item.add_marker(name)
         # ranks that wait for each other keep a processor busy: two such tests side by side take several times as long

@@ -1,4 +1,7 @@
-"""`make quick` leaves out what is slow alone: by itself, or by what it shares with others, whoever comes first."""
+"""`make quick` leaves out what is slow alone: by itself, or by what it shares with others, whoever comes first.
+
+`make test` leaves out what is long.
+"""
 
 from __future__ import annotations
 

@@ -40,8 +40,15 @@ def case(tmp_path):
     return tmp_path / "case.toml"
 
 
-@pytest.mark.parametrize("name", ["a[old]", "a[/b]", "[/]", ":smile:"])
-@pytest.mark.parametrize("command", ["check", "limit", "segment", "run --model macro"])
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        *(("check", name) for name in ("a[old]", "a[/b]", "[/]", ":smile:")),
+        ("limit", "[/]"),
+        ("segment", "a[old]"),
+        ("run --model macro", "a[/b]"),
+    ],
+)
 def test_a_folder_is_printed_as_it_is_called(case, capsys, command, name):
     output = case.with_name("out") / name
     with undrawn():
