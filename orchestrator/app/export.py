@@ -23,7 +23,7 @@ from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.wall import GRAVITY
 from orchestrator.pushover.contact.faces import find_touching
 from orchestrator.pushover.meshing import BodyMeshes, mesh_bodies, volumes, write_mesh
-from orchestrator.pushover.solids.elastic_constants import constants_of
+from orchestrator.pushover.solids.elastic_constants import constants_of, slip_tolerance_of
 from orchestrator.pushover.solids.nodal_loads import departures_from_mean
 from orchestrator.settings.case import Case, ModelName
 from orchestrator.storage import write_text
@@ -167,7 +167,7 @@ def _interaction(pair: ContactPair, bodies: Bodies, meshes: BodyMeshes, case: Ca
     the mean pressure on the wall's bed at `contact.slip_tolerance`. The normal one is tabular because LINEAR pulls with
     up to a tension that must not be zero: CalculiX 2.20 puts the elastic modulus over 70000 for it, 50 kPa of stone.
     """
-    slip = case.contact.slip_tolerance
+    slip = slip_tolerance_of(bodies, case.elastic, case.contact)
     if dialect == "abaqus":
         hard = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD"
         return [hard, f"*FRICTION, ELASTIC SLIP={slip:.6g}", f"{pair.friction:.12g},"]

@@ -25,6 +25,7 @@ from orchestrator.present.tie_states import shown_ties
 from orchestrator.present.weights import load_words, weight_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
+from orchestrator.pushover.solids.elastic_constants import slip_tolerance_of
 from orchestrator.settings.case import Case, as_record, as_toml, refuse_verification
 from orchestrator.settings.inventory import class_words, load_sums
 from orchestrator.settings.project import Language
@@ -210,7 +211,7 @@ def write_verification(
         refused = (
             _refused(entries[name], capacity, curve.stopped_because) or why_not(entries[name], limit, stones) or ""
         )
-        tolerance = case.contact.slip_tolerance
+        tolerance = slip_tolerance_of(bodies, case.elastic, case.contact)
         seen = (bodies, meshes, contacts.interface, tolerance, curve.static, store.read, refused)
         models.append(StoredPushover(name, *seen))
     with naming(case.file):

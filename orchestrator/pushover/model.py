@@ -21,7 +21,7 @@ from orchestrator.pushover.front import FrontNodes, front_nodes
 from orchestrator.pushover.joints_in_front import joints_in_front
 from orchestrator.pushover.meshing import BodyMeshes, triangle_areas
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings
-from orchestrator.pushover.solids.elastic_constants import ElasticConstants, constants_of
+from orchestrator.pushover.solids.elastic_constants import ElasticConstants, constants_of, slip_tolerance_of
 from orchestrator.pushover.solids.elasticity import assemble, gravity_and_lateral_loads
 from orchestrator.pushover.solids.nodal_loads import NodalLoads, own_weight
 from orchestrator.pushover.solids.tie_bars import TieBars
@@ -178,7 +178,7 @@ def build_model(
         top_row=front.of_front(_padded(top_weights(meshes, forward), len(dead))),
         support_side=support_side(contacts, bodies.moving),
         contact_stiffness=elastic.elastic_modulus * bodies.thickness / 10,
-        slip_tolerance=contact.slip_tolerance,
+        slip_tolerance=slip_tolerance_of(bodies, elastic, contact),
         rigid=np.zeros_like(gravity),
         gap_offset=np.zeros(len(contacts)),
         overlap=np.zeros(len(contacts)),

@@ -44,9 +44,6 @@ Stiffness = tuple[bool, float]
 """Whether k_n falls with the distance d between centroids (else it only grows with the length), and k_t over k_n."""
 STIFFNESSES: tuple[Stiffness, Stiffness] = ((True, 0.4), (False, 1.0))
 """Stones as soft as their joints (0.4: an elastic solid with a Poisson ratio of 0.25), and joints between hard ones."""
-LEAST_DISTANCE = 0.1
-"""Least d, in block lengths or, where that is less, in lengths of the joint: it may pass through the centroid of an odd
-stone."""
 LEAST_STIFFNESS = 1e-8
 """Part of its stiffness that an open point has in the matrix: a block that hangs free for a moment is held."""
 AREAS = np.array([1.0, 4.0, 1.0]) / 6.0
@@ -155,14 +152,13 @@ def elastic_wall(
         moment = np.column_stack([np.bincount(body_of_block, weights * x) for x in centroids.T])
         centroids = (moment / np.bincount(body_of_block, weights)[:, None])[body_of_block]
     free, modulus = np.array([not block.fixed for block in wall.blocks]), block_moduli(wall, elastic_modulus)
-    least = LEAST_DISTANCE * np.minimum(equilibrium.block_length, joints.length) / elastic_modulus
     bodies = np.arange(len(wall.blocks)) if body_of_block is None else body_of_block
     lengths = stone_lengths(wall, joints, bodies, centroids)
     compliance = sum(
         free[block] * length / modulus[block] for block, length in zip((joints.i, joints.j), lengths, strict=True)
     )
     by_distance, tangential = stiffness
-    physical = joints.area / (np.maximum(compliance, least) + 1.0 / joints.normal_stiffness)
+    physical = joints.area / (compliance + 1.0 / joints.normal_stiffness)
     normal = physical if by_distance else joints.area
     normal = np.kron(2.0 * normal / normal.mean(), AREAS)
     problem = of_points(scaled_problem(equilibrium, coulomb))

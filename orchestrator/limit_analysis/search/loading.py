@@ -15,6 +15,7 @@ come to lie in memory), and a run must repeat itself.
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -70,7 +71,8 @@ class Loaded:
     nothing. left (n,): the blocks that are still there, `part` their problem and `optimum` its associative one. spread:
     lowest and highest multiplier with joints of different stiffness, or in small and large displacements. pushed: the
     curve of what is left in large displacements, where the wall was pushed. displaced_rests: whether it came to rest
-    there under some live load, if it was. factorisations: of all loading so far.
+    there under some live load, if it was. on_its_springs: what it bears, at rest or moving, in small displacements
+    with the stiffness of joints that it is pushed with, nan where no limit state was closed. factorisations: so far.
     """
 
     state: LimitState | None
@@ -82,6 +84,7 @@ class Loaded:
     spread: tuple[float, float] | None = None
     pushed: RigidPushover | None = None
     displaced_rests: bool = True
+    on_its_springs: float = math.nan
     factorisations: int = 0
 
     @property
@@ -163,7 +166,13 @@ def in_small_displacements(
     answer = lower_of(known) if len(known) == len(STIFFNESSES) else next(iter(known), found[0] or found[1])
     if answer is None:
         return None
-    return replace(answer, factorisations=sum(one.factorisations for one in found if one is not None))
+    first = found[0]
+    same = first is not None and first.closed and np.array_equal(first.left, answer.left)
+    return replace(
+        answer,
+        on_its_springs=max(first.multiplier, first.path.last_rest) if first is not None and same else math.nan,
+        factorisations=sum(one.factorisations for one in found if one is not None),
+    )
 
 
 def is_pushed(found: Loaded, most_blocks: int) -> bool:
@@ -218,11 +227,12 @@ def is_another(found: Loaded, pushed: RigidPushover) -> bool:
 
     So it is, however near and passed or not, where no limit state was closed: what is known then is up to
     which load the wall stands, and in large displacements it is known truly. Below a limit state it must have passed.
+    Above, it must lie off what the same springs bear in small displacements, too: else these differ, not the geometry.
     """
     if not found.closed:
         return pushed.peak != found.multiplier
     below = pushed.is_past and pushed.peak < (1.0 - GEOMETRY) * found.multiplier
-    return below or pushed.peak > (1.0 + GEOMETRY) * found.multiplier
+    return below or pushed.peak > (1.0 + GEOMETRY) * float(np.fmax(found.multiplier, found.on_its_springs))
 
 
 def road(stiffness: Stiffness) -> Road:

@@ -6,10 +6,11 @@ at 45 degrees until the strip is as wide, and goes on in that width: less again 
 
     d_e / SPREAD = L [ln(1 + 2 z / L) / 2 + (d - z) / W],    z = min(d, (W - L) / 2)
 
-in the place of d / SPREAD. W is L times the width of the stone over its bedded width on that side, d the distance of
-the stone's centroid along the normal of the joint. Own estimate; 45 degrees are those of masonry under concentrated
-loads. Two pinnings of 1/200 of the length of the stone on them bear 0.682 so, 0.561 as prisms, 0.699 in finite elements
-of every stone, 0.7 if nothing gives way.
+in the place of d / SPREAD. W is L times the width of the stone over its bedded width on that side; d is the distance of
+the stone's centroid along the normal of the joint, or half of the stone's mean height there (area over width), if that
+is more: the ledge of a keyed stone may be level with its centroid. Own estimate; 45 degrees are those of masonry under
+concentrated loads. Two pinnings of 1/200 of the length of the stone on them bear 0.682 so, 0.561 as prisms, 0.699 in
+finite elements of every stone, 0.7 if nothing gives way.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from orchestrator.basis.arrays import FloatArray, IntArray
-from orchestrator.masonry.block_properties import outlines_of
+from orchestrator.masonry.block_properties import block_areas, outlines_of
 from orchestrator.masonry.interfaces import Interfaces
 from orchestrator.masonry.wall import Wall
 
@@ -37,7 +38,9 @@ def stone_lengths(wall: Wall, joints: Interfaces, body: IntArray, centroids: Flo
     normal, length = np.vstack([joints.normal, -joints.normal]), np.tile(joints.length, 2)
     centre = np.vstack([centroids[joints.i], centroids[joints.j]])
     distance = np.abs(((centre - np.tile(joints.centroid, (2, 1))) * normal).sum(axis=1))
-    part = length * np.maximum(_widths(wall, body, sides, normal) / _bedded(sides, normal, length), 1.0)
+    width = _widths(wall, body, sides, normal)
+    distance = np.maximum(distance, 0.5 * np.bincount(body, block_areas(wall))[sides] / width)
+    part = length * np.maximum(width / _bedded(sides, normal, length), 1.0)
     spread = np.minimum(distance, 0.5 * (part - length))
     found = SPREAD * length * (0.5 * np.log1p(2.0 * spread / length) + (distance - spread) / part)
     return np.minimum(distance, found).reshape(2, -1)

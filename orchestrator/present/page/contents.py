@@ -28,6 +28,7 @@ from orchestrator.present.tie_states import ShownTies, shown_ties
 from orchestrator.present.weights import carried_words, multiplier_words
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path import curve_checks
+from orchestrator.pushover.solids.elastic_constants import slip_tolerance_of
 from orchestrator.storage.stored_run import StoredModel, StoredRun
 
 ROOM = 3_000_000
@@ -205,7 +206,7 @@ def _bodies(run: StoredRun) -> list[dict[str, Any]]:
 
 
 def _model(run: StoredRun, model: StoredModel) -> dict[str, Any]:
-    limit = DAMAGE_LIMIT * run.case.contact.slip_tolerance
+    limit = DAMAGE_LIMIT * slip_tolerance_of(model.bodies, run.case.elastic, run.case.contact)
     sequence = damage_sequence(model.store.these(model.curve.step.tolist()), model.contacts, limit)
     rows = [_damage(run, model, damage) for damage in sequence]
     return {

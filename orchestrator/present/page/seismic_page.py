@@ -6,7 +6,10 @@ from functools import partial
 from typing import Any
 
 from orchestrator.assessment.seismic.verification_record import in_its_unit, notes, numbers, verdict
+from orchestrator.macroblocks.bodies import make_bodies
+from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.present.phrases import in_language, phrases
+from orchestrator.pushover.solids.elastic_constants import slip_tolerance_of
 from orchestrator.storage.stored_run import StoredRun
 
 LABELS = {"macro": "Macroblock FE", "micro": "Micro-FE"}
@@ -24,6 +27,7 @@ def seismic_contents(run: StoredRun, live_load: str) -> dict[str, Any] | None:
     rows = [row for row in record["checks"] if "refused" not in row]
     failed, refused = sum(row["safety_ratio"] < 1.0 for row in rows), len(record["checks"]) - len(rows)
     listed, say = notes(record), phrases(run.case.project.language)
+    stones = make_bodies(run.assemblage, one_body_per_block(run.assemblage))
     local = partial(in_language, language=run.case.project.language)
     return {
         "record": record,
@@ -34,7 +38,7 @@ def seismic_contents(run: StoredRun, live_load: str) -> dict[str, Any] | None:
         "inputs": [
             (name, local(said) if "FC" in name else said) for name, said in _inputs(run, record, say(live_load))
         ],
-        "slip_tolerance": run.case.contact.slip_tolerance,
+        "slip_tolerance": slip_tolerance_of(stones, run.case.elastic, run.case.contact),
         "notes": listed,
         "numbers": partial(numbers, of=listed),
         "in_unit": lambda value, unit: local(in_its_unit(value, unit)),
