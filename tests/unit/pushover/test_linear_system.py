@@ -139,17 +139,21 @@ from mpi4py import MPI
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from tests.unit.pushover.test_linear_system import state
 model, problem, _, _, contact = state(1e-4)
-right = np.random.default_rng(6).normal(size=model.unknowns)
-solutions = []
+right, other = np.random.default_rng(6).normal(size=(2, model.unknowns))
+solutions, off = [], []
 for comm in (MPI.COMM_SELF, MPI.COMM_WORLD):
     with LinearSystem(model, comm) as system:
+        expected = system.solve(contact, problem.time_step, other)
         solutions.append(system.solve(contact, problem.time_step, right))
+        again = system.solve_again(np.array([right, other]))
+        wholes = solutions[-1], expected
+        off += [np.linalg.norm(one - whole) / np.linalg.norm(whole) for one, whole in zip(again, wholes)]
         share = system.share
 difference = np.linalg.norm(solutions[1] - solutions[0]) / np.linalg.norm(solutions[0])
 everywhere = MPI.COMM_WORLD.gather((model.bodies, difference, solutions[1].tobytes(), share))
 if everywhere:
     print(everywhere[0][0], max(each[1] for each in everywhere), len({each[2] for each in everywhere}))
-    print(sum(each[3] for each in everywhere))
+    print(sum(each[3] for each in everywhere), max(off))
 """
 
 
@@ -157,11 +161,12 @@ def test_two_bodies_on_three_ranks_have_the_solution_of_one():
     """Either body is larger than a rank's share; the right-hand side moves the blocks by metres: 1e-8 is rounding."""
     done = on_ranks(3, "-c", TWO_BODIES)
     assert done.returncode == 0, done.stderr
-    bodies, difference, different, shares = done.stdout.split()
+    bodies, difference, different, shares, off = done.stdout.split()
     assert int(bodies) == 2
     assert float(difference) < 1e-8
     assert int(different) == 1, "every rank must have the same bits"
     assert float(shares) == pytest.approx(1.0), "of the operations of the factorisation"
+    assert float(off) < 1e-4, "solutions together, by either kind of factors, are those of each alone"
 
 
 def test_a_block_that_slides_freely_is_held_by_the_prescribed_displacement():
