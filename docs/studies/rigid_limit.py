@@ -42,6 +42,7 @@ from orchestrator.masonry.patterns import (
     running_bond,
 )
 from orchestrator.masonry.wall import Block, Wall
+from orchestrator.pushover.solids.elastic_constants import slip_tolerance_of
 from orchestrator.storage import write_csv, write_text
 
 FOLDER = Path(__file__).parent
@@ -104,10 +105,12 @@ def pushed(wall: Wall, by: dict[str, float], expected: float) -> dict[str, Any]:
     assemblage = find_joints(wall, JointSettings())
     height = max(block.polygon[:, 1].max() for block in wall.blocks)
     stepping = scaled(SteppingSettings(final_displacement=float(height) / 30), by)
+    bodies = make_bodies(assemblage, one_body_per_block(assemblage))
+    slip = slip_tolerance_of(bodies, ElasticSettings(), ContactSettings())
     increments = pushover_increments(
-        make_bodies(assemblage, one_body_per_block(assemblage)),
+        bodies,
         elastic=scaled(ElasticSettings(), by),
-        contact=scaled(ContactSettings(), by),
+        contact=scaled(ContactSettings(slip), by),
         stepping=stepping,
         expected_multiplier=expected,
     )

@@ -35,7 +35,7 @@ BLOCK_HEIGHT = 0.175
 DEFAULT = {
     "mesh": MeshSettings(size=0.2),
     "elastic": ElasticSettings(),
-    "contact": ContactSettings(),
+    "contact": ContactSettings(slip_tolerance=1e-6),
     "stepping": SteppingSettings(final_displacement=0.01),
 }
 QUADRATIC = {"elastic.element_order": 2}

@@ -1,6 +1,6 @@
 """A wall at another size has the same joints, multipliers and curve: there is no absolute length in the mechanics.
 
-Lengths, modulus, slip tolerance and joint sizes are scaled by s. Gravity stays, so stresses scale as lengths do, and
+Lengths, modulus and sizes of elements are scaled by s. Gravity stays, so stresses scale as lengths do, and
 strains, rotations and multipliers are the same: strengths of joints scale as stresses do, their stiffness (N/m3) stays.
 """
 
@@ -74,10 +74,9 @@ def curve(wall, scale, mortar=None):
     meshes = replace(meshes, nodes=scale * meshes.nodes)  # gmsh rounds
     elastic, stepping = ElasticSettings(), SteppingSettings()
     elastic = replace(elastic, elastic_modulus=scale * elastic.elastic_modulus)
-    contact = ContactSettings(slip_tolerance=scale * ContactSettings().slip_tolerance)
     newton = replace(NewtonSettings(), gap=scale * NewtonSettings().gap)
     stepping = replace(stepping, final_displacement=4e-3 * scale)
-    model = build_model(bodies, meshes, elastic, contact, True)
+    model = build_model(bodies, meshes, elastic, ContactSettings(), True)
     with LinearSystem(model, MPI.COMM_SELF) as system:
         path = list(Pushover(model, system, newton, stepping).increments())
     return np.array([(i.load_multiplier, i.control_displacement / scale) for i in path])
@@ -91,7 +90,7 @@ def test_a_scaled_wall_has_the_same_curve(name, scale):
 
 
 def test_a_tenth_of_wall_4_has_the_same_peak_with_every_setting_left_at_its_default():
-    """Mesh size, slip tolerance, tolerances of Newton's method and of joints stay: they do not matter at a tenth."""
+    """Mesh size, tolerances of Newton's method and of joints stay: they do not matter at a tenth."""
     peaks = []
     for scale in (1.0, 0.1):
         wall = read_blocks(DATA / "ferris_tinloi_wall4.json")
