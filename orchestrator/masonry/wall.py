@@ -22,6 +22,8 @@ LARGEST_COORDINATE = 1e7
 """largest coordinate, m: a double is exact to 2e-9 m there (UTM reaches it), ten times as far no longer to 1e-8"""
 
 
+LARGEST_COUNT = 100_000
+"""blocks of one drawing, or of one pattern"""
 LARGEST_TOLERANCE = 0.05
 """m: the largest gap or overlap that may be taken for an error of a drawing"""
 ROUNDING = 2.5e-5
