@@ -48,7 +48,7 @@ def penetrations(shapes: npt.NDArray[np.object_], free: npt.NDArray[np.bool_], f
     order = np.argsort(inside, kind="stable")
     depth[of[order]], deepest[of[order]] = inside[order], order  # the last of each pair is the deepest
     found = depth > 0.0
-    return Penetrations(pair[found], depth[found], points[deepest[found]])
+    return Penetrations(pair[found], depth[found], points[deepest[found]] + 0.0)  # no -0
 
 
 def _outline_points(common: npt.NDArray[np.object_]) -> tuple[FloatArray, IntArray]:

@@ -12,7 +12,7 @@ from math import cos, radians, sin, tan
 import numpy as np
 import pytest
 
-from orchestrator import JointSettings, analyse, find_joints, one_body_per_block, push
+from orchestrator import JointSettings, LimitAnalysisSettings, analyse, find_joints, one_body_per_block, push
 from orchestrator.app import cli, driver
 from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.basis.errors import CaseError
@@ -97,6 +97,14 @@ def test_a_tie_that_does_not_yield_is_as_good_as_any_stronger_one():
         tie = Tie(blocks=(6, 11), start=(-0.8, 1.104), end=(0.8, 1.104), strength=float(strength))
         found.append(associative_optimum(problem_of(with_ties(assemblage, [tie]))).load_multiplier)
     assert found == pytest.approx([found[0]] * len(found), rel=1e-8)
+
+
+def test_a_state_of_a_wall_that_is_not_loaded_is_none_beside_its_last_rest():
+    """Walls with ties have no path of loading; here the paper's sequence is left out too."""
+    tie = Tie(blocks=(1,), start=(0.0, H / 2), end=(-3.0, H / 2), strength=0.05 * W)
+    found = analyse(with_ties(block(0.1), [tie]), LimitAnalysisSettings(sequence_blocks=0))
+    assert found.headline.name == "collapse state found without loading"
+    assert found.headline.load_multiplier == pytest.approx(0.15, rel=1e-6)
 
 
 @pytest.mark.parametrize(

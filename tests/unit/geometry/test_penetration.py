@@ -84,6 +84,11 @@ def test_rounding_is_no_depth(away):
         assert deepest(*turned)[0] < max(1e-11, 16.0 * np.spacing(away))
 
 
+def test_a_place_on_an_axis_has_no_sign():
+    place = deepest(box(-2.0, -1.0, 4.0, 1.02), [(0.2, -1e-18), (0.5, 0.3), (-0.1, 0.3)])[2]
+    assert "{:g}, {:g}".format(*place) == "0.2, 0"
+
+
 def test_two_supports_may_overlap():
     assert deepest(FLOOR, box(0.0, -0.5, 1.0, 1.0), free=[False, False])[0] == 0.0
     assert deepest(FLOOR, box(0.0, -0.5, 1.0, 1.0), free=[False, True])[0] == pytest.approx(0.5)
