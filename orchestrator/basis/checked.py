@@ -87,7 +87,12 @@ def _without_arrays(value: Any) -> Any:
 def complaint(error: ValidationError, kind: Any, section: str) -> CaseError:
     """Return the first complaint as key, problem, remedy: a misspelt key before the one that it leaves missing."""
     first = min(error.errors(), key=lambda one: one["type"] == "missing")
-    place, value = first["loc"], first["input"]
+    place = first["loc"]
+    if place and place[-1] == "str":  # one of several types was asked for: the one that fits farthest is meant
+        alternatives = [one for one in error.errors() if one["loc"][: len(place) - 1] == place[:-1]]
+        first = max(alternatives, key=lambda one: len(one["loc"]))
+        place = tuple(part for part in first["loc"] if part != "str" and "[" not in str(part))
+    value = first["input"]
     shown = f"{float(f'{value:.12g}') if isinstance(value, float) else value!r:.60}"
     key = ".".join(filter(None, (section, *map(str, place))))
     if first["type"] == "unexpected_keyword_argument":

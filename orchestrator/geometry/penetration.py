@@ -16,6 +16,12 @@ import shapely
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 
+GRID = 1e-12
+"""Over the size of the smallest shape (the root of its area): what coordinates are rounded to. Without a grid, edges
+that coincide to the last digits now and then have all of a thin polygon as their overlap (their order decides)."""
+LAST_DIGITS = 16.0
+"""Of the farthest coordinate, to which coordinates are rounded at least: they are larger far from the origin."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Penetrations:
@@ -26,12 +32,12 @@ class Penetrations:
     place: FloatArray
 
 
-def penetrations(shapes: npt.NDArray[np.object_], free: npt.NDArray[np.bool_], grid: float) -> Penetrations:
+def penetrations(shapes: npt.NDArray[np.object_], free: npt.NDArray[np.bool_], farthest: float) -> Penetrations:
     """Return the overlaps of polygons (n,) of which at least one is `free` (n,).
 
-    grid: what coordinates of what two polygons share are rounded to, m. Without one, edges that coincide to the last
-    digits now and then have all of a thin polygon as their overlap (the polygons' order decides).
+    farthest: largest coordinate that they were drawn with, m, before they were moved to where they are compared.
     """
+    grid = max(GRID * float(np.sqrt(shapely.area(shapes).min())), LAST_DIGITS * float(np.spacing(farthest)))
     pair = shapely.STRtree(shapes).query(shapes, predicate="intersects").T
     pair = pair[(pair[:, 0] < pair[:, 1]) & free[pair].any(axis=1)]
     common = shapely.intersection(*shapes[pair].T, grid_size=grid)
@@ -42,7 +48,7 @@ def penetrations(shapes: npt.NDArray[np.object_], free: npt.NDArray[np.bool_], g
     order = np.argsort(inside, kind="stable")
     depth[of[order]], deepest[of[order]] = inside[order], order  # the last of each pair is the deepest
     found = depth > 0.0
-    return Penetrations(pair[found], depth[found], points[deepest[found]])
+    return Penetrations(pair[found], depth[found], points[deepest[found]] + 0.0)  # no -0
 
 
 def _outline_points(common: npt.NDArray[np.object_]) -> tuple[FloatArray, IntArray]:

@@ -297,4 +297,6 @@ def others(
         lowest = lowest and met.of_whole(lowest, problem.assemblage)
         passed = passed and met.of_whole(replace(passed, flow_rule="path"), problem.assemblage)
         closes = closes and met.of_whole(closes, problem.assemblage)
+    elif lowest is not None and lowest.flow_rule == "descent":
+        lowest = replace(lowest, flow_rule="unloaded")
     return Others(lowest, highest, passed, closes)

@@ -28,8 +28,6 @@ AMPLITUDE = 1e-3
 SECOND_ORDER = 10.0
 """Times a^2 / h from which an overlap is more than of second order: at this amplitude a hundredth of the largest
 displacement. A block that turns by 2 a / h while it slides by 2 a has 4 of them."""
-GRID = 1e-12
-"""Over the size of the smallest block: rounding of coordinates."""
 
 
 def blocks_in_each_other(assemblage: Assemblage, state: LimitState, without: Collection[int] = ()) -> tuple[str, ...]:
@@ -45,7 +43,7 @@ def blocks_in_each_other(assemblage: Assemblage, state: LimitState, without: Col
     amplitude = AMPLITUDE * float(size.min())
     velocities = state.mechanism.velocities / state.mechanism.largest_displacement
     moved = shapes(_displaced(wall, amplitude * velocities))
-    found = penetrations(moved[stay], free[stay], GRID * float(size.min()))
+    found = penetrations(moved[stay], free[stay], float(np.abs(shapely.total_bounds(moved)).max()))
     pair = np.flatnonzero(stay)[found.pair]
     beyond = found.depth > SECOND_ORDER * amplitude**2 / size[pair].min(axis=1)
     known = _closing(assemblage, state)

@@ -24,7 +24,7 @@ TOLD = 5
 
 NO_PATH = (
     "joints that crush, or whose tensile strength exceeds cohesion over friction, and ties, have no path of loading: "
-    "the headline is the paper's sequence"
+    "the headline was found without loading"
 )
 """What is said of walls that are not loaded."""
 CLOSED_BY = {

@@ -27,7 +27,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from orchestrator.basis.errors import ConvergenceError
+from orchestrator.basis.errors import ConvergenceError, require_kinds
 from orchestrator.basis.printed import as_lambda
 from orchestrator.limit_analysis import LimitAnalysis, LimitState, Mechanism
 from orchestrator.limit_analysis.paper.limit_state import of_first_joints, refuse_other_analysis
@@ -82,8 +82,10 @@ def macroblocks_of(
     not the default; else, without criteria too, those that are `chosen` under the loads of the analysis.
 
     tied: with ties after the joints of `assemblage`, where the analysis has them: they hold bodies, and join none.
-    Raises CaseError for an analysis of another wall.
+    Raises CaseError for an analysis of another wall and for arguments of another kind.
     """
+    kinds = {"assemblage": (assemblage, Assemblage), "analysis": (analysis, LimitAnalysis)}
+    require_kinds("write macroblocks_of(assemblage, analysis)", **kinds)
     refuse_other_analysis(tied or assemblage, analysis)
     criteria = criteria or MacroblockSettings()
     by_tolerances = any(getattr(criteria, name) != getattr(MacroblockSettings(), name) for name in TOLERANCES)

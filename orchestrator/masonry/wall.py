@@ -22,6 +22,8 @@ LARGEST_COORDINATE = 1e7
 """largest coordinate, m: a double is exact to 2e-9 m there (UTM reaches it), ten times as far no longer to 1e-8"""
 
 
+LARGEST_COUNT = 100_000
+"""blocks of one drawing, or of one pattern"""
 LARGEST_TOLERANCE = 0.05
 """m: the largest gap or overlap that may be taken for an error of a drawing"""
 ROUNDING = 2.5e-5
@@ -114,9 +116,10 @@ def check_blocks(wall: Wall, tolerance: float | None) -> None:
         _check_place(block)
     outlines = shapes(wall)
     tolerance = rounding_of(wall) if tolerance is None else tolerance
-    simple, area, length = (of(outlines).tolist() for of in (shapely.is_valid, shapely.area, shapely.length))
-    for block, of_block in zip(wall.blocks, zip(simple, area, length, strict=True), strict=True):
-        _check_block(block, *of_block, tolerance)
+    simple, length = shapely.is_valid(outlines), shapely.length(outlines)
+    area = shapely.area(np.where(simple, outlines, shapely.convex_hull(outlines)))
+    for block, *of_block in zip(wall.blocks, simple.tolist(), area.tolist(), length.tolist(), strict=True):
+        _check_block(block, tolerance, *of_block)
     for block, forward in zip(wall.blocks, shapely.is_ccw(shapely.get_exterior_ring(outlines)), strict=True):
         if not forward:
             raise CaseError(f"block {block.id}", "its polygon runs clockwise", "list its corners the other way round")
@@ -153,14 +156,15 @@ def _check_place(block: Block) -> None:
         raise CaseError(key, problem, "subtract a common offset from all coordinates")
 
 
-def _check_block(block: Block, simple: bool, area: float, length: float, tolerance: float) -> None:
-    """Raise CaseError for a block whose outline has this area (m2) and length (m); simple: it does not cross itself."""
+def _check_block(block: Block, tolerance: float, simple: bool, area: float, length: float) -> None:
+    """Raise CaseError for a block whose outline has this area (m2; of its convex hull if it is not `simple`, as it
+    crosses itself) and length (m)."""
     key = f"block {block.id}"
+    if area <= 1e-12 * length**2:
+        raise CaseError(key, "its polygon has no area", "give at least three corners that are not on one line")
     if not simple:
         remedy = f"list the corners once, in order round the block{_clicked_twice(block.polygon)}"
         raise CaseError(key, "its polygon crosses or touches itself", remedy)
-    if area <= 1e-12 * length**2:
-        raise CaseError(key, "its polygon has no area", "give at least three corners that are not on one line")
     if area <= tolerance * length:
         problem = f"its polygon is thinner than {2 * tolerance:.3g} m, twice the tolerance of the joints"
         raise CaseError(key, problem, "correct it, or lower joints.tolerance")

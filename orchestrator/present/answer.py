@@ -196,7 +196,8 @@ def _friction_leaves_open(pushed: PushoverSummary, limit: LimitSummary) -> str:
     among = (1.0 - FAR_BEYOND) * low <= pushed.peak_multiplier <= (1.0 + FAR_BEYOND) * high
     if not among or abs(pushed.peak_multiplier - limit.multiplier) <= FAR_BEYOND * limit.multiplier:
         return ""
-    return f"; friction leaves open which state is met, from λ = {_limit(low)} to {_limit(high)} were found"
+    leaves = "friction or displacements leave" if limit.kind == "peak in large displacements" else "friction leaves"
+    return f"; {leaves} open which state is met, from λ = {_limit(low)} to {_limit(high)} were found"
 
 
 def _in_both(small: float, large: float, peak: float) -> str:

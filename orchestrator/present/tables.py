@@ -62,13 +62,15 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
 
 def _limit_row(state: LimitState, analysis: LimitAnalysis) -> list[str]:
     seconds = sum(record.seconds for record in state.records)
-    residuals = (state.equilibrium_residual, state.yield_residual, state.power_residual)
+    residuals = [f"{one:.0e}" for one in (state.equilibrium_residual, state.yield_residual, state.power_residual)]
+    if state.flow_rule == "large_displacements":  # it balances where the stones have moved to, not as drawn
+        residuals = [""] * len(residuals)
     upright = analysis.upright_load
     load = printed("force", state.base_shear if upright is None else state.load_multiplier * abs(upright))
     angle = analysis.tilt_angle(state)
     tilt = "" if angle is None else f"{math.degrees(angle):.2f}"
     multiplier = marked("limit multiplier", state.load_multiplier, state.converged)
-    effort = [str(len(state.records)), f"{seconds:.2f}", *(f"{residual:.0e}" for residual in residuals)]
+    effort = [str(len(state.records)), f"{seconds:.2f}", *residuals]
     return [multiplier, load, tilt, *effort]
 
 

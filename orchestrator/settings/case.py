@@ -36,6 +36,7 @@ from orchestrator.masonry.sources import DRAWINGS, PICTURES, ROWS, VECTORS
 from orchestrator.masonry.sources.block_files import (
     read_blocks,
     refuse_what_is_no_file,
+    refuse_what_is_no_name,
     refuse_what_is_not_utf8,
     unreadable,
 )
@@ -128,6 +129,7 @@ def read(path: str | PathLike[str], overrides: Sequence[str] = ()) -> Case:
     try:
         refuse_what_is_not_utf8(str(path), "")
         case = _case(record_in(path, overrides))
+        refuse_what_is_no_name(case.name, "name")
     except CaseError as error:
         raise error.in_file(str(path)) from None
     return replace(case, file=path, name=case.name or path.stem)
@@ -273,6 +275,9 @@ def _override(record: dict[str, Any], override: str) -> None:
 
 def _case(record: dict[str, Any]) -> Case:
     """Return the case that a record of a case file describes. Raises CaseError (key only)."""
+    if record.get("seismic") == {}:
+        problem = "is empty: without a ground acceleration nothing is verified"
+        raise CaseError("seismic", problem, 'give peak_ground_acceleration = "0.15 g", or leave the section out')
     stated = settings_from(CaseFile, record)
     case = Case(**{one.name: getattr(stated, one.name) for one in fields(CaseFile)})
     macroblocks = record.get("macroblocks", {})

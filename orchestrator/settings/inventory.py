@@ -16,7 +16,7 @@ from orchestrator.assessment.seismic.control import candidates, named_point
 from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.loads import LoadSettings, loads_on
-from orchestrator.loads.block_loads import upright_resultant
+from orchestrator.loads.block_loads import LiveLoad, upright_resultant
 from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads
 from orchestrator.masonry.block_properties import block_areas, block_weights
 from orchestrator.masonry.interfaces import Interfaces
@@ -30,7 +30,8 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class ExtraLoad:
-    """One extra dead load: what it is, on how many blocks, resultant in N, and whether the live load acts on it too."""
+    """One extra dead load, or one live load on named blocks: what it is, on how many blocks, resultant in N (of a live
+    load along its direction), and whether the live load acts on it too."""
 
     name: str
     blocks: int
@@ -41,7 +42,8 @@ class ExtraLoad:
 @dataclass(frozen=True, slots=True)
 class LoadSums:
     """Loads of one load case in N. weight: of the blocks; vertical_load: with the extra loads; horizontal_load: at a
-    load multiplier of 1; upright_load: the live load then, upwards, where none of it is horizontal."""
+    load multiplier of 1; upright_load: the live load then, upwards, where none of it is horizontal;
+    live: what it is made of, where it is given on named blocks."""
 
     direction: str
     distribution: str
@@ -50,6 +52,7 @@ class LoadSums:
     vertical_load: float
     horizontal_load: float
     upright_load: float | None = None
+    live: tuple[ExtraLoad, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,16 +99,26 @@ def load_sums(wall: Wall, load: LoadSettings) -> LoadSums:
         vertical_load=-float(loads.dead[free, 1].sum()),
         horizontal_load=abs(float(loads.live[free, 0].sum())),
         upright_load=upright_resultant(loads.live),
+        live=tuple(_live(one) for one in load.live),
     )
+
+
+def _live(load: LiveLoad) -> ExtraLoad:
+    blocks = len(load.blocks)
+    name = f"{load.force / 1e3:.4g} kN{' each' * (blocks > 1)} on {_numbers(load.blocks)}"
+    return ExtraLoad(name, blocks, blocks * load.force, False)
+
+
+def _numbers(blocks: tuple[int, ...]) -> str:
+    """Return "block 7", or "blocks 1, 2, 3, 4, ..."."""
+    return f"block{'s' * (len(blocks) > 1)} {', '.join(map(str, blocks[:4]))}{', ...' * (len(blocks) > 4)}"
 
 
 def _extra(wall: Wall, load: DeadLoad) -> ExtraLoad:
     placed = extra_dead_loads(wall, (load,))
     size = f"{load.line_load / 1e3:g} kN/m" if load.line_load is not None else f"{(load.force or 0.0) / 1e3:g} kN"
     size += " each" * (len(load.blocks) > 1 and load.force is not None)
-    place = f"level {load.level:g} m" if load.level is not None else f"block{'s' * (len(load.blocks) > 1)} "
-    if load.level is None:
-        place += ", ".join(map(str, load.blocks[:4])) + ", ..." * (len(load.blocks) > 4)
+    place = f"level {load.level:g} m" if load.level is not None else _numbers(load.blocks)
     if load.stretch:
         place += f", x = {load.stretch[0]:g} to {load.stretch[1]:g} m"
     if load.at:

@@ -12,7 +12,7 @@ from annotated_types import Gt
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.sources.block_files import refuse_what_is_not_utf8
+from orchestrator.masonry.sources.block_files import refuse_what_is_no_name, refuse_what_is_not_utf8
 from orchestrator.masonry.wall import Friction
 from orchestrator.settings.case import record_in
 from orchestrator.settings.project import ProjectSettings
@@ -66,12 +66,13 @@ def read(path: Path, overrides: Sequence[str] = ()) -> SpaceCase:
     try:
         refuse_what_is_not_utf8(str(path), "")
         record = record_in(path, overrides)
+        refuse_what_is_no_name(record.get("name", ""), "name")
         _refuse_what_only_plane_walls_take(record)
         sections = {name: settings_from(kind, record.get(name, {}), name) for name, kind in SECTIONS.items()}
         wall = _wall(record.get("wall"), path)
     except CaseError as error:
         raise error.in_file(str(path)) from None
-    name = str(record.get("name", "")) or wall.name or path.stem
+    name = record.get("name") or wall.name or path.stem
     return SpaceCase(name, replace(wall, name=name), path, **sections)
 
 

@@ -28,7 +28,7 @@ from orchestrator.masonry.sources.block_files import (
     number_in,
     polygon_of,
     refuse_unknown,
-    refuse_what_is_not_utf8,
+    refuse_what_is_no_name,
     unit_factor,
     what_every_block_has,
 )
@@ -81,8 +81,8 @@ def wall_from(record: Any, name: str) -> SpaceWall:
     up = record.get("up", "z" if vertices_given else "y")
     if not isinstance(up, str) or up not in UP:
         raise CaseError("up", f"{up!r} is no axis", 'write "x", "y" or "z", the axis that points upwards')
-    name = str(record.get("name", name))
-    refuse_what_is_not_utf8(name, "name")
+    name = record.get("name", name)
+    refuse_what_is_no_name(name, "name")
     thickness = number_in(record, "thickness", "") * length if "thickness" in record else None
     unit_weight = number_in(record, "unit_weight", "") * weight if "unit_weight" in record else None
     blocks = tuple(

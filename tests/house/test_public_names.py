@@ -273,6 +273,7 @@ def test_arguments_of_another_kind_are_told_in_one_line():
         "settings: str was given, LoadSettings is expected; ": lambda: loads_on(wall, "+x"),
         "assemblage: str was given, Assemblage is expected; ": lambda: push("a", "b", "c"),
         "analysis: Partition was given, LimitAnalysis is expected; ": lambda: push(assemblage, stones, analysis),
+        "assemblage: LimitAnalysis was given, Assemblage is expected; ": lambda: macroblocks_of(analysis, assemblage),
         "partition: NoneType was given, Partition is expected; ": lambda: push(assemblage, analysis, None),
     }
     for said, call in told.items():

@@ -50,6 +50,15 @@ def test_a_corner_that_goes_into_a_slope_is_told(angle, size):
     assert "the multiplier may be too low" in remark
 
 
+def test_far_from_the_origin_nothing_else_is_told():
+    """Last digits of coordinates are larger there: shapely met "Ring edge missing" in what two blocks share."""
+    assemblage = find_joints(read_blocks(DATA / "ferris_tinloi_wall1.json"), JointSettings())
+    state, blocks = analysed(assemblage.wall).headline, assemblage.wall.blocks
+    for place in 1e6 * np.random.default_rng(3).random((8, 2)):
+        moved = replace(assemblage.wall, blocks=tuple(replace(one, polygon=one.polygon + place) for one in blocks))
+        assert not blocks_in_each_other(replace(assemblage, wall=moved), state)
+
+
 def test_away_from_the_slope_and_short_of_it_nothing_is_told():
     assert not said(bed(45.0), "-x")
     assert not said(bed(45.0, apart=0.05))

@@ -90,6 +90,7 @@ def test_headline_and_range_of_walls_with_returns(found):
     """Case 13; two more solvers (LMGC90, the dossier's own prototype) gave the figures."""
     assert found["U"].headline.load_multiplier == pytest.approx(0.3195, abs=1e-3)
     assert found["T"].headline.load_multiplier == pytest.approx(0.2520, abs=1e-3)
+    assert found["L"].headline.load_multiplier == pytest.approx(0.2473, abs=1e-3), "of two pushes the lower"
     for name, expected in LMGC90.items():
         low, high = found[name].range
         assert low * 0.96 <= expected <= high * 1.04, name

@@ -9,12 +9,15 @@ import json
 from dataclasses import replace
 from math import cos, radians, sin, tan
 
+import numpy as np
 import pytest
 
-from orchestrator import analyse, one_body_per_block, push
+from orchestrator import JointSettings, LimitAnalysisSettings, analyse, find_joints, one_body_per_block, push
 from orchestrator.app import cli, driver
 from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.basis.errors import CaseError
+from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
+from orchestrator.masonry.patterns import Arch, arch_on_piers
 from orchestrator.masonry.ties import Tie, with_ties
 from orchestrator.settings import case as cases
 from tests.support.limit_analysis_cases import analysed, assemblage_of, box
@@ -82,6 +85,26 @@ def test_the_order_of_a_tie_s_ends_does_not_matter():
     other = Tie(blocks=(2, 1), start=(2.0, Z), end=(B, Z), strength=0.02 * W)
     wall = assemblage_of([FLOOR, box(0.0, 0.0, B, H), box(2.0, 0.0, 2 * B, H)], friction=5.0)
     assert multiplier(wall, one, direction=-1) == pytest.approx(multiplier(wall, other, direction=-1), rel=1e-7)
+
+
+def test_a_tie_that_does_not_yield_is_as_good_as_any_stronger_one():
+    """Whatever multiple of the blocks' weight: its shear, which is none, was an unknown without any room."""
+    assemblage = find_joints(
+        arch_on_piers(Arch(11, 0.9, 0.2, courses=5, pier_width=0.5, pier_height=1.2)), JointSettings()
+    )
+    found = []
+    for strength in np.geomspace(2e4, 8e6, 40):
+        tie = Tie(blocks=(6, 11), start=(-0.8, 1.104), end=(0.8, 1.104), strength=float(strength))
+        found.append(associative_optimum(problem_of(with_ties(assemblage, [tie]))).load_multiplier)
+    assert found == pytest.approx([found[0]] * len(found), rel=1e-8)
+
+
+def test_a_state_of_a_wall_that_is_not_loaded_is_none_beside_its_last_rest():
+    """Walls with ties have no path of loading; here the paper's sequence is left out too."""
+    tie = Tie(blocks=(1,), start=(0.0, H / 2), end=(-3.0, H / 2), strength=0.05 * W)
+    found = analyse(with_ties(block(0.1), [tie]), LimitAnalysisSettings(sequence_blocks=0))
+    assert found.headline.name == "collapse state found without loading"
+    assert found.headline.load_multiplier == pytest.approx(0.15, rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,9 @@ from orchestrator.masonry.points_in_common import PointInCommon
 
 BoolArray = npt.NDArray[np.bool_]
 Scale = Literal["unit_power", "unit_displacement"]
-FlowRule = Literal["associative", "sequence", "path", "last_rest", "large_displacements", "smoothed", "descent"]
+FlowRule = Literal[
+    "associative", "sequence", "path", "last_rest", "large_displacements", "smoothed", "descent", "unloaded"
+]
 NAMES: dict[FlowRule, str] = {
     "associative": "associative solution",
     "sequence": "the paper's sequence",
@@ -26,6 +28,7 @@ NAMES: dict[FlowRule, str] = {
     "large_displacements": "peak in large displacements",
     "smoothed": "collapse state of smoothed conditions",
     "descent": "collapse state beside the last load at rest",
+    "unloaded": "collapse state found without loading",
 }
 """What a state is, by how it was found: the words of terminal, pictures and pages."""
 

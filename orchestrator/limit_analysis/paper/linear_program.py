@@ -7,6 +7,8 @@ Duals of the equality rows are the block velocities u (f_L . u = 1); -B^T u are 
 Inside, forces are divided by the mean block weight, moments by a block length, and the unknown is live load over mean
 block weight instead of lambda: unscaled, lambda is off by 2e-4 at 1,100 blocks although the status says solved
 (docs/theory.md). Only c and d change between the programs of a sequence, so the solver is set up once (presolve off).
+A shear that must be 0, as that of a tie, is no unknown: held between 0 and 0 it left the program no interior, and walls
+with a tie of 100 block weights or more had no optimum now and then.
 """
 
 from __future__ import annotations
@@ -102,6 +104,8 @@ class LimitProgram:
         self._refined = refined or flexibility is not None
         self._row_scale, self._force = scales(equilibrium)
         self._part = np.repeat(self._force / equilibrium.unit_force, 3)
+        self._no_shear = conditions.without_shear
+        self._part[2::3][self._no_shear] = 0.0
         squares = None if flexibility is None else np.append(flexibility.ravel() * self._part**2, 0.0)
         self._squares = None if squares is None else sp.diags(squares).tocsc()
         self._objective = np.zeros(equilibrium.matrix.shape[1] + 1)
@@ -151,11 +155,12 @@ class LimitProgram:
         self._objective[-1] = -live_weight
         solution, iterations, seconds = self._solved_with_all_chords(cohesion, squares)
         rows = len(self._row_scale)
-        q, velocities = np.array(solution.x[:-1]), -np.array(solution.z[:rows]) * self._row_scale
+        q, velocities = np.array(solution.x[:-1]).reshape(-1, 3), -np.array(solution.z[:rows]) * self._row_scale
+        q[self._no_shear, 2] = 0.0
         velocities /= equilibrium.live_load @ velocities
         return LimitSolution(
             load_multiplier=solution.x[-1] * w / live_total,
-            joint_forces=self._force[:, None] * q.reshape(-1, 3),
+            joint_forces=self._force[:, None] * q,
             velocities=velocities,
             rates=equilibrium.joint_rates(velocities),
             iterations=iterations,
@@ -170,7 +175,8 @@ class LimitProgram:
         rows = len(self._row_scale)
         iterations, seconds = 0, 0.0
         while True:
-            self._right_side[rows:][cohesion_rows(len(cohesion))] = np.tile(cohesion / self._force, 2)
+            strength = np.where(self._no_shear, 1.0, cohesion / self._force)
+            self._right_side[rows:][cohesion_rows(len(cohesion))] = np.tile(strength, 2)
             if squares is not None:
                 self._solver.update(P=squares)
             self._solver.update(q=self._objective, b=self._right_side)
@@ -235,8 +241,11 @@ def solve_gravity_lp(equilibrium: Equilibrium, conditions: YieldConditions) -> t
     cone, so that a change of 1e-8 costs no strength (the sum is then 1e-13, 3e-12, 8e-11).
     """
     scale = equilibrium.row_scale
-    B = sp.diags(scale) @ equilibrium.matrix
+    acts = np.ones((len(conditions.slope), 3))
+    acts[conditions.without_shear, 2] = 0.0
+    B = sp.diags(scale) @ equilibrium.matrix @ sp.diags(acts.ravel())
     C_T, offset = scaled_rows(conditions, np.full(len(conditions.slope), equilibrium.unit_force))
+    offset[cohesion_rows(len(acts))] += np.tile(conditions.without_shear, 2)
     r = sp.identity(len(scale))
     A = sp.bmat([[B, r, -r], [-C_T, None, None], [None, -r, None], [None, None, -r]], format="csc")
     objective = np.concatenate([np.zeros(B.shape[1]), np.ones(2 * len(scale))])

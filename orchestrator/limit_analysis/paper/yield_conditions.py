@@ -66,6 +66,11 @@ class YieldConditions:
         return np.isfinite(self.crushing)
 
     @property
+    def without_shear(self) -> npt.NDArray[np.bool_]:
+        """Which joints (k,) carry no shear, whatever presses them: ties, which have neither friction nor cohesion."""
+        return (self.slope == 0.0) & (self.cohesion == 0.0)
+
+    @property
     def scales_with_load(self) -> bool:
         """Whether joints carry twice as much when they are pressed twice as hard: nothing but friction."""
         return not (self.cohesion.any() or self.tension.any() or self.crushes.any())

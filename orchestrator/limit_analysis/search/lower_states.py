@@ -117,7 +117,7 @@ class TwoPrograms:
 
 
 def _without_slope(equilibrium: Equilibrium, coulomb: YieldConditions) -> LimitProgram:
-    no_slope = replace(coulomb, slope=np.full_like(coulomb.slope, NO_SLOPE))
+    no_slope = replace(coulomb, slope=np.where(coulomb.slope > 0.0, NO_SLOPE, 0.0))
     return LimitProgram(equilibrium, no_slope, CLOSING_TOLERANCE)
 
 

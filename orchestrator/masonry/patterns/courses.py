@@ -20,6 +20,7 @@ from orchestrator.masonry.patterns.quantities import (
     UnitWeight,
     refuse_reversed,
     refuse_swapped_edges,
+    refuse_too_many,
 )
 from orchestrator.masonry.wall import Block, Friction, Wall
 
@@ -40,6 +41,10 @@ class RunningBond(Checked):
     thickness: Length
     unit_weight: UnitWeight
     friction: Friction
+
+    def __post_init__(self) -> None:
+        Checked.__post_init__(self)
+        refuse_too_many(self.blocks_per_course * self.courses, "RunningBond.courses")
 
 
 def running_bond(
@@ -97,6 +102,8 @@ class IrregularCourses(Checked):
         for key in ("widths", "heights"):
             refuse_reversed(getattr(self, key), f"IrregularCourses.{key}")
         refuse_swapped_edges(self.openings, "IrregularCourses.openings")
+        blocks = 2.0 * self.length / sum(self.widths) * (2.0 * self.height / sum(self.heights))
+        refuse_too_many(blocks, "IrregularCourses.widths")
 
 
 def irregular_courses(pattern: IrregularCourses) -> Wall:

@@ -8,13 +8,14 @@ from annotated_types import Ge, Gt, Le
 
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
+from orchestrator.masonry.wall import LARGEST_COUNT
 
 Place = Annotated[float, Unit("m")]
 Length = Annotated[float, Gt(0), Unit("m")]
 LengthOrNone = Annotated[float, Ge(0), Unit("m")]
 UnitWeight = Annotated[float, Gt(0), Unit("N/m3")]
-Number = Annotated[int, Gt(0), Le(100_000)]
-"""of blocks: no more than a drawing may have"""
+Number = Annotated[int, Gt(0), Le(LARGEST_COUNT)]
+"""of blocks"""
 Seed = Annotated[int, Ge(0)]
 Rectangle = tuple[Place, Place, Place, Place]
 """left, right, bottom, top in m"""
@@ -32,3 +33,9 @@ def refuse_swapped_edges(openings: tuple[Rectangle, ...], key: str) -> None:
         if not (left < right and bottom < top):
             given = f"({left:g}, {right:g}, {bottom:g}, {top:g}) m has no area"
             raise CaseError(f"{key}[{number}]", given, "give left, right, bottom and top")
+
+
+def refuse_too_many(blocks: float, key: str) -> None:
+    """Raise CaseError for a pattern of about so many blocks, where these are more than a drawing may have."""
+    if blocks > LARGEST_COUNT:
+        raise CaseError(key, f"about {blocks:.2g} blocks, more than {LARGEST_COUNT}", "give larger ones, or fewer")

@@ -18,6 +18,7 @@ from orchestrator.masonry.patterns.quantities import (
     Seed,
     UnitWeight,
     refuse_swapped_edges,
+    refuse_too_many,
 )
 from orchestrator.masonry.patterns.tiling import wall_of_tiles
 from orchestrator.masonry.wall import Friction, Wall
@@ -52,6 +53,7 @@ class Rubble(Checked):
     def __post_init__(self) -> None:
         Checked.__post_init__(self)
         refuse_swapped_edges(self.openings, "Rubble.openings")
+        refuse_too_many(self.length / self.stone * (self.height / self.stone) * self.flatness, "Rubble.stone")
 
 
 def rubble(pattern: Rubble) -> Wall:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import difflib
 import json
 import stat
+import unicodedata
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -93,8 +94,8 @@ def wall_from(record: dict[str, Any], name: str) -> Wall:
     unit_weight = number_in(record, "unit_weight", "") * weight if "unit_weight" in record else None
     if not isinstance(record["blocks"], list):
         raise CaseError("blocks", "is not a list", "list the blocks, each with id and polygon")
-    name = str(record.get("name", name))
-    refuse_what_is_not_utf8(name, "name")
+    name = record.get("name", name)
+    refuse_what_is_no_name(name, "name")
     read = [_block(row, number, unit_weight, length, weight) for number, row in enumerate(record["blocks"])]
     blocks = tuple(block for block, _ in read)
     return Wall(
@@ -118,6 +119,7 @@ def _mortar(rows: Any, known: set[int], length: float) -> tuple[MortarGap, ...]:
             not isinstance(row, list)
             or len(row) != 3
             or not all(type(part) is int and part in known for part in row[:2])
+            or row[0] == row[1]
         ):
             raise CaseError(f"mortar[{number}]", f"{str(row)[:60]} does not name two blocks", example)
         thickness = number_in(dict(thickness=row[2]), "thickness", f"mortar[{number}].") * length
@@ -160,9 +162,7 @@ def what_every_block_has(
     fixed, material = row.get("fixed", False), row.get("material", "")
     if not isinstance(fixed, bool):
         raise CaseError(f"{key}.fixed", f"{fixed!r} is neither true nor false", "write true for supports")
-    if not isinstance(material, str):
-        raise CaseError(f"{key}.material", f"{material!r} is not a name", 'write a text, in "quotes"')
-    refuse_what_is_not_utf8(material, f"{key}.material")
+    refuse_what_is_no_name(material, f"{key}.material")
     own = number_in(row, "unit_weight", f"{key}.") * weight if "unit_weight" in row else unit_weight
     if own is None:
         raise CaseError("unit_weight", f"is missing, and {key} has none", "give the wall one, or every block its own")
@@ -227,6 +227,15 @@ def unreadable(error: OSError | UnicodeDecodeError, remedy: str) -> CaseError:
     if isinstance(error, IsADirectoryError):
         return CaseError("", "is a folder", remedy)
     return CaseError("", f"cannot be read ({error.strerror or error})", remedy)
+
+
+def refuse_what_is_no_name(text: object, key: str) -> None:
+    """Raise CaseError for what is no text, or one that no file or picture can hold."""
+    if not isinstance(text, str):
+        raise CaseError(key, f"{str(text)[:60]} is not a name", 'write a text, in "quotes"')
+    refuse_what_is_not_utf8(text, key)
+    if any(unicodedata.category(letter) == "Cc" and not letter.isspace() for letter in text):
+        raise CaseError(key, f"{text!r:.60} has a control character", "leave it out")
 
 
 def refuse_what_is_not_utf8(text: str, key: str) -> None:

@@ -25,11 +25,12 @@ from orchestrator.basis.printed import counted
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.block_files import json_in, refuse_what_is_no_file
 from orchestrator.masonry.sources.closed_outlines import Layers, is_chosen
-from orchestrator.masonry.sources.drawing import LARGEST_COUNT, Drawing
+from orchestrator.masonry.sources.drawing import Drawing
 from orchestrator.masonry.sources.outlines import outlines
 from orchestrator.masonry.sources.picture import drawing_of_numbers, lower_left, upright
 from orchestrator.masonry.sources.pixels import LARGEST_PICTURE
 from orchestrator.masonry.sources.segmentation import large_patches
+from orchestrator.masonry.wall import LARGEST_COUNT
 
 LARGEST_FILE = 500_000_000
 """bytes"""
@@ -296,7 +297,8 @@ def _masks(shape: Shape, smallest: float) -> list[tuple[str, npt.NDArray[np.bool
 
     mask, (left, top) = shape.mask, shape.corner
     if shape.outline is not None:
-        low, high = np.floor(shape.outline.min(axis=0)).astype(int), np.ceil(shape.outline.max(axis=0)).astype(int)
+        low = np.floor(shape.outline.min(axis=0)).astype(int)
+        high = np.maximum(np.ceil(shape.outline.max(axis=0)).astype(int), low + 1)  # on one line: a row of pixels
         if np.prod(high - low) > LARGEST_PICTURE:
             raise CaseError("annotations", f"one has more than {LARGEST_PICTURE} pixels", "reduce the image")
         mask, (left, top) = polygon2mask(tuple(high - low)[::-1], (shape.outline - low - 0.5)[:, ::-1]), tuple(low)

@@ -25,6 +25,7 @@ from orchestrator.masonry.sources.doubtful_stones import IMPLAUSIBLE_SLENDERNESS
 from orchestrator.masonry.sources.mended_outlines import mended, said_of_spikes
 from orchestrator.masonry.sources.said_of_healing import NOT_SEEN, ThinStoneError, folded, said_of_healing, thin_stone
 from orchestrator.masonry.wall import (
+    LARGEST_COUNT,
     LARGEST_TOLERANCE,
     PLAUSIBLE,
     Block,
@@ -38,8 +39,6 @@ from orchestrator.masonry.wall import (
     size_of,
 )
 
-LARGEST_COUNT = 100_000
-"""blocks of one drawing"""
 WIDER = (2.0, 4.0, 8.0)
 """times the tolerance that are tried on a drawing that is no wall with it"""
 FAR_FROM_ORIGIN = 1e4
@@ -219,7 +218,7 @@ def _refuse_sizes(drawing: Drawing) -> None:
     for outline in (*drawing.stones, *drawing.supports, *drawing.openings):
         if not (np.abs(outline) < 1e9).all():
             raise CaseError("blocks", "a coordinate is not a number below 1e9 m", "correct the drawing or its unit")
-        if not shapely.Polygon(outline).is_valid or shapely.Polygon(outline).area == 0.0:
+        if len(outline) < 3 or not shapely.Polygon(outline).is_valid or shapely.Polygon(outline).area == 0.0:
             x, y = outline[0]
             raise CaseError(
                 f"outline at ({x:g}, {y:g}) m", "crosses or touches itself, or has no area", "draw its corners in order"

@@ -28,9 +28,10 @@ from orchestrator.masonry.sources.closed_outlines import (
     drawing_of,
     is_chosen,
 )
-from orchestrator.masonry.sources.drawing import LARGEST_COUNT, Drawing
+from orchestrator.masonry.sources.drawing import Drawing
 from orchestrator.masonry.sources.dxf_entities import DRAWN, FILLED, Seen, entities_of, said_passed_over
 from orchestrator.masonry.sources.filled_areas import Filled
+from orchestrator.masonry.wall import LARGEST_COUNT
 
 HEADER_UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1, 21: 1200 / 3937}
 """m by the header's $INSUNITS: inch, foot, mm, cm, m, km, yard, dm, US survey foot (DXF reference, HEADER section)"""

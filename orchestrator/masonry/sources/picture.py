@@ -21,10 +21,11 @@ from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.colours import NEAR_GREY, are_labels, stones_by_colour
-from orchestrator.masonry.sources.drawing import LARGEST_COUNT, Drawing
+from orchestrator.masonry.sources.drawing import Drawing
 from orchestrator.masonry.sources.outlines import outlines
 from orchestrator.masonry.sources.pixels import Pixels, read_pixels
 from orchestrator.masonry.sources.segmentation import cracked, large_patches, run_together, split
+from orchestrator.masonry.wall import LARGEST_COUNT
 
 THRESHOLD = 128
 """of 255: the lightness from which a pixel is white, where none is given"""

@@ -25,8 +25,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_file, unreadable
-from orchestrator.masonry.sources.drawing import LARGEST_COUNT
-from orchestrator.masonry.wall import Block, Wall
+from orchestrator.masonry.wall import LARGEST_COUNT, Block, Wall
 
 UNITS = {"thickness": "m", "support": "m", "unit_weight": "N/m3", "friction": ""}
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
@@ -106,6 +105,8 @@ def _stacked(name: str, courses: list[Course], header: dict[str, float]) -> Wall
         if len(polygons) > LARGEST_COUNT:
             raise CaseError("courses", f"more than {LARGEST_COUNT} blocks", "divide the wall")
         level += height
+    if not polygons:
+        raise CaseError("courses", "they hold openings only", "write the width of a block without a minus sign")
     length, beyond = max(sum(abs(width) for width, _ in stones) for _, stones in courses), header["support"]
     ground = _rectangle(-beyond, length + beyond, -courses[0][0], 0.0)
     of = zip([ground, *polygons], ["", *materials], strict=True)

@@ -13,7 +13,16 @@ from orchestrator.loads.block_loads import LoadSettings, height_of_live_load
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import Tie
 from orchestrator.present.plots.canvas import BLUE, GREEN, INK, ORANGE, PURPLE, draw_segments, label_of
-from orchestrator.present.plots.load_arrows import LENGTH, draw_dead_load, draw_load, load_arrow, load_label, size_of
+from orchestrator.present.plots.load_arrows import (
+    LENGTH,
+    draw_dead_load,
+    draw_live_loads,
+    draw_load,
+    live_load_arrows,
+    load_arrow,
+    load_label,
+    size_of,
+)
 from orchestrator.present.plots.wall_pictures import draw_blocks, number_blocks, wall_canvas
 from orchestrator.present.plots.words import legend_below
 from orchestrator.present.weights import load_words, weight_words
@@ -38,7 +47,7 @@ def given(
     ends = [point for tie in ties for point in (tie.start, tie.end)]
     sums = load_sums(wall, load)
     name = load_words(load.distribution, sums)
-    beside = np.vstack([arrow, above, *ends])
+    beside = np.vstack([arrow, above, *ends, *live_load_arrows(wall, load)])
     shown = np.vstack([beside, *(block.polygon for block in wall.blocks)])
     figure, axes = wall_canvas(wall, np.vstack([beside, load_label(shown, arrow, name)]), weight_words(sums))
     draw_blocks(axes, wall)
@@ -52,6 +61,7 @@ def given(
     for strength in sorted({tie.strength for tie in ties}):
         bars = [np.array([tie.start, tie.end]) for tie in ties if tie.strength == strength]
         draw_segments(axes, bars, INK, 2.0, f"tie, {printed('force', strength)} kN")
+    draw_live_loads(axes, wall, load)
     draw_load(axes, arrow, name)
     number_blocks(axes, wall)
     legend_below(axes, 3)

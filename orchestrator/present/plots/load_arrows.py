@@ -1,4 +1,4 @@
-"""Arrows of loads: the live load beside the wall, and extra dead loads where they lie or have moved to."""
+"""Arrows of loads: live loads beside the wall and on blocks, extra dead loads where they lie or have moved to."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from orchestrator.basis.arrays import FloatArray
+from orchestrator.basis.printed import printed
+from orchestrator.loads.block_loads import LoadSettings, live_loads
 from orchestrator.loads.dead_loads import DeadLoad, extra_dead_loads
 from orchestrator.masonry.wall import Wall
 from orchestrator.present.plots.canvas import VERMILLION, text_ends
@@ -43,9 +45,36 @@ def draw_dead_load(
             for k, at, kind, edges in zip(placed.block.tolist(), placed.point, placed.spread, placed.edges, strict=True)
         ]
     )
-    arrows = np.stack([points + [0.0, LENGTH * size], points], axis=1)
-    head = 0.25 * LENGTH * size
-    barbs = [np.stack([points + [side * head, 1.6 * head], points], axis=1) for side in (-0.6, 0.6)]
+    return _draw_arrows(axes, np.stack([points + [0.0, LENGTH * size], points], axis=1), size)
+
+
+def live_load_arrows(wall: Wall, load: LoadSettings) -> FloatArray:
+    """Return tails and tips (p, 2, 2) of live loads on named blocks, onto their centroids, as long as they are large.
+
+    None (0, 2, 2) where the live load is one of masses.
+    """
+    if load.distribution != "per_block":
+        return np.zeros((0, 2, 2))
+    placed = live_loads(wall, load)
+    shaft = np.outer(placed.size / np.abs(placed.size).max(), ARROW * size_of(wall) * load.vector)
+    return np.stack([placed.point - shaft, placed.point], axis=1)
+
+
+def draw_live_loads(axes: Axes, wall: Wall, load: LoadSettings) -> None:
+    """Draw the live loads on named blocks, if there are any."""
+    arrows = live_load_arrows(wall, load)
+    if len(arrows):
+        largest = printed("force", max(abs(one.force) for one in load.live))
+        drawn = _draw_arrows(axes, arrows, size_of(wall))
+        drawn.set_label(f"live load on blocks, largest {largest} kN at λ = 1")
+
+
+def _draw_arrows(axes: Axes, arrows: FloatArray, size: float) -> LineCollection:
+    """Draw thin arrows from tails to tips (p, 2, 2) in m on a wall of a size (m)."""
+    tips, along = arrows[:, 1], arrows[:, 1] - arrows[:, 0]
+    along = 0.25 * LENGTH * size * along / np.linalg.norm(along, axis=1)[:, None]
+    across = along[:, ::-1] * [-1.0, 1.0]
+    barbs = [np.stack([tips - 1.6 * along + side * across, tips], axis=1) for side in (-0.6, 0.6)]
     drawn = LineCollection(list(np.concatenate([arrows, *barbs])), colors=VERMILLION, linewidths=0.9, zorder=4)
     axes.add_collection(drawn, autolim=False)
     return drawn

@@ -289,10 +289,12 @@ def _mark_joints(axes: Axes, assemblage: Assemblage, state: LimitState, velociti
     points = (assemblage.joints.start, assemblage.joints.end)
     ends = np.stack([_displaced(assemblage, point, velocities) for point in points], axis=1)
     sliding = (np.abs(state.mechanism.slip) > threshold) & carrying(state.joint_forces)
-    draw_segments(axes, ends[sliding], BLUE, 2.0, "sliding joint")
+    if sliding.any():
+        draw_segments(axes, ends[sliding], BLUE, 2.0, "sliding joint")
     end = hinge_ends(state.mechanism.opening, threshold)
     hinges = ends[end >= 0, end[end >= 0]]
-    axes.plot(*hinges.T, "o", color="white", markeredgecolor=INK, markersize=5.5, zorder=4, label="hinge", mew=1.2)
+    if len(hinges):
+        axes.plot(*hinges.T, "o", color="white", markeredgecolor=INK, markersize=5.5, zorder=4, label="hinge", mew=1.2)
 
 
 def _displaced(assemblage: Assemblage, points: FloatArray, velocities: FloatArray) -> npt.NDArray[np.float64]:

@@ -19,11 +19,6 @@ from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import BodyMask
 from orchestrator.pushover.meshing import BodyMeshes
 
-GRID = 1e-12
-"""of coordinates, over the size of the smallest body: without one, edges that coincide to the last digits now and then
-have all of a thin stone as their overlap (the polygons' order decides)"""
-LAST_DIGITS = 16.0
-"""of the farthest coordinate, to which coordinates are rounded at least: they are larger far from the origin"""
 PRESSES = 0.01
 """share of the lighter body's weight from which the force between two bodies counts: ten times what a static body may
 be out of balance"""
@@ -54,9 +49,8 @@ class DisplacedOutlines:
         """
         standing = np.flatnonzero(np.append(~fallen, np.ones(len(self.bodies.bodies) - self.bodies.moving, bool)))
         shapes = self._displaced(displacement)[standing]
-        smallest = float(np.sqrt(shapely.area(shapes).min()))
-        rounding = LAST_DIGITS * float(np.spacing(np.abs(self.meshes.nodes).max()))
-        found = penetrations(shapes, standing < self.bodies.moving, max(GRID * smallest, rounding))
+        farthest = float(np.abs(self.meshes.nodes).max())
+        found = penetrations(shapes, standing < self.bodies.moving, farthest)
         depth = np.maximum(found.depth - closed, 0.0)
         return self._worst(depth, standing[found.pair], shapely.area(shapes)[found.pair], found.place)
 

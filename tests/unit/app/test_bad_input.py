@@ -21,6 +21,14 @@ BLOCK_FILES = {
     "number for a material": (changed(["blocks", 1, "material"], 3), "block 1.material", "write a text"),
     "overlap": (changed(["blocks", 2, "polygon"], [[0.9, 0], [2, 0], [2, 1], [0.9, 1]]), "block 1", "overlaps block 2"),
     "self-crossing": (changed(["blocks", 1, "polygon"], [[0, 0], [1, 1], [1, 0], [0, 1]]), "block 1", "in order"),
+    "corners on a line": (
+        changed(["blocks", 1, "polygon"], [[0, 0], [0.4, 0.4], [1, 1], [0.7, 0.7]]),
+        "block 1: its polygon has no area",
+        "not on one line",
+    ),
+    "mortar in a block": (changed(["mortar"], [[1, 1, 0.01]]), "mortar[0]", "[[1, 2, 0.01]]"),
+    "list for a name": (changed(["name"], ["a"]), "name", "write a text"),
+    "control character in a name": (changed(["name"], "a\x1b[31m"), "name", "leave it out"),
     "two corners": (changed(["blocks", 1, "polygon"], [[0, 0], [1, 1]]), "block 1.polygon", "three corners"),
     "touches nothing": (
         changed(["blocks", 2, "polygon"], [[1, 5], [2, 5], [2, 6], [1, 6]]),
@@ -63,6 +71,7 @@ VALUES = {
     "number for a section": ("mesh = 3", "mesh", "write [mesh]"),
     "text for a list": ("[run]\nmodels = 'both'", "run.models", "write a list"),
     "blocks nowhere": ("[wall]\nblocks = ''", "wall.blocks", "not empty"),
+    "a section of no keys": ("[seismic]", "seismic", "peak_ground_acceleration"),
     "not TOML": ("[mesh\nsize = 1", "is not TOML", "example"),
 }
 LOADS = {

@@ -305,6 +305,23 @@ def test_the_picture_shows_loads_classes_and_supports(given):
     assert [text.get_text() for text in axes.texts if text.get_text().isdigit()] == ["0", "1", "2", "3"]
 
 
+def test_live_loads_on_blocks_are_listed_and_drawn_as_large_as_they_are(given, capsys):
+    given.write_text(
+        CASE.replace("[[load.dead]]", '[load]\ndistribution = "per_block"\n[[load.dead]]', 1)
+        + '[[load.live]]\nblocks = [1, 2]\nforce = "4 kN"\n[[load.live]]\nblocks = [3]\nforce = "-2 kN"\n'
+    )
+    lines = [" ".join(line.split()) for line in checked(given, capsys).splitlines()]
+    assert "live at λ = 1: 4 kN each on blocks 1, 2 2 8.000" in lines
+    assert "live at λ = 1: -2 kN on block 3 1 -2.000" in lines
+    case, assemblage = read(given)
+    axes = plots.given(assemblage, case.load, []).axes[0]
+    drawn = next(one for one in axes.collections if str(one.get_label()).startswith("live load on blocks, largest 4"))
+    tails, tips = np.swapaxes(drawn.get_segments()[:3], 0, 1)
+    np.testing.assert_allclose(tips, [[0.5, 0.25], [1.5, 0.25], [1.0, 0.6]])
+    along = tips - tails
+    np.testing.assert_allclose(along / along[0, 0], [[1.0, 0.0], [1.0, 0.0], [-0.5, 0.0]], atol=1e-12)
+
+
 def test_materials_whose_joints_have_the_same_values_paint_no_joint(given, monkeypatch, tmp_path):
     drawn = []
     monkeypatch.setattr(plots, "given", lambda assemblage, load, words, ties: drawn.append(words))

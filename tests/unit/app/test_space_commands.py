@@ -111,6 +111,8 @@ def test_a_direction_that_is_held_is_a_gap(tmp_path, capsys):
             ["load.direction=y"],
             'load.direction: \'y\' is no direction; write "+x", "-y", "+z" or a vector of three numb',
         ),
+        (["load.direction=[nan,0,1]"], "load.direction.0: nan is not a finite number; write a finite one"),
+        (["load.direction=5"], "load.direction: 5 is not accepted"),
         (["load.angle=-90"], 'load.angle: -90 rad is more than a turn; write degrees with their unit, as in "-90 deg"'),
         (["load.angle=720 deg"], "load.angle: 12.5664 rad is more than a turn; write an angle within one"),
         (

@@ -9,13 +9,12 @@ import shapely
 from orchestrator.geometry.penetration import penetrations
 
 FLOOR = [(-2.0, -1.0), (2.0, -1.0), (2.0, 0.0), (-2.0, 0.0)]
-GRID = 1e-12
 
 
 def deepest(*outlines, free=None):
     shapes = np.array([shapely.Polygon(outline) for outline in outlines], dtype=object)
     free = np.ones(len(shapes), bool) if free is None else np.array(free)
-    found = penetrations(shapes, free, GRID)
+    found = penetrations(shapes, free, float(np.abs(shapely.total_bounds(shapes)).max()))
     if not len(found.depth):
         return 0.0, None, None
     worst = int(np.argmax(found.depth))
@@ -74,14 +73,20 @@ def test_bars_that_cross_are_found_without_a_corner_in_each_other():
     assert deepest(box(-1.0, 0.0, 2.0, 0.1), box(-0.05, -1.0, 0.1, 2.0))[0] == pytest.approx(0.05, rel=1e-9)
 
 
-def test_rounding_is_no_depth():
+@pytest.mark.parametrize("away", [0.0, 4567.3, 512345.0])
+def test_rounding_is_no_depth(away):
     turn = np.exp(1j * np.radians(np.arange(0.0, 90.0, 7.0)))
     for rotation in turn:
         turned = [
-            [(point.real, point.imag) for point in rotation * np.array([complex(*corner) for corner in outline])]
+            [(point.real, point.imag) for point in away + rotation * np.array([complex(*corner) for corner in outline])]
             for outline in (FLOOR, box(-1.3, 0.0, 0.7, 0.4), box(-0.6, 0.0, 0.9, 0.4))
         ]
-        assert deepest(*turned)[0] < 1e-11
+        assert deepest(*turned)[0] < max(1e-11, 16.0 * np.spacing(away))
+
+
+def test_a_place_on_an_axis_has_no_sign():
+    place = deepest(box(-2.0, -1.0, 4.0, 1.02), [(0.2, -1e-18), (0.5, 0.3), (-0.1, 0.3)])[2]
+    assert "{:g}, {:g}".format(*place) == "0.2, 0"
 
 
 def test_two_supports_may_overlap():

@@ -136,6 +136,13 @@ def test_coco_polygons_with_mortar_grow_until_they_touch(tmp_path):
     assert same(brick, expected(0.01)[1]) < 0.2 * shapely.Polygon(STONES[1]).area * 0.01**2
 
 
+@pytest.mark.parametrize("mortar", [0.0, 0.03])
+def test_a_coco_polygon_on_one_line_is_no_stone(tmp_path, mortar):
+    line = [0, 40, 20, 40, 20, 40, 0, 40]
+    path = annotated(tmp_path, [[flat(stone)] for stone in STONES] + [[line]])
+    assert len(read_coco(path, Layers(), CocoSettings(0.01, mortar)).stones) == len(STONES)
+
+
 def test_coco_parts_and_crossed_outlines_are_told(tmp_path):
     bow_tie = [(0, 0), (40, 20), (40, 0), (0, 21)]
     path = annotated(tmp_path, [[flat(STONES[0]), flat(STONES[1])], [flat(np.array(bow_tie) + [0, 30])]])

@@ -170,6 +170,13 @@ def test_an_outline_of_lines_around_another_one_is_said(tmp_path):
         read(drawn(tmp_path / "ring.dxf", lines, [between(0, -300, 800, 0)]))
 
 
+def test_an_outline_there_and_back_is_refused_with_its_place(tmp_path):
+    """Four corners, two of them clicked twice: of two corners no ring can be made."""
+    outlines = [between(0, 0, 400, 300), [(500, 0), (900, 0), (900, 0), (500, 0)]]
+    with pytest.raises(CaseError, match=r"outline at \(0\.5, 0\) m: .* has no area; draw its corners in order"):
+        read(drawn(tmp_path / "back.dxf", outlines=outlines))
+
+
 @pytest.mark.parametrize(("shift", "apart"), [(0.0, ""), (0.6, ", up to 0.6 mm apart")])
 def test_a_stone_drawn_twice_within_the_tolerance_is_one(tmp_path, shift, apart):
     stones = [between(0, 0, 400, 300), between(400, 0, 800, 300), between(0, 300, 800, 500)]

@@ -78,3 +78,8 @@ def test_row_notation_that_cannot_be_read(old, new, complaint):
     assert old in ROWS
     with pytest.raises(CaseError, match=complaint):
         parse_rows(ROWS.replace(old, new, 1), "wall")
+
+
+def test_courses_of_openings_alone_are_refused():
+    with pytest.raises(CaseError, match="courses: they hold openings only; write the width of a block without a minus"):
+        parse_rows(ROWS.partition("175:")[0] + "175: -400 -200", "void")

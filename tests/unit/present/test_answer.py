@@ -219,6 +219,9 @@ def test_a_peak_far_off_but_among_states_that_limit_analysis_found_is_told_as_an
     assert answer_of_run(found).endswith(f"; {takes}; {states}.")
     alike = replace(summary_of(entry("micro", 27.1e3)), limit_analysis=limit)
     assert "friction leaves open" not in answer_of_run(alike)
+    rocking = replace(limit, converged=False, large_displacements=0.27081)
+    by_both = states.replace("friction leaves", "friction or displacements leave")
+    assert answer_of_run(replace(found, limit_analysis=rocking)).endswith(f"; {by_both}.")
 
 
 def test_bonds_that_soften_explain_why_limit_analysis_bears_more():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -76,6 +78,13 @@ def test_mechanism_marks_hinges_and_joints_that_slide_under_load(assemblage, sta
         "sliding joint",
         "hinge",
     ]
+
+
+def test_the_legend_of_a_mechanism_names_what_is_there(assemblage, state):
+    rocking = replace(state.mechanism, slip=np.zeros(5))
+    assert "sliding joint" not in shown(plots.mechanism(assemblage, replace(state, mechanism=rocking), FORWARD))[1]
+    sliding = replace(state.mechanism, opening=np.zeros((5, 2)))
+    assert "hinge" not in shown(plots.mechanism(assemblage, replace(state, mechanism=sliding), FORWARD))[1]
 
 
 @pytest.mark.parametrize("direction", [1, -1])

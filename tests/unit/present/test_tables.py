@@ -42,6 +42,8 @@ def test_the_table_of_limit_analysis_fits_a_terminal_of_80_columns():
     printed = console.export_text()
     assert "…" not in printed
     assert "associative, a bound" in printed
+    (row,) = [line.split() for line in printed.splitlines() if line.startswith(" peak in large")]
+    assert len(row) == 8, "in large displacements, its residuals on the wall as drawn say nothing"
 
 
 @pytest.mark.parametrize("table", ["checks", "verdict"])
