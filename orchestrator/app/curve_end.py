@@ -2,7 +2,8 @@
 
 Its static rows and its last one are looked at, one by one. Where bodies overlap, or press each other from afar, the
 curve ends with the row before if its base shear has fallen by then, as if it had been followed only so far; else it is
-not valid. A level base shear is not enough: what bodies go through might have held them.
+not valid. A level base shear is not enough: what bodies go through might have held them. So it ends where work and
+energies balance for the last time: an increment past the peak may have jumped to another path of equilibrium.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from orchestrator.assessment.capacity import has_fallen
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.path.body_overlap import DisplacedOutlines
-from orchestrator.pushover.path.curve_checks import APART, OVERLAP, RowMisfits, said_of
+from orchestrator.pushover.path.curve_checks import APART, ENERGY, MISSING, OVERLAP, RowMisfits, said_of
+from orchestrator.storage.effort import with_energy_errors
 
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
@@ -53,6 +55,24 @@ def usable(curve: PushoverCurve, rows: Sequence[RowMisfits]) -> PushoverCurve:
     if first is None or not before:
         return curve
     ends = curve.up_to(before[-1], _why(first))
+    return ends if has_fallen(ends) else curve
+
+
+def balanced(curve: PushoverCurve, increments: Iterable[Increment]) -> PushoverCurve:
+    """Return the curve up to the last static row with which work and energies balance, where its base shear has fallen
+    by then; else as it is. increments: of the curve, in order."""
+    of_increments = [
+        (one.number, one.control_displacement, error, not one.moving) for one, error in with_energy_errors(increments)
+    ]
+    number, moved, errors, static = map(np.array, zip(*of_increments, strict=True))
+    of_curve = number <= curve.step[-1]
+    fits = np.flatnonzero(of_curve & static & (errors <= ENERGY))
+    if not fits.size or not errors[of_curve][-1] > ENERGY:  # what is not a number is no jump
+        return curve
+    last = fits[-1]
+    start, end = 1e3 * (moved[[last, last + 1]] - curve.control_displacement_m[0])
+    missing = f"{errors[last + 1]:.2e} (at most {ENERGY:g}) {MISSING}"
+    ends = curve.up_to(int(number[last]), f"the curve ends at {start:.4g} mm: on the way to {end:.4g} mm {missing}")
     return ends if has_fallen(ends) else curve
 
 

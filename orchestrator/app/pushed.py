@@ -18,7 +18,7 @@ import numpy as np
 
 from orchestrator import storage
 from orchestrator.app.broken_off import SolverSettings, located, place
-from orchestrator.app.curve_end import first_misfit, largest, misfits_of, usable, used
+from orchestrator.app.curve_end import balanced, first_misfit, largest, misfits_of, usable, used
 from orchestrator.app.progress import IncrementDone, Report
 from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.basis.arrays import read_only
@@ -209,7 +209,7 @@ def judged(
     failures, large = [complaint] if isinstance(complaint, ConvergenceError) else [], stepping.large_displacement
     curve = PushoverCurve.from_increments(increments(), stopped)
     rows = misfits_of(bodies, contact_model, curve, increments()) if large else []
-    curve = curve if failures else usable(curve, rows)
+    curve = curve if failures else balanced(usable(curve, rows), increments())
     kept = (one for one in increments() if one.number <= curve.step[-1])
     effort = storage.effort_of(kept, contact_model.body_names, contact_model.body_weight)
     capacity, rows = find_capacity(curve), used(rows, curve)

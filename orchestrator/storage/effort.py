@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,21 +44,28 @@ class Effort:
     events: tuple[Event, ...]
 
 
+def with_energy_errors(increments: Iterable[Increment]) -> Iterator[tuple[Increment, float]]:
+    """Yield increments, in order, each with the `energy_error` of a curve that ends with it."""
+    imbalance = driven = 0.0
+    for one in increments:
+        driven = max(driven, abs(one.live_work))
+        imbalance = float(np.maximum(imbalance, abs(one.energy_error)))  # max() would lose a nan
+        measure = one.internal_energy + one.dissipated_energy + driven
+        yield one, imbalance / measure if measure else 0.0
+
+
 def effort_of(increments: Iterable[Increment], names: Sequence[str], weight: FloatArray) -> Effort:
     """Fold increments, one at a time, into their effort; names and dead load (b,) in N of the bodies."""
     steps = moving = iterations = 0
-    imbalance = turned_over = driven = 0.0
+    error = 0.0
     rescues: Counter[str] = Counter()
     events: list[Event] = []
     static, rested = (0.0, 0.0), 0
     fallen = np.zeros(len(weight), bool)
-    for increment in increments:
+    for increment, error_so_far in with_energy_errors(increments):
         steps, moving = steps + 1, moving + increment.moving
-        iterations += increment.all_iterations
+        iterations, error = iterations + increment.all_iterations, error_so_far
         rescues.update(attempt.action for attempt in increment.attempts)
-        turned_over = increment.internal_energy + increment.dissipated_energy
-        driven = max(driven, abs(increment.live_work))
-        imbalance = float(np.maximum(imbalance, abs(increment.energy_error)))  # max() would lose a nan
         if (gone := np.flatnonzero(increment.fallen & ~fallen)).size:
             share = float(weight[gone].sum() / weight.sum())
             bodies, under_gravity = tuple(names[body] for body in gone), increment.phase == "gravity"
@@ -67,6 +74,4 @@ def effort_of(increments: Iterable[Increment], names: Sequence[str], weight: Flo
         if not increment.moving:
             static, rested = (increment.load_multiplier, increment.base_shear), increment.number
     events = [event for event in events if event.increment <= rested]  # after the others the wall did not go on
-    measure = turned_over + driven
-    error = imbalance / measure if measure else 0.0
     return Effort(steps, moving, iterations, dict(rescues), error, tuple(events))

@@ -14,6 +14,7 @@ EQUILIBRIUM = 1e-3
 """largest |multiplier x horizontal load - base shear| / horizontal load along the curve"""
 ENERGY = 0.01
 """largest imbalance of work and energies / (stored energy + friction + live load's work)"""
+MISSING = "of stored energy, friction and the live load's work is missing"
 OVERLAP = 5e-3
 """largest depth by which the displaced outlines of two bodies overlap, over the size of the smaller one"""
 APART = OVERLAP
@@ -78,7 +79,7 @@ def check_curve(
         "equilibrium": (equilibrium_error(curve), EQUILIBRIUM, "of the peak is missing at the supports"),
         "penetration": (row.overlap.share, OVERLAP, f"of the smaller body's size is the depth {depth}"),
         "touch": (row.pressed_gap.share, APART, f"of the smaller body's size is the gap {gap}"),
-        "energy balance": (energy_error, ENERGY, "of stored energy, friction and the live load's work is missing"),
+        "energy balance": (energy_error, ENERGY, MISSING),
         "static theorem": (beyond, BEYOND, "is what the peak is above the associative multiplier"),
     }
     failed = {
