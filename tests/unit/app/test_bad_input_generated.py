@@ -107,6 +107,7 @@ def case_file():
         "load": {"direction": "-x"},
         "macroblocks": {"tol_n": 1e-3, "tol_d": "none"},
         "run": {"models": ["macro"]},
+        "seismic": {"ground": "B"},
     }
 
 

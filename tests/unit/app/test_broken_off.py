@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
 
 def test_what_happened_where_and_what_may_help(folder):
     (pushed,) = json.loads((folder / "summary.json").read_text())["pushover"]
-    place = r"after increment \d+ \(\w+, [\d.]+ mm, multiplier [\d.]+\)"
+    place = r"after increment \d+ \(\w+, [\d.e-]+ mm, multiplier [\d.]+\)"
     said = (
         rf"micro FE: stopped {place}: no equilibrium is found for a next increment, however small, nor a motion that "
     )

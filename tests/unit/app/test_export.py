@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from itertools import pairwise
 
@@ -16,6 +17,7 @@ from orchestrator.app.export import FACES, contact_pairs, deck
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.pushover.meshing import mesh_bodies, volumes
+from orchestrator.pushover.settings import ContactSettings
 from orchestrator.settings import case as cases
 from tests.support.disks import small_disk
 from tests.support.paths import DATA
@@ -128,10 +130,11 @@ def test_faces_are_numbered_as_both_programs_do(wall_1):
 
 def test_abaqus_deck_has_hard_contact_and_both_steps(wall_1):
     case, bodies, _ = wall_1
-    text = deck(bodies, case, -0.3, "abaqus")
+    text, slipping = deck(bodies, case, -0.3, "abaqus"), replace(case, contact=ContactSettings(1e-6))
     assert text.count("PRESSURE-OVERCLOSURE=HARD") == text.count("*CONTACT PAIR") == 83
     assert text.count("*STEP") == text.count("*END STEP") == 2
-    assert "*FRICTION, ELASTIC SLIP=1e-06\n0.65," in text
+    assert "*FRICTION, ELASTIC SLIP=1e-06\n0.65," in deck(bodies, slipping, -0.3, "abaqus")
+    assert len(set(re.findall(r"\*FRICTION, ELASTIC SLIP=(\S+)\n0.65,", text))) == 1, "that of the wall"
     assert "LOADED, GRAV, -2.943, 1., 0., 0." in text
     assert max(map(len, text.splitlines())) <= 256, "a line of a deck holds 256 letters"
     assert text.isascii()
