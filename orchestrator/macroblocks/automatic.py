@@ -15,8 +15,7 @@ That a state exists does not say that loading leads to it. So the bodies are loa
 Where they fail elsewhere than the stones do, where no limit state of the stones was closed, or where few bodies are
 saved, others are looked for that do not, for as much work as loading the stones was. Bodies are joined in halves of
 what is left to join. Where none are found a tenth of the stones is what is begun with: macroblocks are refined when
-they are pushed (refinement.py).
-Stones that come loose before stay bodies of their own; bodies are chosen for the wall without them.
+they are pushed (refinement.py). Stones that come loose before stay bodies; others are chosen for the wall without them.
 """
 
 from __future__ import annotations
