@@ -8,22 +8,14 @@ import re
 import numpy as np
 import pytest
 
-from orchestrator import (
-    JointSettings,
-    SteppingSettings,
-    analyse,
-    find_joints,
-    one_body_per_block,
-    push,
-    read_blocks,
-    storage,
-)
+from orchestrator import SteppingSettings, analyse, one_body_per_block, push, storage
 from orchestrator.app import cli
 from orchestrator.app.curve_end import first_misfit, usable, used
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path.body_overlap import DisplacedOutlines, Misfit
 from orchestrator.pushover.path.curve_checks import RowMisfits
 from tests.support.paths import DATA
+from tests.support.walls import of_file
 
 TOWER = DATA / "tower_5_blocks.json"
 """overturns at 1.6 mm and 3.2 kN; its base shear has fallen by 1 % at 5.6 mm"""
@@ -146,7 +138,7 @@ def test_a_run_whose_stones_overlap_before_its_peak_is_not_valid(tmp_path, monke
 def test_a_jump_past_the_peak_ends_the_curve_and_the_peak_counts():
     """A flat arch on piers, 22 stones: 4 mm on its stones jump to another path of equilibrium, where the load is 14 %
     less, and 2 % of the energies are missing. In small displacements it bears 0.2333 and does not jump."""
-    arch = find_joints(read_blocks(DATA / "jack_arch_on_piers_22_stones.json"), JointSettings())
+    arch = of_file("jack_arch_on_piers_22_stones")
     analysis, stones = analyse(arch), one_body_per_block(arch)
     large = push(arch, analysis, stones)
     small = push(arch, analysis, stones, stepping=SteppingSettings(large_displacement=False, final_drop=0.02))

@@ -8,25 +8,15 @@ from __future__ import annotations
 
 import pytest
 
-from orchestrator import (
-    ElasticSettings,
-    JointSettings,
-    LoadSettings,
-    SteppingSettings,
-    analyse,
-    find_joints,
-    one_body_per_block,
-    push,
-    read_blocks,
-)
-from tests.support.paths import DATA
+from orchestrator import ElasticSettings, LoadSettings, SteppingSettings, analyse, one_body_per_block, push
+from tests.support.walls import of_file
 
 GIGA = 1e9
 
 
 @pytest.fixture(scope="module")
 def arch():
-    return find_joints(read_blocks(DATA / "joggled_arch_15_stones.json"), JointSettings())
+    return of_file("joggled_arch_15_stones")
 
 
 @pytest.fixture(scope="module")

@@ -60,7 +60,7 @@ def _at_every_kink(problem: Target, current: Iterate) -> bool:
     """Return whether an iterate is the first of a wall without any contact force yet, which takes the whole step.
 
     All its contacts are where they close, open and slide. From there a path crossed 660 planes one by one in a wall of
-    512 stones, in 1.3 s, and 95 in the next iteration; from the end of the whole step it crosses 114.
+    512 stones, and 95 in the next iteration; from the end of the whole step it crosses 114.
     """
     return bool(problem.reference_force) and not current.number
 
