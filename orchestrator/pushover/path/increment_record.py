@@ -32,6 +32,7 @@ from orchestrator.pushover.contact.contact_tracking import ANGLED
 from orchestrator.pushover.contact.mortar import Mortar
 from orchestrator.pushover.increments import ContactStatus, Increment, Phase
 from orchestrator.pushover.model import ContactModel
+from orchestrator.pushover.path.curve_checks import ENERGY
 from orchestrator.pushover.solve.iterate import Iterate, Target, out_of_balance
 
 ROUNDING = 1e-9
@@ -196,6 +197,20 @@ def increment_of(
         iterations=iterate.number,
         step=state.step,
     )
+
+
+def balances(state: Increment, solved: Increment) -> bool:
+    """Return whether work and energies of a static increment balance by themselves as those of a whole curve must.
+
+    Else it may be a jump from one path of equilibrium to another. The live load's work is taken at its largest so far,
+    for where the load has fallen to nothing it does none. From a state in motion, and under gravity, no path leads.
+    """
+    if solved.phase == "gravity" or state.gone.any():
+        return True
+    live = solved.largest_base_shear * abs(solved.mean_displacement - state.mean_displacement)
+    stored = abs(solved.internal_energy - state.internal_energy)
+    turned_over = live + stored + abs(solved.dissipated_energy - state.dissipated_energy)
+    return abs(solved.energy_error - state.energy_error) <= ENERGY * turned_over
 
 
 def without_jumps(model: ContactModel, state: Increment) -> ContactModel:

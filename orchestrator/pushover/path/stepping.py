@@ -8,8 +8,10 @@ overdamped flow. One quantity is prescribed, by phase:
     displacement    the mean displacement of the bodies that are driven; the multiplier is an unknown
 
 The load is prescribed until a part of the wall moves for good; what moves then is driven. An increment is static when
-the proximal term carries less than `out_of_balance` of the weight of every body. Where no static state is found near,
-the prescribed quantity is held and the wall moves against viscous contacts and its mass (motion.py) until it rests.
+the proximal term carries less than `out_of_balance` of the weight of every body. One that bends, and whose work and
+energies do not balance, may have jumped to another path of equilibrium: it is taken shorter. Where no static state is
+found near, the prescribed quantity is held and the wall moves against viscous contacts and its mass (motion.py) until
+it rests.
 
 A part of less than `local_share` of the wall's dead load and of its live load that does not come to rest is a local
 failure: its motion is kept, it is taken out when it has lost its hold, and the wall goes on while it carries live load.
@@ -30,7 +32,8 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CollapseError, ConvergenceError, HeldError
 from orchestrator.pushover.increments import BodyMask, Increment, Phase
 from orchestrator.pushover.model import ContactModel, driven_by, touching
-from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
+from orchestrator.pushover.path.growth import BENT, growth, longer
+from orchestrator.pushover.path.increment_record import at_rest, balances, in_front, of_all_nodes
 from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver, measured_by
 from orchestrator.pushover.path.losses import (
     fallen_by_weight,
@@ -62,14 +65,6 @@ ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
 HELD_FROM = 2.0
 """over the multiplier that limit analysis expects at most: from there on it is asked whether supports hold the wall"""
-BENT = 0.5
-"""an increment that departs from the one before by this share of its length, or more, is followed by one as large; one
-that departs by half of it, or less, by one twice as large"""
-ASTRAY = 0.05
-"""while the base shear falls increments grow above the largest, as long as they are expected to depart from the one
-before by less than this share of the largest (a curve drawn through them is off by an eighth of that)"""
-LONGEST_STRAIGHT = 4.0
-"""such an increment at most, over the largest"""
 UNDRIVEN = "no longer driven"
 """what an attempt says after which a local part goes its own way"""
 RESTED = "moved until it rested"
@@ -88,11 +83,6 @@ def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
     if state.phase == "displacement" and dropped:
         return f"base shear {100 * stepping.final_drop:g} % below its peak"
     return None
-
-
-def _longer(bent: float, length: float) -> float:
-    """Return by what factor an increment may be longer than the largest, as the last one, so long and bent, was."""
-    return min(max(float(np.sqrt(ASTRAY * length / bent)), 1.0), LONGEST_STRAIGHT) if bent else 1.0
 
 
 @dataclass(frozen=True)
@@ -169,17 +159,19 @@ class Pushover:
         if self._passes_a_peak(state, solved) and aim.size > self.model.slip_tolerance:
             return trial.smaller("the base shear falls from its highest", solved.iterations)
         bent, length = self.solver.bent(state, solved, aim), self._length(state, solved)
+        if bent >= BENT and self._may_be_smaller(trial) and not balances(state, solved):
+            return trial.smaller("work and energies do not balance", solved.iterations)
         if aim.size > self._largest(aim.phase) and length > 1.0 and bent * length > BENT:
             return trial.smaller("the curve is not straight", solved.iterations)
-        growth = 1.0 if trial.cuts or bent >= BENT else min(BENT / bent, 2.0) if bent else 2.0
-        grown = min(growth * aim.size, self._resolved(solved, length) * (_longer(bent, length) if falls else 1.0))
+        grows = growth(state, bent, smaller=trial.cuts > 0)
+        grown = min(grows * aim.size, self._resolved(solved, length) * (longer(bent, length) if falls else 1.0))
         return [replace(solved, attempts=trial.attempts, step=(grown, aim.size))]
 
     def _not_static(self, trial: Trial, aim: Aim, why: str, spent: int) -> Trial | list[Increment]:
         """Return a smaller increment to try, or what the wall does that is left to move; spent: iterations so far."""
         state, smaller, largest = trial.state, SHRINK * trial.size, self._largest(trial.state.phase)
         onset = ONSET * largest
-        if trial.cuts < CUTS[state.phase] + (state.step[0] > largest) and trial.size > onset:
+        if self._may_be_smaller(trial) and trial.size > onset:
             return trial.smaller(why, spent)
         rows = motion(self.solver, state, aim)
         last, moved = rows[-1], trial.after(*rows)
@@ -197,6 +189,11 @@ class Pushover:
             return replace(moved.then(why, f"a local part moves; retried with {smaller:g}", total), size=smaller)
         attempts = trial.then(why, "a local part moves", spent).attempts + rows[0].attempts
         return [replace(rows[0], attempts=attempts), *rows[1:]]
+
+    def _may_be_smaller(self, trial: Trial) -> bool:
+        """Return whether an increment that fails is made smaller: not as often as is allowed already."""
+        phase = trial.state.phase
+        return trial.cuts < CUTS[phase] + (trial.state.step[0] > self._largest(phase))
 
     def _passes_a_peak(self, state: Increment, solved: Increment) -> bool:
         """Return whether the base shear falls, in one increment of displacement, from the highest so far by more than
