@@ -83,6 +83,7 @@ def export(case: Case, segmented: Segmented, model: ModelName, kind: str, multip
 
 def deck(bodies: Bodies, case: Case, multiplier: float, dialect: Dialect) -> str:
     """Return the input deck of `bodies`; `multiplier` (with the sign of the load) is reached at the end of step 2."""
+    case = replace(case, mesh=replace(case.mesh, size=case.mesh.size_of(bodies)))
     everything = replace(bodies, moving=len(bodies.bodies))  # supports are meshed too: masters need faces
     meshes = mesh_bodies(everything, case.mesh, mesh_cache())
     pairs = list(contact_pairs(bodies, meshes))
@@ -171,7 +172,7 @@ def _interaction(pair: ContactPair, bodies: Bodies, meshes: BodyMeshes, case: Ca
     if dialect == "abaqus":
         hard = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD"
         return [hard, f"*FRICTION, ELASTIC SLIP={slip:.6g}", f"{pair.friction:.12g},"]
-    normal = NORMAL_PENALTY * case.elastic.elastic_modulus / case.mesh.size
+    normal = NORMAL_PENALTY * case.elastic.elastic_modulus / case.mesh.size_of(bodies)
     stick = min(pair.friction * _bed_pressure(bodies, meshes) / slip, 0.1 * normal)
     hard = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR"
     return [hard, "0., 0.", f"{normal:.6g}, 1.", "*FRICTION", f"{pair.friction:.12g}, {stick:.6g}"]

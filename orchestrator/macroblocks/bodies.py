@@ -85,6 +85,12 @@ class Bodies:
     edge_j: IntArray
     toe: FloatArray | None = None
 
+    @property
+    def mean_stone(self) -> float:
+        """Root of the mean area of the moving blocks, in m: the same whatever bodies they make."""
+        moving = self.bodies[: self.moving]
+        return float(np.sqrt(sum(body.area for body in moving) / sum(len(body.blocks) for body in moving)))
+
 
 def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
     """Return the material of each moving body: "several" where its blocks differ, "unnamed" where it has no name."""

@@ -85,14 +85,15 @@ def _readable(seconds: float) -> str:
 def estimate(bodies: Bodies, settings: MeshSettings, element_order: int = 1) -> Estimate:
     """Return what the finite elements of the moving bodies will need."""
     in_plane = on_outline = 0.0
-    ends = element_ends(bodies, settings.size, settings.toe_offset)
+    size = settings.size_of(bodies)
+    ends = element_ends(bodies, size, settings.toe_offset)
     for body in bodies.bodies[: bodies.moving]:
         edges = np.concatenate(
             [np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1) for ring in (body.exterior, *body.holes)]
         )
         least = [1.0 + len(ends.get((body.number, k), ())) for k in range(len(edges))]
-        boundary = float(np.maximum(np.ceil(edges / settings.size), least).sum())
-        triangles = max(body.area / (math.sqrt(3) / 4 * settings.size**2), boundary - 2)
+        boundary = float(np.maximum(np.ceil(edges / size), least).sum())
+        triangles = max(body.area / (math.sqrt(3) / 4 * size**2), boundary - 2)
         on_outline += boundary
         in_plane += max(boundary, 0.5 * (triangles + boundary) + 1)  # Euler: 2 vertices = triangles + boundary + 2
     levels = settings.layers + 1 if element_order == 2 else settings.layers // 2 + 1  # nodes in front are enough

@@ -33,8 +33,8 @@ logger = logging.getLogger(__name__)
 class MeshSettings(Checked):
     """Element size in the wall's plane and number of element layers through the thickness."""
 
-    size: Annotated[float, Gt(0), Unit("m")] = 0.2
-    """largest edge of an element in the wall's plane; joint ends are nodes whatever the size"""
+    size: Annotated[float, Gt(0), Unit("m")] | None = None
+    """largest edge of an element in the wall's plane; joint ends are nodes. Left out: root of a mean stone's area"""
     layers: Annotated[int, Ge(1)] = 1
     """elements through the thickness"""
     matching_faces: bool = False
@@ -44,6 +44,10 @@ class MeshSettings(Checked):
     toe_offset: Annotated[float, Gt(0), Le(0.5)] = 0.005
     """share of a joint's length by which the resultant of a toe that crushes (joints.classes) may lie off: where limit
     analysis finds such toes, elements are made as short as this takes; 0.5 leaves them at `size`"""
+
+    def size_of(self, bodies: Bodies) -> float:
+        """Return the largest edge of an element in m."""
+        return bodies.mean_stone if self.size is None else self.size
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,7 +90,7 @@ class ShapeMesh:
 @dataclass(frozen=True, slots=True)
 class CutOutline:
     """rings: their vertices relative to the first vertex of the outline, rounded to 1e-9 m. cuts: where elements end
-    within an edge, as shares of it; for edges of no cuts, and where there are none at all, the settings' size decides.
+    within an edge, as shares of it; for edges of no cuts, and where there are none, the size of elements decides.
     """
 
     rings: tuple[tuple[tuple[float, float], ...], ...]
@@ -98,9 +102,10 @@ def mesh_bodies(bodies: Bodies, settings: MeshSettings, cache: Path | None = Non
     """Return the meshes of the moving bodies; equal shapes are meshed once, and kept in the folder `cache`."""
     began = perf_counter()
     moving = bodies.bodies[: bodies.moving]
-    ends = element_ends(bodies, settings.size, settings.toe_offset)
+    size = settings.size_of(bodies)
+    ends = element_ends(bodies, size, settings.toe_offset)
     shapes = [_shape(body, ends) for body in moving]
-    known = _meshes(dict.fromkeys(shapes), bodies.thickness, settings, cache)
+    known = _meshes(dict.fromkeys(shapes), bodies.thickness, size, settings, cache)
     meshes = [known[shape] for shape in shapes]
     first_node = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
     origins = [np.append(body.exterior[0], 0.0) for body in moving]
@@ -133,23 +138,23 @@ def _shape(body: Body, ends: dict[tuple[int, int], FloatArray]) -> CutOutline:
 
 
 def _meshes(
-    shapes: dict[CutOutline, None], thickness: float, settings: MeshSettings, cache: Path | None
+    shapes: dict[CutOutline, None], thickness: float, size: float, settings: MeshSettings, cache: Path | None
 ) -> dict[CutOutline, ShapeMesh]:
     """Return a mesh for each shape, from the cache where it is there."""
-    files = {shape: cache and cache / f"{_content_hash(shape, thickness, settings)}.npz" for shape in shapes}
+    files = {shape: cache and cache / f"{_content_hash(shape, thickness, size, settings)}.npz" for shape in shapes}
     meshes = {shape: mesh for shape, file in files.items() if (mesh := _cached(file)) is not None}
     missing = [shape for shape in shapes if shape not in meshes]
     if missing:
-        with gmsh_session(settings) as gmsh:
+        with gmsh_session(size) as gmsh:
             for shape in missing:
-                meshes[shape] = _mesh_shape(gmsh, shape, thickness, settings)
+                meshes[shape] = _mesh_shape(gmsh, shape, thickness, size, settings)
                 _keep(meshes[shape], files[shape])
     return meshes
 
 
 @contextmanager
-def gmsh_session(settings: MeshSettings) -> Iterator[Any]:
-    """Hold gmsh's global state: silent, one thread, no element larger than the settings' size."""
+def gmsh_session(size: float) -> Iterator[Any]:
+    """Hold gmsh's global state: silent, one thread, no element larger than `size` m."""
     import gmsh  # 130 MB that check, limit and segment do not need
 
     gmsh.initialize(interruptible=False)
@@ -157,17 +162,17 @@ def gmsh_session(settings: MeshSettings) -> Iterator[Any]:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("General.NumThreads", 1)
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
-        gmsh.option.setNumber("Mesh.MeshSizeMax", settings.size)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
         yield gmsh
     finally:
         gmsh.finalize()
 
 
-def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, settings: MeshSettings) -> ShapeMesh:
+def _mesh_shape(gmsh: Any, shape: CutOutline, thickness: float, size: float, settings: MeshSettings) -> ShapeMesh:
     """Triangulate the outline, extrude it, and return its tetrahedra."""
     gmsh.model.add("body")
     geometry = gmsh.model.geo
-    rings = _add_rings(geometry, shape, settings.size)
+    rings = _add_rings(geometry, shape, size)
     surface = geometry.addPlaneSurface(
         [geometry.addCurveLoop([line for edge in ring for line in edge]) for ring in rings]
     )
@@ -292,10 +297,10 @@ def _sides(tetrahedra: IntArray, on_edge: list[IntArray]) -> tuple[IntArray, Int
     return boundary[side_edge >= 0], side_edge[side_edge >= 0]
 
 
-def _content_hash(shape: CutOutline, thickness: float, settings: MeshSettings) -> str:
+def _content_hash(shape: CutOutline, thickness: float, size: float, settings: MeshSettings) -> str:
     from importlib.metadata import version
 
-    sizes = [thickness, settings.size, settings.layers, settings.matching_faces]
+    sizes = [thickness, size, settings.layers, settings.matching_faces]
     content = [shape.rings, *sizes, version("gmsh"), "edges", *(["cuts", shape.cuts] if shape.cuts else [])]
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 

@@ -133,7 +133,7 @@ def _of_sizes(case: Case, wall: Wall) -> Iterator[str]:
     if not SLENDEREST * size <= wall.thickness <= THICKEST * size:
         usual = f"usual are {SLENDEREST * size:.3g} to {THICKEST * size:.3g} m"
         yield f"UNUSUAL: thickness {wall.thickness:g} m of a wall of {length:.3g} x {height:.3g} m, {usual}"
-    if case.mesh.size > size:
+    if case.mesh.size is not None and case.mesh.size > size:
         yield f"UNUSUAL: mesh.size {case.mesh.size:g} m is larger than the wall; is {case.mesh.size:g} mm meant?"
     moved = case.stepping.final_displacement
     if moved > height:

@@ -76,9 +76,9 @@ def bodies_of(wall: Wall, *classes: JointClass) -> Bodies:
 def model_of(
     wall: Wall,
     partition: Partition | None = None,
-    mesh_size: float = 0.2,
+    mesh_size: float | None = None,
     direction: int = 1,
-    slip_tolerance: float = 1e-6,
+    slip_tolerance: float | None = None,
     large_displacement: bool = False,
     loads: LoadSettings | None = None,
     joints: JointClass | None = None,

@@ -46,8 +46,7 @@ def slip_tolerance_of(bodies: Bodies, elastic: ElasticSettings, contact: Contact
     modulus = float(area @ constants_of(bodies, elastic).elastic_modulus[: bodies.moving] / area.sum())
     along = np.concatenate([body.exterior[:, 0] for body in moving])
     pressure = 0.5 * float(area @ [body.unit_weight for body in moving]) / float(np.ptp(along))
-    stone = np.sqrt(area.sum() / sum(len(body.blocks) for body in moving))
-    return float(SLIP_SHARE * pressure * stone / modulus)
+    return float(SLIP_SHARE * pressure * bodies.mean_stone / modulus)
 
 
 def _of_body(body: Body, elastic: ElasticSettings) -> tuple[float, float]:

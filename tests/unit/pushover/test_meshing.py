@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import meshio
 import numpy as np
 import pytest
@@ -159,3 +161,18 @@ def test_written_meshes_read_back(bond, tmp_path, name, monkeypatch):
     assert read.points == pytest.approx(meshes.nodes)
     assert (read.get_cells_type("tetra") == meshes.tetrahedra).all()
     assert (np.concatenate(read.cell_data["body"]) == meshes.body_of_tetrahedron).all()
+
+
+def test_left_out_the_size_is_a_share_of_the_stones_at_any_scale_and_in_macroblocks():
+    wall = read_blocks(PROJECT / "meshes" / "ferris_tinloi_wall6.json")
+    tenth = replace(wall, blocks=tuple(replace(one, polygon=0.1 * one.polygon) for one in wall.blocks), thickness=0.01)
+    elements = []
+    for one in (wall, tenth):
+        assemblage = find_joints(one, JointSettings())
+        bodies = make_bodies(assemblage, one_body_per_block(assemblage))
+        merged = make_bodies(assemblage, one_body(assemblage))
+        assert MeshSettings().size_of(merged) == pytest.approx(MeshSettings().size_of(bodies), rel=1e-9)
+        elements.append([len(mesh_bodies(of, MeshSettings(), None).tetrahedra) for of in (bodies, merged)])
+    assert elements[0] == pytest.approx(elements[1], rel=0.01), "gmsh rounds"
+    given = mesh_bodies(make_bodies(assemblage, one_body_per_block(assemblage)), MeshSettings(0.02), None)
+    assert len(given.tetrahedra) == elements[1][0], "half a stone of 40 mm: one element between joint ends"
