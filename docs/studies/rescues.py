@@ -21,7 +21,7 @@ sys.path[:0] = [str(FOLDER)]
 
 import path as study
 
-from orchestrator.pushover.path import increment_solver, motion, stepping
+from orchestrator.pushover.path import growth, increment_solver, motion, stepping
 from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve import contact_path, newton
 
@@ -44,6 +44,10 @@ def _from_the_expected_state(solver: Any, model: Any, problem: Any, first: Any, 
     return newton.solve_increment(model, solver.system, problem, first, solver.newton)
 
 
+def _growth_where_straight(state: Any, bent: float, smaller: bool) -> float:
+    return growth.growth(replace(state, phase="load"), bent, smaller)
+
+
 WITHOUT = {
     "nothing": _nothing,
     "path from kink to kink": lambda: _set(newton, followed=lambda _model, _system, _kinks, solution: (solution, True)),
@@ -63,15 +67,22 @@ WITHOUT = {
     "elastic slip as first increment after a motion": lambda: _set(
         stepping.Pushover, _anew=lambda self, aim: (self._largest(aim.phase) / 16, 0.0)
     ),
-    "no growth after an increment that bends": lambda: _set(stepping, BENT=np.inf),
+    "an increment that bends and misses its work is made smaller": lambda: _set(stepping, balances=lambda *_: True),
+    "no growth after an increment that bends": lambda: _set(growth, BENT=np.inf),
+    "growth where increments bend at any size": lambda: _set(stepping, growth=_growth_where_straight),
     "a part that slides inside goes farther": lambda: _set(
         stepping.Pushover, _resolved=lambda self, solved, _length: self._largest(solved.phase)
     ),
-    "increments above the largest past the peak": lambda: _set(stepping, LONGEST_STRAIGHT=1.0),
+    "increments above the largest past the peak": lambda: _set(growth, LONGEST_STRAIGHT=1.0),
     "motion goes on from its last step": lambda: _set(motion, carried_on=lambda _m, here, _c, _s: here),
     "a step of motion is made shorter": lambda: _set(motion, TRIES=1),
     "a step in which a body goes too far is made shorter": lambda: _set(motion, TOO_FAR=np.inf),
     "rest is looked for only near it": lambda: _set(motion, NEAR_REST=np.inf),
+    "first iteration of a wall without forces is whole": lambda: _set(newton, _at_every_kink=lambda *_: False),
+    "no body may miss a thousandth of its weight": lambda: _set(newton, OF_BODIES=np.inf),
+    "geometry is solved on again where bodies have turned": lambda: _set(increment_solver, TURN=np.inf),
+    "a weak wall is measured by its live load": lambda: _set(increment_solver, WEAK=1e-9),
+    "supports are asked whether they hold the wall": lambda: _set(stepping, HELD_FROM=np.inf),
 }
 """what is taken away -> how"""
 

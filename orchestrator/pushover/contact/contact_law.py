@@ -58,6 +58,10 @@ class FrictionResponse:
             slip_stiffness=self.slip_stiffness + viscosity[:, None, None] * np.eye(2),
         )
 
+    def at_given_pressure(self) -> FrictionResponse:
+        """Return the response for a normal force that is given, whatever that of the contact is."""
+        return replace(self, pressure_slope=np.zeros_like(self.pressure_slope), elastic=np.zeros_like(self.elastic))
+
     def bonded(
         self, trial_slip: FloatArray, normal_force: FloatArray, friction: FloatArray, bond: BondResponse
     ) -> FrictionResponse:

@@ -165,6 +165,7 @@ class IncrementSolver:
                 bond=bond,
                 mortar=model.mortar and model.mortar.at(model.rows, state.closing, state.normal_force),
                 damped=touch if touch.any() else None,
+                pressure=model.on_its_contacts(state.normal_force) if viscosity else None,
             )
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
             try:

@@ -27,7 +27,8 @@ class Target:
     that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
     contacts that were closed at the start (damped (c,)) resist slip by viscosity x (slip since then) besides friction,
     whether they stay closed or not: a force that came and went with the contact could leave a step without a solution.
-    Bonded ones resist opening likewise. bond: strengths and history of the contacts, None where no joint has any;
+    Bonded ones resist opening likewise. pressure (c,): normal force in N that friction follows, None: that of the
+    contacts in this increment. bond: strengths and history of the contacts, None where no joint has any;
     mortar: stiffness, strength and history likewise. ties: history of the ties, None without any.
     """
 
@@ -40,6 +41,7 @@ class Target:
     reference_force: float = 0.0
     viscosity: float = 0.0
     damped: npt.NDArray[np.bool_] | None = None
+    pressure: FloatArray | None = None
     bond: Bond | None = None
     mortar: Mortar | None = None
     ties: TieHistory | None = None
@@ -96,14 +98,15 @@ def evaluate(
         gap = mortar.opened(gap, normal_force)
     slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
     trial = problem.elastic_slip + slip
+    pressure = normal_force if problem.pressure is None else problem.pressure
     response = friction_response(
-        trial, normal_force, model.contacts.friction, model.slip_tolerance, problem.shear_stiffness
+        trial, pressure, model.contacts.friction, model.slip_tolerance, problem.shear_stiffness
     )
     bond = None
     pull = pull_slope = np.zeros(len(gap))
     if problem.bond is not None:
         bond, holds = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
-        response = response.bonded(trial, normal_force, model.contacts.friction, bond)
+        response = response.bonded(trial, pressure, model.contacts.friction, bond)
         pull = bond.tension + problem.viscosity * holds * (gap - problem.bond.opening)
         pull_slope = bond.tension_slope + problem.viscosity * holds
     pressed = normal_force - model.contact_stiffness * gap
@@ -111,6 +114,7 @@ def evaluate(
     strength = np.inf if mortar is None else mortar.strength
     crushes = active & (pressed >= strength)
     off = np.where(crushes, normal_force - strength, normal_force + pull)  # forces given where contacts open or crush
+    response = response if problem.pressure is None else response.at_given_pressure()
     response = response.damped(slip, problem.viscosities(len(gap)))
     strained = displacement - model.rigid
     residual = (
