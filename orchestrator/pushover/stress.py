@@ -70,8 +70,8 @@ def in_fixed_axes(meshes: BodyMeshes, stress: FloatArray, displacement: FloatArr
 def contact_forces(model: ContactModel, increment: Increment) -> FloatArray:
     """Return the forces (c, 3) in N on the slaves of all possible contacts; the masters have them with the other sign.
 
-    A contact in front has the force of its image, too (front.py): what they have across the wall cancels. What viscous
-    joints add while the wall moves is left out.
+    A contact in front has the force of its image, too (front.py): what they have across the wall cancels. While the
+    wall moves, what viscous joints add is left out, and friction is that of these normal forces, not of those before.
     """
     possible, force = model.possible, increment.normal_force
     bond = model.bond and replace(model.bond, damage=increment.damage)

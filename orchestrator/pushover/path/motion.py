@@ -25,8 +25,8 @@ TOO_FAR = 2.0
 """a step of motion in which a body goes farther than FASTEST times this is taken again, as much shorter: a stone creeps
 off its neighbour in steps of seconds, in which it would fall by many walls"""
 VISCOUS_FORCE = 0.01
-"""a contact that slides by the length of a step of motion resists with this share of the weight, however short that is:
-so short enough steps have a solution (theory.md)"""
+"""a contact that slides by the length of a step of motion resists with this share of the weight (where none did, three
+of 13 walls of larger rubble came to states that bear 1 to 4 % less, farther from those of rigid blocks)"""
 INERTIA = 0.1
 """a body that moves by the length of a step of motion resists with this share of its weight"""
 FASTER = 5.0
