@@ -28,7 +28,7 @@ from orchestrator.space.conic_program import ConicSolution, solve_associative
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.elastic_joints import Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
-from orchestrator.space.gravity import falling_blocks, forces_under_gravity, listed
+from orchestrator.space.gravity import at_rest, forces_under_gravity, listed
 from orchestrator.space.loads import SpaceLoads
 from orchestrator.space.springs import depth_stiffness, springs_of
 from orchestrator.space.validation import LIMITS, Validation, validate
@@ -153,8 +153,8 @@ def analyse(
     settings, started = settings or SpaceLimitSettings(), perf_counter()
     equilibrium = equilibrium_of(assemblage, loads, settings.torsion)
     stiffness = depth_stiffness(assemblage, DEPTH_POWER)
-    gravity = forces_under_gravity(assemblage, equilibrium, stiffness)
-    falling = falling_blocks(assemblage, equilibrium, gravity, stiffness)
+    balanced = forces_under_gravity(assemblage, equilibrium, stiffness)
+    gravity, falling = at_rest(assemblage, equilibrium, balanced, stiffness)
     report("whether it stands is open" if falling else "joint forces can balance its dead load")
     optimum = _associative(equilibrium)
     associative = state_of("associative", assemblage, loads, optimum, optimum.velocities, settings.torsion)

@@ -128,16 +128,17 @@ def push(
     return _unscaled(equilibrium, last.forces, velocities, flow, used, perf_counter() - started, path)
 
 
-def going_down(
+def settled(
     assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, gravity: FloatArray, stiffness: FloatArray
-) -> FloatArray | None:
-    """Return the motion (m, 6) of a wall that goes down under its dead load on elastic joints that carried nothing
-    before; None for one that comes to rest, or where Newton's method loses its way in elastic motions.
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return the forces (p, 3) in N of a wall that comes to rest under its dead load on elastic joints that carried
+    nothing before, and None; of one that goes down, `gravity` and its motion (m, 6). Where Newton's method loses its
+    way in elastic motions there are `gravity` and None.
 
     Forces that balance the dead load, `gravity` (p, 3) in N, may be a prestress that nothing makes: a lintel that
-    friction holds between two piers. They are taken away step by step, and the wall moves into the joints, or down:
-    farther than a tower of all its blocks settles, n^2 / 2 mean weights over mean stiffnesses for n blocks on one
-    spring each.
+    friction holds between two piers, or stacks beside each other that settle differently; those of least energy have
+    joints that dilate. They are taken away step by step, and the wall moves into the joints, or down: farther than a
+    tower of all its blocks settles, n^2 / 2 mean weights over mean stiffnesses for n blocks on one spring each.
     """
     springs = springs_of(assemblage, equilibrium, stiffness)
     prestress = gravity / equilibrium.weight_scale
@@ -153,8 +154,8 @@ def going_down(
         else:
             moved = (tried.displacements - rest.displacements) / (left - least)
             settles = np.abs(moved).max() <= 0.5 * len(equilibrium.free_blocks) ** 2
-            return None if settles else (moved * equilibrium.row_scale).reshape(-1, 6)
-    return None
+            return gravity, None if settles else (moved * equilibrium.row_scale).reshape(-1, 6)
+    return equilibrium.weight_scale * rest.forces, None
 
 
 def _unscaled(

@@ -11,7 +11,7 @@ from orchestrator.limit_analysis.gravity import falls
 from orchestrator.limit_analysis.paper.linear_program import InfeasibleError
 from orchestrator.space.conic_program import gravity_forces, missing_support
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.elastic_joints import going_down
+from orchestrator.space.elastic_joints import settled
 from orchestrator.space.equilibrium import SpaceEquilibrium
 
 LISTED = 10
@@ -54,12 +54,13 @@ def _stands(equilibrium: SpaceEquilibrium, stiffness: FloatArray) -> bool:
     return True
 
 
-def falling_blocks(
+def at_rest(
     assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, gravity: FloatArray, stiffness: FloatArray
-) -> tuple[int, ...]:
-    """Return the ids of the blocks that go down under the dead load where the wall does not come to rest."""
-    motion = going_down(assemblage, equilibrium, gravity, stiffness)
-    return () if motion is None else _fastest(assemblage, equilibrium, motion)
+) -> tuple[FloatArray, tuple[int, ...]]:
+    """Return the forces (p, 3) in N under the dead load from which a wall is pushed, without a prestress where it rests
+    without, and the ids of the blocks that go down where it does not come to rest."""
+    forces, motion = settled(assemblage, equilibrium, gravity, stiffness)
+    return forces, () if motion is None else _fastest(assemblage, equilibrium, motion)
 
 
 def _fastest(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, motion: FloatArray) -> tuple[int, ...]:
