@@ -11,6 +11,7 @@ from rich.table import Table
 
 from orchestrator.app import load_cases
 from orchestrator.app.terminal import shown
+from orchestrator.basis.printed import counted
 from orchestrator.present.report import write_given
 from orchestrator.present.weights import way_of
 from orchestrator.settings.case import Case
@@ -58,10 +59,10 @@ def check(case: Case, place: str, picture: Path, console: Console) -> int:
             str(write_given(picture.parent, one, assemblage, names[name])[0]) for name, one in cases.items()
         )
     free = sum(not block.fixed for block in wall.blocks)
-    counted = f"{free} blocks, {assemblage.joints.count} joints"
-    counted += f", {len(cases)} load cases" if case.load.several else ""
+    counts = f"{counted(free, 'block')}, {counted(assemblage.joints.count, 'joint')}"
+    counts += f", {len(cases)} load cases" if case.load.several else ""
     verdict = "see the warnings above" if warnings else "nothing to complain about"
-    console.print(f"{place}: {counted}, {verdict}; {pictures}", soft_wrap=True)
+    console.print(f"{place}: {counts}, {verdict}; {pictures}", soft_wrap=True)
     return 0
 
 

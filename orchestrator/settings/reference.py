@@ -98,7 +98,8 @@ def _stated(name: str, block_file: str, opening: str, shown: Sequence[CaseSectio
             about = [setting.meaning, f"unit {setting.unit}" if setting.unit else "", setting.range]
             lines += _comment("; ".join(part for part in about if part))
             value = _toml(block_file) if setting.default == REQUIRED else setting.default
-            lines.append(f"{setting.key} = {value}" if value else f"# {setting.key} =   (left out)")
+            stated = value and f"{section.name}.{setting.key}" not in cases.table_types()  # TOML: a list or its tables
+            lines.append(f"{setting.key} = {value}" if stated else f"# {setting.key} =   (left out)")
     return "\n".join(lines) + "\n"
 
 

@@ -160,6 +160,21 @@ def test_new_writes_a_case_that_check_accepts_and_draws(tmp_path, capsys):
     assert "north.toml: exists already" in capsys.readouterr().err
 
 
+def test_a_table_behind_a_new_case_is_taken(tmp_path, capsys, monkeypatch):
+    """`dead = []` in the file would refuse [[load.dead]] below it; one block is no "1 blocks"."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["new", "mine"]) == 0
+    with (tmp_path / "mine.toml").open("a") as file:
+        file.write('\n[[load.dead]]\nblocks = [1]\nforce = "1 kN"\n')
+    assert cli.main(["check", str(tmp_path / "mine.toml"), "--output", str(tmp_path / "out")]) == 0
+    wall = json.loads((tmp_path / "mine.json").read_text())
+    wall["blocks"] = wall["blocks"][:2]
+    (tmp_path / "one.json").write_text(json.dumps(wall))
+    capsys.readouterr()
+    assert cli.main(["check", str(tmp_path / "one.json"), "--output", str(tmp_path / "one")]) == 0
+    assert "1 block, 1 joint," in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("output", [".", "cases", "cases/deep", "../beside"])
 def test_a_new_case_finds_its_block_file_from_wherever_it_is_written(tmp_path, monkeypatch, output):
     here = tmp_path / "here"
