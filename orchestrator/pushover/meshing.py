@@ -34,7 +34,7 @@ class MeshSettings(Checked):
     """Element size in the wall's plane and number of element layers through the thickness."""
 
     size: Annotated[float, Gt(0), Unit("m")] | None = None
-    """largest edge of an element in the wall's plane; joint ends are nodes. Left out: root of a mean stone's area"""
+    """largest edge of an element in the wall's plane; joint ends are nodes. Left out: half a mean stone's size"""
     layers: Annotated[int, Ge(1)] = 1
     """elements through the thickness"""
     matching_faces: bool = False
@@ -47,7 +47,7 @@ class MeshSettings(Checked):
 
     def size_of(self, bodies: Bodies) -> float:
         """Return the largest edge of an element in m."""
-        return bodies.mean_stone if self.size is None else self.size
+        return 0.5 * bodies.mean_stone if self.size is None else self.size
 
 
 @dataclass(frozen=True, eq=False, slots=True)
