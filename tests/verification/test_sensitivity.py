@@ -199,7 +199,7 @@ def test_what_is_no_range_is_refused_by_its_key(given, key):
 def test_a_curve_without_its_peak_is_not_compared_with_a_peak(tmp_path, capsys):
     """A cube slides at friction 0.3 and has its peak; at 0.98 it rises to 0.98 and is not there by 0.065 mm: no end of
     a bar."""
-    more = "analysis = 'macro'\n[stepping]\nfinal_displacement = '0.065 mm'\n"
+    more = "analysis = 'macro'\n[mesh]\nsize = '0.2 m'\n[stepping]\nfinal_displacement = '0.065 mm'\n"
     path = write(tmp_path, 1.0, 1.0, samples=4)
     text = path.read_text("utf-8").replace("friction = [0.55, 0.75]", "friction = [0.25, 0.98]")
     path.write_text("\n".join(line for line in text.splitlines() if "unit_weight" not in line) + "\n" + more, "utf-8")

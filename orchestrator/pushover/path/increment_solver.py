@@ -124,12 +124,22 @@ class IncrementSolver:
         here, share = state.displacement.ravel(), self.share(state, aim)
         predicted = carried_on(self.model, here, state.change.ravel(), share) if share else here
         fastest = share * float(body_motion(self.model, state.change.ravel()).max())
-        return self.solved(state, aim, predicted, 0.0, self.time_step(aim, fastest))
+        return self.solved(state, aim, predicted, self.time_step(aim, fastest))
 
     def solved(
-        self, state: Increment, aim: Aim, predicted: FloatArray, viscosity: float, time_step: float
+        self,
+        state: Increment,
+        aim: Aim,
+        predicted: FloatArray,
+        time_step: float,
+        viscosity: float = 0.0,
+        *,
+        friction_of_before: bool = False,
     ) -> Increment:
-        """Solve on the geometry of the predicted displacement, again where bodies have turned away from it."""
+        """Solve on the geometry of the predicted displacement, again where bodies have turned away from it.
+
+        friction_of_before: friction follows the normal forces of `state`.
+        """
         phase, undeformed = aim.phase, self.model_of(state)
         problem = Target(
             gravity_share=aim.value if phase == "gravity" else 1.0,
@@ -165,7 +175,7 @@ class IncrementSolver:
                 bond=bond,
                 mortar=model.mortar and model.mortar.at(model.rows, state.closing, state.normal_force),
                 damped=touch if touch.any() else None,
-                pressure=model.on_its_contacts(state.normal_force) if viscosity else None,
+                pressure=model.on_its_contacts(state.normal_force) if friction_of_before else None,
             )
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
             try:

@@ -35,6 +35,8 @@ SHORTER_STEP = 3.0
 """a step of motion that fails is made shorter by this factor"""
 NEAR_REST = 10.0
 """rest is looked for when the out-of-balance forces have fallen to this many times what counts as static"""
+OF_BEFORE = "friction of the normal forces before"
+"""what an attempt says after which a step of motion was solved with that"""
 TRIES = 20
 """times that a step of motion is made shorter"""
 
@@ -62,19 +64,15 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
 
     goes_on: the last change is a step of the same motion, from which this one is expected to go on.
     """
-    length = state.step[0]
-    model, attempts = solver.model_of(state), list[Attempt]()
+    length, attempts = state.step[0], list[Attempt]()
     here = state.displacement.ravel()
     predicted = carried_on(solver.model, here, state.change.ravel(), 1.0) if goes_on else here
-    gravity = model.weight / float(solver.model.body_mass.sum())
     for _ in range(TRIES):
-        viscosity = VISCOUS_FORCE * model.weight / length
-        time_step = float(np.sqrt(length / (INERTIA * gravity)))
         reached = aim
         if aim.phase == "displacement":
             reached = replace(aim, value=min(aim.value, state.mean_displacement + length))
         try:
-            moved = solver.solved(state, reached, predicted, viscosity, time_step)
+            moved = _moved(solver, state, reached, predicted, length)
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "a shorter step", error.iterations))
             length, predicted = length / SHORTER_STEP, here
@@ -105,3 +103,22 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
     length *= min(1.0, FASTEST / far) if far else 1.0
     gone = read_only(state.gone + motions)
     return replace(moved, moving=True, gone=gone, attempts=tuple(attempts), step=(length, 0.0))
+
+
+def _moved(solver: IncrementSolver, state: Increment, aim: Aim, predicted: FloatArray, length: float) -> Increment:
+    """Return the state after a step of motion of `length` (m); where Coulomb's friction leaves none, with that of the
+    normal forces before the step, which always does."""
+    weight = solver.model_of(state).weight
+    time_step = float(np.sqrt(length * float(solver.model.body_mass.sum()) / (INERTIA * weight)))
+    viscosity = VISCOUS_FORCE * weight / length
+    try:
+        return solver.solved(state, aim, predicted, time_step, viscosity)
+    except ConvergenceError as error:
+        if error.stage == "geometry":
+            raise
+        failed = Attempt(str(error), length, OF_BEFORE, error.iterations)
+    try:
+        moved = solver.solved(state, aim, predicted, time_step, viscosity, friction_of_before=True)
+    except ConvergenceError as error:
+        raise ConvergenceError(error.stage, error.where, error.iterations + failed.iterations) from error
+    return replace(moved, attempts=(failed, *moved.attempts))

@@ -133,7 +133,7 @@ def alone(runs, tmp_path):
             'direction = "+x"',
             "load.direction: is '+x', but the run was made with '-x'; set it back",
         ),
-        ('size = "', 'size = "1', "mesh.size: is '1"),
+        ("layers = 1", "layers = 2", "mesh.layers: is 2"),
         ('elastic_modulus = "', 'elastic_modulus = "9', "elastic.elastic_modulus: is '9"),
         ("dead = []", 'dead = [{blocks = [1], force = "1 kN"}]', "load.dead: is [{'blocks': [1]"),
     ],
