@@ -16,9 +16,9 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.macroblocks.bodies import Bodies
 
-SHORTEST = 0.02
+SHORTEST = 0.0125
 """elements are no shorter than this share of the joint and of the root of the body's area: two points of contact nearer
-than 0.8 % of the latter are one (contact_tracking.COVER)"""
+than 0.8 % of the latter are one (one_place.COVER)"""
 FINE = 1.5
 """elements are short over so many lengths of the toe: the forces at the peak are not quite those it was found from"""
 GROWTH = 0.7

