@@ -179,8 +179,8 @@ def test_a_floor_is_what_a_thin_heavy_block_in_its_place_is(stones, modulus):
 
 
 def test_a_headline_with_a_floor_is_what_finite_elements_bear():
-    """A column of 1 GPa bears 0.063 as drawn and a third less once it has moved, with elements of 0.2 m; finer ones give
-    way at the edge that carries all as long as they get finer (docs/limits.md)."""
+    """A column of 1 GPa bears 0.063 as drawn and a third less once it has moved, with elements of 0.2 m; finer ones
+    give way at the edge that carries all as long as they get finer (docs/limits.md)."""
     wall, load, modulus = column(1), floor_on(1), 1e9
     found = analyse(wall, ALONE, loads_on(wall.wall, load), modulus)
     assert found.geometry_decides
