@@ -21,6 +21,7 @@ sys.path[:0] = [str(FOLDER)]
 
 import path as study
 
+from orchestrator.basis.errors import ConvergenceError
 from orchestrator.pushover.path import growth, increment_solver, motion, stepping
 from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve import contact_path, newton
@@ -42,6 +43,17 @@ def _set(module: Any, **values: Any) -> None:
 
 def _from_the_expected_state(solver: Any, model: Any, problem: Any, first: Any, *_: Any) -> Any:
     return newton.solve_increment(model, solver.system, problem, first, solver.newton)
+
+
+def _with_coulomb_alone() -> None:
+    solved = increment_solver.IncrementSolver.solved
+
+    def of_coulomb(*arguments: Any, friction_of_before: bool = False, **named: Any) -> Any:
+        if friction_of_before:
+            raise ConvergenceError("Newton", "left out", 0)
+        return solved(*arguments, **named)
+
+    _set(increment_solver.IncrementSolver, solved=of_coulomb)
 
 
 def _growth_where_straight(state: Any, bent: float, smaller: bool) -> float:
@@ -75,6 +87,7 @@ WITHOUT = {
     ),
     "increments above the largest past the peak": lambda: _set(growth, LONGEST_STRAIGHT=1.0),
     "motion goes on from its last step": lambda: _set(motion, carried_on=lambda _m, here, _c, _s: here),
+    "friction of the forces before, where Coulomb's leaves no step": _with_coulomb_alone,
     "a step of motion is made shorter": lambda: _set(motion, TRIES=1),
     "a step in which a body goes too far is made shorter": lambda: _set(motion, TOO_FAR=np.inf),
     "rest is looked for only near it": lambda: _set(motion, NEAR_REST=np.inf),

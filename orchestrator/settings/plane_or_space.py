@@ -42,4 +42,5 @@ def refuse_space(path: Path, overrides: Sequence[str], command: str) -> None:
 def _is_direction(load: dict[str, Any]) -> bool:
     """Return whether the load is one that only a wall in space can have; a misspelt one stays with the plane."""
     direction = load.get("direction")
-    return "angle" in load or isinstance(direction, list) or direction in ("+y", "-y", "+z", "-z")
+    is_vector = isinstance(direction, list) and len(direction) == 3
+    return "angle" in load or is_vector or direction in ("+y", "-y", "+z", "-z")

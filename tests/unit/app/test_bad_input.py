@@ -76,6 +76,7 @@ VALUES = {
 }
 LOADS = {
     "no such direction": ('[load]\ndirection = "up"', "load.direction", "'+x' or '-x'"),
+    "a direction of two numbers": ("[load]\ndirection = [1, 0]", "load.direction", "'+x' or '-x'"),
     "dead load without a unit": ('[[load.dead]]\nblocks = [1]\nforce = "5"', "load.dead.0.force", "use one of N, kN"),
     "dead load on nothing": ("[[load.dead]]\nblocks = []\nforce = 5", "load.dead.0", "give one of the two"),
     "unknown key of a load": ("[[load.dead]]\nblocks = [1]\nforc = 5", "load.dead.0.forc", "did you mean force"),
