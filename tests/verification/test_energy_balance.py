@@ -33,7 +33,7 @@ CASES = [(name, large) for name in WALLS for large in (False, True)]
 @shared
 def pushed(name: str, large_displacement: bool) -> Run:
     wall, displacement = WALLS[name]
-    model = model_of(wall, large_displacement=large_displacement)
+    model = model_of(wall, mesh_size=0.2, large_displacement=large_displacement)
     result = run(model, displacement)
     return Run(model, [of_all_nodes(model, at_rest(model)), *result.increments])
 
