@@ -153,7 +153,7 @@ def test_energy_of_a_wall_that_cracks():
     That work is known from the ends of an increment where the strength of joints changes little in it.
     """
     wall = read_blocks(DATA / "ferris_tinloi_wall3.json")
-    model = model_of(wall, joints=JointClass(cohesion=5e3, tensile_strength=2e3))
+    model = model_of(wall, mesh_size=0.2, joints=JointClass(cohesion=5e3, tensile_strength=2e3))
     path = run(model, 2e-3, displacement_increment=0.005).increments
     bond, spent, dissipated, snaps = model.bond, 0.0, 0.0, 0
     for before, after in pairwise(path):
