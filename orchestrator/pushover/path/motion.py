@@ -98,7 +98,9 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
             attempts.append(Attempt("it does not rest", length, "moved on", rest.iterations))
         except ConvergenceError as error:
             attempts.append(Attempt(str(error), length, "moved on", error.iterations))
-    if far < FASTEST / FASTER and length >= state.step[0]:
+    if any(attempt.action == OF_BEFORE for attempt in moved.attempts):
+        length /= SHORTER_STEP
+    elif far < FASTEST / FASTER and length >= state.step[0]:
         length *= FASTER
     length *= min(1.0, FASTEST / far) if far else 1.0
     gone = read_only(state.gone + motions)
