@@ -11,6 +11,7 @@ import pytest
 from orchestrator import (
     JointSettings,
     LoadSettings,
+    MeshSettings,
     SteppingSettings,
     analyse,
     find_joints,
@@ -45,7 +46,7 @@ def test_bodies_that_do_not_know_the_mechanism_of_the_stones():
         assemblage,
         analysis,
         one_body(assemblage),
-        lambda bodies: push(assemblage, analysis, bodies, load, stepping=stepping),
+        lambda bodies: push(assemblage, analysis, bodies, load, stepping=stepping, mesh=MeshSettings(0.2)),
     )
     assert 2 < partition.count < 24
     assert "1 bear 0.6" in partition.remarks[-1]
@@ -78,7 +79,8 @@ class Killed(Exception):
 @pytest.mark.usefixtures("without_pictures")
 def test_a_run_has_the_bodies_that_bear_what_the_stones_bear_and_can_be_resumed(tmp_path):
     """Eight bodies, which fail as rigid ones where the stones do, bear 0.505 in finite elements."""
-    case = cases.read(WALL, ["load.direction=-x", "run.models=['macro']", "stepping.final_displacement=20mm"])
+    settings = ["load.direction=-x", "run.models=['macro']", "stepping.final_displacement=20mm", "mesh.size=200mm"]
+    case = cases.read(WALL, settings)
     began = []
 
     def report(event):

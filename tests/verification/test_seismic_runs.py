@@ -147,7 +147,8 @@ def with_a_loose_stone(folder, more, pinned=True, status=0):
     (folder / "wall.json").write_text(json.dumps(record | {"blocks": blocks}), encoding="utf-8")
     ntc = "spectrum = 'ntc2018'\nground = 'B'\nreference_period = '0.32 s'\npeak_ground_acceleration = '0.1 g'\n"
     states = "limit_state = 'SLD'\n[[seismic.limit_states]]\nname = 'SLV'\npeak_ground_acceleration = '0.2 g'\n"
-    case = f"[wall]\nblocks = 'wall.json'\n[seismic]\n{more}{ntc}{states}"
+    mesh = "[mesh]\nsize = '0.2 m'\n"  # the same with the pin and without
+    case = f"[wall]\nblocks = 'wall.json'\n{mesh}[seismic]\n{more}{ntc}{states}"
     (folder / "case.toml").write_text(case, encoding="utf-8")
     output = folder / "out"
     assert main(["run", str(folder / "case.toml"), "--model", "micro", "--output", str(output), "-q"]) == status
