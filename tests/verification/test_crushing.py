@@ -62,7 +62,7 @@ def test_what_is_crushed_stays(stiffness):
         solver = IncrementSolver(model, system, NewtonSettings(), SteppingSettings(final_displacement=5e-3))
         for number in range(1, 31):
             aim = Aim("displacement", tilted.mean_displacement - number * step, step)
-            state = solver.solved(state, aim, state.displacement.ravel(), 0.0, solver.time_step(aim))
+            state = solver.solved(state, aim, state.displacement.ravel(), solver.time_step(aim))
     assert tilted.closing.max() > 1e-4
     assert (state.closing >= tilted.closing).all()
     assert state.closing[tilted.closing > 1e-4] == pytest.approx(tilted.closing[tilted.closing > 1e-4], rel=1e-9)
