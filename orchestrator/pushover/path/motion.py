@@ -109,7 +109,7 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
 
 def _moved(solver: IncrementSolver, state: Increment, aim: Aim, predicted: FloatArray, length: float) -> Increment:
     """Return the state after a step of motion of `length` (m); where Coulomb's friction leaves none, with that of the
-    normal forces before the step, which always does."""
+    normal forces before the step, which leaves one but for bonds that soften."""
     weight = solver.model_of(state).weight
     time_step = float(np.sqrt(length * float(solver.model.body_mass.sum()) / (INERTIA * weight)))
     viscosity = VISCOUS_FORCE * weight / length
