@@ -90,7 +90,7 @@ def test_a_scaled_wall_has_the_same_curve(name, scale):
 
 
 def test_a_tenth_of_wall_4_has_the_same_peak_with_every_setting_left_at_its_default():
-    """Mesh size, tolerances of Newton's method and of joints stay: they do not matter at a tenth."""
+    """Tolerances of Newton's method stay: they do not matter at a tenth."""
     peaks = []
     for scale in (1.0, 0.1):
         wall = read_blocks(DATA / "ferris_tinloi_wall4.json")
