@@ -199,8 +199,8 @@ def test_one_that_is_larger_than_a_local_part_is_the_wall():
 
 @pytest.mark.usefixtures("without_pictures")
 def test_macroblocks_that_are_every_stone_have_its_curve_which_is_followed_once(tmp_path):
-    """With a fine slip tolerance and elements of 0.2 m the chip falls under the load to -x, where limit analysis lists no
-    loose stone; finer elements hold it, and bear its 0.6000."""
+    """With a fine slip tolerance and elements of 0.2 m the chip falls under the load to -x, where limit analysis lists
+    no loose stone; finer elements hold it, and bear its 0.6000."""
     settings = ["load.direction=-x", "stepping.final_displacement=10mm", "contact.slip_tolerance=0.00001mm"]
     settings.append("mesh.size=200mm")
     case, told = cases.read(block_file(tmp_path), settings), list[IncrementDone]()
