@@ -20,7 +20,7 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.geometry.planar_map import NO_BLOCK, PlanarMap
 from orchestrator.geometry.rigid import cross, polygon_area
 from orchestrator.macroblocks.criteria import Partition, refuse_other_partition
-from orchestrator.masonry.block_properties import thinner
+from orchestrator.masonry.block_properties import block_areas, thinner
 from orchestrator.masonry.interfaces import STRENGTHS, Interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
@@ -72,8 +72,9 @@ class Bodies:
 
     Area and strengths of the interfaces are those of the wall's thickness (strengths less than the joint's own where a
     thinner block meets it). joint (k,): the joint of the assemblage each comes from; edge_i, edge_j (k,): the edge of
-    the outline of each body that it is. toe (k, 2): length in m over which each crushes at its start and at its end, 0
-    where it does not; None where no forces say so.
+    the outline of each body that it is. mean_stone: root of a moving block's area, in m, in the mean over the wall's
+    area, so that small stones count little: the same whatever bodies they make. toe (k, 2): length in m over which each
+    crushes at its start and at its end, 0 where it does not; None where no forces say so.
     """
 
     bodies: tuple[Body, ...]
@@ -83,13 +84,8 @@ class Bodies:
     joint: IntArray
     edge_i: IntArray
     edge_j: IntArray
+    mean_stone: float
     toe: FloatArray | None = None
-
-    @property
-    def mean_stone(self) -> float:
-        """Root of the mean area of the moving blocks, in m: the same whatever bodies they make."""
-        moving = self.bodies[: self.moving]
-        return float(np.sqrt(sum(body.area for body in moving) / sum(len(body.blocks) for body in moving)))
 
 
 def materials_of(bodies: Bodies, wall: Wall) -> tuple[str, ...]:
@@ -130,8 +126,14 @@ def make_bodies(assemblage: Assemblage, partition: Partition, forces: FloatArray
         joint=read_only(joint, np.int64),
         edge_i=read_only([place[b][e] for b, e in zip(i, edge[joint].tolist(), strict=True)], np.int64),
         edge_j=read_only([place[b][e] for b, e in zip(j, edge[joint].tolist(), strict=True)], np.int64),
+        mean_stone=_mean_stone(wall),
         toe=None if forces is None else _toes(forces[joint], interfaces, wall.thickness),
     )
+
+
+def _mean_stone(wall: Wall) -> float:
+    area = block_areas(wall)[[not block.fixed for block in wall.blocks]]
+    return float(area @ np.sqrt(area) / area.sum())
 
 
 def _toes(forces: FloatArray, interfaces: Interfaces, thickness: float) -> FloatArray:

@@ -11,8 +11,10 @@ from orchestrator.macroblocks.criteria import one_body, one_body_per_block
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import running_bond
 from orchestrator.masonry.sources.block_files import read_blocks
+from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies, volumes, write_mesh
 from tests.support.paths import PROJECT
+from tests.support.walls import upright
 
 
 @pytest.fixture(scope="module")
@@ -174,3 +176,13 @@ def test_left_out_the_size_is_a_share_of_the_stones_at_any_scale_and_in_macroblo
         assert MeshSettings().size_of(merged) == pytest.approx(MeshSettings().size_of(bodies), rel=1e-9)
         elements.append([len(mesh_bodies(of, MeshSettings(), None).tetrahedra) for of in (bodies, merged)])
     assert elements[0] == pytest.approx(elements[1], rel=0.01), "gmsh rounds"
+
+
+def test_a_small_pin_changes_no_elements_of_the_wall():
+    stones = [upright(row, 0.0, 0.5 * row, 1.0, 0.5, fixed=row == 0) for row in range(4)]
+    pin = upright(4, 1.0, 0.5, 0.02, 0.02)
+    sizes = []
+    for blocks in (stones, [*stones, pin]):
+        assemblage = find_joints(Wall("pinned", tuple(blocks), 0.3, 0.6), JointSettings())
+        sizes.append(MeshSettings().size_of(make_bodies(assemblage, one_body_per_block(assemblage))))
+    assert sizes[1] == pytest.approx(sizes[0], rel=1e-3)
