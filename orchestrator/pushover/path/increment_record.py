@@ -33,7 +33,7 @@ from orchestrator.pushover.contact.mortar import Mortar
 from orchestrator.pushover.increments import ContactStatus, Increment, Phase
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.path.curve_checks import ENERGY
-from orchestrator.pushover.solve.iterate import Iterate, Target, out_of_balance
+from orchestrator.pushover.solve.iterate import Iterate, Target, evaluate, out_of_balance
 
 ROUNDING = 1e-9
 """Gap of faces that touch as they were drawn, over the height of what moves: a larger one is open."""
@@ -155,7 +155,7 @@ def increment_of(
     other = _other_work(model, state, problem, iterate, elastic_slip, change, closing) + float(resisting @ change)
     other += slack
     missing = work - friction - other - (internal - state.internal_energy)
-    unbalanced = out_of_balance(model, resisting)
+    unbalanced = out_of_balance(model, resisting + _given_friction(model, problem, iterate))
     moving = unbalanced > bound
     base_shear = _base_shear(model, iterate)
     count = len(model.possible)
@@ -247,6 +247,15 @@ def resistance(model: ContactModel, problem: Target, iterate: Iterate) -> FloatA
     slip = (model.tangential_rows @ (iterate.displacement - problem.displacement)).reshape(-1, 2)
     viscous = problem.viscosities(len(slip))[:, None] * slip
     return inertia + model.tangential_columns @ viscous.ravel()
+
+
+def _given_friction(model: ContactModel, problem: Target, iterate: Iterate) -> FloatArray:
+    """Return the forces (n,) in N by which friction of given normal forces departs from that of an iterate's own."""
+    if problem.pressure is None:
+        return np.zeros(len(iterate.displacement))
+    coulomb = replace(problem, pressure=None)
+    of_coulomb = evaluate(model, coulomb, iterate.displacement, iterate.normal_force, iterate.load_multiplier)
+    return iterate.force_residual - of_coulomb.force_residual
 
 
 def _other_work(

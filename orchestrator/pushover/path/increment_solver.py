@@ -34,6 +34,8 @@ WEAK = 0.1
 of ten times that load: weight says nothing of what a slender wall bears"""
 FROM_BEFORE = "a second path, from the state before"
 """what an attempt says where no path led on from the expected state"""
+OF_BEFORE = "friction of the normal forces before"
+"""what an attempt says after which an increment or a step of motion was solved with that"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,14 +121,35 @@ class IncrementSolver:
         gravity = self.model.weight / float(self.model.body_mass.sum())
         return float(np.sqrt(moves / (self.measure * self.stepping.proximal_share * gravity)))
 
-    def static(self, state: Increment, aim: Aim) -> Increment:
-        """Return the static increment; its proximal term carries the same share of every size of displacement."""
+    def static(self, state: Increment, aim: Aim, friction_of_before: bool = False) -> Increment:
+        """Return the static increment; its proximal term carries the same share of every size of displacement.
+
+        friction_of_before: where Coulomb's friction leaves none, that of the normal forces before is taken.
+        """
         here, share = state.displacement.ravel(), self.share(state, aim)
         predicted = carried_on(self.model, here, state.change.ravel(), share) if share else here
         fastest = share * float(body_motion(self.model, state.change.ravel()).max())
-        return self.solved(state, aim, predicted, self.time_step(aim, fastest))
+        solved = self.solved if friction_of_before else self._solved
+        return solved(state, aim, predicted, self.time_step(aim, fastest))
 
     def solved(
+        self, state: Increment, aim: Aim, predicted: FloatArray, time_step: float, viscosity: float = 0.0
+    ) -> Increment:
+        """Return the increment of Coulomb's friction; where it leaves none, that of the normal forces before, which
+        leaves one but for bonds that soften, and is out of balance by what they change."""
+        try:
+            return self._solved(state, aim, predicted, time_step, viscosity)
+        except ConvergenceError as error:
+            if error.stage == "geometry":
+                raise
+            failed = Attempt(str(error), aim.size, OF_BEFORE, error.iterations)
+        try:
+            found = self._solved(state, aim, predicted, time_step, viscosity, friction_of_before=True)
+        except ConvergenceError as error:
+            raise ConvergenceError(error.stage, error.where, error.iterations + failed.iterations) from error
+        return replace(found, attempts=(failed, *found.attempts))
+
+    def _solved(
         self,
         state: Increment,
         aim: Aim,

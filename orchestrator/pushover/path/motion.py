@@ -10,7 +10,7 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.pushover.increments import Attempt, Increment
 from orchestrator.pushover.model import ContactModel
-from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver
+from orchestrator.pushover.path.increment_solver import OF_BEFORE, Aim, IncrementSolver
 from orchestrator.pushover.path.moving import body_motion, body_size
 from orchestrator.pushover.path.prediction import carried_on
 
@@ -35,8 +35,6 @@ SHORTER_STEP = 3.0
 """a step of motion that fails is made shorter by this factor"""
 NEAR_REST = 10.0
 """rest is looked for when the out-of-balance forces have fallen to this many times what counts as static"""
-OF_BEFORE = "friction of the normal forces before"
-"""what an attempt says after which a step of motion was solved with that"""
 TRIES = 20
 """times that a step of motion is made shorter"""
 
@@ -108,19 +106,8 @@ def step_of_motion(solver: IncrementSolver, state: Increment, aim: Aim, goes_on:
 
 
 def _moved(solver: IncrementSolver, state: Increment, aim: Aim, predicted: FloatArray, length: float) -> Increment:
-    """Return the state after a step of motion of `length` (m); where Coulomb's friction leaves none, with that of the
-    normal forces before the step, which leaves one but for bonds that soften."""
+    """Return the state after a step of motion of `length` (m)."""
     weight = solver.model_of(state).weight
     time_step = float(np.sqrt(length * float(solver.model.body_mass.sum()) / (INERTIA * weight)))
     viscosity = VISCOUS_FORCE * weight / length
-    try:
-        return solver.solved(state, aim, predicted, time_step, viscosity)
-    except ConvergenceError as error:
-        if error.stage == "geometry":
-            raise
-        failed = Attempt(str(error), length, OF_BEFORE, error.iterations)
-    try:
-        moved = solver.solved(state, aim, predicted, time_step, viscosity, friction_of_before=True)
-    except ConvergenceError as error:
-        raise ConvergenceError(error.stage, error.where, error.iterations + failed.iterations) from error
-    return replace(moved, attempts=(failed, *moved.attempts))
+    return solver.solved(state, aim, predicted, time_step, viscosity)

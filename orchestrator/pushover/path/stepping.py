@@ -146,7 +146,7 @@ class Pushover:
         state, aim = trial.state, self._aim(trial.state, trial.size)
         trial = replace(trial, size=aim.size)
         try:
-            solved = self.solver.static(state, aim)
+            solved = self.solver.static(state, aim, friction_of_before=not self._is_retried(trial))
         except ConvergenceError as error:
             return self._not_static(trial, aim, str(error), error.iterations)
         trial = trial.after(solved)
@@ -169,9 +169,8 @@ class Pushover:
 
     def _not_static(self, trial: Trial, aim: Aim, why: str, spent: int) -> Trial | list[Increment]:
         """Return a smaller increment to try, or what the wall does that is left to move; spent: iterations so far."""
-        state, smaller, largest = trial.state, SHRINK * trial.size, self._largest(trial.state.phase)
-        onset = ONSET * largest
-        if self._may_be_smaller(trial) and trial.size > onset:
+        state, smaller = trial.state, SHRINK * trial.size
+        if self._is_retried(trial):
             return trial.smaller(why, spent)
         rows = motion(self.solver, state, aim)
         last, moved = rows[-1], trial.after(*rows)
@@ -185,7 +184,7 @@ class Pushover:
         driving = self._driving_what_moves(state, last.change.ravel())
         if driving is not None:
             return replace(moved.then(why, "what moves is driven", total, driving), size=driving.step[0])
-        if state.phase == "load" and trial.size > onset:
+        if state.phase == "load" and trial.size > ONSET * self._largest("load"):
             return replace(moved.then(why, f"a local part moves; retried with {smaller:g}", total), size=smaller)
         attempts = trial.then(why, "a local part moves", spent).attempts + rows[0].attempts
         return [replace(rows[0], attempts=attempts), *rows[1:]]
@@ -194,6 +193,10 @@ class Pushover:
         """Return whether an increment that fails is made smaller: not as often as is allowed already."""
         phase = trial.state.phase
         return trial.cuts < CUTS[phase] + (trial.state.step[0] > self._largest(phase))
+
+    def _is_retried(self, trial: Trial) -> bool:
+        """Return whether a smaller increment is tried where this one is not static."""
+        return self._may_be_smaller(trial) and trial.size > ONSET * self._largest(trial.state.phase)
 
     def _passes_a_peak(self, state: Increment, solved: Increment) -> bool:
         """Return whether the base shear falls, in one increment of displacement, from the highest so far by more than
