@@ -1,13 +1,12 @@
 """A semicircular arch of 49 stones past its peak, where no increment has a state with Coulomb's friction.
 
-A few contacts are at the limit of friction to the last digit there. Whether they slide or stick, no change of the forces
-agrees with it, forth or back, however small. The friction of the normal forces before leads on.
+A few contacts are at the limit of friction to the last digit there. Whether they slide or stick, no change of the
+forces agrees with it, forth or back, however small. The friction of the normal forces before leads on.
 """
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from orchestrator.pushover.increments import Increment
 from orchestrator.pushover.model import ContactModel, displaced
@@ -22,7 +21,7 @@ from tests.support.walls import of_file
 
 
 def missing(model: ContactModel, state: Increment) -> float:
-    """Return the largest resultant on a body, over its weight, of weight, live load and forces of Coulomb's contacts."""
+    """Return the largest resultant on a body, over its weight, of its loads and the forces of Coulomb's contacts."""
     here = displaced(model, state.displacement.ravel(), known=~np.isnan(state.gap))
     motions = rigid_motions(here, state.displacement)
     pressure = state.normal_force[here.rows]
