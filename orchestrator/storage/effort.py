@@ -32,7 +32,7 @@ class Effort:
 
     newton_iterations counts those of failed attempts too; moving_steps: increments in which the wall moves. rescues:
     what was done about failed attempts, and how often. energy_error: the largest imbalance of work and energies
-    (increment_record.py), over stored energy plus friction at the end plus the largest work of the live load: on a
+    (energies.py), over stored energy plus friction at the end plus the largest work of the live load: on a
     block that rocks dead and live work cancel, and stored energy measures nothing. events: local failures, in order.
     """
 

@@ -32,8 +32,9 @@ from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CollapseError, ConvergenceError, HeldError
 from orchestrator.pushover.increments import BodyMask, Increment, Phase
 from orchestrator.pushover.model import ContactModel, driven_by, touching
+from orchestrator.pushover.path.energies import balances
 from orchestrator.pushover.path.growth import BENT, growth, longer
-from orchestrator.pushover.path.increment_record import at_rest, balances, in_front, of_all_nodes
+from orchestrator.pushover.path.increment_record import at_rest, in_front, of_all_nodes
 from orchestrator.pushover.path.increment_solver import Aim, IncrementSolver, measured_by
 from orchestrator.pushover.path.losses import (
     fallen_by_weight,
