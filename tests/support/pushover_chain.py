@@ -115,7 +115,7 @@ def moved_to(model: ContactModel, displacements: list[float], state: Increment |
             gap, mortar = state.gap, model.mortar and model.mortar.at(model.rows, state.closing, state.normal_force)
             gap = mortar.opened(gap, state.normal_force) if mortar else gap
             bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, gap)
-            problem = Target(1.0, start, state.elastic_slip, start, 1.0, displacement, bond=bond, mortar=mortar)
+            problem = Target(1.0, start, state.elastic_slip, 1.0, displacement, bond=bond, mortar=mortar)
             if state.number == 0:
                 problem = replace(problem, reference_force=model.weight / len(model.contacts))
             first = evaluate(model, problem, start, state.normal_force, state.load_multiplier)

@@ -62,7 +62,7 @@ def pressed(
     model = replace(model, gravity=model.front.of_front(pressure_on_top(meshes)))
     state = at_rest(model)
     start = state.displacement.ravel()
-    problem = Target(1.0, start, state.elastic_slip, start, 1.0, None, 0.6 * 0.1 * PRESSURE / len(model.contacts))
+    problem = Target(1.0, start, state.elastic_slip, 1.0, None, 0.6 * 0.1 * PRESSURE / len(model.contacts))
     with LinearSystem(model, MPI.COMM_SELF) as system:
         first = evaluate(model, problem, start, state.normal_force, 0.0)
         iterate = solve_increment(model, system, problem, first, NewtonSettings(iterations=60))

@@ -176,7 +176,7 @@ def scattered(values: npt.NDArray, rows: IntArray, part: npt.NDArray) -> npt.NDA
 
 def resistance(model: ContactModel, problem: Target, iterate: Iterate) -> FloatArray:
     """Return the forces (n,) in N by which mass and viscosity resist the motion of the increment."""
-    inertia = model.mass @ (iterate.displacement - problem.inertia_reference) / np.square(problem.time_step)
+    inertia = model.mass @ (iterate.displacement - problem.displacement) / np.square(problem.time_step)
     if problem.viscosity == 0.0:
         return inertia
     slip = (model.tangential_rows @ (iterate.displacement - problem.displacement)).reshape(-1, 2)

@@ -1,6 +1,6 @@
 """One increment: what is prescribed, on which geometry, and Newton's method on it.
 
-R_u = 0 of newton.py from the state before it, u_n, with u_ref = u_n: backward Euler of an overdamped flow.
+R_u = 0 of newton.py from the state before it, u_n: backward Euler of an overdamped flow.
 """
 
 from __future__ import annotations
@@ -163,43 +163,21 @@ class IncrementSolver:
 
         friction_of_before: friction follows the normal forces of `state`.
         """
-        phase, undeformed = aim.phase, self.model_of(state)
-        problem = Target(
-            gravity_share=aim.value if phase == "gravity" else 1.0,
-            displacement=state.displacement.ravel(),
-            elastic_slip=state.elastic_slip,
-            inertia_reference=state.displacement.ravel(),
-            time_step=time_step,
-            mean_displacement=aim.value if phase == "displacement" else None,
-            reference_force=0.0 if state.number else self.model.weight / len(self.model.contacts),
-            viscosity=viscosity,
-        )
-        multiplier = aim.value if phase == "load" else state.load_multiplier
-        time = aim.value if phase == "gravity" else state.time + time_step
-        if undeformed.ties is not None:
-            share = aim.value if phase == "gravity" else None
-            problem = replace(problem, ties=tightened(undeformed.ties, state.tie_rest, share))
+        undeformed = self.model_of(state)
+        problem = self._target(undeformed, state, aim, time_step, viscosity)
+        multiplier = aim.value if aim.phase == "load" else state.load_multiplier
         force, attempts, spent = state.normal_force, list[Attempt](), 0
         opening, closed = state.gap, None
         if undeformed.mortar is not None:
             mortar = replace(undeformed.mortar, closing=state.closing)
             opening, closed = mortar.opened(opening, state.normal_force), mortar.closed_by(state.normal_force)
         measures = {"gravity": 1.0, "load": abs(multiplier) * live_share(self.model), "displacement": self.measure}
-        bound = self.stepping.out_of_balance * measures[phase]
+        bound = self.stepping.out_of_balance * measures[aim.phase]
         known, turned_before, allowed = ~np.isnan(state.gap), np.inf, min(bound, TURN)
         while True:
             model = without_jumps(displaced(undeformed, predicted, closed, known), state)
             self.system.follow(model)
-            bond = model.bond and model.bond.at(model.rows, state.damage, state.slip, opening)
-            touch = model.on_its_contacts((state.normal_force != 0.0).astype(float)) > 0.0
-            here = replace(
-                problem,
-                elastic_slip=model.on_its_contacts(problem.elastic_slip),
-                bond=bond,
-                mortar=model.mortar and model.mortar.at(model.rows, state.closing, state.normal_force),
-                damped=touch if touch.any() else None,
-                pressure=model.on_its_contacts(state.normal_force) if friction_of_before else None,
-            )
+            here = _on_its_contacts(model, problem, state, opening, friction_of_before)
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
             try:
                 iterate = self._converged(model, here, first, aim, attempts)
@@ -215,8 +193,27 @@ class IncrementSolver:
             predicted, multiplier = iterate.displacement, iterate.load_multiplier
             force = scattered(state.normal_force, model.rows, iterate.normal_force)
         own = spent - sum(attempt.iterations for attempt in attempts)
-        found = increment_of(model, state, here, replace(iterate, number=own), phase, time, bound)
+        time = aim.value if aim.phase == "gravity" else state.time + time_step
+        found = increment_of(model, state, here, replace(iterate, number=own), aim.phase, time, bound)
         return replace(found, attempts=tuple(attempts))
+
+    def _target(
+        self, undeformed: ContactModel, state: Increment, aim: Aim, time_step: float, viscosity: float
+    ) -> Target:
+        """Return what is prescribed after a state, but for what each contact has of its own."""
+        ties, share = None, aim.value if aim.phase == "gravity" else None
+        if undeformed.ties is not None:
+            ties = tightened(undeformed.ties, state.tie_rest, share)
+        return Target(
+            gravity_share=1.0 if share is None else share,
+            displacement=state.displacement.ravel(),
+            elastic_slip=state.elastic_slip,
+            time_step=time_step,
+            mean_displacement=aim.value if aim.phase == "displacement" else None,
+            reference_force=0.0 if state.number else self.model.weight / len(self.model.contacts),
+            viscosity=viscosity,
+            ties=ties,
+        )
 
     def _converged(
         self, model: ContactModel, problem: Target, first: Iterate, aim: Aim, attempts: list[Attempt]
@@ -239,3 +236,18 @@ class IncrementSolver:
             raise ConvergenceError(error.stage, where, spent + error.iterations) from error
         attempts.append(Attempt(cause, aim.size, FROM_BEFORE, spent))
         return replace(found, number=spent + found.number)
+
+
+def _on_its_contacts(
+    model: ContactModel, problem: Target, state: Increment, opening: FloatArray, friction_of_before: bool
+) -> Target:
+    """Return what is prescribed with what the contacts of a displaced model have from the state before."""
+    touch = model.on_its_contacts((state.normal_force != 0.0).astype(float)) > 0.0
+    return replace(
+        problem,
+        elastic_slip=model.on_its_contacts(problem.elastic_slip),
+        bond=model.bond and model.bond.at(model.rows, state.damage, state.slip, opening),
+        mortar=model.mortar and model.mortar.at(model.rows, state.closing, state.normal_force),
+        damped=touch if touch.any() else None,
+        pressure=model.on_its_contacts(state.normal_force) if friction_of_before else None,
+    )

@@ -1,7 +1,7 @@
 """From the unloaded wall to its collapse: static increments, and damped motion wherever no static state is near.
 
-Every increment solves R_u = 0 of newton.py from the state before it, u_n, with u_ref = u_n: backward Euler of an
-overdamped flow. One quantity is prescribed, by phase:
+Every increment solves R_u = 0 of newton.py from the state before it, u_n: backward Euler of an overdamped flow.
+One quantity is prescribed, by phase:
 
     gravity         the share of the weight
     load            the load multiplier

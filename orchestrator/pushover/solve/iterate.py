@@ -22,7 +22,7 @@ class Target:
     """What one increment asks for (n displacements, c contacts).
 
     gravity_share: part of the own weight that acts. displacement (n,) and elastic_slip (c, 2) at the start, m.
-    inertia_reference (n,) = u_ref, time_step dt in s: inertia M (u - u_ref)/dt^2. Either `mean_displacement` (m) is
+    time_step dt in s: inertia M (u - u_n)/dt^2, u_n the displacement at the start. Either `mean_displacement` (m) is
     prescribed or, where it is None, the load multiplier of the first iterate stays. reference_force: normal force (N)
     that friction sees in the very first iterate of a wall without any contact force yet, else 0. viscosity (N/m):
     contacts that were closed at the start (damped (c,)) resist slip by viscosity x (slip since then) besides friction,
@@ -35,7 +35,6 @@ class Target:
     gravity_share: float
     displacement: FloatArray
     elastic_slip: FloatArray
-    inertia_reference: FloatArray
     time_step: float
     mean_displacement: float | None
     reference_force: float = 0.0
@@ -96,30 +95,16 @@ def evaluate(
     mortar = problem.mortar
     if mortar is not None:
         gap = mortar.opened(gap, normal_force)
-    slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
-    trial = problem.elastic_slip + slip
-    pressure = normal_force if problem.pressure is None else problem.pressure
-    response = friction_response(
-        trial, pressure, model.contacts.friction, model.slip_tolerance, problem.shear_stiffness
-    )
-    bond = None
-    pull = pull_slope = np.zeros(len(gap))
-    if problem.bond is not None:
-        bond, holds = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
-        response = response.bonded(trial, pressure, model.contacts.friction, bond)
-        pull = bond.tension + problem.viscosity * holds * (gap - problem.bond.opening)
-        pull_slope = bond.tension_slope + problem.viscosity * holds
+    response, bond, pull, pull_slope = _resistance(model, problem, displacement, normal_force, gap)
     pressed = normal_force - model.contact_stiffness * gap
     active = normal_force + pull - model.contact_stiffness * gap >= 0.0
     strength = np.inf if mortar is None else mortar.strength
     crushes = active & (pressed >= strength)
     off = np.where(crushes, normal_force - strength, normal_force + pull)  # forces given where contacts open or crush
-    response = response if problem.pressure is None else response.at_given_pressure()
-    response = response.damped(slip, problem.viscosities(len(gap)))
     strained = displacement - model.rigid
     residual = (
         model.stiffness @ strained
-        + model.mass @ (displacement - problem.inertia_reference) / np.square(problem.time_step)
+        + model.mass @ (displacement - problem.displacement) / np.square(problem.time_step)
         - problem.gravity_share * model.gravity
         - multiplier * model.lateral
         - model.normal_columns @ normal_force
@@ -155,6 +140,26 @@ def evaluate(
         strength=strength,
         ties=ties,
     )
+
+
+def _resistance(
+    model: ContactModel, problem: Target, displacement: FloatArray, normal_force: FloatArray, gap: FloatArray
+) -> tuple[FrictionResponse, BondResponse | None, FloatArray, FloatArray]:
+    """Return friction, viscosity and bonds of the contacts, what is left of the bonds, and the tension (c,) in N that
+    they carry when they open, with its slope (c,) in N/m."""
+    slip = (model.tangential_rows @ (displacement - problem.displacement)).reshape(-1, 2)
+    trial = problem.elastic_slip + slip
+    pressure, friction = normal_force if problem.pressure is None else problem.pressure, model.contacts.friction
+    response = friction_response(trial, pressure, friction, model.slip_tolerance, problem.shear_stiffness)
+    bond = None
+    pull = pull_slope = np.zeros(len(gap))
+    if problem.bond is not None:
+        bond, holds = bond_response(problem.bond, gap, trial, model.slip_tolerance), problem.bond.holds
+        response = response.bonded(trial, pressure, friction, bond)
+        pull = bond.tension + problem.viscosity * holds * (gap - problem.bond.opening)
+        pull_slope = bond.tension_slope + problem.viscosity * holds
+    response = response if problem.pressure is None else response.at_given_pressure()
+    return response.damped(slip, problem.viscosities(len(gap))), bond, pull, pull_slope
 
 
 def control_error(model: ContactModel, problem: Target, displacement: FloatArray) -> float:

@@ -2,7 +2,7 @@
 
 Residuals, with the active (closed) set A = {lambda - c g >= 0}:
 
-    R_u = K (u - u_rigid) + M (u - u_ref)/dt^2 - f_g - alpha f_h - B_n^T lambda + B_t^T tau(lambda, q_n + B_t (u - u_n))
+    R_u = K (u - u_rigid) + M (u - u_n)/dt^2 - f_g - alpha f_h - B_n^T lambda + B_t^T tau(lambda, q_n + B_t (u - u_n))
     g_A = 0,   lambda_I = 0,   and either alpha or the mean displacement is prescribed.
 
 S. Hueeber, B. Wohlmuth, CMAME 194 (2005) 3147-3166; P. Alart, A. Curnier, CMAME 92 (1991) 353-375.

@@ -51,7 +51,6 @@ def state(mean_displacement, joints=None):
         gravity_share=1.0,
         displacement=np.zeros(n),
         elastic_slip=random.normal(size=(c, 2)) * 1e-5,
-        inertia_reference=np.zeros(n),
         time_step=0.05,
         mean_displacement=mean_displacement,
         mortar=model.mortar,
