@@ -41,10 +41,6 @@ def _set(module: Any, **values: Any) -> None:
         setattr(module, name, value)
 
 
-def _from_the_expected_state(solver: Any, model: Any, problem: Any, first: Any, *_: Any) -> Any:
-    return newton.solve_increment(model, solver.system, problem, first, solver.newton)
-
-
 def _with_coulomb_alone() -> None:
     solved = increment_solver.IncrementSolver._solved
 
@@ -70,9 +66,6 @@ WITHOUT = {
     "path from kink to kink": lambda: _set(newton, followed=lambda _model, _system, _kinks, solution: (solution, True)),
     "that path may turn": lambda: _set(contact_path, LONGEST_BACK=0.0),
     "a path that leads back is left": lambda: _set(contact_path, LONGEST_BACK=np.inf, FARTHEST_BACK=-np.inf),
-    "a second path, from the state before": lambda: _set(
-        increment_solver.IncrementSolver, _converged=_from_the_expected_state
-    ),
     "100 tolerances are accepted": lambda: _set(
         study, NewtonSettings=lambda: replace(NewtonSettings(), acceptable=1.0)
     ),
@@ -80,7 +73,6 @@ WITHOUT = {
     "a quarter of an increment that falls from the peak": lambda: _set(
         stepping.Pushover, _passes_a_peak=lambda *_: False
     ),
-    "a local part that moves is no longer driven": lambda: _set(stepping.Pushover, _left_alone=lambda *_: None),
     "elastic slip as first increment after a motion": lambda: _set(
         stepping.Pushover, _anew=lambda self, aim: (self._largest(aim.phase) / 16, 0.0)
     ),

@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 from orchestrator.masonry.patterns import IrregularCourses, Rubble, irregular_courses, rubble
 from orchestrator.masonry.wall import Wall
-from orchestrator.pushover.path.increment_solver import FROM_BEFORE
+from orchestrator.pushover.path.increment_solver import OF_BEFORE
 from orchestrator.pushover.path.stepping import RESTED, Pushover
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
@@ -43,5 +43,5 @@ def test_iterations_are_the_systems_solved():
     said = " ".join(action for _, effort in found for action in effort.rescues)
     for solved, effort in found:
         assert effort.newton_iterations == solved
-    for action in (FROM_BEFORE, RESTED, "a local part moves", "retried", "a shorter step", "what moves is"):
+    for action in (OF_BEFORE, RESTED, "a local part moves", "retried", "a shorter step", "what moves is"):
         assert action in said, action

@@ -40,14 +40,12 @@ from orchestrator.pushover.path.losses import (
     fallen_by_weight,
     is_local_motion,
     is_the_wall,
-    shares_of,
     since_rest,
     without_their_hold,
 )
 from orchestrator.pushover.path.motion import FAST, FASTEST, farthest, motion, step_of_motion
 from orchestrator.pushover.path.moved_wall import is_held
 from orchestrator.pushover.path.moving import (
-    TAKES_PART,
     body_motion,
     body_size,
     moving_part,
@@ -66,8 +64,6 @@ ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
 HELD_FROM = 2.0
 """over the multiplier that limit analysis expects at most: from there on it is asked whether supports hold the wall"""
-UNDRIVEN = "no longer driven"
-"""what an attempt says after which a local part goes its own way"""
 RESTED = "moved until it rested"
 """what an attempt says that was followed by motion to a state of rest"""
 
@@ -152,9 +148,6 @@ class Pushover:
             return self._not_static(trial, aim, str(error), error.iterations)
         trial = trial.after(solved)
         falls = solved.base_shear < (1 - self.newton.residual) * state.base_shear  # more than by rounding
-        alone = self._left_alone(state, solved.change.ravel()) if falls else None
-        if alone is not None:
-            return trial.then("a local part moves and the wall goes back", UNDRIVEN, solved.iterations, alone)
         if solved.moving:
             return self._not_static(trial, aim, "a part of the wall moves", solved.iterations)
         if self._passes_a_peak(state, solved) and aim.size > self.model.slip_tolerance:
@@ -176,9 +169,6 @@ class Pushover:
         rows = motion(self.solver, state, aim)
         last, moved = rows[-1], trial.after(*rows)
         total = spent + sum(row.iterations for row in rows)
-        alone = self._left_alone(state, (last.displacement - state.displacement).ravel())
-        if alone is not None:
-            return moved.then("a local part moves", UNDRIVEN, total, alone)
         if not last.moving:
             attempts = moved.then(why, RESTED, total - last.iterations).attempts
             return [replace(last, number=state.number + 1, attempts=attempts, step=self._anew(aim))]
@@ -267,21 +257,6 @@ class Pushover:
         return replace(
             state, mean_displacement=float(self.solver.model_of(state).mean_row @ state.displacement.ravel())
         )
-
-    def _left_alone(self, state: Increment, change: FloatArray) -> Increment | None:
-        """Return the state that drives no local part that moves in a change (n,) by itself; None where it moves none.
-
-        While the mean of all is prescribed, the rest of the wall goes back as far as such a part goes on.
-        """
-        motion = body_motion(self.model, change) * ~state.fallen
-        if state.phase != "displacement" or not self._is_local(state, motion):
-            return None
-        driven = state.driven & (motion < TAKES_PART * motion.max())
-        too_little = shares_of(self.model, driven).smaller < self._local_share(state.phase)
-        too_little = too_little or not self.model.body_live[driven].any()
-        if too_little or (driven == state.driven).all():
-            return None
-        return self._driving(state, driven)
 
     def _largest(self, phase: Phase) -> float:
         """Return the largest increment of a phase, in its unit."""
