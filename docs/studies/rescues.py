@@ -41,6 +41,10 @@ def _set(module: Any, **values: Any) -> None:
         setattr(module, name, value)
 
 
+def _from_the_expected_state(solver: Any, model: Any, problem: Any, first: Any, *_: Any) -> Any:
+    return newton.solve_increment(model, solver.system, problem, first, solver.newton)
+
+
 def _with_coulomb_alone() -> None:
     solved = increment_solver.IncrementSolver._solved
 
@@ -66,6 +70,9 @@ WITHOUT = {
     "path from kink to kink": lambda: _set(newton, followed=lambda _model, _system, _kinks, solution: (solution, True)),
     "that path may turn": lambda: _set(contact_path, LONGEST_BACK=0.0),
     "a path that leads back is left": lambda: _set(contact_path, LONGEST_BACK=np.inf, FARTHEST_BACK=-np.inf),
+    "a second path, from the state before": lambda: _set(
+        increment_solver.IncrementSolver, _converged=_from_the_expected_state
+    ),
     "100 tolerances are accepted": lambda: _set(
         study, NewtonSettings=lambda: replace(NewtonSettings(), acceptable=1.0)
     ),

@@ -18,7 +18,7 @@ from orchestrator.pushover.path.moving import body_motion
 from orchestrator.pushover.path.prediction import carried_on
 from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
 from orchestrator.pushover.solids.tie_bars import tightened
-from orchestrator.pushover.solve.iterate import Target, evaluate
+from orchestrator.pushover.solve.iterate import Iterate, Target, evaluate
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.pushover.solve.newton import solve_increment
 
@@ -32,6 +32,8 @@ iterations in place of 2,429 and 6,341.)"""
 WEAK = 0.1
 """live load that limit analysis expects, over the weight of the wall, below which drag and balance of bodies are shares
 of ten times that load: weight says nothing of what a slender wall bears"""
+FROM_BEFORE = "a second path, from the state before"
+"""what an attempt says where no path led on from the expected state"""
 OF_BEFORE = "friction of the normal forces before"
 """what an attempt says after which an increment or a step of motion was solved with that"""
 
@@ -145,7 +147,7 @@ class IncrementSolver:
             found = self._solved(state, aim, predicted, time_step, viscosity, friction_of_before=True)
         except ConvergenceError as error:
             raise ConvergenceError(error.stage, error.where, error.iterations + failed.iterations) from error
-        return replace(found, attempts=(failed,))
+        return replace(found, attempts=(failed, *found.attempts))
 
     def _solved(
         self,
@@ -164,7 +166,7 @@ class IncrementSolver:
         undeformed = self.model_of(state)
         problem = self._target(undeformed, state, aim, time_step, viscosity)
         multiplier = aim.value if aim.phase == "load" else state.load_multiplier
-        force, spent = state.normal_force, 0
+        force, attempts, spent = state.normal_force, list[Attempt](), 0
         opening, closed = state.gap, None
         if undeformed.mortar is not None:
             mortar = replace(undeformed.mortar, closing=state.closing)
@@ -178,7 +180,7 @@ class IncrementSolver:
             here = _on_its_contacts(model, problem, state, opening, friction_of_before)
             first = evaluate(model, here, predicted, model.on_its_contacts(force), multiplier)
             try:
-                iterate = solve_increment(model, self.system, here, first, self.newton)
+                iterate = self._converged(model, here, first, aim, attempts)
             except ConvergenceError as error:
                 raise ConvergenceError(error.stage, error.where, spent + error.iterations) from error
             spent += iterate.number
@@ -190,8 +192,10 @@ class IncrementSolver:
             turned_before, allowed = turned, TURN
             predicted, multiplier = iterate.displacement, iterate.load_multiplier
             force = scattered(state.normal_force, model.rows, iterate.normal_force)
+        own = spent - sum(attempt.iterations for attempt in attempts)
         time = aim.value if aim.phase == "gravity" else state.time + time_step
-        return increment_of(model, state, here, replace(iterate, number=spent), aim.phase, time, bound)
+        found = increment_of(model, state, here, replace(iterate, number=own), aim.phase, time, bound)
+        return replace(found, attempts=tuple(attempts))
 
     def _target(
         self, undeformed: ContactModel, state: Increment, aim: Aim, time_step: float, viscosity: float
@@ -210,6 +214,28 @@ class IncrementSolver:
             viscosity=viscosity,
             ties=ties,
         )
+
+    def _converged(
+        self, model: ContactModel, problem: Target, first: Iterate, aim: Aim, attempts: list[Attempt]
+    ) -> Iterate:
+        """Return the solution to which a path leads from the expected state, or else from the one before it.
+
+        The path that leads nowhere is added to `attempts`; its iterations count in the number of the iterate, too.
+        """
+        try:
+            return solve_increment(model, self.system, problem, first, self.newton)
+        except ConvergenceError as error:
+            if np.array_equal(first.displacement, problem.displacement):
+                raise
+            cause, spent = str(error), error.iterations
+        first = evaluate(model, problem, problem.displacement, first.normal_force, first.load_multiplier)
+        try:
+            found = solve_increment(model, self.system, problem, first, self.newton)
+        except ConvergenceError as error:
+            where = f"neither from the expected state nor from the one before: {error.where}"
+            raise ConvergenceError(error.stage, where, spent + error.iterations) from error
+        attempts.append(Attempt(cause, aim.size, FROM_BEFORE, spent))
+        return replace(found, number=spent + found.number)
 
 
 def _on_its_contacts(
