@@ -13,6 +13,9 @@ Every work of an increment is computed from the forces at its two ends, and noth
                   1/2 (N0 + N1) (dD - dN/k - dr)  ties that become taut or slack
                   (proximal, viscous force) du    what the increment resists besides
 
+A contact that goes, with its force, off the end of a face has half of what it would give at the force of the start, as
+one that comes has half at that of the end: its place is that of the geometry before the increment.
+
 External work less these is what stored energy must have grown by (elastic energy of the bodies, of the elastic slip,
 of mortar and of ties). The difference is `energy_error`. An increment that moves is no path of equilibrium: what it
 takes from the balance is `lost_in_motion`.
@@ -20,7 +23,7 @@ takes from the balance is `lost_in_motion`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -112,6 +115,36 @@ def energies(
     other += slack
     missing = work - friction - other - (internal - state.internal_energy)
     return Energies(internal, friction, work, other, live, missing)
+
+
+def gone(model: ContactModel, state: Increment) -> IntArray:
+    """Return the numbers of the contacts that carried a force in a state, and that `model` has no more and handed to no
+    other."""
+    carried = np.flatnonzero(state.normal_force > 0.0)
+    return np.setdiff1d(carried, np.append(model.rows, model.heirs[:, 0]))
+
+
+def with_works_of(found: Increment, state: Increment, before: ContactModel, contacts: IntArray) -> Increment:
+    """Return the increment after a state with the works of `contacts` that have gone; before: model of that state."""
+    here = np.isin(before.rows, contacts)
+    rows, change = before.rows[here], found.change.ravel()
+    force, held = state.normal_force[rows], state.elastic_slip[rows]
+    opened, slip = (before.normal_rows @ change)[here], (before.tangential_rows @ change).reshape(-1, 2)[here]
+    shear_stiffness = None
+    if before.mortar is not None:
+        mortar = before.mortar.at(rows, state.closing, state.normal_force)
+        opened, shear_stiffness = opened - mortar.compliance * force, mortar.shear_stiffness
+    limit = before.contacts.friction[here] * force
+    stiffness = limit / tolerances(limit, before.slip_tolerance, shear_stiffness)[0]
+    friction = 0.5 * float(stiffness @ np.sum(held * (slip + held), axis=1))
+    other = -0.5 * float(force @ opened)
+    return replace(
+        found,
+        dissipated_energy=found.dissipated_energy + friction,
+        other_work=found.other_work + other,
+        lost_in_motion=found.lost_in_motion - found.moving * (friction + other),
+        energy_error=found.energy_error - (not found.moving) * (friction + other),
+    )
 
 
 def balances(state: Increment, solved: Increment) -> bool:
