@@ -13,8 +13,9 @@ Every work of an increment is computed from the forces at its two ends, and noth
                   1/2 (N0 + N1) (dD - dN/k - dr)  ties that become taut or slack
                   (proximal, viscous force) du    what the increment resists besides
 
-A contact that goes, with its force, off the end of a face has half of what it would give at the force of the start, as
-one that comes has half at that of the end: its place is that of the geometry before the increment.
+A contact that goes, with its force, off the end of a face has half of the friction of the start, as one that comes has
+half of that of the end: on the geometry before the increment. What its force does where it then falls past the face is
+no work of equilibrium, and stays missing.
 
 External work less these is what stored energy must have grown by (elastic energy of the bodies, of the elastic slip,
 of mortar and of ties). The difference is `energy_error`. An increment that moves is no path of equilibrium: what it
@@ -124,26 +125,21 @@ def gone(model: ContactModel, state: Increment) -> IntArray:
     return np.setdiff1d(carried, np.append(model.rows, model.heirs[:, 0]))
 
 
-def with_works_of(found: Increment, state: Increment, before: ContactModel, contacts: IntArray) -> Increment:
-    """Return the increment after a state with the works of `contacts` that have gone; before: model of that state."""
+def with_friction_of(found: Increment, state: Increment, before: ContactModel, contacts: IntArray) -> Increment:
+    """Return the increment after a state with the friction of `contacts` that have gone; before: that state's model."""
     here = np.isin(before.rows, contacts)
-    rows, change = before.rows[here], found.change.ravel()
-    force, held = state.normal_force[rows], state.elastic_slip[rows]
-    opened, slip = (before.normal_rows @ change)[here], (before.tangential_rows @ change).reshape(-1, 2)[here]
-    shear_stiffness = None
+    rows, shear_stiffness = before.rows[here], None
     if before.mortar is not None:
-        mortar = before.mortar.at(rows, state.closing, state.normal_force)
-        opened, shear_stiffness = opened - mortar.compliance * force, mortar.shear_stiffness
-    limit = before.contacts.friction[here] * force
+        shear_stiffness = before.mortar.at(rows, state.closing, state.normal_force).shear_stiffness
+    limit = before.contacts.friction[here] * state.normal_force[rows]
     stiffness = limit / tolerances(limit, before.slip_tolerance, shear_stiffness)[0]
+    slip, held = (before.tangential_rows @ found.change.ravel()).reshape(-1, 2)[here], state.elastic_slip[rows]
     friction = 0.5 * float(stiffness @ np.sum(held * (slip + held), axis=1))
-    other = -0.5 * float(force @ opened)
     return replace(
         found,
         dissipated_energy=found.dissipated_energy + friction,
-        other_work=found.other_work + other,
-        lost_in_motion=found.lost_in_motion - found.moving * (friction + other),
-        energy_error=found.energy_error - (not found.moving) * (friction + other),
+        lost_in_motion=found.lost_in_motion - found.moving * friction,
+        energy_error=found.energy_error - (not found.moving) * friction,
     )
 
 
