@@ -58,7 +58,7 @@ def test_stones_that_slide_past_their_neighbours_corners_do_not_overlap(directio
     assert not done.complaints
     assert done.summary.max_penetration_over_size < 1.2 * ONTO
     assert done.capacity.peak_reached
-    assert done.capacity.peak_multiplier == pytest.approx(0.1975, rel=5e-3), "the same wall from both sides"
+    assert done.capacity.peak_multiplier == pytest.approx(0.1975, rel=5e-3), "from either side"
 
 
 BASE, HEIGHT, TOE = 0.6, 0.5, 1.0

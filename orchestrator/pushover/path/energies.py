@@ -41,11 +41,13 @@ from orchestrator.pushover.solve.iterate import Iterate, Target
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Contacts:
-    """The c contacts at the end of an increment: force (c,) in N, elastic_slip (c, 2) in m, holds (c,): closed or
-    bonded, status (c,). closing (c,): what mortar has crushed by, given (c,): what it gives way by in all, m."""
+    """The c contacts at the end of an increment: force (c,) in N, elastic_slip (c, 2) and slip that is not elastic,
+    sliding (c, 2), in m, holds (c,): closed or bonded, status (c,). closing (c,): what mortar has crushed by, given
+    (c,): what it gives way by in all, m."""
 
     force: FloatArray
     elastic_slip: FloatArray
+    sliding: FloatArray
     holds: npt.NDArray[np.bool_]
     status: IntArray
     closing: FloatArray
@@ -65,7 +67,7 @@ class Energies:
     missing: float
 
 
-def at_the_end(problem: Target, iterate: Iterate) -> Contacts:
+def at_the_end(model: ContactModel, problem: Target, iterate: Iterate) -> Contacts:
     """Return the contacts of a converged iterate."""
     bond, mortar, count = iterate.bond, problem.mortar, len(iterate.gap)
     remains = np.zeros(count) if bond is None else bond.tension
@@ -79,9 +81,12 @@ def at_the_end(problem: Target, iterate: Iterate) -> Contacts:
     closed = iterate.active & ((force > 0.0) | bonded)
     holding = np.where(iterate.response.sliding, ContactStatus.SLIP, ContactStatus.STICK)
     holds = closed | bonded
+    elastic_slip = np.where(holds[:, None], iterate.response.elastic_slip, 0.0)
+    slip = (model.tangential_rows @ (iterate.displacement - problem.displacement)).reshape(-1, 2)
     return Contacts(
         force=force,
-        elastic_slip=np.where(holds[:, None], iterate.response.elastic_slip, 0.0),
+        elastic_slip=elastic_slip,
+        sliding=slip - (elastic_slip - problem.elastic_slip),  # a contact that opens gives off its elastic slip
         holds=holds,
         status=np.where(closed, holding, ContactStatus.OPEN),
         closing=closing,
@@ -90,23 +95,16 @@ def at_the_end(problem: Target, iterate: Iterate) -> Contacts:
 
 
 def energies(
-    model: ContactModel,
-    state: Increment,
-    problem: Target,
-    iterate: Iterate,
-    contacts: Contacts,
-    sliding: FloatArray,
-    resisted: float,
+    model: ContactModel, state: Increment, problem: Target, iterate: Iterate, contacts: Contacts, resisted: float
 ) -> Energies:
-    """Return works and energies of an increment; sliding (c, 2): slip that is not elastic, m; resisted: work against
-    mass and viscosity, J."""
+    """Return works and energies of an increment; resisted: work against mass and viscosity, J."""
     change = iterate.displacement - problem.displacement
     load = problem.gravity_share * model.gravity + iterate.load_multiplier * model.lateral
     share = state.time if state.phase == "gravity" else 1.0
     earlier = share * model.gravity + state.load_multiplier * model.lateral
     work = 0.5 * float((load + earlier) @ change)
     live = 0.5 * (state.load_multiplier + iterate.load_multiplier) * float(model.lateral @ change)
-    friction = _friction(model, state, problem, iterate, contacts, sliding)
+    friction = _friction(model, state, problem, iterate, contacts)
     if problem.mortar is not None:
         friction += float(contacts.force @ (contacts.closing - problem.mortar.closing))
     in_ties, tightening, yielding, slack = _work_of_ties(model, state, problem, iterate)
@@ -118,7 +116,7 @@ def energies(
     return Energies(internal, friction, work, other, live, missing)
 
 
-def gone(model: ContactModel, state: Increment) -> IntArray:
+def slid_off(model: ContactModel, state: Increment) -> IntArray:
     """Return the numbers of the contacts that carried a force in a state, and that `model` has no more and handed to no
     other."""
     carried = np.flatnonzero(state.normal_force > 0.0)
@@ -157,17 +155,10 @@ def balances(state: Increment, solved: Increment) -> bool:
     return abs(solved.energy_error - state.energy_error) <= ENERGY * turned_over
 
 
-def _friction(
-    model: ContactModel,
-    state: Increment,
-    problem: Target,
-    iterate: Iterate,
-    contacts: Contacts,
-    sliding: FloatArray,
-) -> float:
+def _friction(model: ContactModel, state: Increment, problem: Target, iterate: Iterate, contacts: Contacts) -> float:
     """Return the work of friction and of bonds that break, J."""
     limit, cohesion, tolerance = _limit_before(model, state, problem)
-    holds = contacts.holds
+    holds, sliding = contacts.holds, contacts.sliding
     slides = np.where(holds[:, None], iterate.response.elastic_slip, problem.elastic_slip)  # at its limit, all along
     before = (limit - cohesion)[:, None] * slides / np.where(holds, iterate.response.tolerance, tolerance)[:, None]
     friction = 0.5 * float(np.sum((before + iterate.response.traction) * sliding))

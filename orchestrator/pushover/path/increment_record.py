@@ -94,13 +94,11 @@ def increment_of(
 
     bound: largest force on a body over its weight with which the increment is static.
     """
-    contacts = at_the_end(problem, iterate)
+    contacts = at_the_end(model, problem, iterate)
     change = iterate.displacement - problem.displacement
-    slip_change = (model.tangential_rows @ change).reshape(-1, 2)
-    sliding = slip_change - (contacts.elastic_slip - problem.elastic_slip)  # an opening contact gives off its own
-    plastic = np.where(contacts.holds[:, None], sliding, 0.0)
+    plastic = np.where(contacts.holds[:, None], contacts.sliding, 0.0)
     resisting = resistance(model, problem, iterate)
-    done = energies(model, state, problem, iterate, contacts, sliding, float(resisting @ change))
+    done = energies(model, state, problem, iterate, contacts, float(resisting @ change))
     unbalanced = out_of_balance(model, resisting + _given_friction(model, problem, iterate))
     moving = unbalanced > bound
     base_shear, bond = _base_shear(model, iterate), iterate.bond

@@ -13,7 +13,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import ConvergenceError
 from orchestrator.pushover.increments import Attempt, Increment, Phase
 from orchestrator.pushover.model import ContactModel, displaced, driven_by, largest_turn, without
-from orchestrator.pushover.path.energies import gone, with_friction_of
+from orchestrator.pushover.path.energies import slid_off, with_friction_of
 from orchestrator.pushover.path.increment_record import increment_of, scattered, without_jumps
 from orchestrator.pushover.path.moving import body_motion
 from orchestrator.pushover.path.prediction import carried_on
@@ -196,7 +196,7 @@ class IncrementSolver:
         own = spent - sum(attempt.iterations for attempt in attempts)
         time = aim.value if aim.phase == "gravity" else state.time + time_step
         found = increment_of(model, state, here, replace(iterate, number=own), aim.phase, time, bound)
-        contacts = gone(model, state)
+        contacts = slid_off(model, state)
         if len(contacts):
             before = displaced(undeformed, state.displacement.ravel(), closed, known)
             found = with_friction_of(found, state, before, contacts)
