@@ -14,7 +14,6 @@ from __future__ import annotations
 import csv
 import sys
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -158,22 +157,20 @@ def _chain(file: Path, number: int) -> dict[str, Any]:
 def _pushed(name: str, case: cases.Case, assemblage: Assemblage, partition: Partition) -> dict[str, Any]:
     began = process_time()
     bodies = make_bodies(assemblage, partition)
-    height = float(np.ptp(np.vstack([b.polygon for b in assemblage.wall.blocks if not b.fixed])[:, 1]))
-    stepping = replace(case.stepping, final_displacement=height / 30)
     ended, peak, iterations, moved = "", 0.0, 0, 0.0
     try:
         meshes = mesh_bodies(bodies, case.mesh, None)
         loads = nodal_loads(assemblage.wall, bodies, meshes, case.load)
         model = build_model(bodies, meshes, case.elastic, case.contact, True, loads)
         with LinearSystem(model, MPI.COMM_SELF) as system:
-            for increment in Pushover(model, system, case.newton, stepping).increments():
+            for increment in Pushover(model, system, case.newton, case.stepping).increments():
                 iterations += increment.iterations
                 moved = increment.control_displacement
                 peak = increment.largest_base_shear / model.horizontal_load
                 if process_time() - began > LIMIT:
                     ended = f"left after {LIMIT:g} s"
                     break
-                ended = end_of_curve(increment, stepping) or ended
+                ended = end_of_curve(increment, case.stepping, model.height) or ended
     except CollapseError as error:
         ended = str(error)
     except ConvergenceError as error:

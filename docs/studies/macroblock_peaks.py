@@ -31,7 +31,6 @@ from orchestrator import (
     ConvergenceError,
     JointSettings,
     LoadSettings,
-    SteppingSettings,
     analyse,
     find_joints,
     loads_on,
@@ -53,7 +52,6 @@ def compared(run: int, peak: float, of: Callable[[int], tuple[str, Wall]] = path
     family, wall = of(run // 2)
     load, began = LoadSettings("-x" if run % 2 else "+x"), process_time()
     assemblage = find_joints(wall, JointSettings())
-    height = float(np.ptp(np.vstack([block.polygon for block in wall.blocks if not block.fixed])[:, 1]))
     row: dict[str, Any] = {"run": run, "family": family, "direction": load.direction, "micro-FE": f"{peak:.4f}"}
     try:
         analysis = analyse(assemblage, loads=loads_on(wall, load))
@@ -73,9 +71,8 @@ def compared(run: int, peak: float, of: Callable[[int], tuple[str, Wall]] = path
             "choice_s": round(process_time() - analysed, 1),
         }
         began = process_time()
-        stepping = SteppingSettings(final_displacement=height / 30)
         partition, done = push_and_refine(
-            assemblage, analysis, partition, lambda bodies: push(assemblage, analysis, bodies, load, stepping=stepping)
+            assemblage, analysis, partition, lambda bodies: push(assemblage, analysis, bodies, load)
         )
     except (CaseError, ConvergenceError) as error:
         return row | {"ended": f"STOPPED: {error}"}

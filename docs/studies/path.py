@@ -84,8 +84,7 @@ def pushed_wall(family: str, wall: Wall, direction: int, limit: float = LIMIT) -
     meshes = mesh_bodies(bodies, MeshSettings(), None)
     along = own_weight(meshes, np.array([direction, 0.0]))
     model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), True, along)
-    height = float(np.ptp(meshes.nodes[:, 1]))
-    stepping = SteppingSettings(final_displacement=height / 30)
+    stepping = SteppingSettings()
     loads = loads_on(wall, LoadSettings("+x" if direction > 0 else "-x"))
     expected = refuse_what_cannot_be_analysed(assemblage, loads).load_multiplier
     ended, kept = "", list[Increment]()
@@ -96,7 +95,7 @@ def pushed_wall(family: str, wall: Wall, direction: int, limit: float = LIMIT) -
                 if process_time() - began > limit:
                     ended = f"left after {limit:g} s"
                     break
-                ended = end_of_curve(increment, stepping) or ended
+                ended = end_of_curve(increment, stepping, model.height) or ended
     except CollapseError as error:
         ended = str(error)
     except ConvergenceError as error:

@@ -59,7 +59,7 @@ def pushed(pattern: IrregularCourses, direction: int) -> dict[str, object]:
     meshes = mesh_bodies(bodies, MeshSettings(), None)
     along = own_weight(meshes, np.array([direction, 0.0]))
     model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), True, along)
-    stepping = SteppingSettings(final_displacement=pattern.height / 30)
+    stepping = SteppingSettings()
     iterations = failed = moving = fallen = 0
     last = None
     with LinearSystem(model, MPI.COMM_SELF) as system:
@@ -70,7 +70,7 @@ def pushed(pattern: IrregularCourses, direction: int) -> dict[str, object]:
                 moving, fallen = moving + last.moving, int(last.fallen.sum())
                 if process_time() - began > LIMIT:
                     break
-            end = end_of_curve(last, stepping) or f"left after {LIMIT:g} s of CPU time"
+            end = end_of_curve(last, stepping, model.height) or f"left after {LIMIT:g} s of CPU time"
         except (CollapseError, ConvergenceError) as error:
             end = str(error)[:120]
     return {

@@ -29,6 +29,8 @@ def followed(
 ) -> tuple[PushoverCurve, int, float]:
     """Return the curve, its contacts and its CPU seconds; it is left after `limit` s, and may end early by itself.
 
+    stepping: with a final displacement, as no wall is at hand that it could be a share of.
+
     `stopped_because` of the curve says what ended it.
     """
     began, done, stopped = process_time(), list[Increment](), None
@@ -40,7 +42,7 @@ def followed(
                 break
     except (CollapseError, ConvergenceError) as error:
         stopped = str(error)
-    stopped = stopped or end_of_curve(done[-1], stepping) or ""
+    stopped = stopped or end_of_curve(done[-1], stepping, float("nan")) or ""
     return PushoverCurve.from_increments(done, stopped), len(done[-1].status), process_time() - began
 
 

@@ -104,7 +104,7 @@ def pushed(assemblage: Assemblage, partition: Partition) -> dict[str, Any]:
     """Return the figures of a partition's pushover, from results/tolerances if they are there."""
 
     def compute() -> dict[str, Any]:
-        stepping = SteppingSettings()
+        stepping = SteppingSettings(final_displacement=0.02)
         increments = pushover_increments(make_bodies(assemblage, partition), MESH, stepping=stepping)
         curve, contacts, seconds = followed(increments, stepping, LIMIT)
         moved = curve.control_displacement_m - curve.control_displacement_m[0]

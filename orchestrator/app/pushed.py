@@ -111,7 +111,7 @@ def push(
     contact_model = _model_of(assemblage, bodies, meshes, load, strict)
     assembled = perf_counter()
     increments: list[Increment] = []
-    reported = _reported(increments, report, model, stepping, contact_model.weight)
+    reported = _reported(increments, report, model, stepping, contact_model)
     loose = loose_of(model, assemblage.wall, bodies, analysis)
     complaint, factorise = follow(contact_model, this_rank(), strict.newton, stepping, expected, loose, None, reported)
     ended = perf_counter()
@@ -125,7 +125,11 @@ def push(
 
 
 def _reported(
-    increments: list[Increment], report: Report | None, model: ModelName, stepping: SteppingSettings, weight: float
+    increments: list[Increment],
+    report: Report | None,
+    model: ModelName,
+    stepping: SteppingSettings,
+    contact_model: ContactModel,
 ) -> Callable[[Increment], None]:
     """Return what keeps an increment in memory, and tells it."""
     begun = perf_counter()
@@ -133,7 +137,7 @@ def _reported(
     def keep(increment: Increment) -> None:
         increments.append(increment)
         if report:
-            report(progress_of(model, increment, stepping, weight, perf_counter() - begun))
+            report(progress_of(model, increment, stepping, contact_model, perf_counter() - begun))
 
     return keep
 
@@ -205,7 +209,7 @@ def judged(
     if isinstance(complaint, ConvergenceError):
         complaint = located(model, complaint, last, contact_model, settings)
     last = _after_gravity(model, last, complaint)
-    stopped = str(complaint or end_of_curve(last, stepping))
+    stopped = str(complaint or end_of_curve(last, stepping, contact_model.height))
     failures, large = [complaint] if isinstance(complaint, ConvergenceError) else [], stepping.large_displacement
     curve = PushoverCurve.from_increments(increments(), stopped)
     rows = misfits_of(bodies, contact_model, curve, increments()) if large else []
@@ -290,11 +294,11 @@ def loose_of(model: ModelName, wall: Wall, bodies: Bodies, analysis: LimitAnalys
 
 
 def progress_of(
-    model: str, increment: Increment, stepping: SteppingSettings, weight: float, seconds: float
+    model: str, increment: Increment, stepping: SteppingSettings, contact_model: ContactModel, seconds: float
 ) -> IncrementDone:
     """Return what is reported of an increment."""
-    reached = increment.control_displacement / stepping.final_displacement
-    return IncrementDone(model, increment, weight, seconds, min(max(reached, 0.0), 1.0))
+    reached = increment.control_displacement / stepping.end_of(contact_model.height)
+    return IncrementDone(model, increment, contact_model.weight, seconds, min(max(reached, 0.0), 1.0))
 
 
 def _is_every_block(partition: Partition) -> bool:

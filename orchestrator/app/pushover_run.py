@@ -138,7 +138,7 @@ def _follow(
 
     def keep(increment: Increment) -> None:
         on_root(comm, store.append, increment)
-        report(_told(progress_of(model, increment, stepping, contact_model.weight, perf_counter() - assembled)))
+        report(_told(progress_of(model, increment, stepping, contact_model, perf_counter() - assembled)))
 
     complaint, factorise = follow(contact_model, working, case.newton, stepping, expected, loose, last, keep)
     ended = perf_counter()

@@ -51,8 +51,8 @@ class NewtonSettings(Checked):
 
     residual: Annotated[float, Gt(0), Lt(1e-3)] = 1e-8
     """largest out-of-balance force over the weight (Euclidean norms)"""
-    gap: Annotated[float, Gt(0), Unit("m")] = 1e-12
-    """largest gap of a closed contact"""
+    gap: Annotated[float, Gt(0), Lt(1e-6)] = 1e-12
+    """largest gap of a closed contact over the height of what moves"""
     iterations: Annotated[int, Ge(3), Le(200)] = 20
     """Newton iterations at most; then the increment is made smaller, or the wall moves"""
     acceptable: Annotated[float, Ge(1), Le(1e4)] = 100.0
@@ -81,11 +81,16 @@ class SteppingSettings(Checked):
     """largest increment of the mean displacement along the live load, weighted by it, over the final displacement; a
     part inside the wall goes farther while neither the top nor the multiplier moves by its largest increment, and where
     the base shear falls along a straight curve it goes up to four times as far"""
-    final_displacement: Annotated[float, Gt(0), Unit("m")] = 0.02
-    """the curve ends at this displacement of the top, along the load or against it"""
+    final_displacement: Annotated[float, Gt(0), Unit("m")] | None = None
+    """the curve ends at this displacement of the top, along the load or against it. Left out: a thirtieth of the height
+    of what moves"""
     final_drop: Annotated[float, Gt(0), Le(1)] = 0.2
     """the curve ends when the base shear has fallen by this share of its peak"""
     large_displacement: bool = True
     """bodies turn, contacts are found anew and loads move with the wall (P-delta); else small displacements"""
     largest_increments: Annotated[int, Ge(1)] = 2000
     """the curve ends after so many increments"""
+
+    def end_of(self, height: float) -> float:
+        """Return the displacement of the top in m with which the curve of a wall of this height in m ends."""
+        return height / 30 if self.final_displacement is None else self.final_displacement

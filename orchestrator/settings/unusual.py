@@ -136,7 +136,7 @@ def _of_sizes(case: Case, wall: Wall) -> Iterator[str]:
     if case.mesh.size is not None and case.mesh.size > size:
         yield f"UNUSUAL: mesh.size {case.mesh.size:g} m is larger than the wall; is {case.mesh.size:g} mm meant?"
     moved = case.stepping.final_displacement
-    if moved > height:
+    if moved is not None and moved > height:
         yield f"UNUSUAL: stepping.final_displacement {moved:g} m is more than the wall's height; is {moved:g} mm meant?"
 
 

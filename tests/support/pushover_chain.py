@@ -99,7 +99,9 @@ def model_of(
     return build_model(bodies, meshes, elastic, contact, large_displacement, given, bars, halves)
 
 
-def run(model: ContactModel, final_displacement: float, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float) -> Run:
+def run(
+    model: ContactModel, final_displacement: float | None = None, comm: MPI.Comm = MPI.COMM_SELF, **stepping: float
+) -> Run:
     settings = SteppingSettings(final_displacement=final_displacement, **stepping)
     with LinearSystem(model, comm) as system:
         return Run(model, list(Pushover(model, system, NewtonSettings(), settings).increments()))

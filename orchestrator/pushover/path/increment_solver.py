@@ -84,7 +84,7 @@ class IncrementSolver:
     @property
     def largest_displacement(self) -> float:
         """The largest increment of the mean displacement, m."""
-        return self.stepping.displacement_increment * self.stepping.final_displacement
+        return self.stepping.displacement_increment * self.stepping.end_of(self.model.height)
 
     def last_changes(self, state: Increment) -> tuple[float, float]:
         """Return the last change of the mean displacement of what is driven, and of the top, in m."""

@@ -68,14 +68,18 @@ RESTED = "moved until it rested"
 """what an attempt says that was followed by motion to a state of rest"""
 
 
-def end_of_curve(state: Increment, stepping: SteppingSettings) -> str | None:
-    """Return why the curve ends with this increment: displacement, drop of the base shear, or number; else None."""
+def end_of_curve(state: Increment, stepping: SteppingSettings, height: float) -> str | None:
+    """Return why the curve ends with this increment: displacement, drop of the base shear, or number; else None.
+
+    height: of what moves, m.
+    """
     if state.number >= stepping.largest_increments:
         return f"{stepping.largest_increments} increments done"
     if state.moving:
         return None
-    if abs(state.control_displacement) >= stepping.final_displacement * (1 - 1e-3):
-        return f"final displacement of {1e3 * stepping.final_displacement:g} mm reached"
+    end = stepping.end_of(height)
+    if abs(state.control_displacement) >= end * (1 - 1e-3):
+        return f"final displacement of {1e3 * end:.4g} mm reached"
     dropped = state.base_shear < (1 - stepping.final_drop) * state.largest_base_shear
     if state.phase == "displacement" and dropped:
         return f"base shear {100 * stepping.final_drop:g} % below its peak"
@@ -112,7 +116,7 @@ class Pushover:
         valid.
         """
         state = in_front(self.model, last) if last else at_rest(self.model)
-        while state.phase == "gravity" or end_of_curve(state, self.stepping) is None:
+        while state.phase == "gravity" or end_of_curve(state, self.stepping, self.model.height) is None:
             if state.load_multiplier > HELD_FROM * self.expected_multiplier and is_held(self.model, state):
                 raise HeldError(state.load_multiplier)
             if state.phase == "gravity" and state.number >= self.stepping.largest_increments and not self._rests(state):
@@ -303,7 +307,7 @@ class Pushover:
             return Aim("load", state.load_multiplier + size, size)
         mean_change, control_change = self.solver.last_changes(state)
         if self.solver.was_driven(state):
-            left = self.stepping.final_displacement - np.sign(control_change) * state.control_displacement
+            left = self.stepping.end_of(self.model.height) - np.sign(control_change) * state.control_displacement
             if control_change:
                 size = min(size, max(left * mean_change / abs(control_change), 1e-3 * size))
             fastest = float(np.max(body_motion(self.model, state.change.ravel()) / body_size(self.model)))

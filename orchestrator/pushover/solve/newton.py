@@ -120,7 +120,7 @@ def solve_increment(
     earlier = iterate = first
     for following in iterates(model, system, problem, first):
         earlier, iterate = iterate, following
-        error = _error(iterate, settings)
+        error = _error(iterate, settings, model.height)
         goes_no_further = error >= least and least < settings.acceptable
         if iterate.number and error < least:
             best, least = iterate, error
@@ -146,7 +146,7 @@ def _restless_joints(model: ContactModel, earlier: Iterate, iterate: Iterate) ->
     return f", contacts change between {'; '.join([*named, *['...'] * (len(joints) > 3)])}"
 
 
-def _error(iterate: Iterate, settings: NewtonSettings) -> float:
+def _error(iterate: Iterate, settings: NewtonSettings, height: float) -> float:
     """Return the largest norm in units of its tolerance: below 1 the iterate has converged."""
     force, gap, pull, control = iterate.norms
     of_bodies = iterate.of_bodies / OF_BODIES
@@ -154,5 +154,5 @@ def _error(iterate: Iterate, settings: NewtonSettings) -> float:
         force / max(settings.residual, iterate.rounding),
         settings.acceptable * of_bodies if of_bodies > 1.0 else 0.0,
         pull / settings.residual,
-        max(gap, control) / settings.gap,
+        max(gap, control) / (settings.gap * height),
     )

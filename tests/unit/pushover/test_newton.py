@@ -36,7 +36,9 @@ def solved(monkeypatch, *forces, rounding=0.0, states=1, leads=1000, **settings)
 
     monkeypatch.setattr(newton, "iterates", iterates)
     model = SimpleNamespace(
-        contacts=SimpleNamespace(slave_body=np.zeros(2, int), master_body=np.ones(2, int)), body_names=("a", "b")
+        contacts=SimpleNamespace(slave_body=np.zeros(2, int), master_body=np.ones(2, int)),
+        body_names=("a", "b"),
+        height=1.0,
     )
     return newton.solve_increment(
         model,
