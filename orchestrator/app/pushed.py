@@ -39,6 +39,7 @@ from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_lef
 from orchestrator.loads import Loads, LoadSettings, loads_on
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import Partition
+from orchestrator.masonry.block_properties import block_areas
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.contact.mortar import refuse_bonded_mortar
@@ -309,9 +310,10 @@ def _is_every_block(partition: Partition) -> bool:
 def _refuse_other_loads(assemblage: Assemblage, analysis: LimitAnalysis, load: LoadSettings) -> None:
     """Raise CaseError for a limit analysis of another wall, or one that was made under other loads."""
     refuse_other_analysis(assemblage, analysis)
-    free = [not block.fixed for block in assemblage.wall.blocks]
+    free = np.array([not block.fixed for block in assemblage.wall.blocks])
+    arms = np.column_stack([np.ones((free.sum(), 2)), np.sqrt(block_areas(assemblage.wall)[free])])
     both = loads_on(assemblage.wall, load), analysis.loads
-    pushed, analysed = (np.hstack([loads.dead[free, :2], loads.live[free, :2]]) for loads in both)
+    pushed, analysed = (np.hstack([loads.dead[free] / arms, loads.live[free] / arms]) for loads in both)
     if np.abs(pushed - analysed).sum() > SAME_LOAD * np.abs(pushed).sum():
         remedy = "give `analyse` the loads loads_on(wall, load), and `push` the same load"
         raise CaseError("load", "is not the load of this limit analysis", remedy)

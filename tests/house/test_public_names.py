@@ -180,6 +180,9 @@ def test_push_refuses_a_limit_analysis_under_another_load():
     for load in (LoadSettings(direction="-x"), floor, standing):
         with pytest.raises(CaseError, match="load: is not the load of this limit analysis"):
             push(assemblage, analysis, every_block, load)
+    middle, edge = (LoadSettings(dead=(DeadLoad((1,), force=FLOOR, at=(x, HEIGHT)),)) for x in (0.0, WIDTH / 4))
+    with pytest.raises(CaseError, match="load: is not the load of this limit analysis"):
+        push(assemblage, analyse(assemblage, loads=loads_on(assemblage.wall, middle)), every_block, edge)
 
 
 SLENDER = assemblage_of(stack((WIDTH, HEIGHT), friction=0.7))
