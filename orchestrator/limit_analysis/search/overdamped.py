@@ -35,6 +35,8 @@ FARTHER = 10.0
 to a mechanism may close again."""
 LOST = 1e3
 """Displacement over the elastic one from which on no motion is followed."""
+FALLEN = 1e12
+"""Displacement, in elastic ones of a mean block's weight, beyond which no digit is left for what is elastic."""
 REST_BUDGET = 600
 """Factorisations of a rest."""
 GRAVITY_BUDGET = 800
@@ -121,6 +123,8 @@ class Overdamped:
             position, velocity = found.position, drag * change
             if np.abs(velocity).max() < REST:
                 return Moved(position, change, multiplier, flow, True)
+            if np.abs(change).max() > FALLEN:
+                break
             if self.is_lost(start, position, change, multiplier, flow):
                 break
             drag *= 1.0 if slower else next((factor for most, factor in FASTER if found.effort <= most), 1.2)
