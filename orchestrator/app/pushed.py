@@ -298,7 +298,7 @@ def progress_of(
     model: str, increment: Increment, stepping: SteppingSettings, contact_model: ContactModel, seconds: float
 ) -> IncrementDone:
     """Return what is reported of an increment."""
-    reached = increment.control_displacement / stepping.end_of(contact_model.height)
+    reached = increment.pushed / stepping.end_of(contact_model.height)
     return IncrementDone(model, increment, contact_model.weight, seconds, min(max(reached, 0.0), 1.0))
 
 

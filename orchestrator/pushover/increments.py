@@ -50,7 +50,8 @@ class Increment:
     short of (or beyond) closure when sliding made the contact, taken as closed. status (c,): ContactStatus.
     base_shear: horizontal reaction of the supports against the load, N. horizontal_load: what a load multiplier of 1
     puts on the bodies that have not fallen, N.
-    control_displacement: mean displacement of the top along the load, m. mean_displacement: mean displacement of the
+    control_displacement: mean displacement of the top along the load, m; under_gravity: that of the wall without live
+    load. mean_displacement: mean displacement of the
     driven bodies along the live load, weighted by it, m. Energies in J, work and dissipation accumulated
     (energies.py); live_work: of the live load alone.
     largest_base_shear: of the static increments up to here, N. out_of_balance: largest force on a body that does not
@@ -81,6 +82,7 @@ class Increment:
     base_shear: float
     horizontal_load: float
     control_displacement: float
+    under_gravity: float
     mean_displacement: float
     internal_energy: float
     dissipated_energy: float
@@ -104,6 +106,11 @@ class Increment:
         moved, shear = (round(1e3 * self.control_displacement, 2) + 0.0, round(1e-3 * self.base_shear, 3) + 0.0)
         bears = f"{shear:.3f} kN (λ {self.load_multiplier:.4f})"
         return f"increment {self.number} {self.phase}: {moved:.2f} mm, {bears}, {counted(self.iterations, 'iteration')}"
+
+    @property
+    def pushed(self) -> float:
+        """Mean displacement of the top along the load since gravity, m."""
+        return self.control_displacement - self.under_gravity
 
     @property
     def all_iterations(self) -> int:

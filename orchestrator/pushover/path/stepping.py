@@ -78,7 +78,7 @@ def end_of_curve(state: Increment, stepping: SteppingSettings, height: float) ->
     if state.moving:
         return None
     end = stepping.end_of(height)
-    if abs(state.control_displacement) >= end * (1 - 1e-3):
+    if abs(state.pushed) >= end * (1 - 1e-3):
         return f"final displacement of {1e3 * end:.4g} mm reached"
     dropped = state.base_shear < (1 - stepping.final_drop) * state.largest_base_shear
     if state.phase == "displacement" and dropped:
@@ -307,7 +307,7 @@ class Pushover:
             return Aim("load", state.load_multiplier + size, size)
         mean_change, control_change = self.solver.last_changes(state)
         if self.solver.was_driven(state):
-            left = self.stepping.end_of(self.model.height) - np.sign(control_change) * state.control_displacement
+            left = self.stepping.end_of(self.model.height) - np.sign(control_change) * state.pushed
             if control_change:
                 size = min(size, max(left * mean_change / abs(control_change), 1e-3 * size))
             fastest = float(np.max(body_motion(self.model, state.change.ravel()) / body_size(self.model)))

@@ -42,14 +42,14 @@ def test_every_phrase_of_the_templates_is_in_the_table():
 
 def ends(**values):
     """Words for the end of a curve, as stepping makes them, at an increment with these values."""
-    state = {"number": 9, "moving": 0, "control_displacement": 0.0, "base_shear": 1.0, "largest_base_shear": 1.0}
+    state = {"number": 9, "moving": 0, "pushed": 0.0, "base_shear": 1.0, "largest_base_shear": 1.0}
     return end_of_curve(SimpleNamespace(phase="displacement", **state | values), SteppingSettings(), 0.6)
 
 
 @pytest.mark.parametrize(
     ("english", "italian"),
     [
-        (ends(control_displacement=1.0), "raggiunto lo spostamento finale di 20 mm"),
+        (ends(pushed=1.0), "raggiunto lo spostamento finale di 20 mm"),
         (ends(number=10**6), f"eseguiti {SteppingSettings().largest_increments} incrementi"),
         (
             ends(base_shear=0.0),

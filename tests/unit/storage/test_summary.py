@@ -21,7 +21,7 @@ def increment(number, **changed):
         change=np.zeros((4, 3)), normal_force=np.ones(2), elastic_slip=np.zeros((2, 2)), slip=np.zeros(2),
         damage=np.zeros(2), closing=np.zeros(2), tie_force=np.zeros(0), tie_rest=np.zeros(0),
         gap=np.zeros(2), overlap=np.zeros(2), status=np.array([1, 2]), base_shear=1.0,
-        horizontal_load=10.0, control_displacement=0.0, mean_displacement=0.0,
+        horizontal_load=10.0, control_displacement=0.0, under_gravity=0.0, mean_displacement=0.0,
         internal_energy=1.0, dissipated_energy=0.0, external_work=0.0, other_work=0.0, live_work=0.0,
         lost_in_motion=0.0,
         energy_error=0.0, largest_base_shear=0.0, out_of_balance=0.0, moving=False,
