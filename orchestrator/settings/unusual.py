@@ -26,6 +26,8 @@ SLENDEREST = 1 / 100
 """least usual thickness of a wall over the larger of its height and length"""
 THICKEST = 0.5
 """largest usual one (drawn in cm and read in mm, a facade of 5 m has 0.6)"""
+LEAST_END = 1e-5
+"""least usual displacement of a curve's end over the height: elastic ones of stiff walls are of that size"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +138,9 @@ def _of_sizes(case: Case, wall: Wall) -> Iterator[str]:
     if case.mesh.size is not None and case.mesh.size > size:
         yield f"UNUSUAL: mesh.size {case.mesh.size:g} m is larger than the wall; is {case.mesh.size:g} mm meant?"
     moved = case.stepping.final_displacement
+    if moved is not None and moved < LEAST_END * height:
+        usual = f"leave it out, and it is {1e3 * height / 30:.3g} mm"
+        yield f"UNUSUAL: stepping.final_displacement {moved:g} m is too little to load a wall of {height:.3g} m; {usual}"
     if moved is not None and moved > height:
         yield f"UNUSUAL: stepping.final_displacement {moved:g} m is more than the wall's height; is {moved:g} mm meant?"
 

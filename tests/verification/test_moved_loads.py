@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from orchestrator import ElasticSettings, MeshSettings, SteppingSettings, one_body_per_block, push
 from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
 from orchestrator.limit_analysis.gravity import associative_optimum, problem_of
-from orchestrator.limit_analysis.search.elastic_contact import SPREAD, elastic_wall, with_joints_that_move
+from orchestrator.limit_analysis.search.elastic_contact import SPREAD, elastic_wall, moving_wall
 from orchestrator.limit_analysis.search.rigid_pushover import rigid_pushover
 from orchestrator.loads import DeadLoad, LiveLoad, LoadSettings, loads_on
 from orchestrator.masonry.joints import JointSettings, find_joints
@@ -231,7 +231,7 @@ def test_moments_follow_from_where_blocks_are():
     )
     problem = problem_of(wall, loads_on(wall.wall, load))
     drawn = elastic_wall(problem.assemblage, problem.equilibrium, problem.friction)
-    moved = with_joints_that_move(drawn, problem.assemblage, problem.equilibrium).moved_loads
+    moved = moving_wall(problem.assemblage, problem.equilibrium, problem.friction).moved_loads
     at_first = moved.linearised(np.zeros(9))
     assert at_first.dead == pytest.approx(drawn.problem.dead, abs=1e-15)
     assert at_first.live == pytest.approx(drawn.problem.live, abs=1e-15)

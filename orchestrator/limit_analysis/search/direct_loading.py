@@ -48,7 +48,10 @@ def as_far_as(problem: Problem, multiplier: float, state: LimitState) -> LoadPat
     return LoadPath(
         multipliers=read_only(reached),
         displacements=read_only([1.0, *moved]),
-        forces=tuple(read_only(problem.equilibrium.unit_force * joint_forces(position.forces)) for position in rests),
+        forces=tuple(
+            read_only(problem.equilibrium.unit_force * joint_forces(loading.wall.points, position.forces))
+            for position in rests
+        ),
         state=state,
         factorisations=loading.spent,
         seconds=0.0,

@@ -1,9 +1,8 @@
 """Rigid blocks on elastic joints without tension and with Coulomb friction: forces of a position, and their slopes.
 
-A joint touches in three points, at its ends and in its middle, which stand for 1/6, 2/3 and 1/6 of its area: that is as
-stiff in rotation as a joint that is pressed all along, and opens when the force leaves the middle third. (With all of
-it at the ends a joint is three times too stiff, and a column at the edge of a wall leans on its neighbours although in
-finite elements it has come away from them.) At each point
+A joint touches in points (joint_points.py), three of them where stones give way. (With all of it at the ends a joint is
+three times too stiff, and a column at the edge of a wall leans on its neighbours although in finite elements it has
+come away from them.) At each point
 
     normal   n = max(0, T - k_n gap) - T         gap = opening since the joints were drawn
     shear    s = s_0 - k_t (slip - slip_0), cut to |s| <= mu n + c     from the last position (slip_0, s_0); no dilation
@@ -16,7 +15,7 @@ distance between the centroids along its normal, less where the joint is short a
 matter to a limit state: they are such that their mean is 2. How far blocks move in m depends on E: `unit` says it, and
 joints of blocks that have moved stand where moved_joints.py says. A state that is a property of the wall is the same
 with both STIFFNESSES. Sources: Lourenço and Rots 1997 (stiffness of a joint that stands for the stones beside it); Chen
-and Harker 1993 (smoothing); Simpson's rule (the areas).
+and Harker 1993 (smoothing).
 """
 
 from __future__ import annotations
@@ -30,7 +29,8 @@ import scipy.sparse as sp
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.limit_analysis.paper.equilibrium import Equilibrium
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
-from orchestrator.limit_analysis.search.moved_joints import PLACES, MovedJoints, moved_joints
+from orchestrator.limit_analysis.search.joint_points import OF_MORTAR, OF_STONES, JointPoints
+from orchestrator.limit_analysis.search.moved_joints import MovedJoints, moved_joints
 from orchestrator.limit_analysis.search.moved_loads import LinearLoads, MovedLoads, moved_loads
 from orchestrator.limit_analysis.search.scaled_problem import ScaledProblem, scaled_problem
 from orchestrator.limit_analysis.search.stone_compliance import SPREAD, stone_lengths
@@ -46,16 +46,11 @@ STIFFNESSES: tuple[Stiffness, Stiffness] = ((True, 0.4), (False, 1.0))
 """Stones as soft as their joints (0.4: an elastic solid with a Poisson ratio of 0.25), and joints between hard ones."""
 LEAST_STIFFNESS = 1e-8
 """Part of its stiffness that an open point has in the matrix: a block that hangs free for a moment is held."""
-AREAS = np.array([1.0, 4.0, 1.0]) / 6.0
-"""Part of the area of a joint that each of its PLACES stands for."""
-JOINT_OF_POINTS = np.zeros((3, 2 * len(PLACES)))
-"""What forces (n, s at each point) are at the ends and along the joint; its transpose takes rates the other way."""
-JOINT_OF_POINTS[0, ::2], JOINT_OF_POINTS[1, ::2], JOINT_OF_POINTS[2, 1::2] = 1.0 - PLACES, PLACES, 1.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ElasticWall:
-    """A wall in the units of `ScaledProblem`, of the c points of its k joints, joint by joint.
+    """A wall in the units of `ScaledProblem`, of the c points of its k joints, joint by joint (`points`).
 
     stiffness (c, 2): normal, and along the joint. tension (c,): tensile strength, mean block weights. unit: metres of
     displacement 1. loads: those of `problem`, and how they change about where a wall is linearised. joints,
@@ -68,6 +63,7 @@ class ElasticWall:
     tension: FloatArray
     unit: float
     loads: LinearLoads
+    points: JointPoints
     joints: MovedJoints | None = None
     moved_loads: MovedLoads | None = None
     offset: FloatArray | float = 0.0
@@ -99,19 +95,19 @@ class ElasticWall:
         return float(done / max(abs(live_power), 1e-300, 1e-300 * done))
 
 
-def joint_forces(forces: FloatArray) -> FloatArray:
+def joint_forces(points: JointPoints, forces: FloatArray) -> FloatArray:
     """Return the forces (k, 3) of joints, normal ones at both ends and the shear, from those of points (c, 2)."""
-    return forces.reshape(-1, JOINT_OF_POINTS.shape[1]) @ JOINT_OF_POINTS.T
+    return forces.reshape(-1, 2 * len(points.places)) @ points.joint_of_points.T
 
 
 def joint_stiffness(wall: ElasticWall) -> FloatArray:
     """Return the stiffness (k, 3) of joints as if all of it sat at their ends."""
-    return joint_forces(wall.stiffness)
+    return joint_forces(wall.points, wall.stiffness)
 
 
 def open_ends(wall: ElasticWall, rates: FloatArray) -> npt.NDArray[np.bool_]:
     """Return which ends (k, 2) of joints stand open, from the rates (c, 2) since they were drawn."""
-    opened = (wall.stiffness[:, 0] * rates[:, 0] > JOINT_SMOOTHING).reshape(-1, len(PLACES))
+    opened = (wall.stiffness[:, 0] * rates[:, 0] > JOINT_SMOOTHING).reshape(-1, len(wall.points.places))
     return opened[:, [0, -1]]
 
 
@@ -139,11 +135,13 @@ def elastic_wall(
     stiffness: Stiffness = STIFFNESSES[0],
     body_of_block: IntArray | None = None,
     elastic_modulus: float = ELASTIC_MODULUS,
+    points: JointPoints = OF_STONES,
+    spread: float = 1.0,
 ) -> ElasticWall:
     """Return the wall with the stiffness of every joint, or of those between bodies of several blocks.
 
     body_of_block (n,): which blocks are one body, as equilibrium and Coulomb's law (k joints) have them.
-    elastic_modulus: of stones that have none of their own, Pa.
+    elastic_modulus: of stones that have none of their own, Pa. spread: how many times stiffer than prisms stones are.
     """
     wall, joints, centroids = assemblage.wall, assemblage.joints, block_centroids(assemblage.wall)
     if body_of_block is not None:
@@ -158,38 +156,46 @@ def elastic_wall(
         free[block] * length / modulus[block] for block, length in zip((joints.i, joints.j), lengths, strict=True)
     )
     by_distance, tangential = stiffness
-    physical = joints.area / (compliance + 1.0 / joints.normal_stiffness)
+    physical = joints.area / (compliance / spread + 1.0 / joints.normal_stiffness)
     normal = physical if by_distance else joints.area
-    normal = np.kron(2.0 * normal / normal.mean(), AREAS)
-    problem = of_points(scaled_problem(equilibrium, coulomb))
+    normal = np.kron(2.0 * normal / normal.mean(), points.areas)
+    problem = of_points(scaled_problem(equilibrium, coulomb), points)
     return ElasticWall(
         problem=problem,
         stiffness=np.column_stack([normal, tangential * normal]),
-        tension=np.kron(coulomb.tension, AREAS) / equilibrium.unit_force,
+        tension=np.kron(coulomb.tension, points.areas) / equilibrium.unit_force,
         unit=2.0 * equilibrium.unit_force / float(physical.mean()),
         loads=LinearLoads(problem.dead, problem.live),
+        points=points,
     )
 
 
-def with_joints_that_move(wall: ElasticWall, assemblage: Assemblage, equilibrium: Equilibrium) -> ElasticWall:
-    """Return a wall of stones whose joints and loads are where the stones have moved, SPREAD times stiffer than
-    springs."""
-    joints = moved_joints(assemblage, equilibrium, wall.unit / SPREAD)
+def moving_wall(
+    assemblage: Assemblage,
+    equilibrium: Equilibrium,
+    coulomb: YieldConditions,
+    stiffness: Stiffness = STIFFNESSES[0],
+    elastic_modulus: float = ELASTIC_MODULUS,
+) -> ElasticWall:
+    """Return the wall with joints and loads that are where the stones have moved, SPREAD times stiffer than prisms;
+    joints of mortar are as stiff as it."""
+    points = OF_MORTAR if np.isfinite(assemblage.joints.normal_stiffness).any() else OF_STONES
+    wall = elastic_wall(assemblage, equilibrium, coulomb, stiffness, None, elastic_modulus, points, SPREAD)
+    joints = moved_joints(assemblage, equilibrium, points.places, wall.unit)
     B, _ = joints.at(np.zeros(wall.problem.B.shape[0]))
     problem = replace(wall.problem, B=B, B_T=B.T, stiffness=WallStiffness(B, POINT_ENTRIES))
-    moved = moved_loads(problem, equilibrium, joints.unit)
-    return replace(wall, problem=problem, unit=joints.unit, joints=joints, moved_loads=moved)
+    return replace(wall, problem=problem, joints=joints, moved_loads=moved_loads(problem, equilibrium, joints.unit))
 
 
-def of_points(problem: ScaledProblem) -> ScaledProblem:
+def of_points(problem: ScaledProblem, points: JointPoints) -> ScaledProblem:
     """Return a problem of joints as that of their points."""
-    B = (problem.B @ sp.kron(sp.identity(len(problem.friction)), JOINT_OF_POINTS)).tocsr()
+    B = (problem.B @ sp.kron(sp.identity(len(problem.friction)), points.joint_of_points)).tocsr()
     return replace(
         problem,
         B=B,
         B_T=B.T.tocsr(),
-        friction=np.repeat(problem.friction, len(PLACES)),
-        cohesion=np.kron(problem.cohesion, AREAS),
+        friction=np.repeat(problem.friction, len(points.places)),
+        cohesion=np.kron(problem.cohesion, points.areas),
         stiffness=WallStiffness(B, POINT_ENTRIES),
     )
 

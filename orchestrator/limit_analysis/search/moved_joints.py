@@ -4,8 +4,8 @@ At each end of a joint a corner of one block lies on an edge of the other. Openi
 has moved by in the frame of the edge, which turns with its block: they depend on where the blocks are and on nothing
 that happened before. Their slopes with displacements are -B^T, with the forces of a point at the corner and along the
 edge. Where corners of both blocks met, the one that has moved inwards along the other's edge counts: the other has left
-it. The middle of a joint is treated as a corner of its block i. Contacts other than those that were drawn are not
-looked for. Source: rigid bodies; corner on edge as in finite elements in contact (node to segment).
+it. Points between the ends of a joint are treated as corners of its block i. Contacts other than those that were drawn
+are not looked for. Source: rigid bodies; corner on edge as in finite elements in contact (node to segment).
 """
 
 from __future__ import annotations
@@ -23,8 +23,6 @@ from orchestrator.masonry.block_properties import block_centroids, outlines_of
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 
-PLACES = np.array([0.0, 0.5, 1.0])
-"""Points of a joint: where between its start and its end."""
 CORNER = 1e-6
 """Part of a block length within which a point is a corner of a block."""
 
@@ -95,14 +93,15 @@ class MovedJoints:
         return sp.csc_matrix((entries[moves], rows[moves], starts), shape=shape)
 
 
-def moved_joints(assemblage: Assemblage, equilibrium: Equilibrium, unit: float) -> MovedJoints:
-    """Return the points of the joints of a wall; unit: metres of displacement 1."""
+def moved_joints(assemblage: Assemblage, equilibrium: Equilibrium, places: FloatArray, unit: float) -> MovedJoints:
+    """Return the points of the joints of a wall: places (p,) between start and end of each; unit: metres of
+    displacement 1."""
     wall, joints, length = assemblage.wall, assemblage.joints, equilibrium.block_length
     way = joints.end - joints.start
-    point = (joints.start[:, None] + PLACES[:, None] * way[:, None]).reshape(-1, 2)
+    point = (joints.start[:, None] + places[:, None] * way[:, None]).reshape(-1, 2)
     (_, normal), _, (_, shear) = joints.acting
-    middle = np.tile((PLACES > 0.0) & (PLACES < 1.0), joints.count)
-    i, j = np.repeat(joints.i, len(PLACES)), np.repeat(joints.j, len(PLACES))
+    middle = np.tile((places > 0.0) & (places < 1.0), joints.count)
+    i, j = np.repeat(joints.i, len(places)), np.repeat(joints.j, len(places))
     of_i, of_j = (_is_corner(wall, block, point, CORNER * length) for block in (i, j))
     first_row = np.full(equilibrium.blocks, -1)
     first_row[equilibrium.free_blocks] = 3 * np.arange(len(equilibrium.free_blocks))
@@ -112,10 +111,10 @@ def moved_joints(assemblage: Assemblage, equilibrium: Equilibrium, unit: float) 
         centre=block_centroids(wall),
         first_row=first_row,
         point=point,
-        frame=np.repeat(np.stack([normal, shear], axis=1), len(PLACES), axis=0),
+        frame=np.repeat(np.stack([normal, shear], axis=1), len(places), axis=0),
         corner_of_i=of_i | middle | ~of_j,
         corner_of_both=of_i & of_j & ~middle,
-        inwards=np.kron(np.sign((way * shear).sum(axis=1)), np.sign(0.5 - PLACES)),
+        inwards=np.kron(np.sign((way * shear).sum(axis=1)), np.sign(0.5 - places)),
         unit=unit,
         length=length,
     )

@@ -4,7 +4,8 @@ The wall is pushed (pushing.py) with joints that move with its blocks. What it b
 because a mechanism has formed or because blocks have moved too far. A step is solved with joints linearised about some
 displacements, and again about those that it found, until gaps, slips and moment arms are true, those of loads too.
 
-Only joints that were drawn touch, in three points each, with springs as stiff as the stones beside them (SPREAD).
+Only joints that were drawn touch, in points (joint_points.py) with springs as stiff as the stones beside them (SPREAD)
+and their mortar.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.limit_analysis.paper.limit_state import LimitState
 from orchestrator.limit_analysis.problem import Problem
-from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Position, Stiffness, with_joints_that_move
+from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Position, Stiffness, moving_wall, undeformed
 from orchestrator.limit_analysis.search.implicit_step import Step, Task, going_on, implicit_step, missing
 from orchestrator.limit_analysis.search.loading_path import StateSearch, is_on_the_verge
 from orchestrator.limit_analysis.search.overdamped import REST_BUDGET, Moved
@@ -73,7 +74,9 @@ class DisplacedWallSearch(StateSearch):
         super().__init__(problem, stiffness)
         free = [block.polygon for block in problem.assemblage.wall.blocks if not block.fixed]
         self.far = min(FAR, DRIFT * float(np.ptp(np.vstack(free)[:, 1])) / problem.equilibrium.block_length)
-        self.wall = with_joints_that_move(self.wall, problem.assemblage, problem.equilibrium)
+        equilibrium, modulus = problem.equilibrium, problem.elastic_modulus
+        self.wall = moving_wall(problem.assemblage, equilibrium, problem.friction, stiffness, modulus)
+        self.at_gravity = undeformed(self.wall)
         self.linearise(np.zeros_like(self.wall.problem.dead))
 
     @property

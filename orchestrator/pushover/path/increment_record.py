@@ -101,7 +101,7 @@ def increment_of(
     resisting = resistance(model, problem, iterate)
     done = energies(model, state, problem, iterate, contacts, float(resisting @ change))
     unbalanced = out_of_balance(model, resisting + _given_friction(model, problem, iterate))
-    moving = unbalanced > bound
+    moving, top = unbalanced > bound, float(model.top_row @ iterate.displacement)
     base_shear, bond = _base_shear(model, iterate), iterate.bond
     count, rows = len(model.possible), model.rows
     status = scattered(np.full(count, ContactStatus.OPEN), rows, contacts.status)

@@ -249,6 +249,7 @@ def test_the_first_page_shows_mortar(given, capsys):
         ("load.dead=[{level='0.7 m', line_load=1.2}]", "2.4 N in all, 0.0003 of the wall's weight; is kN meant?"),
         ("mesh.size=100", "mesh.size 100 m is larger than the wall; is 100 mm meant?"),
         ("stepping.final_displacement=20", "20 m is more than the wall's height; is 20 mm meant?"),
+        ("stepping.final_displacement=1e-6", "1e-06 m is too little to load a wall of 0.7 m; leave it out"),
         ("wall.thickness=400", "thickness 400 m of a wall of 2 x 0.7 m"),
         ("wall.classes=[]", "timber and stone have the same unit weight and elastic modulus (20 kN/m3, 3.5 GPa)"),
         ("joints.classes=[{compressive_strength=90e3}]", "compressive strength of 5 joints 0.09 MPa"),
