@@ -139,8 +139,8 @@ def _of_sizes(case: Case, wall: Wall) -> Iterator[str]:
         yield f"UNUSUAL: mesh.size {case.mesh.size:g} m is larger than the wall; is {case.mesh.size:g} mm meant?"
     moved = case.stepping.final_displacement
     if moved is not None and moved < LEAST_END * height:
-        usual = f"leave it out, and it is {1e3 * height / 30:.3g} mm"
-        yield f"UNUSUAL: stepping.final_displacement {moved:g} m is too little to load a wall of {height:.3g} m; {usual}"
+        usual = f"a wall of {height:.3g} m; leave it out, and it is {1e3 * height / 30:.3g} mm"
+        yield f"UNUSUAL: stepping.final_displacement {moved:g} m is too little to load {usual}"
     if moved is not None and moved > height:
         yield f"UNUSUAL: stepping.final_displacement {moved:g} m is more than the wall's height; is {moved:g} mm meant?"
 

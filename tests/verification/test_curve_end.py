@@ -9,17 +9,33 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator import SteppingSettings, analyse, one_body_per_block, push, storage
+from orchestrator import (
+    LoadSettings,
+    MeshSettings,
+    SteppingSettings,
+    analyse,
+    find_joints,
+    loads_on,
+    one_body_per_block,
+    push,
+    storage,
+)
 from orchestrator.app import cli
 from orchestrator.app.curve_end import balanced, first_misfit, usable, used
+from orchestrator.loads import DeadLoad
+from orchestrator.masonry.joints import JointClass, JointSettings
+from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.increments import PushoverCurve
 from orchestrator.pushover.path.body_overlap import DisplacedOutlines, Misfit
 from orchestrator.pushover.path.curve_checks import RowMisfits
 from tests.support.paths import DATA
+from tests.support.pushover_chain import rectangle
 from tests.support.walls import of_file
 
 TOWER = DATA / "tower_5_blocks.json"
 """overturns at 1.6 mm and 3.2 kN; its base shear has fallen by 1 % at 5.6 mm"""
+WIDE, HIGH = 0.5, 2.0
+"""of a block on mortar, m"""
 WHERE = (("block 1", "block 2"), (0.25, 1.5))
 
 
@@ -38,6 +54,24 @@ def rows_of(*shares, gap=False):
     """Rows whose stones overlap (press each other from afar) by such shares of their size."""
     both = [(Misfit(), Misfit(0.1 * share, share, *WHERE))[:: 1 if gap else -1] for share in shares]
     return [RowMisfits(number, 1e-3 * number, *pair) for number, pair in enumerate(both)]
+
+
+@pytest.mark.parametrize("direction", ["+x", "-x"])
+def test_the_end_counts_from_where_gravity_has_left_the_top(direction):
+    """A load beside the middle of a block on mortar leans it by 12 F e h / (k t b^3): more than the end."""
+    mortar = JointClass(normal_stiffness=1e8, shear_stiffness=4e7)
+    block = Block(1, rectangle(0.0, 0.0, WIDE, HIGH), False, 20e3)
+    wall = Wall("block", (Block(0, rectangle(-1.0, -0.2, 3.0, 0.2), True, 20e3), block), 1.0, 0.7)
+    assemblage = find_joints(wall, JointSettings(classes=(mortar,)))
+    load = LoadSettings(direction, dead=(DeadLoad((1,), force=6e3, at=(0.75 * WIDE, HIGH)),))
+    analysis = analyse(assemblage, loads=loads_on(wall, load))
+    stepping = SteppingSettings(final_displacement=1e-3)
+    every_stone, mesh = one_body_per_block(assemblage), MeshSettings(size=0.1)
+    curve = push(assemblage, analysis, every_stone, load, mesh=mesh, stepping=stepping).curve
+    moved, leans = curve.control_displacement_m, 12 * 6e3 * 0.25 * WIDE * HIGH / (1e8 * WIDE**3)
+    assert abs(moved[0]) == pytest.approx(leans, rel=0.1)
+    assert leans > 1e-3
+    assert moved[-2] - moved[0] < 1e-3 <= 1.001 * (moved[-1] - moved[0])
 
 
 def test_a_curve_whose_stones_fit_is_as_it_was():

@@ -23,7 +23,8 @@ BROKEN = 1.0 - 1e-9
 class Damage:
     """What happens to a joint for the first time: `interface` and `step` are numbers.
 
-    `at_end`: opening or slip of the same joint in m, or its degree of damage (0 to 1), at the end of the curve.
+    `at_end`: opening or slip of the same joint in m, or its degree of damage (0 to 1), at the end of the curve;
+    `at_least`: it opened that far, and farther, where its faces had no contact any more.
     """
 
     interface: int
@@ -33,6 +34,7 @@ class Damage:
     base_shear: float
     control_displacement: float
     at_end: float
+    at_least: bool
 
 
 def damage_sequence(increments: Iterable[Increment], contacts: ContactPlaces, limit: float) -> list[Damage]:
@@ -46,27 +48,38 @@ def damage_sequence(increments: Iterable[Increment], contacts: ContactPlaces, li
     beyond = {"opens": limit, "slides": limit, "cracks": DAMAGED, "breaks": BROKEN}
     states = iter(increments)
     gravity = next(states)
+    gap = gravity.gap[: len(contacts.interface)]
+    apart: set[int] = set()
     first: dict[tuple[int, Kind], tuple[Increment, float]] = {}
     last: dict[tuple[int, Kind], float] = {}
     for state in states:
-        for kind, values in _since(gravity, state, contacts).items():
+        gap = _last_known(gap, state)
+        for kind, values in _since(gravity, gap, state, contacts).items():
             for interface in np.flatnonzero(values > beyond[kind]).tolist():
                 first.setdefault((interface, kind), (state, float(values[interface])))
             last |= {(interface, kind): float(values[interface]) for interface, k in first if k == kind}
+        apart = set(contacts.interface[np.isnan(state.gap[: len(gap)]) & ~np.isnan(gap)].tolist())
     ordered = sorted(first.items(), key=lambda item: (item[1][0].number, -item[1][1]))
     return [
         Damage(
             interface, kind, state.number, state.load_multiplier, state.base_shear,
             state.control_displacement - gravity.control_displacement, last[interface, kind],
+            kind == "opens" and interface in apart,
         )
         for (interface, kind), (state, _) in ordered
     ]  # fmt: skip
 
 
-def _since(gravity: Increment, state: Increment, contacts: ContactPlaces) -> dict[Kind, FloatArray]:
+def _last_known(gap: FloatArray, state: Increment) -> FloatArray:
+    """Return the gaps (c,) of a state in m, and those before where contacts have gone, as they do far apart."""
+    now = state.gap[: len(gap)]
+    return np.where(np.isnan(now), gap, now)
+
+
+def _since(gravity: Increment, gap: FloatArray, state: Increment, contacts: ContactPlaces) -> dict[Kind, FloatArray]:
     """Return the growth of opening and of slip (interfaces,) in m, and the degree of damage, of both its kinds."""
     count = len(contacts.interface)
-    opening = _grown(gravity.gap[:count], state.gap[:count])
+    opening = _grown(gravity.gap[:count], gap)
     slip = _grown(gravity.slip[:count], state.slip[:count])
     degree = _mean(state.damage[:count], contacts.interface)
     return {
@@ -78,7 +91,7 @@ def _since(gravity: Increment, state: Increment, contacts: ContactPlaces) -> dic
 
 
 def _grown(before: FloatArray, now: FloatArray) -> FloatArray:
-    """Return now - before; where a contact has gone (nan) it says nothing."""
+    """Return now - before; a contact that was not there (nan) says nothing."""
     return np.nan_to_num(now - before)
 
 

@@ -19,7 +19,7 @@ import shapely
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import Contacts
-from orchestrator.pushover.contact.contact_tracking import ANGLED, SUPPORT_POINT, Tracking
+from orchestrator.pushover.contact.contact_tracking import ANGLED, DEEPEST, SUPPORT_POINT, Tracking
 from orchestrator.pushover.contact.corners import corner_pairs
 from orchestrator.pushover.contact.faces import Faces, find_faces, sides_of_edges, sides_of_faces, touching_faces
 from orchestrator.pushover.contact.one_place import TURNED
@@ -93,8 +93,12 @@ def _sizes(bodies: Bodies, first: IntArray, second: IntArray) -> FloatArray:
     return np.minimum(size[first], size[second])
 
 
-def _facing(faces: Faces, moving: int) -> list[tuple[int, int]]:
-    """Return pairs of faces that look at each other, nearly on one line, less than the shorter one apart."""
+def _facing(bodies: Bodies, faces: Faces) -> list[tuple[int, int]]:
+    """Return pairs of faces that look at each other, nearly on one line, less than the shorter one apart.
+
+    The bottom of a thin slab and the top of the slab below it are nearly on one line, too, but back to back.
+    """
+    moving = bodies.moving
     lines = shapely.linestrings(np.stack([faces.start, faces.end], axis=1))
     first, second = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=faces.length)
     keep = (first < second) & (faces.body[first] != faces.body[second])
@@ -102,20 +106,24 @@ def _facing(faces: Faces, moving: int) -> list[tuple[int, int]]:
     keep &= np.einsum("ki,ki->k", faces.normal[first], faces.normal[second]) < -np.cos(TURNED)
     first, second = first[keep], second[keep]
     one_way, other_way = _along(faces, first, second), _along(faces, second, first)
-    apart, offset = np.maximum(one_way, other_way)
+    apart, in_front = np.maximum(one_way, other_way)
+    offset = np.maximum(np.abs(one_way[1]), np.abs(other_way[1]))
     shorter = np.minimum(faces.length[first], faces.length[second])
     keep = (offset < OFFSET * shorter) & (apart < shorter)
+    keep &= in_front > DEEPEST * _sizes(bodies, faces.body[first], faces.body[second])
     return list(zip(first[keep].tolist(), second[keep].tolist(), strict=True))
 
 
 def _along(faces: Faces, first: IntArray, second: IntArray) -> FloatArray:
-    """Return (2, p) in m: how far second faces lie from first ones along them (negative: overlap) and off them."""
+    """Return (2, p) in m: how far second faces lie from first ones along them (negative: overlap), and how far in front
+    of them (negative: behind)."""
     from_start = np.stack([faces.start[second] - faces.start[first], faces.end[second] - faces.start[first]])
     height = np.einsum("aki,ki->ak", from_start, faces.normal[first])
     along = np.einsum("aki,ki->ak", from_start, faces.tangent[first])
     apart = np.maximum(along.min(axis=0) - faces.length[first], -along.max(axis=0))
     crossing = height[0] * height[1] < 0.0
-    return np.stack([apart, np.where(crossing, 0.0, np.abs(height).min(axis=0))])
+    nearest = np.where(np.abs(height[0]) < np.abs(height[1]), *height)
+    return np.stack([apart, np.where(crossing, 0.0, nearest)])
 
 
 class _Surface:
@@ -138,7 +146,7 @@ class _Surface:
         slaves = {(slave, master, face) for slave, master, *both in known for face in both}
         touch = {(min(both), max(both)) for _, _, *both in known}
         pairs = []
-        for pair in sorted(touch.union(_facing(self.faces, self.bodies.moving))):
+        for pair in sorted(touch.union(_facing(self.bodies, self.faces))):
             one, other = sorted(pair, key=lambda face: int(body[face]))
             i, j = int(body[one]), int(body[other])
             is_slave, is_master = ({(*bodies, one), (*bodies, other)} & slaves for bodies in ((i, j), (j, i)))

@@ -62,6 +62,14 @@ def test_a_contact_that_has_gone_says_nothing():
     assert damage_sequence(states([[0.0], [np.nan]], np.zeros((2, 1))), places([0]), LIMIT) == []
 
 
+def test_a_joint_whose_faces_are_too_far_apart_for_contacts_is_open_by_more_than_was_seen():
+    gaps = [[0.0, 0.0], [3e-5, 2e-5], [np.nan, 8e-5], [np.nan, np.nan]]
+    (found,) = damage_sequence(states(gaps, np.zeros((4, 2))), places([0, 0]), LIMIT)
+    assert (found.kind, found.at_end, found.at_least) == ("opens", 8e-5, True)
+    (found,) = damage_sequence(states(gaps[:2], np.zeros((2, 2))), places([0, 0]), LIMIT)
+    assert (found.at_end, found.at_least) == (3e-5, False)
+
+
 def test_a_bonded_joint_cracks_and_breaks_with_its_last_contact():
     """Joint 0 has two contacts, joint 1 is damaged by half: degrees at the end are the means, 1 and 0.5."""
     damage = [[0, 0, 0], [0.4, 0, 0], [1, 0.2, 0.5], [1, 1, 0.5]]
