@@ -41,7 +41,7 @@ def test_stones_that_change_places_make_another_run():
     "setting",
     [
         "load.direction=-x", "load.distribution=mass_height", "joints.tolerance=0.1mm", "mesh.size=50mm",
-        "elastic.elastic_modulus=2GPa", "contact.slip_tolerance=0.01mm", "newton.gap=1e-6mm",
+        "elastic.elastic_modulus=2GPa", "contact.slip_tolerance=0.01mm", "newton.gap=1e-11",
         "stepping.large_displacement=false",
     ],
 )  # fmt: skip
