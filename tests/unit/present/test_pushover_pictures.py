@@ -85,8 +85,8 @@ def increment(model):
     return Increment(
         7, "displacement", 1.0, 0.25, displacement, 0 * displacement, none, np.zeros((8, 2)), *3 * [none],
         *2 * [np.zeros(0)], gap, none,
-        status, 100.0, 400.0, 0.0123, 0.0, 0.01, 1.0, *6 * [0.0], 100.0, 0.0, False, np.ones(2, bool), np.zeros(2, bool),
-        np.zeros(2), 0.0, 3, (0.1,),
+        status, 100.0, 400.0, 0.0123, 0.0, 0.01, 1.0, *6 * [0.0], 100.0, 0.0, False,
+        np.ones(2, bool), np.zeros(2, bool), np.zeros(2), 0.0, 3, (0.1,),
     )  # fmt: skip
 
 
