@@ -51,9 +51,8 @@ class Increment:
     base_shear: horizontal reaction of the supports against the load, N. horizontal_load: what a load multiplier of 1
     puts on the bodies that have not fallen, N.
     control_displacement: mean displacement of the top along the load, m; under_gravity: that of the wall without live
-    load. mean_displacement: mean displacement of the
-    driven bodies along the live load, weighted by it, m. Energies in J, work and dissipation accumulated
-    (energies.py); live_work: of the live load alone.
+    load. mean_displacement: mean displacement of the driven bodies along the live load, weighted by it, m. Energies in
+    J, work and dissipation accumulated (energies.py); live_work: of the live load alone.
     largest_base_shear: of the static increments up to here, N. out_of_balance: largest force on a body that does not
     belong to equilibrium (proximal, viscous), over its weight; moving: it is above what counts as static.
     driven, fallen (b,): bodies whose mean displacement is prescribed, and those that have been taken out. gone (b,) in

@@ -45,6 +45,6 @@ def test_its_states_are_in_balance_with_coulombs_friction():
             if len(given) == 5:
                 break
     assert len(given) == 5, "else this wall tries nothing"
-    assert rows < 500, "of which by chance 110 or 310 lead there; without the friction before, thousands"
+    assert rows < 500, "by chance 110 or 310 lead there"
     for row in given:
         assert missing(model, row) < stepping.out_of_balance

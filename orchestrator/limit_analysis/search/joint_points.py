@@ -3,7 +3,7 @@
 Three points are as stiff in rotation as a joint that is pressed all along, and open when the force leaves the middle
 third. From there on a joint of mortar is pressed on the rest of its length only, and ever softer; three points are not:
 a block of 0.5 x 2 m on mortar of 0.1 N/mm3 would bear 31 % too much. Points that are dense at the ends follow what is
-pressed, however short it is: 2 % at most (pytest tests/verification/test_soft_joints.py). Stones need no more than
+pressed, however short it is: 2.5 % at most (pytest tests/verification/test_soft_joints.py). Stones need no more than
 three: how their force spreads from an end is measured with these (stone_compliance.py).
 """
 
@@ -44,4 +44,6 @@ def simpson(*ends: float) -> JointPoints:
 
 
 OF_STONES = simpson(0.0, 1.0)
+"""of a joint that is as stiff as the stones beside it"""
 OF_MORTAR = simpson(0.0, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0)
+"""of a joint with a stiffness of its own"""

@@ -237,10 +237,7 @@ def test_the_first_page_shows_mortar(given, capsys):
 @pytest.mark.parametrize(
     ("setting", "said"),
     [
-        (
-            "elastic.elastic_modulus=2500",
-            "elastic modulus of stone 2.5e-06 GPa, usual are 0.05 to 220 GPa; is 2500 MPa",
-        ),
+        ("elastic.elastic_modulus=2500", "modulus of stone 2.5e-06 GPa, usual are 0.05 to 220 GPa; is 2500 MPa"),
         ("seismic.peak_ground_acceleration=0.15", "a_g of SD 0.15 m/s2, usual are 0.39 to 9.81 m/s2; is 0.15 g meant?"),
         ("wall.friction=6", "friction of 5 joints 6, usual are 0.2 to 1.5"),
         ("wall.friction=31", "is an angle of 31 degrees meant?"),
