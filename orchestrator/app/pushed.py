@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orchestrator import storage
+from orchestrator.app.at_peak import BoundLeft, bound_left, control_share, moment_of_load, wall_at_peak
 from orchestrator.app.broken_off import SolverSettings, located, place
 from orchestrator.app.curve_end import balanced, first_misfit, largest, misfits_of, usable, used
 from orchestrator.app.progress import IncrementDone, Report
@@ -35,8 +36,7 @@ from orchestrator.basis.parallel import this_rank
 from orchestrator.basis.threads import in_turn
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.limit_analysis.paper.limit_state import refuse_other_analysis
-from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_left
-from orchestrator.loads import Loads, LoadSettings, loads_on
+from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.macroblocks.bodies import Bodies, make_bodies
 from orchestrator.macroblocks.criteria import Partition
 from orchestrator.masonry.block_properties import block_areas
@@ -60,8 +60,6 @@ SAME_LOAD = 1e-9
 
 Ended = ConvergenceError | CollapseError | HeldError | None
 """why a path ended before `end_of_curve`; None: it did not"""
-BoundLeft = Callable[[BodyMask], float | None]
-"""from the bodies (b,) that have fallen to the associative multiplier of what is left, None where it has none"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -219,7 +217,9 @@ def judged(
     effort = storage.effort_of(kept, contact_model.body_names, contact_model.body_weight)
     capacity, rows = find_capacity(curve), used(rows, curve)
     peak = _peak(curve)
-    at_peak = next(one for one in increments() if one.number == peak)
+    at_peak, at_end = (
+        next(one for one in increments() if one.number == number) for number in (peak, curve.static.step[-1])
+    )
     bound = None if large else expected * contact_model.horizontal_load
     ended = f"it broke off {place(last)}" if failures else ""
     invalid = _invalid(model, curve, first_misfit(rows), effort.energy_error, bound, ended)
@@ -232,10 +232,11 @@ def judged(
         **largest(rows), seconds=seconds, peak_memory=peak_memory(), stopped_because=curve.stopped_because,
         complaint=str(complaints[0]) if complaints else None,
         valid=invalid is None, not_valid_because=None if invalid is None else invalid.detail,
-        toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, _moment_of_load(contact_model, at_peak)),
+        toe_error=coarse_toes(bodies, contact_model.contacts, at_peak, moment_of_load(contact_model, at_peak)),
         crack_elements=elements_at_cracks(bodies, contact_model.contacts, at_peak),
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
-        at_peak=_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),
+        at_peak=wall_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),
+        control_share=control_share(contact_model, at_end, capacity.final_displacement),
     )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints)
 
@@ -245,36 +246,6 @@ def _after_gravity(model: ModelName, last: Increment | None, complaint: Ended) -
     if last is None or last.phase == "gravity":
         raise complaint if isinstance(complaint, ConvergenceError) else ConvergenceError(f"{model} FE", str(complaint))
     return last
-
-
-def bound_left(assemblage: Assemblage, loads: Loads, bodies: Bodies) -> BoundLeft:
-    """Return what finds the associative multiplier of a wall without bodies; loads, ties: those of limit analysis."""
-
-    def bound(fallen: BodyMask) -> float | None:
-        gone = [block for body in np.flatnonzero(fallen) for block in bodies.bodies[body].blocks]
-        return bound_of_what_is_left(assemblage, loads, ~np.isin(np.arange(len(assemblage.wall.blocks)), gone))
-
-    return bound
-
-
-def _at_peak(contact_model: ContactModel, at_peak: Increment, bound_without: BoundLeft) -> storage.AtPeak:
-    """Return what has fallen at the peak, the bound of what is left, and what the contacts drawn bear there."""
-    from orchestrator.pushover.path.increment_record import in_front
-    from orchestrator.pushover.path.moved_wall import most_of_drawn_contacts
-
-    weight, fallen = contact_model.body_weight, at_peak.fallen
-    return storage.AtPeak(
-        fallen=float(weight[fallen].sum() / weight.sum()),
-        bound_left=bound_without(fallen) if fallen.any() else None,
-        drawn_contacts=most_of_drawn_contacts(contact_model, in_front(contact_model, at_peak)),
-    )
-
-
-def _moment_of_load(contact_model: ContactModel, state: Increment) -> float:
-    """Return the moment of the live load about the wall's base, N m."""
-    nodes = contact_model.front.nodes
-    horizontal = np.abs(contact_model.lateral[: nodes.size : 3])
-    return abs(state.load_multiplier) * float(horizontal @ (nodes[:, 1] - nodes[:, 1].min()))
 
 
 def peak_memory() -> int:

@@ -14,19 +14,10 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from orchestrator import storage
+from orchestrator.app.at_peak import BoundLeft, bound_left
 from orchestrator.app.broken_off import SolverSettings
 from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
-from orchestrator.app.pushed import (
-    BoundLeft,
-    Ended,
-    Pushed,
-    bound_left,
-    follow,
-    judged,
-    loose_of,
-    peak_memory,
-    progress_of,
-)
+from orchestrator.app.pushed import Ended, Pushed, follow, judged, loose_of, peak_memory, progress_of
 from orchestrator.basis.errors import naming
 from orchestrator.basis.parallel import on_root, this_rank
 from orchestrator.limit_analysis import LimitAnalysis

@@ -41,6 +41,8 @@ FALLEN = 0.01
 """part of its peak by which the base shear has fallen where the peak is behind"""
 AGAINST = "the control displacement does not go along the live load"
 """why a curve has no bilinear idealisation though its base shear rises"""
+OUTSIDE = 0.2
+"""motion of a control point over that of the fastest stone below which it is outside the mechanism"""
 FLAT_LENGTH_RATIO = 1.5
 """a curve this many times as long as where it first came within FALLEN of its peak has been flat: that is its peak"""
 

@@ -40,10 +40,12 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
         counts = f"{OPEN}{counts}"
     if not state.converged and state is not analysis.associative:
         rest = f"Loading met no limit state; the wall was at rest up to λ = ({_limit(multiplier)}): {shear}"
+        of_what = ""
         if analysis.geometry_decides:
             least = "" if analysis.rigid_peak is not None else "at least "
             rest = f"Geometry decides: in large displacements the wall bears {least}λ = ({_limit(multiplier)}): {shear}"
-        return f"{rest}{_found_elsewhere(analysis)}the associative {_limit(bound)} is an upper bound."
+            of_what = " in small displacements"
+        return f"{rest}{_found_elsewhere(analysis)}the associative {_limit(bound)} is an upper bound{of_what}."
     if state is analysis.associative:
         return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."
     low, high = analysis.non_associative_range or (multiplier, multiplier)

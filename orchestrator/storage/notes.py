@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf
 
+from orchestrator.assessment.capacity import OUTSIDE
 from orchestrator.basis.printed import printed
 from orchestrator.pushover.path.curve_checks import BEYOND
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
@@ -220,6 +221,11 @@ def remarks(summary: Summary) -> list[str]:
             said.append(
                 f"{pushed.model} FE: at first the mean of the top edge moves against the live load: base shear over "
                 "that displacement is no stiffness of the wall, and none is given"
+            )
+        if pushed.control_share < OUTSIDE:
+            said.append(
+                f"{pushed.model} FE: the mean of the top edge moves {pushed.control_share:.1%} of the stone that goes "
+                "farthest: it is outside the mechanism; displacements and stiffness of this curve are not of what fails"
             )
         if not (pushed.peak_reached or pushed.held):
             carried = f"; the wall carries at least {printed('multiplier', pushed.peak_multiplier)}"

@@ -84,6 +84,8 @@ class PushoverSummary:
     at_peak: AtPeak = AtPeak()
     held: bool = False
     """whether the curve ended because supports hold the wall, as it has moved, against any multiple of the load"""
+    control_share: float = 1.0
+    """control displacement at the curve's end over the motion of the body that went farthest, of those that stand"""
 
 
 @dataclass(frozen=True, slots=True)

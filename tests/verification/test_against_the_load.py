@@ -25,6 +25,7 @@ REMARK = (
     "micro FE: at first the mean of the top edge moves against the live load: base shear over that displacement is no "
     "stiffness of the wall, and none is given"
 )
+OUTSIDE_OF = "it is outside the mechanism; displacements and stiffness of this curve are not of what fails"
 AGAINST = "the control displacement does not go along the live load"
 NOT_VERIFIED = "top of block 2 does not move along the load: name another control point"
 WALL = {
@@ -122,3 +123,25 @@ def test_beside_a_load_case_along_its_load(case, tmp_path, capsys):
     assert re.search(r"against +micro FE .* -0\.\d+ +– *\n", printed)
     assert re.search(rf"along +micro FE .* +{1e-6 * float(stiffness['along']):#.4g} *\n", printed)
     assert "<td>–</td>" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_top_that_stays_where_another_part_fails_is_told(case, tmp_path, capsys):
+    """A low pier of two stones, 13 % of the weight, turns over beside a high one; the other way round nothing is said.
+
+    The low pier turns at b / h = 0.6 / 2 = 0.3 of its weight, as the live load is proportional to mass.
+    """
+    squat, slender = [[0, 0], [2, 0], [2, 4], [0, 4]], [[3, 0], [3.6, 0], [3.6, 2], [3, 2]]
+    for height, is_told in ((2.0, True), (6.0, False)):
+        slender[2][1] = slender[3][1] = height
+        ground = [[-1, -0.3], [6, -0.3], [6, 0], [-1, 0]]
+        blocks = [{"id": k, "polygon": polygon} for k, polygon in enumerate((ground, squat, slender))]
+        blocks[0]["fixed"] = True
+        (tmp_path / "wall.json").write_text(json.dumps(WALL | {"blocks": blocks}), encoding="utf-8")
+        case.write_text('[wall]\nblocks = "wall.json"\n[run]\nmodels = ["micro"]\n', encoding="utf-8")
+        out = tmp_path / f"{height}"
+        with undrawn():
+            assert main(["run", str(case), "--output", str(out)]) == 0
+        (found,) = storage.read_summary(out).pushover
+        assert found.peak_multiplier == pytest.approx(0.6 / height, rel=0.01)
+        assert (OUTSIDE_OF in capsys.readouterr().out) is is_told
+        assert (OUTSIDE_OF in (out / "report.html").read_text(encoding="utf-8")) is is_told

@@ -71,7 +71,7 @@ def test_the_end_counts_from_where_gravity_has_left_the_top(direction):
     moved, leans = curve.control_displacement_m, 12 * 6e3 * 0.25 * WIDE * HIGH / (1e8 * WIDE**3)
     assert abs(moved[0]) == pytest.approx(leans, rel=0.1)
     assert leans > 1e-3
-    assert moved[-2] - moved[0] < 1e-3 <= 1.001 * (moved[-1] - moved[0])
+    assert moved[-2] - moved[0] < 1e-3 <= 1.001 * (moved[-1] - moved[0]) < 1.02e-3
 
 
 def test_a_curve_whose_stones_fit_is_as_it_was():

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from orchestrator.assessment.capacity import Bilinear, idealise
+from orchestrator.assessment.capacity import OUTSIDE, Bilinear, idealise
 from orchestrator.assessment.seismic.control import ControlPoint, control_point
 from orchestrator.assessment.seismic.drift import CLAUSES as DRIFT_CLAUSES
 from orchestrator.assessment.seismic.drift import GIVEN, allowed_displacement, drift_at, drifting_piers, is_limited
@@ -51,8 +51,6 @@ DUCTILE = 10.0
 """ductility and ratio above which equal energy and the ratio itself say little"""
 SLIPPERY = 0.1
 """part of the elastic displacement made by the slip tolerance from which T* is said to be its work"""
-LAZY = 0.2
-"""motion of the control point over that of the fastest stone below which it is outside the mechanism"""
 CLAUSES = {
     "SLD": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (peak)",
     "SLV": "Circ. 7/2019 C7.3.4.2, C7.8.1.5.4 (3/4), C7.8.1.6",
@@ -292,7 +290,7 @@ def _cautions(seen: Observed, line: Bilinear, row: dict[str, Any]) -> list[str]:
             row["safety_ratio"] > DUCTILE
         ),
         f"the control point moves {seen.share_of_fastest:.0%} of the fastest stone: it is outside the mechanism": (
-            seen.share_of_fastest < LAZY
+            seen.share_of_fastest < OUTSIDE
         ),
     }
     return [text for text, holds in said.items() if holds]

@@ -304,15 +304,22 @@ class Pushover:
         if state.phase == "gravity":
             return Aim("gravity", min(state.time + size, 1.0), size)
         if state.phase == "load":
+            size = self._to_the_end(state, size, state.load_multiplier, state.pushed)
             return Aim("load", state.load_multiplier + size, size)
         mean_change, control_change = self.solver.last_changes(state)
         if self.solver.was_driven(state):
-            left = self.stepping.end_of(self.model.height) - np.sign(control_change) * state.pushed
-            if control_change:
-                size = min(size, max(left * mean_change / abs(control_change), 1e-3 * size))
+            size = self._to_the_end(state, size, mean_change, control_change)
             fastest = float(np.max(body_motion(self.model, state.change.ravel()) / body_size(self.model)))
             size = min(size, max(FASTEST * mean_change / fastest, 1e-3 * size))
         return Aim("displacement", state.mean_displacement + size, size)
+
+    def _to_the_end(self, state: Increment, size: float, went: float, moved: float) -> float:
+        """Return an increment that does not go beyond the end of the curve if the top goes on as it `moved` (m) while
+        what is prescribed `went` on, in its unit."""
+        if not moved:
+            return size
+        left = self.stepping.end_of(self.model.height) - np.sign(moved) * state.pushed
+        return min(size, max(left * went / abs(moved), 1e-3 * size))
 
     def _held(self, state: Increment) -> Aim:
         """Return the aim that holds what a state in motion prescribes."""

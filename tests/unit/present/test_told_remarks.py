@@ -137,6 +137,8 @@ ON_PAGES = [
     "the curve ends before the areas can be made equal",
     "the control displacement does not go along the live load",
     "none: the control displacement does not go along the live load",
+    "micro FE: the mean of the top edge moves 0.1% of the stone that goes farthest: it is outside the mechanism; "
+    "displacements and stiffness of this curve are not of what fails",
     "micro FE: at first the mean of the top edge moves against the live load: base shear over that displacement is no "
     "stiffness of the wall, and none is given",
     "the control displacement is zero in the first lateral increments",

@@ -1,0 +1,60 @@
+"""What the wall is at the peak of a curve and at its end, against the wall as drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_left
+from orchestrator.loads import Loads
+from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.masonry.joints import Assemblage
+from orchestrator.pushover.increments import BodyMask, Increment
+from orchestrator.storage import AtPeak
+
+if TYPE_CHECKING:
+    from orchestrator.pushover.model import ContactModel
+
+BoundLeft = Callable[[BodyMask], float | None]
+"""from the bodies (b,) that have fallen to the associative multiplier of what is left, None where it has none"""
+
+
+def bound_left(assemblage: Assemblage, loads: Loads, bodies: Bodies) -> BoundLeft:
+    """Return what finds the associative multiplier of a wall without bodies; loads, ties: those of limit analysis."""
+
+    def bound(fallen: BodyMask) -> float | None:
+        gone = [block for body in np.flatnonzero(fallen) for block in bodies.bodies[body].blocks]
+        return bound_of_what_is_left(assemblage, loads, ~np.isin(np.arange(len(assemblage.wall.blocks)), gone))
+
+    return bound
+
+
+def wall_at_peak(contact_model: ContactModel, at_peak: Increment, bound_without: BoundLeft) -> AtPeak:
+    """Return what has fallen at the peak, the bound of what is left, and what the contacts drawn bear there."""
+    from orchestrator.pushover.path.increment_record import in_front
+    from orchestrator.pushover.path.moved_wall import most_of_drawn_contacts
+
+    weight, fallen = contact_model.body_weight, at_peak.fallen
+    return AtPeak(
+        fallen=float(weight[fallen].sum() / weight.sum()),
+        bound_left=bound_without(fallen) if fallen.any() else None,
+        drawn_contacts=most_of_drawn_contacts(contact_model, in_front(contact_model, at_peak)),
+    )
+
+
+def control_share(contact_model: ContactModel, at_end: Increment, control_displacement: float) -> float:
+    """Return the control displacement (m) at a curve's end over what the body that went farthest has moved there."""
+    from orchestrator.pushover.path.increment_record import in_front
+    from orchestrator.pushover.path.moving import body_motion
+
+    moved = body_motion(contact_model, in_front(contact_model, at_end).displacement.ravel())
+    return abs(control_displacement) / float(moved[~at_end.fallen].max())
+
+
+def moment_of_load(contact_model: ContactModel, state: Increment) -> float:
+    """Return the moment of the live load about the wall's base, N m."""
+    nodes = contact_model.front.nodes
+    horizontal = np.abs(contact_model.lateral[: nodes.size : 3])
+    return abs(state.load_multiplier) * float(horizontal @ (nodes[:, 1] - nodes[:, 1].min()))
