@@ -15,7 +15,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import accepted
 from orchestrator.basis.errors import ConvergenceError, refuse_other_kind, require_kinds
-from orchestrator.limit_analysis.gravity import associative_optimum, problem_of, refuse_what_falls
+from orchestrator.limit_analysis.gravity import associative_optimum, problem_of, refuse_the_verge, refuse_what_falls
 from orchestrator.limit_analysis.moved_outlines import blocks_in_each_other
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
@@ -60,8 +60,8 @@ def analyse(
     stiffness alone, the peak in large ones on weight x size over the modulus, and the headline where that peak is it.
     Without `loads` both are the weight of every block, the live load along +x. The wall is analysed in its standard
     view: neither its numbering nor the side it is seen from matters. Raises CaseError for arguments of another kind,
-    loads of another wall or a modulus of no stone, when the wall cannot stand under its dead load or no live load
-    brings it down, ConvergenceError when the associative program cannot be solved. A non-associative answer that cannot
+    loads of another wall or a modulus of no stone, when the wall cannot stand under its dead load, just can, or no live
+    load brings it down, ConvergenceError when the associative program cannot be solved. A non-associative answer that cannot
     be found is None, and `remarks` says why. Source: docs/theory.md.
     """
     started = perf_counter()
@@ -80,6 +80,7 @@ def analyse(
     logger.info("associative multiplier %.4f; loading from gravity", optimum.load_multiplier)
     known = non_associative_of(problem, view.loads, optimum, settings)
     answer = answered(problem, optimum, known, loads, perf_counter() - started)
+    refuse_the_verge(problem.equilibrium, answer.headline.load_multiplier)
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
     loose = {stone for failure in answer.local_failures for stone in failure.stones}
     points = points_in_common(assemblage)

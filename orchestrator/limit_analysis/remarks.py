@@ -57,8 +57,8 @@ def remarks_of(problem: Problem, met: Loaded | None, falling: tuple[int, ...]) -
     if not has_path(problem.friction):
         return (NO_PATH,)
     if met is None:
-        stones = ", ".join(map(str, falling))
-        return (f"loading: no state of rest under the dead load was found: stones {stones} go down unless wedged",)
+        named = f": stones {', '.join(map(str, falling))} go down unless wedged" if falling else ""
+        return (f"loading: no state of rest under the dead load was found{named}",)
     words = (local_failures_of, answer_words, mechanism_words, geometry_words, interval_words)
     return tuple(said for of in words for said in of(met))
 

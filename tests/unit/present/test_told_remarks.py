@@ -32,6 +32,7 @@ ON_PAGES = [
     "from 0.2883 on displacements are large",
     "stones that touch in one point bear nothing there in limit analysis, and do in finite elements: 10 | 14 "
     "(1.347 m, 2.646 m); all multipliers of limit analysis, the associative one too, may be too low",
+    "loading: no state of rest under the dead load was found",
     "loading: no state of rest under the dead load was found: stones 65, 66 go down unless wedged",
     "the path was not followed to its end: state closed by smoothed conditions; at rest up to 0.4047, no rest found at "
     "0.4497",
