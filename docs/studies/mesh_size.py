@@ -1,4 +1,4 @@
-"""What finer elements do to the peak: walls of all families, every stone a body, elements of 1, 1/2 and 1/4 of the size.
+"""What finer elements do to the peak: walls of all families, every stone a body, elements of a half and a quarter.
 
     python docs/studies/mesh_size.py
 

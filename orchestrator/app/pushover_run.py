@@ -13,12 +13,14 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from orchestrator import storage
 from orchestrator.app.at_peak import BoundLeft, bound_left
 from orchestrator.app.broken_off import SolverSettings
 from orchestrator.app.progress import IncrementDone, Report, StageBegun, StageDone
 from orchestrator.app.pushed import Ended, Pushed, follow, judged, loose_of, peak_memory, progress_of
-from orchestrator.basis.errors import naming
+from orchestrator.basis.errors import CaseError, naming
 from orchestrator.basis.parallel import on_root, this_rank
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.macroblocks.bodies import Bodies
@@ -168,8 +170,29 @@ def _told(done: IncrementDone) -> IncrementDone:
 
 def last_state(case: Case, wall: Wall, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, Increment | None]:
     """Return the meshes and the last increment that `push_model` has left in a model's folder."""
+    meshes, store = _left(case, wall, bodies, folder)
+    return meshes, store.last()
+
+
+def refuse_longer_curve(case: Case, wall: Wall, bodies: Bodies, folder: Path) -> None:
+    """Raise CaseError where `push_model` has left a curve that goes on beyond where the case ends it."""
+    from orchestrator.pushover.path.stepping import end_of_curve
+
+    meshes, store = _left(case, wall, bodies, folder)
+    height = float(np.ptp(meshes.nodes[:, 1]))
+    *before, last = store.numbers() or [0]
+    for one in store.these(before):
+        ends = None if one.phase == "gravity" else end_of_curve(one, case.stepping, height)
+        if ends:
+            problem = f"would end the curve in {folder} at increment {one.number}, and it has {last}: {ends}"
+            remedy = "let final_displacement, final_drop or largest_increments end it no earlier, or leave out --resume"
+            raise CaseError("stepping", problem, remedy, str(case.file))
+
+
+def _left(case: Case, wall: Wall, bodies: Bodies, folder: Path) -> tuple[BodyMeshes, storage.StateStore]:
+    """Return the meshes of bodies, and what a model's folder holds of them."""
     meshes = mesh_bodies(bodies, case.mesh, mesh_cache())
-    return meshes, storage.StateStore(folder, _fingerprint(case, wall, bodies, meshes)).last()
+    return meshes, storage.StateStore(folder, _fingerprint(case, wall, bodies, meshes))
 
 
 def start_finite_elements() -> None:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from orchestrator.app.progress import Report, StageBegun, StageDone
 from orchestrator.app.pushed import Pushed
-from orchestrator.app.pushover_run import last_state, push_model
+from orchestrator.app.pushover_run import last_state, push_model, refuse_longer_curve
 from orchestrator.app.segmented import Segmented
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.parallel import on_root
@@ -146,7 +146,8 @@ def refuse_another_run(case: Case, wall: Wall, output: Path) -> None:
 def left_off(case: Case, segmented: Segmented, output: Path) -> Segmented:
     """Return the segmented wall with the macroblocks that `output` holds increments of, as chosen or refined.
 
-    Raises CaseError where it holds those of another run, before anything of it is overwritten.
+    Raises CaseError where it holds those of another run, or a curve that goes on beyond where the case ends it, before
+    anything of it is overwritten.
     """
 
     def refuse_another(model: ModelName, one: Segmented) -> None:
@@ -167,4 +168,6 @@ def left_off(case: Case, segmented: Segmented, output: Path) -> Segmented:
                 raise
             said = f"refined from {segmented.partition.count} macroblocks before the run was stopped"
             left = segmented.divided(replace(more, remarks=(*segmented.partition.remarks, said)))
+    for model in case.run.models:
+        refuse_longer_curve(case, left.assemblage.wall, left.bodies_of(model), output / model)
     return left

@@ -61,6 +61,20 @@ def test_resumed_curve_is_the_uninterrupted_one(whole, tmp_path):
         assert first[:5] == pytest.approx(second[:5], rel=1e-10, abs=1e-9)
 
 
+@pytest.mark.parametrize("sooner", ["final_displacement=1mm", "largest_increments=20"])
+def test_a_curve_that_is_longer_than_asked_for_is_refused_and_kept(sooner, tmp_path):
+    """A smaller end cannot take back what is stored; a larger one goes on with it."""
+    run(tmp_path)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    with pytest.raises(CaseError, match=r"would end the curve in .* at increment") as refused:
+        driver.run(micro_case(f"stepping.{sooner}"), tmp_path, True, None, killing(None))
+    assert refused.value.key == "stepping"
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+    driver.run(micro_case("stepping.final_displacement=2.5mm"), tmp_path, True, None, killing(None))
+    last = (tmp_path / "micro" / "curve.csv").read_text().splitlines()[-1]
+    assert float(last.split(",")[5]) > 2.4e-3
+
+
 def test_resume_with_another_wall_is_refused_at_once_and_nothing_is_lost(tmp_path, monkeypatch):
     with pytest.raises(Killed):
         run(tmp_path, killed_after=5)
