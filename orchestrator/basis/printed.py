@@ -56,6 +56,11 @@ def millimetres(length: float) -> str:
     return f"{float(f'{1e3 * abs(length):.2g}'):g} mm"
 
 
+def percent_of(share: float) -> str:
+    """Return a share in per cent with two digits."""
+    return f"{float(f'{100 * share:.2g}'):g} %"
+
+
 def percent_more(value: float, than: float) -> str:
     """Return by how much a value is more (+) or less (-) than another, as in "+5.0%"; rounded to nothing +0.0%."""
     return f"{round(100 * (value / than - 1.0), 1) + 0.0:+.1f}%"

@@ -86,7 +86,8 @@ def analyse(
     points = points_in_common(assemblage)
     said = blocks_in_each_other(assemblage, answer.drawn or answer.headline, loose)
     remarks = (*answer.remarks, *points_words(points), *said)
-    return replace(answer, wall=fingerprint_of_wall(assemblage), points_in_common=points, remarks=remarks)
+    answer = replace(answer, points_in_common=points, is_bound=not (points or said), remarks=remarks)
+    return replace(answer, wall=fingerprint_of_wall(assemblage))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

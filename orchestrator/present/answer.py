@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import inf
 
 from orchestrator.assessment.sensitivity import ALIKE
-from orchestrator.basis.printed import percent_more, printed
+from orchestrator.basis.printed import percent_more, percent_of, printed
 from orchestrator.limit_analysis import LimitAnalysis
 from orchestrator.present.weights import applied_words
 from orchestrator.space.analysis import BRACKET, SpaceAnalysis
@@ -45,19 +45,20 @@ def answer_of_limit(analysis: LimitAnalysis) -> str:
             least = "" if analysis.rigid_peak is not None else "at least "
             rest = f"Geometry decides: in large displacements the wall bears {least}λ = ({_limit(multiplier)}): {shear}"
             of_what = " in small displacements"
-        return f"{rest}{_found_elsewhere(analysis)}the associative {_limit(bound)} is an upper bound{of_what}."
+        return f"{rest}{_found_elsewhere(analysis)}{_bounds(bound, analysis.is_bound, of_what)}"
     if state is analysis.associative:
         return f"{counts}{shear}an upper bound only, as no state with friction that does not dilate was found."
     low, high = analysis.non_associative_range or (multiplier, multiplier)
     low = min(low, analysis.lowest.load_multiplier if analysis.lowest else low)
-    return f"{counts}{shear}{_why(low, high, bound)}"
+    left = " of what is left" * bool(analysis.local_failures)
+    return f"{counts}{shear}{_why(low, high, bound, analysis.is_bound, left)}"
 
 
 def _without(analysis: LimitAnalysis) -> str:
     """Return which part of the dead load has come loose before the wall reaches its state, if any."""
     if not analysis.local_failures:
         return ""
-    return f"of what is left when stones of {analysis.share_lost:.1%} of the dead load have come loose, "
+    return f"of what is left when stones of {percent_of(analysis.share_lost)} of the dead load have come loose, "
 
 
 def answer_in_space(analysis: SpaceAnalysis) -> str:
@@ -84,15 +85,25 @@ def _with_other_torsion(analysis: SpaceAnalysis) -> str:
     return f" Joints that {twist} reach no more than λ = {_limit(other)}, which is lower: how they twist decides."
 
 
-def _why(low: float, high: float, bound: float) -> str:
-    """Return what a collapse state is, of states that were found from `low` to `high`, and how near to the bound."""
+def _why(low: float, high: float, bound: float, holds: bool = True, of_what: str = "") -> str:
+    """Return what a collapse state is, of states that were found from `low` to `high`, and how near to the bound.
+
+    holds: whether the associative multiplier is a bound; of_what: of which wall, where it is not the wall as drawn.
+    """
     why = "a collapse state with friction that does not dilate; "
-    if bound - low <= ALIKE * bound:
-        return f"{why}it reaches the associative upper bound, and no lower one was found."
+    if holds and bound - low <= ALIKE * bound:
+        return f"{why}it reaches the associative upper bound{of_what}, and no lower one was found."
     if high - low <= ALIKE * high:
-        return f"{why}the associative {_limit(bound)} is an upper bound."
-    between = f"such states were found from {_limit(low)} to {_limit(high)}, as friction leaves the answer open"
-    return f"{why}{between}; the associative {_limit(bound)} is an upper bound."
+        return f"{why}{_bounds(bound, holds, of_what)}"
+    between = f"such states were found from {_limit(low)} to {_limit(high)}, the lowest on the safe side, as friction"
+    return f"{why}{between} leaves the answer open; {_bounds(bound, holds, of_what)}"
+
+
+def _bounds(bound: float, holds: bool, of_what: str) -> str:
+    """Return that the associative multiplier is an upper bound, or why it is none; of_what as of `_why`."""
+    if holds:
+        return f"the associative {_limit(bound)} is an upper bound{of_what}."
+    return f"the associative {_limit(bound)} is no upper bound, as stones bear in points that are no joint."
 
 
 def _found_elsewhere(analysis: LimitAnalysis) -> str:
@@ -145,7 +156,7 @@ def _but(doubt: str | None) -> str:
 def _of_another_wall(pushed: PushoverSummary, limit: LimitSummary, stones: int) -> str:
     """Return of what a peak is where it is not the wall as drawn: what is left, or with contacts that have come."""
     fallen = pushed.at_peak.fallen
-    said = f", of what is left when {fallen:.1%} of the dead load has fallen" if fallen else ""
+    said = f", of what is left when {percent_of(fallen)} of the dead load has fallen" if fallen else ""
     drawn = pushed.at_peak.drawn_contacts
     if drawn is not None and is_beyond_the_drawn(pushed, limit, stones):
         bears = f"bears λ = {printed('multiplier', drawn)}" if drawn else "does not stand"

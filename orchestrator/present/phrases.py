@@ -30,7 +30,8 @@ def phrases(language: Language) -> Callable[[str], str]:
 
     A phrase with places, as in "{count} more", keeps them. A sentence that was finished elsewhere, as in "5 more", is
     told by the phrase with places that it fits, of several by the one with most words of its own; so is what stands
-    in its places. A number alone, or with its unit, is written as the language writes it.
+    in its places. A number alone, or with its unit, is written as the language writes it. A list is told thing by thing
+    where every one of them is known.
     """
     if language == "en":
         return str
@@ -41,6 +42,9 @@ def phrases(language: Language) -> Callable[[str], str]:
             return table()[text][column]
         if NUMBER.fullmatch(text):
             return in_language(text, language)
+        things = text.split(", ")
+        if len(things) > 1 and all(say(thing) != thing for thing in things):
+            return ", ".join(map(say, things))
         for fits, english in _with_places():
             if filled := fits.fullmatch(text):
                 return table()[english][column].format(**{name: say(part) for name, part in filled.groupdict().items()})

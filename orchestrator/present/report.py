@@ -14,16 +14,18 @@ from orchestrator.assessment.capacity import Capacity, find_capacity
 from orchestrator.assessment.seismic.observed import StoredPushover
 from orchestrator.assessment.seismic.seismic_verification import verify
 from orchestrator.basis.errors import naming
+from orchestrator.basis.printed import percent_of
 from orchestrator.limit_analysis import LimitAnalysis, LimitState
 from orchestrator.loads.block_loads import height_of_live_load
 from orchestrator.macroblocks.bodies import Bodies, make_bodies, materials_of
 from orchestrator.macroblocks.criteria import Partition, one_body_per_block, stones_of
+from orchestrator.masonry.block_properties import block_weights
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 from orchestrator.present import page, plots
 from orchestrator.present.tie_states import shown_ties
 from orchestrator.present.weights import load_words, weight_words
-from orchestrator.pushover.increments import PushoverCurve
+from orchestrator.pushover.increments import Increment, PushoverCurve
 from orchestrator.pushover.meshing import BodyMeshes
 from orchestrator.pushover.solids.elastic_constants import slip_tolerance_of
 from orchestrator.settings.case import Case, as_record, as_toml, refuse_verification
@@ -77,7 +79,7 @@ def write_mechanism(figures: Path, case: Case, assemblage: Assemblage, analysis:
     loose = {stone for failure in analysis.local_failures for stone in failure.stones}
     weight = weight_words(analysis)
     if analysis.local_failures:
-        weight += f", {analysis.share_lost:.1%} of it come loose before"
+        weight += f", {percent_of(analysis.share_lost)} of it come loose before"
     live = load_words(case.load.distribution, analysis), weight
     state, ties = analysis.headline, case.reinforcement.ties
     height = height_of_live_load(assemblage.wall, case.load)
@@ -128,6 +130,13 @@ def write_pushover(
     draw_moments(store, case, name, wall, bodies, model.meshes, places, curve, valid)
 
 
+def _fallen_share(wall: Wall, bodies: Bodies, state: Increment) -> str:
+    """Return the share of the moving blocks' weight that has fallen, in words; "" where none has."""
+    weights = block_weights(wall)
+    of_body = np.array([weights[list(body.blocks)].sum() for body in bodies.bodies[: bodies.moving]])
+    return percent_of(of_body[state.fallen].sum() / of_body.sum()) if state.fallen.any() else ""
+
+
 def draw_moments(
     store: storage.StateStore,
     case: Case,
@@ -151,10 +160,12 @@ def draw_moments(
     under_gravity, loads = float(curve.control_displacement_m[0]), weight_words(load_sums(wall, case.load))
     ties = shown_ties(wall, bodies, meshes, case.reinforcement.ties)
     for moment, number in moments.items():
-        shown, title = (bodies, meshes, store.read(int(number)), places), f"{name} FE at its {words[moment]}"
+        state, title = store.read(int(number)), f"{name} FE at its {words[moment]}"
+        weights = f"{loads}, {gone} of it fallen" if (gone := _fallen_share(wall, bodies, state)) else loads
         figure = plots.deformed(
-            *shown, "", under_gravity=under_gravity, moment=title, loads=loads, ties=ties, dead=(wall, case.load.dead)
-        )
+            bodies, meshes, state, places, "",
+            under_gravity=under_gravity, moment=title, loads=weights, ties=ties, dead=(wall, case.load.dead),
+        )  # fmt: skip
         if not valid:
             plots.stamp_not_valid(figure)
         plots.save(figure, store.folder.parent / "figures", f"{name}_{moment}", case.project.language)

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from math import inf
 
 from orchestrator.assessment.capacity import OUTSIDE
-from orchestrator.basis.printed import printed
+from orchestrator.basis.printed import percent_of, printed
 from orchestrator.pushover.path.curve_checks import BEYOND
 from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
 
@@ -224,8 +224,9 @@ def remarks(summary: Summary) -> list[str]:
             )
         if pushed.control_share < OUTSIDE:
             said.append(
-                f"{pushed.model} FE: the mean of the top edge moves {pushed.control_share:.1%} of the stone that goes "
-                "farthest: it is outside the mechanism; displacements and stiffness of this curve are not of what fails"
+                f"{pushed.model} FE: the mean of the top edge moves {percent_of(pushed.control_share)} of the stone "
+                "that goes farthest: it is outside the mechanism; displacements and stiffness of this curve are not of "
+                "what fails"
             )
         if not (pushed.peak_reached or pushed.held):
             carried = f"; the wall carries at least {printed('multiplier', pushed.peak_multiplier)}"

@@ -127,6 +127,7 @@ def limit_analysis_record(wall: Wall, analysis: LimitAnalysis) -> dict[str, Any]
         "rigid_curve": analysis.rigid_curve,
         "rigid_peak": analysis.rigid_peak,
         "ways_out": analysis.ways_out,
+        "is_bound": analysis.is_bound,
         "local_failures": [
             {
                 "stones": failure.stones,

@@ -46,6 +46,7 @@ def said(wall, direction="+x"):
 @pytest.mark.parametrize("size", [0.05, 1.0, 100.0])
 def test_a_corner_that_goes_into_a_slope_is_told(angle, size):
     (remark,) = said(bed(angle, size=size))
+    assert not analysed(bed(angle, size=size)).is_bound
     assert remark.startswith("in the mechanism blocks 7 and 9 go into each other at (")
     assert "the multiplier may be too low" in remark
 
@@ -107,4 +108,7 @@ def test_the_terminal_tells_it(tmp_path, capsys):
     record = {"name": "bed", "units": units, "thickness": 0.3, "unit_weight": 20e3, "friction": 0.6, "blocks": blocks}
     path.write_text(json.dumps(record))
     assert cli.main(["limit", str(path), "--output", str(tmp_path / "run")]) == 0
-    assert "blocks 7 and 9 go into each other" in capsys.readouterr().out.replace("\n", " ")
+    printed = capsys.readouterr().out.replace("\n", " ")
+    assert "blocks 7 and 9 go into each other" in printed
+    assert "is no upper bound, as stones bear in points that are no joint." in printed
+    assert "upper bound, and no lower one" not in printed

@@ -141,10 +141,10 @@ class LimitAnalysis:
     in N (by default the weight), of the wall as given. tilting_table: whether tan(angle) of a table that tilts the
     wall is just another way to state the multiplier.
 
-    associative: an upper bound to every state of the wall as drawn (a theorem), but where stones have
-    `points_in_common`, which bear nothing here. path: the state that loading from gravity meets,
-    after the stones of `local_failures` have come loose: they are at rest and without forces in it. Not
-    converged where no limit state passed the check, then it is the last load at which the wall was found at rest.
+    associative: an upper bound to every state of the wall as drawn (a theorem) where `is_bound`: not where stones have
+    `points_in_common`, or go into each other in a point, as such points bear nothing here. path: the state that loading
+    from gravity meets, after the stones of `local_failures` have come loose: they are at rest and without forces in it.
+    Not converged where no limit state passed the check, then it is the last load at which the wall was found at rest.
     associative_left: the associative state of the wall without these stones, None where there are none. sequence: the
     paper's value, of the wall as drawn. lowest, highest: multipliers of states found that loading could reach, without
     these stones too.
@@ -184,6 +184,7 @@ class LimitAnalysis:
     rigid_curve: FloatArray | None = None
     rigid_peak: float | None = None
     points_in_common: tuple[PointInCommon, ...] = ()
+    is_bound: bool = True
     ways_out: dict[str, int] = field(default_factory=dict)
     drawn: LimitState | None = None
     going_down: tuple[int, ...] = ()

@@ -58,7 +58,7 @@ def damage_sequence(increments: Iterable[Increment], contacts: ContactPlaces, li
             for interface in np.flatnonzero(values > beyond[kind]).tolist():
                 first.setdefault((interface, kind), (state, float(values[interface])))
             last |= {(interface, kind): float(values[interface]) for interface, k in first if k == kind}
-        apart = set(contacts.interface[np.isnan(state.gap[: len(gap)]) & ~np.isnan(gap)].tolist())
+        apart = set(contacts.interface[np.isnan(state.gap[: len(gap)]) & (gap > limit)].tolist())
     ordered = sorted(first.items(), key=lambda item: (item[1][0].number, -item[1][1]))
     return [
         Damage(

@@ -51,6 +51,12 @@ def test_a_lower_state_and_a_higher_bound_are_said(slender):
     assert "the associative 0.60000 is an upper bound" in alone
 
 
+def test_what_lies_in_points_without_joints_leaves_no_bound(slender):
+    """Not even where the state that counts reaches the associative multiplier."""
+    said = answer_of_limit(replace(slender, is_bound=False))
+    assert said.endswith("the associative 0.50000 is no upper bound, as stones bear in points that are no joint.")
+
+
 def test_the_bound_alone_counts_as_no_more_than_that(slender):
     said = answer_of_limit(without_any_state(slender))
     assert said.startswith("λ = 0.50000 counts (associative solution)")

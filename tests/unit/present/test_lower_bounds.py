@@ -191,7 +191,7 @@ def test_a_peak_of_what_is_left_says_how_much_has_fallen():
     found, fell = summary(), storage.AtPeak(fallen=0.375, bound_left=0.7)
     pushed = replace(PUSHED, peak_multiplier=0.7, at_peak=fell)
     left = replace(found, pushover=(pushed,))
-    assert "(λ = 0.7000, FE of every stone), of what is left when 37.5% of the dead load has fallen;" in answer_of_run(
+    assert "(λ = 0.7000, FE of every stone), of what is left when 38 % of the dead load has fallen;" in answer_of_run(
         left
     )
     told = "micro FE: the peak is of what is left when 38 % of the dead load has fallen"

@@ -33,6 +33,8 @@ ON_PAGES = [
     "stones that touch in one point bear nothing there in limit analysis, and do in finite elements: 10 | 14 "
     "(1.347 m, 2.646 m); all multipliers of limit analysis, the associative one too, may be too low",
     "loading: no state of rest under the dead load was found",
+    "refined: in finite elements 2 bear 0.2889, 4 bear 0.3001 (not valid), 8 bear 0.2889 (rigid blocks 0.2890)",
+    "refined from 3 macroblocks before the run was stopped",
     "loading: no state of rest under the dead load was found: stones 65, 66 go down unless wedged",
     "the path was not followed to its end: state closed by smoothed conditions; at rest up to 0.4047, no rest found at "
     "0.4497",
@@ -138,7 +140,7 @@ ON_PAGES = [
     "the curve ends before the areas can be made equal",
     "the control displacement does not go along the live load",
     "none: the control displacement does not go along the live load",
-    "micro FE: the mean of the top edge moves 0.1% of the stone that goes farthest: it is outside the mechanism; "
+    "micro FE: the mean of the top edge moves 0.12 % of the stone that goes farthest: it is outside the mechanism; "
     "displacements and stiffness of this curve are not of what fails",
     "micro FE: at first the mean of the top edge moves against the live load: base shear over that displacement is no "
     "stiffness of the wall, and none is given",
@@ -175,7 +177,7 @@ ON_PAGES = [
     "λ 0.0303, flow error 1e+01); nearest to one: λ 0.0303, 1e+01 of its power out of balance; the associative "
     "multiplier is a bound",
 ]
-LEFT = re.compile(r"\b(WARNING|the|of|is|are|at|by|and|not|wall|that|which|after|with)\b")
+LEFT = re.compile(r"\b(WARNING|the|of|is|are|at|by|and|not|wall|that|which|after|with|bear)\b")
 
 
 @pytest.mark.parametrize("remark", ON_PAGES)
