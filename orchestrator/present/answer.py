@@ -192,7 +192,7 @@ def _limit_beside(pushed: PushoverSummary, summary: Summary) -> str:
     """Return by how much limit analysis lies off a peak, and what it takes otherwise than these finite elements."""
     limit, in_large = summary.limit_analysis, pushed.displacements == "large"
     moved, (subject, aside) = limit.kind == "peak in large displacements", LIMIT_SUBJECTS[limit.kind]
-    rigid = ["the stones as rigid", *([] if limit.is_bound else ["points in which stones touch as without force"])]
+    rigid = ["the stones as rigid", *["points in which stones touch as without force"] * limit.meets_in_points]
     if in_large and not moved and pushed.peak_reached and limit.rigid_peak is not None:
         said = f"{subject}{aside} takes {_and([*rigid, *_bonds(summary)])}"
         return f"{said}: {_in_both(limit.multiplier, limit.rigid_peak, pushed.peak_multiplier)}"

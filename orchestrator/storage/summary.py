@@ -148,7 +148,9 @@ class LimitSummary:
     highest: float | None = None
     local_failures: tuple[LooseStones, ...] = ()
     is_bound: bool = True
-    """whether no state of rigid stones exceeds the associative one: not where stones touch, or meet, in one point"""
+    """whether no state of rigid stones exceeds the associative one: not where stones touch in one point"""
+    meets_in_points: bool = False
+    """whether stones touch in one point, or go into each other in one, in which limit analysis has no force"""
     going_down: tuple[int, ...] = ()
     """stones (ids) that go down unless they are wedged, where loading finds no rest under the dead load"""
 
@@ -255,7 +257,8 @@ def limit_summary(analysis: LimitAnalysis) -> LimitSummary:
         local_failures=tuple(
             LooseStones(failure.stones, failure.share, failure.multipliers) for failure in analysis.local_failures
         ),
-        is_bound=analysis.is_bound,
+        is_bound=not analysis.points_in_common,
+        meets_in_points=not analysis.is_bound,
         going_down=analysis.going_down,
         iterations=len(headline.records),
         converged=interval is not None and headline.converged,

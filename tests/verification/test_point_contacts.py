@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from orchestrator import JointSettings, analyse, find_joints, loads_on
+from orchestrator import JointSettings, analyse, find_joints, loads_on, storage
 from orchestrator.app import cli
 from orchestrator.limit_analysis.moved_outlines import blocks_in_each_other
 from orchestrator.loads import LoadSettings
@@ -21,6 +21,7 @@ from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Block, Wall
 from tests.support.paths import DATA
 from tests.support.pushover_chain import rectangle
+from tests.support.undrawn import undrawn
 
 SAID = "go into each other"
 
@@ -112,3 +113,32 @@ def test_the_terminal_tells_it(tmp_path, capsys):
     assert "blocks 7 and 9 go into each other" in printed
     assert "is no upper bound, as stones bear in points that are no joint." in printed
     assert "upper bound, and no lower one" not in printed
+
+
+WEDGE = {
+    "units": {"length": "m", "unit_weight": "kN/m3"}, "thickness": 0.3, "unit_weight": 20.0, "friction": 0.505,
+    "blocks": [
+        {"id": 0, "polygon": [[-1, -0.3], [4, -0.3], [4, 0], [-1, 0]], "fixed": True},
+        {"id": 1, "polygon": [[0, 0], [0.6, 0], [0.6, 1], [0, 1]]},
+        {"id": 2, "polygon": [[1.2, 0], [1.8, 0], [1.8, 1], [1.2, 1]]},
+        {"id": 3, "polygon": [[0, 1], [0.6, 1], [0.5, 1.5], [0, 1.5]]},
+        {"id": 4, "polygon": [[1.2, 1], [1.8, 1], [1.8, 1.5], [1.3, 1.5]]},
+        {"id": 5, "polygon": [[0.6, 1], [1.2, 1], [1.3, 1.5], [0.5, 1.5]]},
+    ],
+}  # fmt: skip
+"""a wedge between two stones on piers, whose lower corners just meet the piers'"""
+
+
+def test_a_wedge_that_comes_to_rest_on_a_corner_is_told_and_takes_no_thousand_increments(tmp_path, capsys):
+    """As drawn it bears a hundredth of its weight: friction of 0.505 for a thrust of 0.5. Once the wedge has gone down
+    on the piers it bears 34 times as much, on corners: what that rests on is said, and load increments grow."""
+    (tmp_path / "wedge.json").write_text(json.dumps(WEDGE), encoding="utf-8")
+    run = ["run", str(tmp_path / "wedge.json"), "--model", "micro", "--output", str(tmp_path / "run")]
+    with undrawn():
+        assert cli.main(run) == 0
+    printed = capsys.readouterr().out.replace("\n", " ")
+    (found,) = storage.read_summary(tmp_path / "run").pushover
+    assert found.peak_multiplier > 10 * storage.read_summary(tmp_path / "run").limit_analysis.multiplier
+    assert found.steps < 300
+    assert "with contacts that were not drawn, without which it does not stand there" in printed
+    assert "points in which stones touch as without force" in printed
