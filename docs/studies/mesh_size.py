@@ -3,7 +3,7 @@
     python docs/studies/mesh_size.py
 
 writes mesh_size.csv and mesh_size.md (mesh_size_head.md with the table put in) beside this file. The five walls of
-rigid_limit.py and eleven of path.py are pushed along +x in large displacements, by `push` with its defaults but for
+rigid_limit.py and ten of path.py are pushed along +x in large displacements, by `push` with its defaults but for
 the mesh. A run is kept in results/mesh_size as soon as it is done and not run again: delete that folder when the
 mechanics change.
 """
@@ -24,8 +24,8 @@ from orchestrator.masonry.wall import Wall
 from orchestrator.storage import write_csv, write_text
 
 FOLDER = Path(__file__).parent
-PAIRS = (0, 4, 12, 13, 14, 15, 16, 25, 26, 31, 46)
-"""pairs of pushovers of path.py: two of irregular courses, eight that were drawn, one of larger rubble"""
+PAIRS = (4, 12, 13, 14, 15, 16, 25, 26, 31, 46)
+"""pairs of pushovers of path.py: one of irregular courses, eight that were drawn, one of larger rubble"""
 SHARES = (1.0, 0.5, 0.25)
 """element sizes, over the default"""
 COLUMNS = (
