@@ -73,6 +73,14 @@ class SensitivityPoint:
 
 def ranges(settings: SensitivitySettings) -> dict[str, tuple[float, float]]:
     """Return low and high of every range given. Raises CaseError (key only) for none, or one that is no range."""
+    limits = given_ranges(settings)
+    if not limits:
+        raise CaseError("sensitivity", "has no range", "give one, as in friction = [0.5, 0.7]")
+    return limits
+
+
+def given_ranges(settings: SensitivitySettings) -> dict[str, tuple[float, float]]:
+    """Return low and high of every range given, if any is. Raises CaseError (key only) for one that is no range."""
     limits: dict[str, tuple[float, float]] = {}
     for field in fields(settings):
         ends = getattr(settings, field.name)
@@ -83,8 +91,6 @@ def ranges(settings: SensitivitySettings) -> dict[str, tuple[float, float]]:
                 f"sensitivity.{field.name}", f"{list(ends)} is no range", "write [low, high], low below high"
             )
         limits[field.name] = (ends[0], ends[1])
-    if not limits:
-        raise CaseError("sensitivity", "has no range", "give one, as in friction = [0.5, 0.7]")
     return limits
 
 

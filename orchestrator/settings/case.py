@@ -22,7 +22,7 @@ from orchestrator.assessment.seismic.control import named_point
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states, refuse_building
 from orchestrator.assessment.seismic.settings import refuse_ties as refuse_ties_verified
 from orchestrator.assessment.seismic.spectrum import spectrum_of
-from orchestrator.assessment.sensitivity import SensitivitySettings
+from orchestrator.assessment.sensitivity import SensitivitySettings, given_ranges
 from orchestrator.basis.checked import Checked, checked, row_type
 from orchestrator.basis.errors import CaseError, naming, refuse_other_kind
 from orchestrator.basis.units import Unit
@@ -283,4 +283,22 @@ def _case(record: dict[str, Any]) -> Case:
     macroblocks = record.get("macroblocks", {})
     if "choose" not in macroblocks and any(name in macroblocks for name in TOLERANCES):
         case = replace(case, macroblocks=replace(case.macroblocks, choose="tolerances"))
+    _refuse_contradictions(case)
     return case
+
+
+def _refuse_contradictions(case: Case) -> None:
+    """Raise CaseError (key only) for settings that each may be, but not together: numbers in the wrong order, and
+    values given twice."""
+    fewest, most = case.limit_analysis.minimum_iterations, case.limit_analysis.maximum_iterations
+    if fewest > most:
+        problem = f"{fewest} is more than maximum_iterations, {most}"
+        raise CaseError("limit_analysis.minimum_iterations", problem, "give at most as many, or raise the maximum")
+    given_ranges(case.sensitivity)
+    for key, values in (
+        ("run.models", case.run.models),
+        ("study.tol_n", case.study.tol_n),
+        ("study.tol_d", case.study.tol_d),
+    ):
+        if twice := [value for k, value in enumerate(values) if value in values[:k]]:
+            raise CaseError(key, f"has {twice[0]!r} twice", "give every value once")

@@ -16,6 +16,7 @@ import numpy as np
 
 from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.basis.printed import counted
+from orchestrator.masonry.block_properties import block_areas
 from orchestrator.masonry.wall import Wall
 from orchestrator.settings.case import Case
 from orchestrator.settings.inventory import JointSums, LoadSums, MaterialSums
@@ -137,6 +138,11 @@ def _of_sizes(case: Case, wall: Wall) -> Iterator[str]:
         yield f"UNUSUAL: thickness {wall.thickness:g} m of a wall of {length:.3g} x {height:.3g} m, {usual}"
     if case.mesh.size is not None and case.mesh.size > size:
         yield f"UNUSUAL: mesh.size {case.mesh.size:g} m is larger than the wall; is {case.mesh.size:g} mm meant?"
+    slip = case.contact.slip_tolerance
+    stone = float(np.sqrt(block_areas(wall)[[not block.fixed for block in wall.blocks]].mean()))
+    if slip is not None and slip > stone:
+        stones = f"larger than a stone of mean size, {stone:.3g} m"
+        yield f"UNUSUAL: contact.slip_tolerance {slip:g} m is {stones}; is {slip:g} mm meant?"
     moved = case.stepping.final_displacement
     if moved is not None and moved < LEAST_END * height:
         usual = f"a wall of {height:.3g} m; leave it out, and it is {1e3 * height / 30:.3g} mm"

@@ -122,6 +122,18 @@ def test_an_override_must_name_a_section_and_a_key(path):
         ("wall.friction=0.6 m", "wall.friction: '0.6 m' is not a number; write a number without unit"),
         ("wall.friction=true", "wall.friction: True is not a number"),
         ("wall.blocks.x=1", "--set: "),
+        ("elastic.element_order=true", "elastic.element_order: True is not a whole number"),
+        ("elastic.element_order=3", "elastic.element_order: 3 is not accepted; .* less than or equal to 2"),
+        ("limit_analysis.tolerance=1e300", r"limit_analysis.tolerance: 1e\+300 is not accepted; .* less than 1"),
+        ("limit_analysis.power_tolerance=1", "limit_analysis.power_tolerance: 1 is not accepted; .* less than 1"),
+        (
+            "limit_analysis.maximum_iterations=3",
+            "limit_analysis.minimum_iterations: 4 is more than maximum_iterations, 3; give at most as many",
+        ),
+        ("run.models=['macro', 'micro', 'macro']", "run.models: has 'macro' twice; give every value once"),
+        ("study.tol_n=[1e-3, inf, 0.001]", "study.tol_n: has 0.001 twice; give every value once"),
+        ("study.tol_d=['0.45 m', 'none', '450 mm', 'none']", "study.tol_d: has 0.45 twice; give every value once"),
+        ("sensitivity.friction=[0.7, 0.5]", r"sensitivity.friction: \[0.7, 0.5\] is no range; write \[low, high\]"),
     ],
 )
 def test_a_wrong_override_is_refused_like_a_wrong_key(override, complaint):
