@@ -22,7 +22,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.wall import Friction
+from orchestrator.masonry.wall import Friction, Thickness, UnitWeight
 
 Analysis = Literal["limit", "macro", "micro"]
 NOT_A_RANGE = ("samples", "seed", "analysis")
@@ -45,9 +45,9 @@ class SensitivitySettings(Checked):
 
     friction: Annotated[tuple[Friction, ...], MaxLen(2)] = ()
     """coefficient of friction of every joint"""
-    unit_weight: Annotated[tuple[Annotated[float, Gt(0), Unit("N/m3")], ...], MaxLen(2)] = ()
+    unit_weight: Annotated[tuple[UnitWeight, ...], MaxLen(2)] = ()
     """of every block"""
-    thickness: Annotated[tuple[Annotated[float, Gt(0), Unit("m")], ...], MaxLen(2)] = ()
+    thickness: Annotated[tuple[Thickness, ...], MaxLen(2)] = ()
     """of the wall, for blocks without one of their own"""
     cohesion: Annotated[tuple[Annotated[float, Ge(0), Unit("Pa")], ...], MaxLen(2)] = ()
     """of every joint"""

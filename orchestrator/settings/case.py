@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from annotated_types import Gt, MinLen
+from annotated_types import MinLen
 
 from orchestrator.assessment.seismic.control import named_point
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states, refuse_building
@@ -25,7 +25,6 @@ from orchestrator.assessment.seismic.spectrum import spectrum_of
 from orchestrator.assessment.sensitivity import SensitivitySettings, given_ranges
 from orchestrator.basis.checked import Checked, checked, row_type
 from orchestrator.basis.errors import CaseError, naming, refuse_other_kind
-from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis import LimitAnalysisSettings
 from orchestrator.loads import LoadSettings
 from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings
@@ -41,7 +40,7 @@ from orchestrator.masonry.sources.block_files import (
     unreadable,
 )
 from orchestrator.masonry.ties import TieSettings
-from orchestrator.masonry.wall import Friction, Wall
+from orchestrator.masonry.wall import Friction, Thickness, UnitWeight, Wall
 from orchestrator.pushover.meshing import MeshSettings
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solids.nodal_loads import refuse_upright
@@ -66,9 +65,9 @@ class WallSettings(Checked):
 
     blocks: Annotated[str, MinLen(1)]
     """path of the block file, relative to the case file"""
-    thickness: Annotated[float, Gt(0), Unit("m")] | None = None
+    thickness: Thickness | None = None
     """of the wall, out of its plane"""
-    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] | None = None
+    unit_weight: UnitWeight | None = None
     """of every block, those with a value of their own too"""
     friction: Friction | None = None
     """coefficient of friction (tangent of the friction angle) of every joint; [joints] may change some"""
