@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,6 +88,14 @@ def unusual(
         *_of_earthquake(case),
     ]
     return list(dict.fromkeys(said))
+
+
+def unusual_material(unit_weights: Iterable[float], frictions: Iterable[float]) -> list[str]:
+    """Return what is unusual about the unit weights and coefficients of friction of an imported wall, in sentences
+    that begin with UNUSUAL."""
+    said = [UNIT_WEIGHT.complaint("unit weight", value) for value in dict.fromkeys(unit_weights)]
+    said += [FRICTION.complaint("friction", value) for value in dict.fromkeys(frictions)]
+    return [text for text in said if text]
 
 
 def _of_materials(materials: list[MaterialSums]) -> Iterator[str]:
