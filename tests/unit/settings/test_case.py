@@ -249,6 +249,26 @@ def test_block_classes_that_cannot_be(tmp_path, old, new, complaint):
     assert f"door.toml: {complaint}" in str(raised.value)
 
 
+@pytest.mark.parametrize(
+    ("setting", "missing", "table"),
+    [
+        ("mesh.size='100 mm'", "wall", "[wall]"),
+        ("wall.friction=0.6", "wall.blocks", "[wall]"),
+        ("wall.classes=[{friction=0.4}]", "wall.classes.0.material", "[[wall.classes]]"),
+        ("reinforcement.ties=[{blocks=[1], start=[0, 1], end=[0, 2]}]", "ties.0.strength", "[[reinforcement.ties]]"),
+        ("seismic.limit_states=[{name='SLC'}]", "peak_ground_acceleration", "[[seismic.limit_states]]"),
+    ],
+)
+def test_what_is_missing_is_shown_by_the_file_that_is_named(tmp_path, setting, missing, table):
+    given = "" if missing in ("wall", "wall.blocks") else '[wall]\nblocks = "wall.json"\n'
+    (tmp_path / "case.toml").write_text(given)
+    with pytest.raises(CaseError) as raised:
+        cases.read(tmp_path / "case.toml", [setting])
+    assert f"{missing}: is missing; see " in str(raised.value)
+    example = raised.value.remedy.removeprefix("see ").removesuffix(" for an example")
+    assert table in (PROJECT / example).read_text(encoding="utf-8")
+
+
 def test_a_misspelt_section_is_named_before_the_section_that_it_leaves_missing(tmp_path):
     path = tmp_path / "wall.toml"
     path.write_text('[wal]\nblocks = "wall.json"\n')
