@@ -114,7 +114,7 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
             raise CaseError("--ground", "the drawing has supports of its own", "leave it out, or --supports none")
         supports.append(_ground(np.vstack(stones), settings.ground))
     if not supports:
-        raise CaseError("supports", "the drawing has none", 'draw them on their own layer, or give --ground "200 mm"')
+        raise _without_supports(drawing)
     order = _order(stones)
     outlines, moved = _near_origin([*(supports[k] for k in _order(supports)), *(stones[k] for k in order)])
     told = [drawing.materials[kept[k]] for k in order] if drawing.materials else [""] * len(order)
@@ -126,6 +126,15 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
         Wall(name, blocks, material.thickness, material.friction), settings, drawing.error, drawing.curved
     )
     return wall, [*said, *drawing.remarks, *slips, *copies, *left_out, *moved, *implausible(wall)]
+
+
+def _without_supports(drawing: Drawing) -> CaseError:
+    """Return the complaint about a drawing without supports, with what in it is hidden."""
+    hidden = [remark.removeprefix("WARNING: ") for remark in drawing.remarks if "passed over" in remark]
+    hidden = [remark for remark in hidden if " hidden " in remark]
+    remedy = "show what is hidden" if hidden else "draw them on their own layer"
+    problem = "; ".join(["the drawing has none", *hidden])
+    return CaseError("supports", problem, f'{remedy}, or give --ground "200 mm"')
 
 
 def closed(
