@@ -15,7 +15,7 @@ from annotated_types import Ge, Gt, Le
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
-from orchestrator.basis.printed import millimetres
+from orchestrator.basis.printed import counted, millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import closed_gaps, heal
 from orchestrator.geometry.planar_map import OverlapError
@@ -277,7 +277,7 @@ def _outside_openings(drawing: Drawing) -> tuple[list[int], list[str]]:
     left_out = len(drawing.stones) - len(kept)
     if not kept:
         raise CaseError("openings", "every block lies in one", "is an outline of the wall drawn on their layer?")
-    return kept, [f"{left_out} outlines inside openings left out"] if left_out else []
+    return kept, [f"{counted(left_out, 'outline')} inside openings left out"] if left_out else []
 
 
 def _ground(corners: FloatArray, beyond: float) -> FloatArray:
