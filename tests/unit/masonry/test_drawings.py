@@ -96,6 +96,22 @@ def test_a_line_within_a_stone_that_meets_none_is_told_with_what_to_do(tmp_path)
     )
 
 
+def test_an_open_polyline_that_ends_on_a_closed_stone_is_told_to_be_closed(tmp_path):
+    """The fourth side of the second stone is one of the first."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = MILLIMETRES
+    space = document.modelspace()
+    space.add_lwpolyline([(0, 0), (500, 0), (500, 300), (0, 300)], close=True, dxfattribs={"layer": "blocks"})
+    space.add_lwpolyline([(500, 0), (900, 0), (900, 300), (500, 300)], dxfattribs={"layer": "blocks"})
+    document.saveas(tmp_path / "open.dxf")
+    found, remarks = read(tmp_path / "open.dxf")
+    assert found == 1
+    assert remarks[0] == (
+        "blocks: WARNING: 1 line closes no outline; 2 open ends at (0.5, 0), (0.5, 0.3) m, 0 mm from the nearest line; "
+        "there is a closed outline, whose sides bound no other: draw on along it until closed"
+    )
+
+
 def test_an_arched_wall_of_lines_and_arcs_with_gaps_is_refused_with_the_tolerance_that_reads_it(tmp_path):
     """Every arc begins 3 mm late, and every joint 3 mm outside the intrados."""
     document = ezdxf.new()
