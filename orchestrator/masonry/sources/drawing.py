@@ -157,7 +157,8 @@ def closed(
         located, wider = _located(error, drawn), None
         if not isinstance(error, ThinStoneError):
             wider = _tolerance_that_closes(drawn, within, bool(settings.mortar), known_error, curved)
-        remedy = f'--tolerance "{1e3 * wider:g} mm" closes the wall' if wider else located.remedy
+        closes = "may close the wall: curves are read anew with it" if curved else "closes the wall"
+        remedy = f'--tolerance "{1e3 * wider:g} mm" {closes}' if wider else located.remedy
         remedy = doubted_size(drawn) or remedy
         raise RefusedWallError(located.key, located.problem, remedy, drawn) from None
 

@@ -144,6 +144,18 @@ def test_outlines_that_overlap_by_more_than_the_tolerance_are_refused_with_the_o
     assert not [remark for remark in remarks if "WARNING" in remark]
 
 
+def test_a_tolerance_is_not_promised_to_close_a_wall_with_curves(tmp_path):
+    """The lower edge of a stone bends 15 mm into the ground, by how much depends on the chords of its curve."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = METRES
+    space, points = document.modelspace(), [(0, 0), (0.3, 0), (0.6, 0), (0.7, 0.3), (0.3, 0.5), (0, 0.3), (0, 0)]
+    space.add_spline([(*point, 0) for point in points], dxfattribs={"layer": "blocks"})
+    space.add_lwpolyline(between(-0.2, -0.2, 1.0, 0), close=True, dxfattribs={"layer": "supports"})
+    document.saveas(tmp_path / "spline.dxf")
+    with pytest.raises(CaseError, match=r'--tolerance "8 mm" may close the wall: curves are read anew with it'):
+        read(tmp_path / "spline.dxf", ground="")
+
+
 @pytest.mark.parametrize("overlap", [2, 5, 6])
 def test_a_stone_drawn_too_long_is_refused_above_the_tolerance_and_has_no_tip(tmp_path, overlap):
     boxes = [(0, 0, 500 + overlap, 250), (500, 0, 1000, 250), (0, 250, 250, 500), (250, 250, 1000, 500)]
