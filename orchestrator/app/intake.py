@@ -39,13 +39,15 @@ from orchestrator.masonry.sources.svg import read_svg
 from orchestrator.masonry.wall import Wall, check_blocks, check_wall, doubted_size, size_of
 from orchestrator.present import plots
 from orchestrator.settings.sections import number_or_text, settings_from
-from orchestrator.settings.unusual import THICKEST
+from orchestrator.settings.unusual import THICKEST, unusual_material
 from orchestrator.storage.files import write_json
 from orchestrator.storage.values import blocks_record
 
 BLOCK_FILES = (".json",)
 KNOWN = " ".join(DRAWINGS + VECTORS + ROWS + BLOCK_FILES + PICTURES)
 """endings of the files that are read"""
+DOUBTS = re.compile("WARNING|UNUSUAL")
+"""words in the remarks that come first"""
 MOST_LOOSE = 0.25
 """part of the blocks that may be loose: where more fall, the wall was misread"""
 LISTED_BLOCKS = 20
@@ -88,7 +90,7 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
         loose = _settings(LooseSettings, texts)
         try:
             wall, remarks = _read(path, texts)
-            remarks = [*_thick(wall), *remarks, *said_holes(wall)]
+            remarks = [*_thick(wall), *_of_other_material(wall), *remarks, *said_holes(wall)]
         except RefusedWallError as error:
             raise _drawn(error, error.wall, picture) from None
         try:
@@ -99,7 +101,7 @@ def import_wall(path: Path, options: Mapping[str, str], picture: Path | None = N
             remedy = f"reading it warned of a likely cause: {warned}; else " if warned else ""
             said = CaseError(error.key, error.problem, doubted_size(wall) or remedy + error.remedy)
             raise _drawn(said, wall, picture) from None
-    return Intake(kept, sorted([*more, *remarks], key=lambda remark: "WARNING" not in remark), before)
+    return Intake(kept, sorted([*more, *remarks], key=lambda remark: not DOUBTS.search(remark)), before)
 
 
 def _thick(wall: Wall) -> list[str]:
@@ -107,6 +109,13 @@ def _thick(wall: Wall) -> list[str]:
     thickness, size = wall.thickness, size_of(wall)
     said = f"WARNING: the wall is {thickness:.4g} m thick, and measures {size:.4g} m: is the unit right?"
     return [said] if thickness > THICKEST * size else []
+
+
+def _of_other_material(wall: Wall) -> list[str]:
+    """Return what is unusual about the unit weight and the friction of the stones of a wall."""
+    stones = [block for block in wall.blocks if not block.fixed]
+    frictions = (wall.friction if block.friction is None else block.friction for block in stones)
+    return unusual_material((block.unit_weight for block in stones), frictions)
 
 
 def _drawn(error: CaseError, wall: Wall, picture: Path | None) -> CaseError:

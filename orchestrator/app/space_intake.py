@@ -16,6 +16,7 @@ from orchestrator.geometry.polyhedra import Polyhedron
 from orchestrator.masonry.sources.block_files import LARGEST_FILE, json_in
 from orchestrator.present.in_space import space_pictures
 from orchestrator.settings.sections import number_or_text, settings_from
+from orchestrator.settings.unusual import unusual_material
 from orchestrator.space.contacts import find_joints
 from orchestrator.space.sources.compas import is_compas, read_compas
 from orchestrator.space.sources.material import SpaceMaterial, with_supports
@@ -75,6 +76,9 @@ def import_wall(path: Path, options: Mapping[str, str], output: Path, console: C
         wall = read_file(path, options, lambda text: console.print(f"{path}: {text}", soft_wrap=True))
         check_wall(wall)
         assemblage = find_joints(wall)
+    stones = [block for block in wall.blocks if not block.fixed]
+    for remark in unusual_material((block.unit_weight for block in stones), [wall.friction]):
+        console.print(f"{path}: {remark}", soft_wrap=True)
     with together():
         write_json(output, as_record(wall))
         png = space_pictures.save_wall(assemblage, -np.eye(3)[1], output.with_suffix(".png"))

@@ -22,7 +22,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.wall import Friction
+from orchestrator.masonry.wall import Friction, Thickness, UnitWeight
 
 Analysis = Literal["limit", "macro", "micro"]
 NOT_A_RANGE = ("samples", "seed", "analysis")
@@ -45,9 +45,9 @@ class SensitivitySettings(Checked):
 
     friction: Annotated[tuple[Friction, ...], MaxLen(2)] = ()
     """coefficient of friction of every joint"""
-    unit_weight: Annotated[tuple[Annotated[float, Gt(0), Unit("N/m3")], ...], MaxLen(2)] = ()
+    unit_weight: Annotated[tuple[UnitWeight, ...], MaxLen(2)] = ()
     """of every block"""
-    thickness: Annotated[tuple[Annotated[float, Gt(0), Unit("m")], ...], MaxLen(2)] = ()
+    thickness: Annotated[tuple[Thickness, ...], MaxLen(2)] = ()
     """of the wall, for blocks without one of their own"""
     cohesion: Annotated[tuple[Annotated[float, Ge(0), Unit("Pa")], ...], MaxLen(2)] = ()
     """of every joint"""
@@ -73,6 +73,14 @@ class SensitivityPoint:
 
 def ranges(settings: SensitivitySettings) -> dict[str, tuple[float, float]]:
     """Return low and high of every range given. Raises CaseError (key only) for none, or one that is no range."""
+    limits = given_ranges(settings)
+    if not limits:
+        raise CaseError("sensitivity", "has no range", "give one, as in friction = [0.5, 0.7]")
+    return limits
+
+
+def given_ranges(settings: SensitivitySettings) -> dict[str, tuple[float, float]]:
+    """Return low and high of every range given, if any is. Raises CaseError (key only) for one that is no range."""
     limits: dict[str, tuple[float, float]] = {}
     for field in fields(settings):
         ends = getattr(settings, field.name)
@@ -83,8 +91,6 @@ def ranges(settings: SensitivitySettings) -> dict[str, tuple[float, float]]:
                 f"sensitivity.{field.name}", f"{list(ends)} is no range", "write [low, high], low below high"
             )
         limits[field.name] = (ends[0], ends[1])
-    if not limits:
-        raise CaseError("sensitivity", "has no range", "give one, as in friction = [0.5, 0.7]")
     return limits
 
 

@@ -30,6 +30,15 @@ COMPLAINTS = {
     "int_type": ("is not a whole number", "write one, without unit, below 1e9"),
 }
 """problem ("": is not accepted) and remedy by pydantic's kinds of complaint, where its own words are a programmer's"""
+OTHER_EXAMPLES = "docs/your_wall.md"
+"""file with an example of most tables of a case file"""
+EXAMPLES = {
+    "wall.classes": OTHER_EXAMPLES,
+    "wall.floors": "docs/space.md",
+    "wall": "templates/benchmark1.toml",
+    "seismic": "docs/seismic.md",
+}
+"""file with an example of what is missing, by how its key begins: the first one that does counts"""
 RENAMED = {"normal": "tol_n", "tangential": "tol_s", "rotation": "tol_r", "centre_distance": "tol_d"}
 """keys of version 0.1 by what they are called now"""
 
@@ -102,7 +111,8 @@ def complaint(error: ValidationError, kind: Any, section: str) -> CaseError:
         near = difflib.get_close_matches(str(place[-1]), known, 1)
         return CaseError(key, "is not a known key", f"did you mean {near[0]}?" if near else f"use {', '.join(known)}")
     if first["type"] == "missing":
-        return CaseError(key, "is missing", "see templates/benchmark1.toml for an example")
+        shown_in = next((file for start, file in EXAMPLES.items() if key.startswith(start)), OTHER_EXAMPLES)
+        return CaseError(key, "is missing", f"see {shown_in} for an example")
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "value_error" and "; " in message:
         return CaseError(key, *message.split("; ", 1))

@@ -69,7 +69,10 @@ def local_failures_of(met: Loaded) -> Iterator[str]:
         low, high = failure.multipliers
         at = f"{as_lambda(high)}" if high - low <= RELEASE * high else f"{as_lambda(low)} to {as_lambda(high)}"
         stones = ", ".join(map(str, failure.stones))
-        yield f"local failure at {at}: stones {stones} ({100 * failure.share:.2g} % of the dead load) come loose"
+        share = f"({100 * failure.share:.2g} % of the dead load)"
+        single = len(failure.stones) == 1
+        said = f"stone {stones} {share} comes loose" if single else f"stones {stones} {share} come loose"
+        yield f"local failure at {at}: {said}"
 
 
 def answer_words(met: Loaded) -> Iterator[str]:

@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Lt, MinLen
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
 from orchestrator.basis.units import Unit
-from orchestrator.masonry.wall import Friction, Wall
+from orchestrator.masonry.wall import Friction, Thickness, UnitWeight, Wall
 
 PROPERTIES = ("unit_weight", "thickness", "friction", "elastic_modulus", "poisson_ratio")
 
@@ -22,9 +22,9 @@ class BlockClass(Checked):
 
     material: Annotated[str, MinLen(1)]
     """name of the material"""
-    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] | None = None
+    unit_weight: UnitWeight | None = None
     """instead of the block file's"""
-    thickness: Annotated[float, Gt(0), Unit("m")] | None = None
+    thickness: Thickness | None = None
     """out of the wall's plane; a joint is as wide as the thinner of its two blocks. The finite elements spread weight
     and stiffness of a thinner block over the wall's thickness"""
     friction: Friction | None = None

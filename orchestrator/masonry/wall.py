@@ -13,6 +13,7 @@ from annotated_types import Ge, Le
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CaseError, require_kinds
 from orchestrator.basis.printed import millimetres
+from orchestrator.basis.units import Unit
 from orchestrator.geometry.ring_geometry import clicked_once
 
 GRAVITY = 9.81
@@ -37,6 +38,10 @@ EXTREMES = (1e-9, 1e9)
 """thickness, friction and unit weight (SI) that are computed with: products of others overflow or vanish"""
 Friction = Annotated[float, Ge(EXTREMES[0]), Le(EXTREMES[1])]
 """a coefficient of friction, wherever it is given"""
+Thickness = Annotated[float, Ge(EXTREMES[0]), Le(EXTREMES[1]), Unit("m")]
+"""a thickness that replaces the block file's"""
+UnitWeight = Annotated[float, Ge(EXTREMES[0]), Le(EXTREMES[1]), Unit("N/m3")]
+"""a unit weight that replaces the block file's"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -132,7 +137,9 @@ def check_blocks(wall: Wall, tolerance: float | None) -> None:
 def refuse_extreme(key: str, value: float) -> None:
     """Raise CaseError for a thickness, a friction or a unit weight (SI) outside EXTREMES."""
     if not EXTREMES[0] <= value <= EXTREMES[1]:
-        raise CaseError(key, f"{value:g} is outside {EXTREMES[0]:g} to {EXTREMES[1]:g} (SI)", "is its unit right?")
+        of_friction = key.endswith("friction")  # a number without a unit
+        problem = f"{value:g} is outside {EXTREMES[0]:g} to {EXTREMES[1]:g}{' (SI)' * (not of_friction)}"
+        raise CaseError(key, problem, "give the tangent of an angle" if of_friction else "is its unit right?")
 
 
 def _refuse_doubled_ids(wall: Wall) -> None:

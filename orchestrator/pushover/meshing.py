@@ -33,7 +33,7 @@ logger = logging.getLogger(__name__)
 class MeshSettings(Checked):
     """Element size in the wall's plane and number of element layers through the thickness."""
 
-    size: Annotated[float, Gt(0), Unit("m")] | None = None
+    size: Annotated[float, Ge(1e-6), Le(1e6), Unit("m")] | None = None
     """largest edge of an element in the wall's plane; joint ends are nodes. Left out: half a mean stone's size"""
     layers: Annotated[int, Ge(1)] = 1
     """elements through the thickness"""

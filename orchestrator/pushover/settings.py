@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated
 
 from annotated_types import Ge, Gt, Le, Lt
 
@@ -21,7 +21,7 @@ class ElasticSettings(Checked):
     The peak of limit analysis in large displacements depends on it, its state in small ones does not"""
     poisson_ratio: Annotated[float, Ge(0), Lt(0.5)] = 0.2
     """lateral contraction over axial strain"""
-    element_order: Literal[1, 2] = 1
+    element_order: Annotated[int, Ge(1), Le(2)] = 1
     """1: 4-node tetrahedra, a few per cent too stiff on coarse meshes; 2: 10-node ones with straight outline edges"""
 
 

@@ -16,16 +16,15 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from annotated_types import Gt, MinLen
+from annotated_types import MinLen
 
 from orchestrator.assessment.seismic.control import named_point
 from orchestrator.assessment.seismic.settings import SeismicSettings, limit_states, refuse_building
 from orchestrator.assessment.seismic.settings import refuse_ties as refuse_ties_verified
 from orchestrator.assessment.seismic.spectrum import spectrum_of
-from orchestrator.assessment.sensitivity import SensitivitySettings
+from orchestrator.assessment.sensitivity import SensitivitySettings, given_ranges
 from orchestrator.basis.checked import Checked, checked, row_type
 from orchestrator.basis.errors import CaseError, naming, refuse_other_kind
-from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis import LimitAnalysisSettings
 from orchestrator.loads import LoadSettings
 from orchestrator.macroblocks.criteria import TOLERANCES, MacroblockSettings
@@ -41,7 +40,7 @@ from orchestrator.masonry.sources.block_files import (
     unreadable,
 )
 from orchestrator.masonry.ties import TieSettings
-from orchestrator.masonry.wall import Friction, Wall
+from orchestrator.masonry.wall import Friction, Thickness, UnitWeight, Wall
 from orchestrator.pushover.meshing import MeshSettings
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solids.nodal_loads import refuse_upright
@@ -66,9 +65,9 @@ class WallSettings(Checked):
 
     blocks: Annotated[str, MinLen(1)]
     """path of the block file, relative to the case file"""
-    thickness: Annotated[float, Gt(0), Unit("m")] | None = None
+    thickness: Thickness | None = None
     """of the wall, out of its plane"""
-    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] | None = None
+    unit_weight: UnitWeight | None = None
     """of every block, those with a value of their own too"""
     friction: Friction | None = None
     """coefficient of friction (tangent of the friction angle) of every joint; [joints] may change some"""
@@ -283,4 +282,22 @@ def _case(record: dict[str, Any]) -> Case:
     macroblocks = record.get("macroblocks", {})
     if "choose" not in macroblocks and any(name in macroblocks for name in TOLERANCES):
         case = replace(case, macroblocks=replace(case.macroblocks, choose="tolerances"))
+    _refuse_contradictions(case)
     return case
+
+
+def _refuse_contradictions(case: Case) -> None:
+    """Raise CaseError (key only) for settings that each may be, but not together: numbers in the wrong order, and
+    values given twice."""
+    fewest, most = case.limit_analysis.minimum_iterations, case.limit_analysis.maximum_iterations
+    if fewest > most:
+        problem = f"{fewest} is more than maximum_iterations, {most}"
+        raise CaseError("limit_analysis.minimum_iterations", problem, "give at most as many, or raise the maximum")
+    given_ranges(case.sensitivity)
+    for key, values in (
+        ("run.models", case.run.models),
+        ("study.tol_n", case.study.tol_n),
+        ("study.tol_d", case.study.tol_d),
+    ):
+        if twice := [value for k, value in enumerate(values) if value in values[:k]]:
+            raise CaseError(key, f"has {twice[0]!r} twice", "give every value once")

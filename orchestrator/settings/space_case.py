@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any
-
-from annotated_types import Gt
+from typing import Any
 
 from orchestrator.basis.checked import Checked
-from orchestrator.basis.errors import CaseError
-from orchestrator.basis.units import Unit
+from orchestrator.basis.errors import CaseError, naming
 from orchestrator.masonry.sources.block_files import refuse_what_is_no_name, refuse_what_is_not_utf8
-from orchestrator.masonry.wall import Friction
+from orchestrator.masonry.wall import Friction, UnitWeight
 from orchestrator.settings.case import record_in
 from orchestrator.settings.project import ProjectSettings
 from orchestrator.settings.sections import settings_from
@@ -24,7 +21,7 @@ from orchestrator.space.floors import FloorSettings, with_floors
 from orchestrator.space.generators import GENERATORS, build
 from orchestrator.space.loads import SpaceLoadSettings
 from orchestrator.space.ties import TieSettings
-from orchestrator.space.wall import SpaceWall
+from orchestrator.space.wall import SpaceWall, check_wall
 
 SECTIONS = {
     "project": ProjectSettings,
@@ -43,7 +40,7 @@ class Replaced(Checked):
 
     friction: Friction | None = None
     """coefficient of friction of every joint"""
-    unit_weight: Annotated[float, Gt(0), Unit("N/m3")] | None = None
+    unit_weight: UnitWeight | None = None
     """of every block"""
 
 
@@ -62,7 +59,7 @@ class SpaceCase:
 
 
 def read(path: Path, overrides: Sequence[str] = ()) -> SpaceCase:
-    """Return the case in `path`, its wall made or read but not checked. Raises CaseError."""
+    """Return the case in `path`, its wall made or read, and checked. Raises CaseError."""
     try:
         refuse_what_is_not_utf8(str(path), "")
         record = record_in(path, overrides)
@@ -89,13 +86,20 @@ def _refuse_what_only_plane_walls_take(record: dict[str, Any]) -> None:
 
 
 def _wall(values: Any, path: Path) -> SpaceWall:
-    """Return the wall of a generator or of a block file with its replacements."""
+    """Return the wall, checked, of a generator or of a block file with its replacements."""
     if not isinstance(values, dict) or ("generator" in values) == ("blocks" in values):
         raise CaseError("wall", "needs a generator or a block file", 'write generator = "u" or blocks = "FILE.json"')
     keys = dict(values)
     floors: FloorSettings = settings_from(FloorSettings, _part(keys, FloorSettings), "wall")
     keys.pop("floors", None)
-    return with_floors(_without_floors(keys, path), floors.floors)
+    wall = _without_floors(keys, path)
+    if "blocks" in values:
+        with naming(path.parent / str(values["blocks"])):
+            check_wall(wall)
+    if floors.floors or "generator" in values:
+        wall = with_floors(wall, floors.floors)
+        check_wall(wall)
+    return wall
 
 
 def _without_floors(keys: dict[str, Any], path: Path) -> SpaceWall:

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from orchestrator.assessment.seismic.settings import limit_states
 from orchestrator.basis.printed import counted
+from orchestrator.masonry.block_properties import block_areas
 from orchestrator.masonry.wall import Wall
 from orchestrator.settings.case import Case
 from orchestrator.settings.inventory import JointSums, LoadSums, MaterialSums
@@ -89,6 +90,14 @@ def unusual(
     return list(dict.fromkeys(said))
 
 
+def unusual_material(unit_weights: Iterable[float], frictions: Iterable[float]) -> list[str]:
+    """Return what is unusual about the unit weights and coefficients of friction of an imported wall, in sentences
+    that begin with UNUSUAL."""
+    said = [UNIT_WEIGHT.complaint("unit weight", value) for value in dict.fromkeys(unit_weights)]
+    said += [FRICTION.complaint("friction", value) for value in dict.fromkeys(frictions)]
+    return [text for text in said if text]
+
+
 def _of_materials(materials: list[MaterialSums]) -> Iterator[str]:
     for one in materials:
         name = f" of {one.name}" if one.name else ""
@@ -137,6 +146,11 @@ def _of_sizes(case: Case, wall: Wall) -> Iterator[str]:
         yield f"UNUSUAL: thickness {wall.thickness:g} m of a wall of {length:.3g} x {height:.3g} m, {usual}"
     if case.mesh.size is not None and case.mesh.size > size:
         yield f"UNUSUAL: mesh.size {case.mesh.size:g} m is larger than the wall; is {case.mesh.size:g} mm meant?"
+    slip = case.contact.slip_tolerance
+    stone = float(np.sqrt(block_areas(wall)[[not block.fixed for block in wall.blocks]].mean()))
+    if slip is not None and slip > stone:
+        stones = f"larger than a stone of mean size, {stone:.3g} m"
+        yield f"UNUSUAL: contact.slip_tolerance {slip:g} m is {stones}; is {slip:g} mm meant?"
     moved = case.stepping.final_displacement
     if moved is not None and moved < LEAST_END * height:
         usual = f"a wall of {height:.3g} m; leave it out, and it is {1e3 * height / 30:.3g} mm"

@@ -238,7 +238,7 @@ def test_a_stone_that_tips_first_is_a_local_failure_and_the_wall_goes_on():
     assert failure.multipliers == pytest.approx((0.25, 0.25), rel=2e-3)
     assert found.headline.load_multiplier == pytest.approx(0.5, rel=1e-6), "what is left tips about its toe"
     assert found.headline.mechanism.velocities[11] == pytest.approx(0.0)
-    assert any("local failure at 0.25" in remark and "stones 11" in remark for remark in found.remarks)
+    assert any("local failure at 0.25" in remark and ": stone 11 (" in remark for remark in found.remarks)
 
 
 def test_the_wall_without_the_stone_has_the_same_state():

@@ -143,7 +143,9 @@ def said_of(state: LimitState, analysis: LimitAnalysis) -> tuple[str, ...]:
     if local is not None:
         stones = ", ".join(map(str, local.stones))
         share = f"{100 * local.share:.2g} % of the dead load"
-        return (f"a local failure: stones {stones} ({share}) move, not the wall",)
+        single = len(local.stones) == 1
+        said = f"stone {stones} ({share}) moves" if single else f"stones {stones} ({share}) move"
+        return (f"a local failure: {said}, not the wall",)
     if state.converged:
         return ()
     if state.flow_rule == "large_displacements":

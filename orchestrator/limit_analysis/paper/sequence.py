@@ -54,9 +54,9 @@ class LimitAnalysisSettings(Checked):
     """beta of Eq. (2): weight of the last normal forces against those before"""
     seed_cohesions: Annotated[tuple[Annotated[float, Gt(0)], ...], MinLen(1)] = (1e-1, 1e-3, 1e-4)
     """cohesion of every joint in each run of the sequence, in mean block weights"""
-    tolerance: Annotated[float, Gt(0)] = 1e-6
+    tolerance: Annotated[float, Gt(0), Lt(1)] = 1e-6
     """largest relative change of the load multiplier in a sequence that has settled"""
-    power_tolerance: Annotated[float, Gt(0)] = 1e-6
+    power_tolerance: Annotated[float, Gt(0), Lt(1)] = 1e-6
     """largest power imbalance, relative to the live load's power, of what the sequence settled on"""
     minimum_iterations: Annotated[int, Ge(2)] = 4
     """linear programs with the last seed at least"""

@@ -118,7 +118,8 @@ def _closed(drawn: list[OnLayer], role: str, tolerance: float) -> tuple[list[OnL
     paths = [path for _, path in lines]
     network = _network(paths, tolerance)
     along = _layers_along(network.outlines, lines, tolerance)
-    return [*named, *zip(along, network.outlines, strict=True)], [*said, *_said(network, paths, role)], network.within
+    said += _said(network, paths, [outline for _, outline in named], role)
+    return [*named, *zip(along, network.outlines, strict=True)], said, network.within
 
 
 def _said_open(role: str, nearly: list[tuple[float, FloatArray]]) -> Iterator[str]:
@@ -201,15 +202,15 @@ def _meeting(points: FloatArray, within: float) -> FloatArray:
     return np.column_stack([np.bincount(group, points[:, k]) / size for k in (0, 1)])[group]
 
 
-def _said(network: Network, lines: list[FloatArray], role: str) -> list[str]:
+def _said(network: Network, lines: list[FloatArray], closed: list[FloatArray], role: str) -> list[str]:
     """Return warnings of lines that bound no outline, where they end and what tolerance would close them, and of
-    outlines that are left out because they enclose others."""
+    outlines that are left out because they enclose others; closed: outlines (n, 2) beside the lines."""
     said = []
     if network.within > _smallest_error(lines):
         said.append(f"{role}: ends of lines up to {1e3 * network.within:.2g} mm apart taken to meet")
     if network.rest:
         many = f"{len(network.rest)} lines close" if len(network.rest) > 1 else "1 line closes"
-        said.append(f"{role}: WARNING: {many} no outline{_said_ends(network, lines)}")
+        said.append(f"{role}: WARNING: {many} no outline{_said_ends(network, lines, closed)}")
     if network.enclosing:
         x, y = shapely.get_coordinates(network.enclosing[0])[0]
         many = f"{len(network.enclosing)} outlines of lines enclose others and are"
@@ -218,8 +219,11 @@ def _said(network: Network, lines: list[FloatArray], role: str) -> list[str]:
     return said
 
 
-def _said_ends(network: Network, lines: list[FloatArray]) -> str:
-    """Return where lines end in nothing, and the smallest tolerance that closes most outlines, if any closes more."""
+def _said_ends(network: Network, lines: list[FloatArray], closed_beside: list[FloatArray]) -> str:
+    """Return where lines end in nothing, and the smallest tolerance that closes most outlines, if any closes more.
+
+    closed_beside: outlines (n, 2) that are closed without the lines; they close none of them.
+    """
     ends, gap = _open_ends(network)
     if not len(ends):
         x, y = shapely.get_coordinates(network.rest[0])[0]
@@ -227,8 +231,11 @@ def _said_ends(network: Network, lines: list[FloatArray]) -> str:
     listed = ", ".join(f"({x:.4g}, {y:.4g})" for x, y in ends[:LISTED_ENDS])
     said = f"; {len(ends)} open end{'s' * (len(ends) > 1)} at {listed}{', ...' * (len(ends) > LISTED_ENDS)} m"
     near = np.sort(gap[np.isfinite(gap)])
-    if len(near):
-        said += ", " + " to ".join(dict.fromkeys(map(millimetres, near[[0, -1]].tolist()))) + " from the nearest line"
+    apart = _from_outlines(ends, closed_beside)
+    shown = np.minimum(gap, apart)[np.isfinite(gap) | (apart <= LARGEST_TOLERANCE)]
+    if len(shown):
+        extremes = [float(shown.min()), float(shown.max())]
+        said += ", " + " to ".join(dict.fromkeys(map(millimetres, extremes))) + " from the nearest line"
     wider = np.unique([1e-3 * rounded_up(1e3 * width) for width in near])
     wider = wider[(wider > network.within) & (wider <= LARGEST_TOLERANCE)]
     tried = wider[np.unique(np.linspace(0, len(wider) - 1, TRIED).astype(int))] if len(wider) else wider
@@ -238,11 +245,20 @@ def _said_ends(network: Network, lines: list[FloatArray]) -> str:
     if more < 1:
         most = millimetres(tried[-1] if closed else LARGEST_TOLERANCE)
         why = f"no --tolerance up to {most} closes an outline more"
+        if (apart <= network.within).any():
+            return f"{said}; there is a closed outline, whose sides bound no other: draw on along it until closed"
         return f"{said}; {why}: draw on to where they meet others, or delete what is no outline"
     left = len(closed[best].rest)
     stay = "1 line stays" if left == 1 else f"{left} lines stay"
     said += f'; --tolerance "{1e3 * best:g} mm" closes {more} outline{"s" * (more > 1)} more'
     return said + (f", {stay} open then" if left else "")
+
+
+def _from_outlines(points: FloatArray, outlines: list[FloatArray]) -> FloatArray:
+    """Return how far points (p, 2) are from the nearest of closed outlines (p,), in m; inf where there are none."""
+    if not outlines:
+        return np.full(len(points), np.inf)
+    return shapely.distance(shapely.points(points), shapely.union_all([shapely.LinearRing(one) for one in outlines]))
 
 
 def _open_ends(network: Network) -> tuple[FloatArray, FloatArray]:

@@ -217,7 +217,7 @@ def _drawing(shapes: list[Shape], remarks: list[str], layers: Layers, settings: 
         low = np.array([corners[:, 0].min(), corners[:, 1].max()])
         outlined = [upright(outline, low, settings.scale) for _, outline in polygons]
         category = [name for name, _ in polygons]
-        said = [f"{len(outlined)} stones found", *said]
+        said = [f"{counted(len(outlined), 'stone')} found", *said]
     rest = {
         role: tuple(upright(outline, low, settings.scale) for _, outline in _polygons(on[role], smallest)[0])
         for role in ("supports", "openings")
@@ -261,8 +261,10 @@ def _polygons(shapes: list[Shape], smallest: float) -> tuple[list[tuple[str, Flo
                 outlines.append((shape.category, shapely.get_coordinates(polygon.exterior)[:-1]))
     if not outlines:
         raise CaseError("annotations", "none is as large as a stone", "see --scale and --smallest")
-    remarks = [f"WARNING: {repaired} outlines cross themselves, their largest part is kept"] if repaired else []
-    return outlines, remarks + ([f"{dirt} annotations smaller than the smallest stone left out"] if dirt else [])
+    cross = "1 outline crosses itself, its" if repaired == 1 else f"{repaired} outlines cross themselves, their"
+    remarks = [f"WARNING: {cross} largest part is kept"] if repaired else []
+    left_out = f"{counted(dirt, 'annotation')} smaller than the smallest stone left out"
+    return outlines, remarks + ([left_out] if dirt else [])
 
 
 def _traced(shape: Shape, smallest: float) -> list[FloatArray]:

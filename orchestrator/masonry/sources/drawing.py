@@ -15,7 +15,7 @@ from annotated_types import Ge, Gt, Le
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError
-from orchestrator.basis.printed import millimetres
+from orchestrator.basis.printed import counted, millimetres
 from orchestrator.basis.units import Unit
 from orchestrator.geometry.healing import closed_gaps, heal
 from orchestrator.geometry.planar_map import OverlapError
@@ -114,7 +114,7 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
             raise CaseError("--ground", "the drawing has supports of its own", "leave it out, or --supports none")
         supports.append(_ground(np.vstack(stones), settings.ground))
     if not supports:
-        raise CaseError("supports", "the drawing has none", 'draw them on their own layer, or give --ground "200 mm"')
+        raise _without_supports(drawing)
     order = _order(stones)
     outlines, moved = _near_origin([*(supports[k] for k in _order(supports)), *(stones[k] for k in order)])
     told = [drawing.materials[kept[k]] for k in order] if drawing.materials else [""] * len(order)
@@ -126,6 +126,15 @@ def wall_of(drawing: Drawing, name: str, material: Material, settings: HealingSe
         Wall(name, blocks, material.thickness, material.friction), settings, drawing.error, drawing.curved
     )
     return wall, [*said, *drawing.remarks, *slips, *copies, *left_out, *moved, *implausible(wall)]
+
+
+def _without_supports(drawing: Drawing) -> CaseError:
+    """Return the complaint about a drawing without supports, with what in it is hidden."""
+    hidden = [remark.removeprefix("WARNING: ") for remark in drawing.remarks if "passed over" in remark]
+    hidden = [remark for remark in hidden if " hidden " in remark]
+    remedy = "show what is hidden" if hidden else "draw them on their own layer"
+    problem = "; ".join(["the drawing has none", *hidden])
+    return CaseError("supports", problem, f'{remedy}, or give --ground "200 mm"')
 
 
 def closed(
@@ -148,7 +157,8 @@ def closed(
         located, wider = _located(error, drawn), None
         if not isinstance(error, ThinStoneError):
             wider = _tolerance_that_closes(drawn, within, bool(settings.mortar), known_error, curved)
-        remedy = f'--tolerance "{1e3 * wider:g} mm" closes the wall' if wider else located.remedy
+        closes = "may close the wall: curves are read anew with it" if curved else "closes the wall"
+        remedy = f'--tolerance "{1e3 * wider:g} mm" {closes}' if wider else located.remedy
         remedy = doubted_size(drawn) or remedy
         raise RefusedWallError(located.key, located.problem, remedy, drawn) from None
 
@@ -268,7 +278,7 @@ def _outside_openings(drawing: Drawing) -> tuple[list[int], list[str]]:
     left_out = len(drawing.stones) - len(kept)
     if not kept:
         raise CaseError("openings", "every block lies in one", "is an outline of the wall drawn on their layer?")
-    return kept, [f"{left_out} outlines inside openings left out"] if left_out else []
+    return kept, [f"{counted(left_out, 'outline')} inside openings left out"] if left_out else []
 
 
 def _ground(corners: FloatArray, beyond: float) -> FloatArray:

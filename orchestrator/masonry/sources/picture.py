@@ -19,6 +19,7 @@ from scipy import ndimage
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, naming
+from orchestrator.basis.printed import counted
 from orchestrator.basis.units import Unit
 from orchestrator.masonry.sources.colours import NEAR_GREY, are_labels, stones_by_colour
 from orchestrator.masonry.sources.drawing import Drawing
@@ -82,7 +83,8 @@ def drawing_of(pixels: Pixels, settings: PictureSettings) -> Drawing:
     else:
         number, dirt, remarks = _stones_by_lightness(pixels, settings, kind)
     drawing, _ = drawing_of_numbers(number, settings.scale, settings.mortar)
-    left_out = [f"{dirt} patches smaller than {1e3 * settings.smallest:g} mm squared left out"] if dirt else []
+    patches = f"{dirt} {'patch' if dirt == 1 else 'patches'}"
+    left_out = [f"{patches} smaller than {1e3 * settings.smallest:g} mm squared left out"] if dirt else []
     return Drawing(drawing.stones, remarks=(*pixels.remarks, *drawing.remarks, *left_out, *remarks))
 
 
@@ -113,8 +115,9 @@ def drawing_of_numbers(number: IntArray, scale: float, mortar: float) -> tuple[D
     stones, corners, holes = outlines(closed)
     low = lower_left(number)
     turned = tuple(upright(outline, low, scale) for outline in corners)
-    remarks = [f"{len(stones)} stones found", f"pixels of {1e3 * scale:.4g} mm: outlines are no better than that"]
-    remarks += [f"WARNING: {holes.sum()} holes in stones filled"] if holes.any() else []
+    found = f"{counted(len(stones), 'stone')} found"
+    remarks = [found, f"pixels of {1e3 * scale:.4g} mm: outlines are no better than that"]
+    remarks += [f"WARNING: {counted(int(holes.sum()), 'hole')} in stones filled"] if holes.any() else []
     cracks = cracked(number, closed, int(np.ceil(mortar / scale)))
     if len(cracks):
         x, y = upright(cracks[0], low, scale)
@@ -159,7 +162,7 @@ def _stones_by_lightness(pixels: Pixels, settings: PictureSettings, kind: str) -
     stones, remarks = int(number.max()), []
     if settings.split:
         number, more = split(number, settings.split, settings.smallest_patch)
-        remarks.append(f"{more} stones more by parting patches with --split {settings.split}")
+        remarks.append(f"{counted(more, 'stone')} more by parting patches with --split {settings.split}")
     return (
         number,
         dirt,
@@ -178,7 +181,8 @@ def _said_other_colour(rest: npt.NDArray[np.bool_], settings: PictureSettings, k
     other = "white" if kind == "black" else "black"
     if others <= 3 * stones:
         return []
-    return [f"WARNING: {stones} {kind} patches, {others} {other} ones: if those are the stones, give --stones {other}"]
+    patches = f"{stones} {kind} {'patch' if stones == 1 else 'patches'}"
+    return [f"WARNING: {patches}, {others} {other} ones: if those are the stones, give --stones {other}"]
 
 
 def _is_stone(pixels: Pixels, threshold: int, kind: str) -> npt.NDArray[np.bool_]:
@@ -222,4 +226,5 @@ def _said_threshold(pixels: Pixels, settings: PictureSettings, kind: str, stones
     best = max(count, key=lambda threshold: (count[threshold], -abs(threshold - settings.threshold)))
     if count[best] <= stones:
         return []
-    return [f"WARNING: {stones} stones at threshold {settings.threshold}, but {count[best]} with --threshold {best}"]
+    found = f"{counted(stones, 'stone')} at threshold {settings.threshold}"
+    return [f"WARNING: {found}, but {count[best]} with --threshold {best}"]

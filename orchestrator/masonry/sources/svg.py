@@ -129,10 +129,10 @@ def _drawing(root: Element, layers: Layers, tolerance: float, scale: float | Non
     outer = {}
     for role, members in points.items():
         outer[role], holes = _without_holes([(name, outline - low, path) for name, outline, path in members])
-        remarks += [f"{role}: WARNING: {holes} holes in outlines filled"] if holes else []
+        remarks += [f"{role}: WARNING: {counted(holes, 'hole')} in outlines filled"] if holes else []
     curved = any(len(control) > 2 for members in on.values() for _, one in members for control in one.curves)
     drawing = drawing_of(outer, tolerance, remarks, curved)
-    return replace(drawing, remarks=(f"{len(drawing.stones)} stones found", *drawing.remarks))
+    return replace(drawing, remarks=(f"{counted(len(drawing.stones), 'stone')} found", *drawing.remarks))
 
 
 def _unit(root: Element, scale: float | None) -> tuple[float, list[str]]:

@@ -245,6 +245,7 @@ def test_the_first_page_shows_mortar(given, capsys):
         ("wall.unit_weight=20", "is 20 kN/m3 meant?"),
         ("load.dead=[{level='0.7 m', line_load=1.2}]", "2.4 N in all, 0.0003 of the wall's weight; is kN meant?"),
         ("mesh.size=100", "mesh.size 100 m is larger than the wall; is 100 mm meant?"),
+        ("contact.slip_tolerance=0.9", "0.9 m is larger than a stone of mean size, 0.683 m; is 0.9 mm meant?"),
         ("stepping.final_displacement=20", "20 m is more than the wall's height; is 20 mm meant?"),
         ("stepping.final_displacement=1e-6", "1e-06 m is too little to load a wall of 0.7 m; leave it out"),
         ("wall.thickness=400", "thickness 400 m of a wall of 2 x 0.7 m"),

@@ -24,7 +24,7 @@ from orchestrator.settings import case as cases
 from orchestrator.settings import reference
 from tests.support.drawings import METRES, polylines
 from tests.support.intake import WALL_1, as_polylines, assert_same_wall, associative, painted, written
-from tests.support.paths import PROJECT
+from tests.support.paths import DATA, PROJECT
 from tests.support.undrawn import undrawn
 
 COMMANDS = ("run", "check", "limit", "segment", "import", "new", "schema", "export")
@@ -97,6 +97,24 @@ def test_import_that_is_refused(tmp_path, capsys, name, options, complaint):
     assert str(tmp_path / name) in line
     assert complaint in line
     assert not (tmp_path / "out.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        ("--unit-weight=20", "UNUSUAL: unit weight 0.02 kN/m3, usual are 3 to 32 kN/m3; is 20 kN/m3 meant?"),
+        ("--friction=31", "UNUSUAL: friction 31, usual are 0.2 to 1.5; is an angle of 31 degrees meant?"),
+        ("--unit-weight=20 kN/m3", ""),
+    ],
+)
+@pytest.mark.parametrize("kind", ["plane", "space"])
+def test_a_material_of_another_unit_is_pointed_out(tmp_path, capsys, kind, option, said):
+    drawn = [polylines(tmp_path / "wall.dxf", WALL_1), "--thickness", "300 mm"]
+    options = drawn if kind == "plane" else [DATA / "space" / "compas_dem_wall.obj", "--unit", "m"]
+    assert call("import", *options, option, "--output", tmp_path / "wall.json") == 0
+    printed = capsys.readouterr().out
+    assert said in printed
+    assert bool(said) == ("UNUSUAL" in printed)
 
 
 @pytest.mark.parametrize("layer", ["0", "1e3", "12"])
@@ -289,7 +307,7 @@ def test_settings_reference_names_every_key_with_default_and_unit():
         assert f"## `[{section}]`" in page
         for key in kind.__dataclass_fields__:
             assert f"| `{key}` |" in page
-    assert "| `size` | left out | m | > 0 |" in page
+    assert "| `size` | left out | m | ≥ 1e-06, ≤ 1e+06 |" in page
 
 
 @pytest.mark.parametrize("kind", [*cases.section_types().values(), JointClass, DeadLoad, LiveLoad])

@@ -82,7 +82,16 @@ def test_a_support_settles_along_a_line(wall, capsys, angle):
 @pytest.mark.parametrize("value", [1e-250, 1e250])
 def test_numbers_whose_products_are_none_are_refused(wall, capsys, key, value):
     wall.write_text(json.dumps(changed([key], value)))
-    assert "is its unit right?" in complaint(capsys, 2, "limit", wall)
+    remedy = "give the tangent of an angle" if key == "friction" else "is its unit right?"
+    assert remedy in complaint(capsys, 2, "limit", wall)
+
+
+@pytest.mark.parametrize("key", ["thickness", "unit_weight", "friction"])
+@pytest.mark.parametrize("value", [1e-250, 1e250])
+def test_such_numbers_of_a_case_are_told_by_its_file_and_key(wall, capsys, key, value):
+    case = wall.with_name("case.toml")
+    case.write_text(f'[wall]\nblocks = "{wall.name}"\n{key} = {value}\n')
+    assert complaint(capsys, 2, "limit", case).startswith(f"{case}: wall.{key}: ")
 
 
 @pytest.mark.parametrize("modulus", ["1e-300", "1e300"])

@@ -71,6 +71,40 @@ def test_check_refuses_a_wall_that_limit_refuses(tmp_path, capsys):
     assert said[0] == said[1]
 
 
+def turned_inside_out(wall):
+    wall["blocks"][1]["faces"] = [face[::-1] for face in wall["blocks"][1]["faces"]]
+
+
+def with_a_face_left_out(wall):
+    wall["blocks"][1]["faces"].pop()
+
+
+def with_an_id_twice(wall):
+    wall["blocks"][1]["id"] = 0
+
+
+def with_a_friction_below_0(wall):
+    wall["friction"] = -1
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (turned_inside_out, "block 1: its faces run clockwise seen from outside; reverse every face"),
+        (with_a_face_left_out, "block 1: is open"),
+        (with_an_id_twice, "block 0: two blocks have this id"),
+        (with_a_friction_below_0, "friction: -1 is outside 1e-09 to 1e+09; give the tangent of an angle"),
+    ],
+)
+def test_a_fault_in_the_block_file_is_told_by_its_name(case, tmp_path, capsys, spoil, said):
+    wall = record()
+    spoil(wall)
+    (tmp_path / "wall.json").write_text(json.dumps(wall))
+    for command in ("check", "limit"):
+        assert cli.main([command, str(case), "--output", str(tmp_path / command)]) == 2
+        assert capsys.readouterr().err.startswith(f"{tmp_path / 'wall.json'}: {said}")
+
+
 def test_limit_says_which_number_counts(case, tmp_path, capsys):
     assert cli.main(["limit", str(case), "--output", str(tmp_path / "out")]) == 0
     printed = capsys.readouterr().out

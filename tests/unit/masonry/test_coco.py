@@ -149,7 +149,7 @@ def test_coco_parts_and_crossed_outlines_are_told(tmp_path):
     drawing = read_coco(path, Layers(), CocoSettings(0.01))
     assert len(drawing.stones) == 3
     assert any("1 more outlines than annotations" in remark for remark in drawing.remarks)
-    assert any("1 outlines cross themselves" in remark for remark in drawing.remarks)
+    assert any("1 outline crosses itself, its largest part is kept" in remark for remark in drawing.remarks)
     assert all(polygon.is_valid for polygon in polygons(drawing))
 
 

@@ -96,6 +96,22 @@ def test_a_line_within_a_stone_that_meets_none_is_told_with_what_to_do(tmp_path)
     )
 
 
+def test_an_open_polyline_that_ends_on_a_closed_stone_is_told_to_be_closed(tmp_path):
+    """The fourth side of the second stone is one of the first."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = MILLIMETRES
+    space = document.modelspace()
+    space.add_lwpolyline([(0, 0), (500, 0), (500, 300), (0, 300)], close=True, dxfattribs={"layer": "blocks"})
+    space.add_lwpolyline([(500, 0), (900, 0), (900, 300), (500, 300)], dxfattribs={"layer": "blocks"})
+    document.saveas(tmp_path / "open.dxf")
+    found, remarks = read(tmp_path / "open.dxf")
+    assert found == 1
+    assert remarks[0] == (
+        "blocks: WARNING: 1 line closes no outline; 2 open ends at (0.5, 0), (0.5, 0.3) m, 0 mm from the nearest line; "
+        "there is a closed outline, whose sides bound no other: draw on along it until closed"
+    )
+
+
 def test_an_arched_wall_of_lines_and_arcs_with_gaps_is_refused_with_the_tolerance_that_reads_it(tmp_path):
     """Every arc begins 3 mm late, and every joint 3 mm outside the intrados."""
     document = ezdxf.new()
@@ -126,6 +142,18 @@ def test_outlines_that_overlap_by_more_than_the_tolerance_are_refused_with_the_o
     found, remarks = read(path, tolerance=tolerance)
     assert found == 12
     assert not [remark for remark in remarks if "WARNING" in remark]
+
+
+def test_a_tolerance_is_not_promised_to_close_a_wall_with_curves(tmp_path):
+    """The lower edge of a stone bends 15 mm into the ground, by how much depends on the chords of its curve."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = METRES
+    space, points = document.modelspace(), [(0, 0), (0.3, 0), (0.6, 0), (0.7, 0.3), (0.3, 0.5), (0, 0.3), (0, 0)]
+    space.add_spline([(*point, 0) for point in points], dxfattribs={"layer": "blocks"})
+    space.add_lwpolyline(between(-0.2, -0.2, 1.0, 0), close=True, dxfattribs={"layer": "supports"})
+    document.saveas(tmp_path / "spline.dxf")
+    with pytest.raises(CaseError, match=r'--tolerance "8 mm" may close the wall: curves are read anew with it'):
+        read(tmp_path / "spline.dxf", ground="")
 
 
 @pytest.mark.parametrize("overlap", [2, 5, 6])

@@ -192,6 +192,12 @@ def test_openings_leave_no_block_and_entities_in_block_references_count(tmp_path
     assert "2 outlines inside openings left out" in remarks
 
 
+def test_one_outline_in_an_opening_is_told_in_the_singular():
+    left, right = rectangle(0.0, 0.0, 0.4, 0.2), rectangle(0.4, 0.0, 0.4, 0.2)
+    drawing = Drawing((left, right), (rectangle(-0.2, -0.2, 1.2, 0.2),), (right,))
+    assert "1 outline inside openings left out" in wall_of(drawing, "wall", MATERIAL, HealingSettings())[1]
+
+
 @pytest.mark.parametrize(
     ("insunits", "unit", "factor"), [(4, "", 1000), (6, "", 1), (1, "", 1 / 0.0254), (0, "cm", 100)]
 )

@@ -22,7 +22,7 @@ def polyline(space, box, layer="blocks"):
     return space.add_lwpolyline(between(*box), close=True, dxfattribs={"layer": layer})
 
 
-def imported(path, last, outlined=BOXES[:-1]):
+def imported(path, last, outlined=BOXES[:-1], ground="0.2 m"):
     """Read a drawing of polylines round the boxes `outlined`, and what `last` draws; return areas (m2) and remarks."""
     document = ezdxf.new("R2000", setup=True)
     document.header["$INSUNITS"] = MILLIMETRES
@@ -31,7 +31,7 @@ def imported(path, last, outlined=BOXES[:-1]):
         polyline(space, box)
     last(space, document)
     document.saveas(path)
-    taken = import_wall(path, {"thickness": "0.3 m", "ground": "0.2 m", "friction": "0.6"})
+    taken = import_wall(path, {"thickness": "0.3 m", "ground": ground, "friction": "0.6"})
     return [block for block in taken.wall.blocks if not block.fixed], taken.remarks
 
 
@@ -190,6 +190,16 @@ def test_a_layer_that_is_switched_off_is_not_read(tmp_path, hide):
 
     with pytest.raises(CaseError, match=r"nothing is drawn .*; passed over on layer 'blocks': 3 hidden LWPOLYLINE"):
         imported(tmp_path / "wall.dxf", switched)
+
+
+def test_supports_that_are_hidden_are_told_where_there_are_no_others(tmp_path):
+    def switched(space, document):
+        document.layers.add("supports").off()
+        polyline(space, (0, -200, 2000, 0), "supports")
+
+    said = r"supports: the drawing has none; passed over on layer 'supports': 1 hidden LWPOLYLINE; show what is hidden"
+    with pytest.raises(CaseError, match=said):
+        imported(tmp_path / "wall.dxf", switched, ground="")
 
 
 def test_a_reference_on_a_layer_that_is_off_shows_what_is_on_others(tmp_path):

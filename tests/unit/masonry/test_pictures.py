@@ -188,7 +188,7 @@ def test_thin_grey_joints_ask_for_another_threshold(tmp_path):
     grey[:20], grey[-20:], grey[:, :20], grey[:, -20:] = 255, 255, 255, 255
     Image.fromarray(grey.astype(np.uint8)).save(tmp_path / "grey.png")
     drawing = read_picture(tmp_path / "grey.png", PLAIN)
-    assert any(f"1 stones at threshold 128, but {count} with --threshold 96" in text for text in drawing.remarks)
+    assert any(f"1 stone at threshold 128, but {count} with --threshold 96" in text for text in drawing.remarks)
     assert len(read_picture(tmp_path / "grey.png", PictureSettings(SCALE, threshold=96)).stones) == count
     dim = Image.open(tmp_path / "grey.png").point(lambda value: value // 4)
     dim.save(tmp_path / "dim.png")
@@ -202,7 +202,7 @@ def test_white_stones_read_as_black_are_pointed_out(tmp_path):
     number, count = bond(mortar=3)
     Image.fromarray(np.where(number > 0, 255, 0).astype(np.uint8)).save(tmp_path / "inverse.png")
     remarks = read_picture(tmp_path / "inverse.png", PLAIN).remarks
-    assert any(f"1 black patches, {count} white ones" in remark and "--stones white" in remark for remark in remarks)
+    assert any(f"1 black patch, {count} white ones" in remark and "--stones white" in remark for remark in remarks)
 
 
 def test_pictures_that_cannot_be_used(tmp_path):

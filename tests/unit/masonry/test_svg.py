@@ -54,6 +54,13 @@ def test_svg_shapes_are_the_stones(tmp_path, body):
         assert min(same(outline, exact) for outline in drawing.stones) == pytest.approx(0, abs=1e-12)
 
 
+def test_one_stone_and_one_hole_are_told_in_the_singular(tmp_path):
+    path = "M0,0 h40 v20 h-40 z m10,5 h10 v5 h-10 z"
+    drawing = read_svg(svg(tmp_path, f'<path fill-rule="evenodd" d="{path}"/>'), Layers(), 1e-5)
+    assert "1 stone found" in drawing.remarks
+    assert "blocks: WARNING: 1 hole in outlines filled" in drawing.remarks
+
+
 def test_svg_groups_are_roles_and_materials(tmp_path):
     one, two, three, four = (f'<path d="{as_path(stone)}"/>' for stone in STONES)
     body = (

@@ -122,6 +122,18 @@ def test_an_override_must_name_a_section_and_a_key(path):
         ("wall.friction=0.6 m", "wall.friction: '0.6 m' is not a number; write a number without unit"),
         ("wall.friction=true", "wall.friction: True is not a number"),
         ("wall.blocks.x=1", "--set: "),
+        ("elastic.element_order=true", "elastic.element_order: True is not a whole number"),
+        ("elastic.element_order=3", "elastic.element_order: 3 is not accepted; .* less than or equal to 2"),
+        ("limit_analysis.tolerance=1e300", r"limit_analysis.tolerance: 1e\+300 is not accepted; .* less than 1"),
+        ("limit_analysis.power_tolerance=1", "limit_analysis.power_tolerance: 1 is not accepted; .* less than 1"),
+        (
+            "limit_analysis.maximum_iterations=3",
+            "limit_analysis.minimum_iterations: 4 is more than maximum_iterations, 3; give at most as many",
+        ),
+        ("run.models=['macro', 'micro', 'macro']", "run.models: has 'macro' twice; give every value once"),
+        ("study.tol_n=[1e-3, inf, 0.001]", "study.tol_n: has 0.001 twice; give every value once"),
+        ("study.tol_d=['0.45 m', 'none', '450 mm', 'none']", "study.tol_d: has 0.45 twice; give every value once"),
+        ("sensitivity.friction=[0.7, 0.5]", r"sensitivity.friction: \[0.7, 0.5\] is no range; write \[low, high\]"),
     ],
 )
 def test_a_wrong_override_is_refused_like_a_wrong_key(override, complaint):
@@ -225,7 +237,7 @@ def test_block_classes_change_the_blocks_of_their_material_and_are_written_back(
         ('"timber"', '"timbre"', "wall.classes.0.material: no block is of 'timbre'; materials are stone, timber"),
         ('"timber"', '""', "wall.classes.0.material: '' is not accepted; write a text that is not empty"),
         ("unit_weight", "unit_wieght", "wall.classes.0.unit_wieght: is not a known key; did you mean unit_weight?"),
-        ('"20 cm"', '"0 cm"', "wall.classes.0.thickness: 0.0 is not accepted; input should be greater than 0"),
+        ('"20 cm"', '"0 cm"', "wall.classes.0.thickness: 0.0 is not accepted; input should be greater"),
         ('"11 GPa"', '"11 kN"', "wall.classes.0.elastic_modulus: unit 'kN' does not fit; use one of Pa"),
         ("poisson_ratio = 0.3", "poisson_ratio = 0.5", "wall.classes.0.poisson_ratio: 0.5 is not accepted"),
     ],
@@ -235,6 +247,26 @@ def test_block_classes_that_cannot_be(tmp_path, old, new, complaint):
     with pytest.raises(CaseError) as raised:
         cases.read_wall(cases.read(tmp_path / "door.toml"))
     assert f"door.toml: {complaint}" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("setting", "missing", "table"),
+    [
+        ("mesh.size='100 mm'", "wall", "[wall]"),
+        ("wall.friction=0.6", "wall.blocks", "[wall]"),
+        ("wall.classes=[{friction=0.4}]", "wall.classes.0.material", "[[wall.classes]]"),
+        ("reinforcement.ties=[{blocks=[1], start=[0, 1], end=[0, 2]}]", "ties.0.strength", "[[reinforcement.ties]]"),
+        ("seismic.limit_states=[{name='SLC'}]", "peak_ground_acceleration", "[[seismic.limit_states]]"),
+    ],
+)
+def test_what_is_missing_is_shown_by_the_file_that_is_named(tmp_path, setting, missing, table):
+    given = "" if missing in ("wall", "wall.blocks") else '[wall]\nblocks = "wall.json"\n'
+    (tmp_path / "case.toml").write_text(given)
+    with pytest.raises(CaseError) as raised:
+        cases.read(tmp_path / "case.toml", [setting])
+    assert f"{missing}: is missing; see " in str(raised.value)
+    example = raised.value.remedy.removeprefix("see ").removesuffix(" for an example")
+    assert table in (PROJECT / example).read_text(encoding="utf-8")
 
 
 def test_a_misspelt_section_is_named_before_the_section_that_it_leaves_missing(tmp_path):

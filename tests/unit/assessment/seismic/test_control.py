@@ -62,7 +62,7 @@ def test_stones_that_come_loose_first_are_verified_not_the_wall_without_them():
     found = loads_in_mechanism(assemblage, LoadSettings(), LimitAnalysisSettings(), analysis)
     assert found.kinematics.multiplier == pytest.approx(1 / 6, rel=1e-6)
     assert found.kinematics.bodies == 1
-    assert "stones 1 (2.9 % of the dead load) move, not the wall" in found.remarks[0]
+    assert "stone 1 (2.9 % of the dead load) moves, not the wall" in found.remarks[0]
 
 
 def test_a_last_rest_is_not_passed_over_for_a_higher_state():
