@@ -80,7 +80,8 @@ def analyse(
     logger.info("associative multiplier %.4f; loading from gravity", optimum.load_multiplier)
     known = non_associative_of(problem, view.loads, optimum, settings)
     answer = answered(problem, optimum, known, loads, perf_counter() - started)
-    refuse_the_verge(problem.equilibrium, answer.headline.load_multiplier)
+    borne = answer.headline.load_multiplier * problem.equilibrium.live_total
+    refuse_the_verge(borne, problem.equilibrium.unit_force)
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
     loose = {stone for failure in answer.local_failures for stone in failure.stones}
     points = points_in_common(assemblage)

@@ -9,7 +9,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import IntArray, read_only
 from orchestrator.basis.errors import CaseError, FallsError
-from orchestrator.limit_analysis.paper.equilibrium import Equilibrium, assemble_equilibrium
+from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import (
     InfeasibleError,
     LimitSolution,
@@ -57,9 +57,12 @@ def refuse_what_falls(problem: Problem) -> None:
     raise falls(ids, missing, stands_alone, "lower or move", bool(problem.friction.crushes.any()))
 
 
-def refuse_the_verge(equilibrium: Equilibrium, multiplier: float) -> None:
-    """Raise FallsError where all that a wall bears is a live load that may be rounding of the drawing, or none."""
-    if multiplier * equilibrium.live_total > GRAVITY_TOLERANCE * equilibrium.unit_force:
+def refuse_the_verge(live_load: float, block_weight: float) -> None:
+    """Raise FallsError where all the live load (N) that a wall bears may be rounding of the drawing, or is none.
+
+    block_weight: mean weight of a block, N.
+    """
+    if live_load > GRAVITY_TOLERANCE * block_weight:
         return
     text = "is on the verge of collapse under its dead load: it bears a live load of less than a millionth of a block's"
     raise FallsError("wall", f"{text} weight", "give blocks more bearing, or check friction and which blocks are fixed")

@@ -21,6 +21,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.units import Unit
+from orchestrator.limit_analysis.gravity import refuse_the_verge
 from orchestrator.limit_analysis.paper.linear_program import UnboundedError
 from orchestrator.space import descent
 from orchestrator.space.central_path import STAGE, follow
@@ -148,8 +149,8 @@ def analyse(
     settings: SpaceLimitSettings | None = None,
     report: Report = lambda _: None,
 ) -> SpaceAnalysis:
-    """Run the limit analysis. Raises CaseError for a wall that cannot stand or a load that nothing resists, and
-    ConvergenceError where the associative program fails."""
+    """Run the limit analysis. Raises CaseError for a wall that cannot stand, or just can, and for a load that nothing
+    resists, ConvergenceError where the associative program fails."""
     settings, started = settings or SpaceLimitSettings(), perf_counter()
     equilibrium = equilibrium_of(assemblage, loads, settings.torsion)
     stiffness = depth_stiffness(assemblage, DEPTH_POWER)
@@ -175,7 +176,7 @@ def analyse(
                     break
         remarks += _remarks(states)
     weight = float(assemblage.wall.weights[~assemblage.wall.fixed].sum())
-    return SpaceAnalysis(
+    analysis = SpaceAnalysis(
         assemblage=assemblage,
         loads=loads,
         torsion=settings.torsion,
@@ -187,6 +188,9 @@ def analyse(
         remarks=tuple(remarks),
         going_down=falling,
     )
+    borne = analysis.shown.load_multiplier * equilibrium.live_total
+    refuse_the_verge(borne, weight / len(equilibrium.free_blocks))
+    return analysis
 
 
 def _associative(equilibrium: SpaceEquilibrium) -> ConicSolution:

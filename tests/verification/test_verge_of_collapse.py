@@ -68,3 +68,27 @@ def test_one_that_has_some_reserve_bears_it(wall, direction, bears, tmp_path, ca
     expected = bears or (friction - tan(ANGLE)) / (1 + friction * tan(ANGLE))
     said = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("λ = "))
     assert float(said.split()[2]) == pytest.approx(expected, rel=5e-3)
+
+
+FACES = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+
+
+def box(*sides):
+    """The corners of a box from its least and largest x, y and z, m."""
+    x, y, z = sides
+    return [[x[a], y[b], z[c]] for c in (0, 1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+
+
+@pytest.mark.parametrize(("beyond", "code"), [(0.0, 2), (-1e-7, 2), (-1e-3, 0)])
+def test_so_is_one_in_space(beyond, code, tmp_path, capsys):
+    """The same block out of its plane."""
+    ground = {"id": 0, "vertices": box((-2, 2), (-1, 0), (-0.3, 0)), "faces": FACES, "fixed": True}
+    block = {"id": 1, "vertices": box((0, 1), (beyond - 0.5, beyond + 0.5), (0, 0.4)), "faces": FACES}
+    wall = {"units": HEADER["units"], "unit_weight": 20.0, "friction": 0.6, "up": "z", "blocks": [ground, block]}
+    (tmp_path / "wall.json").write_text(json.dumps(wall), encoding="utf-8")
+    (tmp_path / "case.toml").write_text('[wall]\nblocks = "wall.json"\n[load]\ndirection = "+y"\n', encoding="utf-8")
+    with undrawn():
+        assert main(["limit", str(tmp_path / "case.toml"), "--output", str(tmp_path / "out")]) == code
+    printed = capsys.readouterr()
+    assert ("is on the verge of collapse under its dead load" in printed.err) is (code == 2)
+    assert ("λ = 0.005000 counts" in printed.out) is (code == 0)
