@@ -44,13 +44,15 @@ def wall_at_peak(contact_model: ContactModel, at_peak: Increment, bound_without:
     )
 
 
-def control_share(contact_model: ContactModel, at_end: Increment, control_displacement: float) -> float:
-    """Return the control displacement (m) at a curve's end over what the body that went farthest has moved there."""
+def control_share(contact_model: ContactModel, at_rest: Increment, at_end: Increment) -> float:
+    """Return the control displacement at a curve's end over the motion of the body that went farthest, both since the
+    wall was at rest without live load."""
     from orchestrator.pushover.path.increment_record import in_front
     from orchestrator.pushover.path.moving import body_motion
 
-    moved = body_motion(contact_model, in_front(contact_model, at_end).displacement.ravel())
-    return abs(control_displacement) / float(moved[~at_end.fallen].max())
+    before, after = (in_front(contact_model, one).displacement for one in (at_rest, at_end))
+    farthest = np.max(body_motion(contact_model, (after - before).ravel()) * ~at_end.fallen, initial=1e-300)
+    return abs(at_end.control_displacement - at_rest.control_displacement) / float(farthest)
 
 
 def moment_of_load(contact_model: ContactModel, state: Increment) -> float:

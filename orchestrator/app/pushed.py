@@ -217,8 +217,9 @@ def judged(
     effort = storage.effort_of(kept, contact_model.body_names, contact_model.body_weight)
     capacity, rows = find_capacity(curve), used(rows, curve)
     peak = _peak(curve)
-    at_peak, at_end = (
-        next(one for one in increments() if one.number == number) for number in (peak, curve.static.step[-1])
+    at_rest, at_peak, at_end = (
+        next(one for one in increments() if one.number == number)
+        for number in (curve.step[0], peak, curve.static.step[-1])
     )
     bound = None if large else expected * contact_model.horizontal_load
     ended = f"it broke off {place(last)}" if failures else ""
@@ -236,7 +237,7 @@ def judged(
         crack_elements=elements_at_cracks(bodies, contact_model.contacts, at_peak),
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         at_peak=wall_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),
-        control_share=control_share(contact_model, at_end, capacity.final_displacement),
+        control_share=control_share(contact_model, at_rest, at_end),
     )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints)
 

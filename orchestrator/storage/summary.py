@@ -85,7 +85,7 @@ class PushoverSummary:
     held: bool = False
     """whether the curve ended because supports hold the wall, as it has moved, against any multiple of the load"""
     control_share: float = 1.0
-    """control displacement at the curve's end over the motion of the body that went farthest, of those that stand"""
+    """control displacement at the curve's end over the motion of the body that went farthest, both since gravity"""
 
 
 @dataclass(frozen=True, slots=True)

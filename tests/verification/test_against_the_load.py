@@ -145,3 +145,17 @@ def test_a_top_that_stays_where_another_part_fails_is_told(case, tmp_path, capsy
         assert found.peak_multiplier == pytest.approx(0.6 / height, rel=0.01)
         assert (OUTSIDE_OF in capsys.readouterr().out) is is_told
         assert (OUTSIDE_OF in (out / "report.html").read_text(encoding="utf-8")) is is_told
+
+
+def test_what_a_wall_settles_under_its_weight_is_no_motion_of_its_mechanism(case, tmp_path, capsys):
+    """A block whose top its weight presses down by 40 mm (20 kPa in the mean, 1 MPa, 2 m) is pushed by 0.01 mm."""
+    soft = ["--set", "elastic.elastic_modulus=1 MPa", "--set", "stepping.final_displacement=0.01 mm"]
+    blocks = [{"id": 0, "polygon": [[-1, -0.2], [3, -0.2], [3, 0], [-1, 0]], "fixed": True}]
+    blocks.append({"id": 1, "polygon": [[0, 0], [2, 0], [2, 2], [0, 2]]})
+    (tmp_path / "wall.json").write_text(json.dumps(WALL | {"blocks": blocks}), encoding="utf-8")
+    case.write_text('[wall]\nblocks = "wall.json"\n[run]\nmodels = ["micro"]\n', encoding="utf-8")
+    with undrawn():
+        assert main(["run", str(case), *soft, "--output", str(tmp_path / "out")]) in (0, 3)
+    (found,) = storage.read_summary(tmp_path / "out").pushover
+    assert 0.3 < found.control_share < 2.0
+    assert OUTSIDE_OF not in capsys.readouterr().out
