@@ -37,9 +37,10 @@ from orchestrator.macroblocks.criteria import Partition, one_body_per_block
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.patterns import ArchedOpening, ArchedWall, IrregularCourses, Rubble, arched_wall, rubble
 from orchestrator.masonry.wall import Wall
+from orchestrator.pushover.increments import end_of_curve
 from orchestrator.pushover.meshing import mesh_bodies
 from orchestrator.pushover.model import build_model
-from orchestrator.pushover.path.stepping import Pushover, end_of_curve
+from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.solids.nodal_loads import nodal_loads
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.settings import case as cases

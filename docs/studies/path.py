@@ -41,10 +41,10 @@ from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import Rubble, irregular_courses, rubble
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Wall
-from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.increments import Increment, end_of_curve
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
-from orchestrator.pushover.path.stepping import Pushover, end_of_curve
+from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
 from orchestrator.storage.effort import effort_of

@@ -24,9 +24,10 @@ from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
+from orchestrator.pushover.increments import end_of_curve
 from orchestrator.pushover.meshing import MeshSettings, mesh_bodies
 from orchestrator.pushover.model import build_model
-from orchestrator.pushover.path.stepping import Pushover, end_of_curve
+from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
 from orchestrator.pushover.solids.nodal_loads import own_weight
 from orchestrator.pushover.solve.linear_system import LinearSystem

@@ -9,8 +9,7 @@ from time import process_time
 from typing import Any
 
 from orchestrator import CollapseError, ConvergenceError, PushoverCurve, SteppingSettings
-from orchestrator.pushover.increments import Increment
-from orchestrator.pushover.path.stepping import end_of_curve
+from orchestrator.pushover.increments import Increment, end_of_curve
 from orchestrator.storage import write_json
 
 RESULTS = Path(__file__).parents[2] / "results"

@@ -43,7 +43,7 @@ from orchestrator.masonry.block_properties import block_areas
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.contact.mortar import refuse_bonded_mortar
-from orchestrator.pushover.increments import BodyMask, Increment, PushoverCurve
+from orchestrator.pushover.increments import BodyMask, Increment, PushoverCurve, end_of_curve
 from orchestrator.pushover.meshing import BodyMeshes, MeshSettings, mesh_bodies
 from orchestrator.pushover.path.curve_checks import RowMisfits, check_curve
 from orchestrator.pushover.settings import ContactSettings, ElasticSettings, NewtonSettings, SteppingSettings
@@ -203,7 +203,6 @@ def judged(
     """
     from orchestrator.pushover.contact.cohesion import elements_at_cracks
     from orchestrator.pushover.contact.mortar import coarse_toes
-    from orchestrator.pushover.path.stepping import end_of_curve
 
     if isinstance(complaint, ConvergenceError):
         complaint = located(model, complaint, last, contact_model, settings)

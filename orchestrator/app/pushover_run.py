@@ -28,7 +28,7 @@ from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import with_ties
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.estimate import Estimate, estimate, free_memory, time_in_words, warning_of
-from orchestrator.pushover.increments import Increment
+from orchestrator.pushover.increments import Increment, end_of_curve
 from orchestrator.pushover.meshing import BodyMeshes, mesh_bodies, write_mesh
 from orchestrator.settings.case import Case, ModelName
 from orchestrator.storage.identity import identity
@@ -176,8 +176,6 @@ def last_state(case: Case, wall: Wall, bodies: Bodies, folder: Path) -> tuple[Bo
 
 def refuse_longer_curve(case: Case, wall: Wall, bodies: Bodies, folder: Path) -> None:
     """Raise CaseError where `push_model` has left a curve that goes on beyond where the case ends it."""
-    from orchestrator.pushover.path.stepping import end_of_curve
-
     meshes, store = _left(case, wall, bodies, folder)
     height = float(np.ptp(meshes.nodes[:, 1]))
     *before, last = store.numbers() or [0]

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.printed import counted
+from orchestrator.pushover.settings import SteppingSettings
 
 BodyMask = npt.NDArray[np.bool_]
 Phase = Literal["gravity", "load", "displacement"]
@@ -199,3 +200,21 @@ def _row(increment: Increment) -> tuple[float, ...]:
         increment.moving,
         increment.fallen.sum(),
     )
+
+
+def end_of_curve(state: Increment, stepping: SteppingSettings, height: float) -> str | None:
+    """Return why the curve ends with this increment: displacement, drop of the base shear, or number; else None.
+
+    height: of what moves, m.
+    """
+    if state.number >= stepping.largest_increments:
+        return f"{stepping.largest_increments} increments done"
+    if state.moving:
+        return None
+    end = stepping.end_of(height)
+    if abs(state.pushed) >= end * (1 - 1e-3):
+        return f"final displacement of {1e3 * end:.4g} mm reached"
+    dropped = state.base_shear < (1 - stepping.final_drop) * state.largest_base_shear
+    if state.phase == "displacement" and dropped:
+        return f"base shear {100 * stepping.final_drop:g} % below its peak"
+    return None

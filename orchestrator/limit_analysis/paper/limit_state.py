@@ -232,9 +232,9 @@ class LimitAnalysis:
 
     @property
     def _settled(self) -> tuple[LimitState, ...]:
-        """The non-associative states that have converged."""
+        """The non-associative states that have converged, of walls that bear some load: none that has to be held."""
         states = (self.path, self.sequence, self.lowest)
-        return tuple(s for s in states if s is not None and s.converged)
+        return tuple(s for s in states if s is not None and s.converged and s.load_multiplier > 0.0)
 
     @property
     def non_associative_range(self) -> tuple[float, float] | None:

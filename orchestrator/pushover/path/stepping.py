@@ -30,7 +30,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CollapseError, ConvergenceError, HeldError
-from orchestrator.pushover.increments import BodyMask, Increment, Phase
+from orchestrator.pushover.increments import BodyMask, Increment, Phase, end_of_curve
 from orchestrator.pushover.model import ContactModel, driven_by, touching
 from orchestrator.pushover.path.energies import balances
 from orchestrator.pushover.path.growth import BENT, growth, longer
@@ -66,24 +66,6 @@ HELD_FROM = 2.0
 """over the multiplier that limit analysis expects at most: from there on it is asked whether supports hold the wall"""
 RESTED = "moved until it rested"
 """what an attempt says that was followed by motion to a state of rest"""
-
-
-def end_of_curve(state: Increment, stepping: SteppingSettings, height: float) -> str | None:
-    """Return why the curve ends with this increment: displacement, drop of the base shear, or number; else None.
-
-    height: of what moves, m.
-    """
-    if state.number >= stepping.largest_increments:
-        return f"{stepping.largest_increments} increments done"
-    if state.moving:
-        return None
-    end = stepping.end_of(height)
-    if abs(state.pushed) >= end * (1 - 1e-3):
-        return f"final displacement of {1e3 * end:.4g} mm reached"
-    dropped = state.base_shear < (1 - stepping.final_drop) * state.largest_base_shear
-    if state.phase == "displacement" and dropped:
-        return f"base shear {100 * stepping.final_drop:g} % below its peak"
-    return None
 
 
 @dataclass(frozen=True)
@@ -304,10 +286,11 @@ class Pushover:
     def _aim(self, state: Increment, size: float) -> Aim:
         if state.phase == "gravity":
             return Aim("gravity", min(state.time + size, 1.0), size)
+        mean_change, control_change = self.solver.last_changes(state)
         if state.phase == "load":
             size = self._to_the_end(state, size, state.load_multiplier, state.pushed)
+            size = self._to_the_end(state, size, state.step[1], control_change)  # next to nothing after a motion
             return Aim("load", state.load_multiplier + size, size)
-        mean_change, control_change = self.solver.last_changes(state)
         if self.solver.was_driven(state):
             size = self._to_the_end(state, size, mean_change, control_change)
             fastest = float(np.max(body_motion(self.model, state.change.ravel()) / body_size(self.model)))
@@ -317,7 +300,7 @@ class Pushover:
     def _to_the_end(self, state: Increment, size: float, went: float, moved: float) -> float:
         """Return an increment that does not go beyond the end of the curve if the top goes on as it `moved` (m) while
         what is prescribed `went` on, in its unit."""
-        if not moved:
+        if not (went and moved):
             return size
         left = self.stepping.end_of(self.model.height) - np.sign(moved) * state.pushed
         return min(size, max(left * went / abs(moved), 1e-3 * size))

@@ -19,7 +19,7 @@ from orchestrator.app import driver
 from orchestrator.basis.errors import CollapseError
 from orchestrator.present.phrases import in_language, phrases, table
 from orchestrator.present.verdict import sentence
-from orchestrator.pushover.path.stepping import end_of_curve
+from orchestrator.pushover.increments import end_of_curve
 from orchestrator.pushover.settings import SteppingSettings
 from orchestrator.settings import case as cases
 from tests.support.paths import DATA, PROJECT
