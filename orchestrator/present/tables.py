@@ -49,7 +49,7 @@ def limit_table(analysis: LimitAnalysis, load_case: str = "") -> Table:
         table.add_column(column, justify="right" if column else "left", no_wrap=bool(column))
     path, left = analysis.path, analysis.associative_left
     names = {
-        "associative, a bound": analysis.associative,
+        "associative, a bound" if analysis.is_bound else "associative": analysis.associative,
         **({"without loose stones": left} if left else {}),
         "met by loading" if path is None or path.converged else path.name: path,
         "the paper's value": analysis.sequence,

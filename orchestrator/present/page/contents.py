@@ -169,7 +169,7 @@ def _as_set(value: Any) -> str:
 
 def _limit_states(run: StoredRun) -> Iterator[dict[str, Any]]:
     names = {
-        "associative": "associative (upper bound)",
+        "associative": "associative (upper bound)" if run.analysis.is_bound else "associative",
         "associative_left": "associative, without loose stones",
         "path": run.analysis.headline.name,
         "sequence": "non-associative, the paper's value",
