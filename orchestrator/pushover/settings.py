@@ -68,8 +68,7 @@ class SteppingSettings(Checked):
     gravity_increments: Annotated[int, Ge(1), Le(1000)] = 5
     """equal parts in which the weight is put on"""
     load_increment: Annotated[float, Gt(0), Le(1)] = 1 / 30
-    """largest increment of the load multiplier, as a share of the multiplier that limit analysis expects, and beyond it
-    of the one reached"""
+    """largest increment of the load multiplier, as a share of the multiplier that limit analysis expects"""
     proximal_share: Annotated[float, Gt(0), Le(1e-3)] = 5e-5
     """a body that moves by the largest increment is held back by this share of its weight: keeps loose blocks"""
     out_of_balance: Annotated[float, Gt(0), Lt(0.1)] = 1e-3

@@ -274,13 +274,12 @@ class Pushover:
     def _resolved(self, solved: Increment, length: float) -> float:
         """Return the increment up to which the curve after a static increment is resolved, in its phase's unit.
 
-        Under load control beyond what limit analysis expects, as where a gap has closed, it is a share of the load.
         Under displacement control it is that of the length 1; a part that slides inside the wall, which moves neither
         the top nor the multiplier, may go farther.
         """
         largest = self._largest(solved.phase)
         if solved.phase != "displacement":
-            return max(largest, self.stepping.load_increment * solved.load_multiplier * (solved.phase == "load"))
+            return largest
         return max(largest, self.solver.last_changes(solved)[0] / length) if length else np.inf
 
     def _aim(self, state: Increment, size: float) -> Aim:
