@@ -17,7 +17,7 @@ from typing import Any
 
 import path
 import rigid_limit
-from stored import RESULTS, markdown, stored
+from stored import RESULTS, markdown, stored, written_after_each
 
 from orchestrator import JointSettings, MeshSettings, analyse, find_joints, make_bodies, one_body_per_block, push
 from orchestrator.masonry.wall import Wall
@@ -86,14 +86,5 @@ def write(done: list[dict[str, Any]]) -> None:
     write_text(FOLDER / "mesh_size.md", page.replace("{{table}}", markdown(heads, lines)))
 
 
-def main() -> None:
-    """Write both anew after each run."""
-    done: list[dict[str, Any]] = []
-    for row in rows():
-        done.append(row)
-        print({name: row[name] for name in COLUMNS}, flush=True)
-        write(done)
-
-
 if __name__ == "__main__":
-    main()
+    written_after_each(rows(), COLUMNS, write)

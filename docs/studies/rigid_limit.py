@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from stored import RESULTS, followed, markdown, stored
+from stored import RESULTS, followed, markdown, stored, written_after_each
 
 from orchestrator import (
     ContactSettings,
@@ -193,14 +193,5 @@ def _deviation(row: dict[str, Any] | None) -> str:
     return f"{said} (left)" if str(row["end"]).startswith("left") else said
 
 
-def main() -> None:
-    """Write both anew after each run."""
-    done: list[dict[str, Any]] = []
-    for row in rows():
-        done.append(row)
-        print({name: row[name] for name in COLUMNS}, flush=True)
-        write(done)
-
-
 if __name__ == "__main__":
-    main()
+    written_after_each(rows(), COLUMNS, write)

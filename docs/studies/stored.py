@@ -45,6 +45,17 @@ def followed(
     return PushoverCurve.from_increments(done, stopped), len(done[-1].status), process_time() - began
 
 
+def written_after_each(
+    rows: Iterable[dict[str, Any]], columns: Iterable[str], write: Callable[[list[dict[str, Any]]], None]
+) -> None:
+    """Write all rows that are done anew after each of them, and print its columns."""
+    done: list[dict[str, Any]] = []
+    for row in rows:
+        done.append(row)
+        print({name: row[name] for name in columns}, flush=True)
+        write(done)
+
+
 def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table in Markdown."""
     return "\n".join(f"| {' | '.join(line)} |" for line in (heads, ["---"] * len(heads), *rows))

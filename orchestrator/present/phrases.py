@@ -43,8 +43,9 @@ def phrases(language: Language) -> Callable[[str], str]:
         if NUMBER.fullmatch(text):
             return in_language(text, language)
         things = text.split(", ")
-        if len(things) > 1 and all(say(thing) != thing for thing in things):
-            return ", ".join(map(say, things))
+        told = [say(thing) for thing in things] if len(things) > 1 else things
+        if all(new != old for new, old in zip(told, things, strict=True)):
+            return ", ".join(told)
         for fits, english in _with_places():
             if filled := fits.fullmatch(text):
                 return table()[english][column].format(**{name: say(part) for name, part in filled.groupdict().items()})

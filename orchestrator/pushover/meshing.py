@@ -24,6 +24,7 @@ from orchestrator.basis.checked import Checked
 from orchestrator.basis.threads import in_turn
 from orchestrator.basis.units import Unit
 from orchestrator.macroblocks.bodies import Bodies, Body
+from orchestrator.masonry.wall import EXTREMES
 from orchestrator.pushover.toes import element_ends
 
 logger = logging.getLogger(__name__)
@@ -33,7 +34,7 @@ logger = logging.getLogger(__name__)
 class MeshSettings(Checked):
     """Element size in the wall's plane and number of element layers through the thickness."""
 
-    size: Annotated[float, Ge(1e-6), Le(1e6), Unit("m")] | None = None
+    size: Annotated[float, Ge(EXTREMES[0]), Le(EXTREMES[1]), Unit("m")] | None = None
     """largest edge of an element in the wall's plane; joint ends are nodes. Left out: half a mean stone's size"""
     layers: Annotated[int, Ge(1)] = 1
     """elements through the thickness"""

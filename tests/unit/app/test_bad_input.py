@@ -57,12 +57,16 @@ VALUES = {
     "unknown key": ("[mesh]\nsiz = 1", "mesh.siz", "did you mean size"),
     "wrong unit": ('[mesh]\nsize = "3 kN"', "mesh.size", "use one of m, mm"),
     "no unit": ('[mesh]\nsize = "3"', "mesh.size", "use one of m, mm"),
-    "negative": ('[mesh]\nsize = "-3 mm"', "mesh.size", "greater than or equal to 0.000001"),
-    "elements larger than any number's square": ("[mesh]\nsize = 1e300", "mesh.size", "less than or equal to 1000000"),
+    "negative": ('[mesh]\nsize = "-3 mm"', "mesh.size", "greater than or equal to 0.000000001"),
+    "elements larger than any number's square": (
+        "[mesh]\nsize = 1e300",
+        "mesh.size",
+        "less than or equal to 1000000000",
+    ),
     "elements smaller than any number's square": (
         "[mesh]\nsize = 1e-300",
         "mesh.size",
-        "greater than or equal to 0.000001",
+        "greater than or equal to 0.000000001",
     ),
     "friction of zero": (
         "[wall]\nblocks = 'wall.json'\nfriction = 0",

@@ -307,7 +307,7 @@ def test_settings_reference_names_every_key_with_default_and_unit():
         assert f"## `[{section}]`" in page
         for key in kind.__dataclass_fields__:
             assert f"| `{key}` |" in page
-    assert "| `size` | left out | m | ≥ 1e-06, ≤ 1e+06 |" in page
+    assert "| `size` | left out | m | ≥ 1e-09, ≤ 1e+09 |" in page
 
 
 @pytest.mark.parametrize("kind", [*cases.section_types().values(), JointClass, DeadLoad, LiveLoad])
