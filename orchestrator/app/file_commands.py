@@ -76,6 +76,8 @@ def new(options: argparse.Namespace, console: Console) -> int:
         storage.write_text(case_file, stated(name, blocks))
         if not options.blocks:
             storage.write_json(example, EXAMPLE | {"name": name})
+    if options.blocks and not Path(options.blocks).is_file():
+        console.print(f"--blocks: {options.blocks} is not there yet: `check` reads it", soft_wrap=True)
     next_one = shlex.join(["python", "-m", "orchestrator", "check", str(case_file)])
     console.print(f"{case_file}; next: {next_one}", soft_wrap=True)
     return 0

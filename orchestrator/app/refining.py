@@ -28,9 +28,9 @@ from orchestrator.macroblocks.refinement import Borne, finer, is_enough, remarke
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.ties import idle_ties
 from orchestrator.masonry.wall import Wall
-from orchestrator.settings.case import Case, ModelName, RunSettings
+from orchestrator.settings.case import Case, ModelName, RunSettings, read
 from orchestrator.storage import StateStore
-from orchestrator.storage.identity import identity
+from orchestrator.storage.identity import identity, settings_that_differ
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -139,8 +139,19 @@ def with_finished(case: Case, output: Path) -> Case:
 
 def refuse_another_run(case: Case, wall: Wall, output: Path) -> None:
     """Raise CaseError where `output` holds increments of another wall, case or program, without an analysis."""
-    for model in case.run.models:
-        StateStore(output / model, "").refuse_others(identity(case, wall))
+    try:
+        for model in case.run.models:
+            StateStore(output / model, "").refuse_others(identity(case, wall))
+    except CaseError:
+        stored = output / "case.toml"
+        differs = list(settings_that_differ(case, read(stored))) if stored.is_file() else []
+        if not differs:
+            raise
+        (key, here, there), *others = differs
+        more = f" ({', '.join(other for other, *_ in others)} differ, too)" if others else ""
+        problem = f"is {here!r} here, and {there!r} in the run that is stored in {output}{more}"
+        remedy = "give it the same value, or run without --resume or into another folder"
+        raise CaseError(key, problem, remedy, str(case.file)) from None
 
 
 def left_off(case: Case, segmented: Segmented, output: Path) -> Segmented:

@@ -57,10 +57,17 @@ def remarks_of(problem: Problem, met: Loaded | None, falling: tuple[int, ...]) -
     if not has_path(problem.friction):
         return (NO_PATH,)
     if met is None:
-        named = f": stones {', '.join(map(str, falling))} go down unless wedged" if falling else ""
-        return (f"loading: no state of rest under the dead load was found{named}",)
+        return (no_rest_words(", ".join(map(str, falling)), len(falling)),)
     words = (local_failures_of, answer_words, mechanism_words, geometry_words, interval_words)
     return tuple(said for of in words for said in of(met))
+
+
+def no_rest_words(stones: str, count: int) -> str:
+    """Return what is said where loading finds no rest under the dead load; `count` stones go down, by their ids."""
+    said = "loading: no state of rest under the dead load was found"
+    if not count:
+        return said
+    return f"{said}: " + (f"stones {stones} go" if count > 1 else f"stone {stones} goes") + " down unless wedged"
 
 
 def local_failures_of(met: Loaded) -> Iterator[str]:

@@ -23,6 +23,7 @@ from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis.gravity import refuse_the_verge
 from orchestrator.limit_analysis.paper.linear_program import UnboundedError
+from orchestrator.limit_analysis.remarks import no_rest_words
 from orchestrator.space import descent
 from orchestrator.space.central_path import STAGE, follow
 from orchestrator.space.conic_program import ConicSolution, solve_associative
@@ -163,9 +164,7 @@ def analyse(
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
     other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
     states: list[SpaceState] = []
-    remarks = [
-        f"loading: no state of rest under the dead load was found: stones {listed(falling)} go down unless wedged"
-    ] * bool(falling)
+    remarks = [no_rest_words(listed(falling), len(falling))] * bool(falling)
     if settings.states != "none":
         search = _Search(assemblage, loads, equilibrium, gravity, optimum, settings.time, report)
         states += search.pushes()

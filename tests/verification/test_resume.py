@@ -83,8 +83,9 @@ def test_resume_with_another_wall_is_refused_at_once_and_nothing_is_lost(tmp_pat
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     with monkeypatch.context() as patched:
         patched.setattr(driver, "segment", lambda _: pytest.fail("limit analysis is done before the refusal"))
-        with pytest.raises(CaseError, match=r"another model.*without --resume"):
+        with pytest.raises(CaseError, match=r"'-x' here, and '\+x' in .*without --resume") as refused:
             run(tmp_path, resume=True, load=case.LoadSettings("-x"))
+    assert refused.value.key == "load.direction"
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
     assert set(stored) <= set(before)
 
@@ -147,7 +148,7 @@ def test_a_finished_model_is_carried_on_where_the_other_one_is_resumed(tmp_path)
         assert [pushed.model for pushed in after] == ["macro", "micro"]
         assert [pushed.peak_multiplier for pushed in after] == [pushed.peak_multiplier for pushed in before]
     assert case.read(tmp_path / "case.toml").run.models == ("macro", "micro")
-    with pytest.raises(CaseError, match=r"another model.*without --resume"):
+    with pytest.raises(CaseError, match=r"'-x' here, and '\+x' in .*without --resume"):
         both_models(tmp_path, resume=True, models=("macro",), load=case.LoadSettings("-x"))
 
 

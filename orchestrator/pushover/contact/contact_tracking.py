@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray
 from orchestrator.pushover.contact.contact_search import Contacts, barycentric
-from orchestrator.pushover.contact.corners import CornerPairs
+from orchestrator.pushover.contact.corners import CornerPairs, FacePairs
 from orchestrator.pushover.contact.faces import Faces
 from orchestrator.pushover.contact.frames import BodyNodes, Frames
 from orchestrator.pushover.contact.one_place import COVER, Placed, at_one_place, deepest
@@ -44,8 +44,8 @@ SUPPORT_POINT = -1
 class Tracking:
     """Everything about possible contacts that does not change.
 
-    slave_of_pair, master_of_pair (p,): faces of each pair, those of `corner_pairs` last; size_of_pair (p,) in m: what
-    END and the like are shares of.
+    slave_of_pair, master_of_pair (p,): faces of each pair, those of `face_pairs`, then those of `corner_pairs`;
+    size_of_pair (p,) in m: what END and the like are shares of.
     possible: all contacts, undeformed, those that touch there first (`touching` of them). For each: pair (c,) of faces,
     master_face (c,), corner (c,): 0 primary, 1 or 2 the corner at the start or end of the pair's master face, ANGLED
     that at the end of its slave's face; level (c,): number of its z. first_triangle, triangles (c,): the master's
@@ -58,6 +58,7 @@ class Tracking:
     slave_of_pair: IntArray
     master_of_pair: IntArray
     size_of_pair: FloatArray
+    face_pairs: FacePairs
     corner_pairs: CornerPairs
     possible: Contacts
     touching: int
@@ -208,8 +209,10 @@ def _overlaps(tracking: Tracking, frames: Frames, known: npt.NDArray[np.bool_]) 
 
 
 def _is_out(tracking: Tracking, frames: Frames, points: _Points, known: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Return which contacts (c,) of corners at an angle are the way out of the master, from ONTO on; others are."""
-    out, (rows, pair) = np.ones(len(tracking.pair), bool), _at_an_angle(tracking)
+    """Return which contacts (c,) are the way out of the master, those of corners at an angle from ONTO on."""
+    of_pair = np.ones(len(tracking.slave_of_pair), bool)
+    of_pair[: len(tracking.face_pairs)] = tracking.face_pairs.are_out(tracking.faces, frames)
+    out, (rows, pair) = of_pair[tracking.pair], _at_an_angle(tracking)
     size, height = tracking.size_of_pair[tracking.pair[rows]], points.height[rows]
     rival = tracking.corner_pairs.rival_height(tracking.faces, frames)[pair]
     from_in_front = (height > -END * size) & tracking.corner_pairs.at_once[pair]

@@ -7,11 +7,13 @@ Such a corner, of a body A, is out of the other body, B, as long as it is in fro
     a free end  A may slide past the end. Where the two bodies go into each other at B's corner there, they have two
                 ways out: over the face, or over its rival, which is A's corner over B's next face, or B's over A's
 
-Of two rivals only the one with the larger gap is any. Where corners touch in one point as they were drawn, both ways
-are open, and there is no contact before they have gone into each other a little. So it is later too, for corners that
-lie on a joint: had they a contact from in front, a semicircular arch of docs/studies/path.py would bear 5 % less, and
-two walls find no further state. Where both stand on the third body and each might come to a face of the other, the one
-with the larger angle does: it has the flatter way.
+Of two rivals only the one with the larger gap is any. (So it is of two faces on one line, `FacePairs`, that have gone
+into each other at the corners where both end: with both ways forbidden at once the corners would be pinned to each
+other.) Where corners touch in one point as they were drawn, both ways are open, and there is no contact before they
+have gone into each other a little. So it is later too, for corners that lie on a joint: had they a contact from in
+front, a semicircular arch of docs/studies/path.py would bear 5 % less, and two walls find no further state. Where both
+stand on the third body and each might come to a face of the other, the one with the larger angle does: it has the
+flatter way.
 """
 
 from __future__ import annotations
@@ -63,13 +65,61 @@ class CornerPairs:
 
     def rival_height(self, faces: Faces, frames: Frames) -> FloatArray:
         """Return the height in m (p,) of the rival that is the higher one, bodies as rigid ones; -inf without any."""
-        face, corner = self.rival_face, faces.vertex[self.rival_vertex]
-        body = np.searchsorted(faces.first_edge, self.rival_vertex, "right") - 1  # vertices are numbered as edges are
-        now = np.einsum("peij,pej->pei", frames.rotation[body], corner) + frames.translation[body]
-        other = faces.body[face]
-        home = np.einsum("peji,pej->pei", frames.rotation[other], now - frames.translation[other])
-        height = np.einsum("pei,pei->pe", home - faces.start[face], faces.normal[face])
+        height = _heights(faces, frames, self.rival_vertex, self.rival_face)
         return np.where(self.notch | self.rises, -np.inf, height).max(axis=1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FacePairs:
+    """p pairs of faces that lie nearly on one line, and the corners in which both end.
+
+    vertex (p, 2, 2): at either end the corner of the slave and of the master; own_face: the other body's face of the
+    pair, rival_face: the one next to it; is_way: whether all of the corner's body is in front of that.
+    """
+
+    vertex: IntArray
+    own_face: IntArray
+    rival_face: IntArray
+    is_way: npt.NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.vertex)
+
+    def are_out(self, faces: Faces, frames: Frames) -> npt.NDArray[np.bool_]:
+        """Return which pairs (p,) are the way out at both ends, bodies as rigid ones."""
+        own = _heights(faces, frames, self.vertex, self.own_face).max(axis=2)
+        rival = np.where(self.is_way, _heights(faces, frames, self.vertex, self.rival_face), -np.inf).max(axis=2)
+        return (own >= rival).all(axis=1)
+
+
+def face_pairs(faces: Faces, slave: IntArray, master: IntArray, turned: float) -> FacePairs:
+    """Return the ends of pairs of faces (p,), (p,): outlines run round, so both begin at one, and stop at the other.
+
+    There is another way only where both bodies bend outwards by more than `turned` (rad).
+    """
+    arriving = faces.of_edge[faces.before[faces.begin]]  # face that ends where each begins
+    both = np.column_stack([slave, master])
+    vertex = np.stack([faces.begin[both], faces.stop[both]], axis=1)
+    beside = np.stack([arriving[both], np.argsort(arriving)[both]], axis=1)
+    own, into = np.stack([both, both], axis=1), np.array([1.0, -1.0])[:, None, None]
+    sides = np.stack([into * faces.tangent[own], -into * faces.tangent[beside]], axis=3)
+    bend = (_dot(faces.normal[beside], sides[..., 0, :]) < -np.sin(turned)).all(axis=2)
+    clear = _in_front(sides, faces.normal[beside[..., ::-1]]) > -np.sin(turned)
+    return FacePairs(
+        vertex=read_only(vertex, np.int64),
+        own_face=read_only(own[..., ::-1], np.int64),
+        rival_face=read_only(beside[..., ::-1], np.int64),
+        is_way=read_only(clear & bend[..., None], np.bool_),
+    )
+
+
+def _heights(faces: Faces, frames: Frames, vertex: IntArray, face: IntArray) -> FloatArray:
+    """Return the heights in m (...) of vertices (...) over faces (...) of other bodies, bodies as rigid ones."""
+    body = np.searchsorted(faces.first_edge, vertex, "right") - 1  # vertices are numbered as edges are
+    now = np.einsum("...ij,...j->...i", frames.rotation[body], faces.vertex[vertex]) + frames.translation[body]
+    other = faces.body[face]
+    home = np.einsum("...ji,...j->...i", frames.rotation[other], now - frames.translation[other])
+    return _dot(home - faces.start[face], faces.normal[face])
 
 
 def corner_pairs(bodies: Bodies, faces: Faces, turned: float) -> CornerPairs:

@@ -20,7 +20,7 @@ from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.pushover.contact.contact_search import Contacts
 from orchestrator.pushover.contact.contact_tracking import ANGLED, DEEPEST, SUPPORT_POINT, Tracking
-from orchestrator.pushover.contact.corners import corner_pairs
+from orchestrator.pushover.contact.corners import corner_pairs, face_pairs
 from orchestrator.pushover.contact.faces import Faces, find_faces, sides_of_edges, sides_of_faces, touching_faces
 from orchestrator.pushover.contact.one_place import TURNED
 from orchestrator.pushover.meshing import BodyMeshes
@@ -60,6 +60,7 @@ def find_possible_contacts(bodies: Bodies, meshes: BodyMeshes, touching: Contact
         slave_of_pair=read_only(slave_of_pair, np.int64),
         master_of_pair=read_only(master_of_pair, np.int64),
         size_of_pair=read_only(_sizes(bodies, faces.body[slave_of_pair], faces.body[master_of_pair])),
+        face_pairs=face_pairs(faces, slave_of_pair[: len(pairs)], master_of_pair[: len(pairs)], TURNED),
         corner_pairs=corners,
         possible=possible,
         touching=len(touching),

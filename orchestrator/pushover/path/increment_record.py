@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
-from orchestrator.pushover.contact.contact_tracking import ANGLED
 from orchestrator.pushover.increments import ContactStatus, Increment, Phase
 from orchestrator.pushover.model import ContactModel
 from orchestrator.pushover.path.energies import at_the_end, energies
@@ -22,8 +21,7 @@ def at_rest(model: ContactModel) -> Increment:
     """Return the stress-free wall without weight, the start of gravity (number 0)."""
     count, nodes = len(model.possible), len(model.body)
     zero = read_only(np.zeros(count))
-    gap = zero if model.tracking is None else np.where(model.tracking.corner == ANGLED, np.nan, zero)
-    gap = scattered(gap, model.rows, np.zeros(len(model.rows)))
+    gap = scattered(np.full(count, np.nan), model.rows, np.zeros(len(model.rows)))
     return Increment(
         number=0,
         phase="gravity",

@@ -207,6 +207,11 @@ def test_a_new_case_finds_its_block_file_from_wherever_it_is_written(tmp_path, m
     assert call("check", f"{output}/two.toml", "--output", "checked") == 0
 
 
+def test_a_new_case_says_where_its_block_file_is_not_there_yet(tmp_path, capsys):
+    assert call("new", "wall", "--blocks", "gone.json", "--output", tmp_path) == 0
+    assert "gone.json is not there yet" in capsys.readouterr().out
+
+
 def test_a_new_case_file_states_every_default(tmp_path):
     (tmp_path / "full.toml").write_text(reference.commented_case("full", "wall.json"))
     (tmp_path / "bare.toml").write_text("name = 'full'\n[wall]\nblocks = 'wall.json'\n")
