@@ -65,8 +65,9 @@ SMOOTH = 5
 def walls() -> dict[str, Wall]:
     """Return the walls: a block that rocks at 0.2, rubble of 24, 28 and 30 stones, 13 voussoirs over 2.4 rad.
 
-    And three whose sliding decides: the first rubble and a coursed wall with little friction, and wall 4 of Ferris and
-    Tin-Loi, whose published multipliers are 0.331 with dilatancy and 0.264 without.
+    And four whose sliding decides: the first rubble and a coursed wall with little friction, wall 4 of Ferris and
+    Tin-Loi, whose published multipliers are 0.331 with dilatancy and 0.264 without, and a panel of squares on their
+    corners between two piers.
     """
     flatness = {1: 1.3, 2: 1.6, 4: 1.6}
     walls = {k: rubble(Rubble(1.5, 1.2, stone=0.32, flatness=f, seed=k)) for k, f in flatness.items()}
@@ -76,6 +77,7 @@ def walls() -> dict[str, Wall]:
         "rubble 1 friction 0.4": replace(walls[1], friction=0.4),
         "coursed friction 0.45": irregular_courses(IrregularCourses(0.8, 0.6, seed=2, friction=0.45)),
         "wall 4": read_blocks(HERE.parent / "tests" / "data" / "ferris_tinloi_wall4.json"),
+        "panel": read_blocks(HERE.parent / "tests" / "data" / "reticulated_97_stones.json"),
         "arch": arch_on_piers(Arch(13, 1.0, 0.15, angle=2.4, friction=0.7, thickness=0.3)),
     }
 

@@ -28,7 +28,7 @@ from tests.support.undrawn import undrawn
 TABLE = Path(__file__).parent / "seconds.csv"
 SLOW = 0.35
 """CPU seconds of all cases of a fast test together at the most; with 0.5 `make quick` would last a minute"""
-LONG = 3.0
+LONG = 1.0
 """CPU seconds of a test that `make test` has at the most; ranks are in it whatever they take"""
 
 

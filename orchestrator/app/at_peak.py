@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,8 +11,8 @@ from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_lef
 from orchestrator.loads import Loads
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.joints import Assemblage
-from orchestrator.pushover.increments import BodyMask, Increment
-from orchestrator.storage import AtPeak
+from orchestrator.pushover.increments import RESTED, BodyMask, Increment
+from orchestrator.storage.summary import AtPeak, Snap
 
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
@@ -53,6 +53,20 @@ def control_share(contact_model: ContactModel, at_rest: Increment, at_end: Incre
     before, after = (in_front(contact_model, one).displacement for one in (at_rest, at_end))
     farthest = np.max(body_motion(contact_model, (after - before).ravel()) * ~at_end.fallen, initial=1e-300)
     return abs(at_end.control_displacement - at_rest.control_displacement) / float(farthest)
+
+
+def farthest_snap(increments: Iterable[Increment], at_peak: Increment) -> Snap | None:
+    """Return the farthest motion from rest to rest among increments in their order, up to the peak."""
+    rest, snaps, moving = at_peak, [(0.0, 0.0)], False
+    for one in increments:
+        moving |= one.moving or any(attempt.action == RESTED for attempt in one.attempts)
+        if one.moving or one.number > at_peak.number:
+            continue
+        if moving and one.phase != "gravity":
+            snaps.append((abs(one.pushed - rest.pushed), rest.load_multiplier))
+        rest, moving = one, False
+    moved, multiplier = max(snaps)
+    return Snap(multiplier, moved, moved / abs(at_peak.pushed)) if moved > 0.0 else None
 
 
 def moment_of_load(contact_model: ContactModel, state: Increment) -> float:

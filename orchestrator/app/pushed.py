@@ -17,7 +17,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orchestrator import storage
-from orchestrator.app.at_peak import BoundLeft, bound_left, control_share, moment_of_load, wall_at_peak
+from orchestrator.app.at_peak import (
+    BoundLeft,
+    bound_left,
+    control_share,
+    farthest_snap,
+    moment_of_load,
+    wall_at_peak,
+)
 from orchestrator.app.broken_off import SolverSettings, located, place
 from orchestrator.app.curve_end import balanced, first_misfit, largest, misfits_of, usable, used
 from orchestrator.app.progress import IncrementDone, Report
@@ -236,7 +243,7 @@ def judged(
         crack_elements=elements_at_cracks(bodies, contact_model.contacts, at_peak),
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         at_peak=wall_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),
-        control_share=control_share(contact_model, at_rest, at_end),
+        control_share=control_share(contact_model, at_rest, at_end), snap=farthest_snap(increments(), at_peak),
     )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints)
 

@@ -17,6 +17,8 @@ from orchestrator.pushover.settings import SteppingSettings
 BodyMask = npt.NDArray[np.bool_]
 Phase = Literal["gravity", "load", "displacement"]
 """what is prescribed: the share of the weight, the load multiplier, the mean displacement of the driven bodies"""
+RESTED = "moved until it rested"
+"""what an attempt says that was followed by motion to a state of rest"""
 
 
 class ContactStatus(IntEnum):

@@ -25,6 +25,8 @@ and one of macroblocks what every stone bears as a rigid block, before it is dis
 CRACK_ELEMENTS = 8
 """elements along a bonded joint below which a peak at which it cracks is doubtful: a block of 0.5 m bears 21 % too much
 with three, 5 % with five and 2 % with ten"""
+SNAP = 0.5
+"""part of the displacement at the peak that a wall may move without rest before that is told"""
 DISTRUST = "distrust the peak"
 """what is said of a peak for which nothing that limit analysis leaves out is a reason"""
 HELD = "held by supports once it has moved: this load does not bring the wall down"
@@ -227,6 +229,13 @@ def remarks(summary: Summary) -> list[str]:
                 f"{pushed.model} FE: the mean of the top edge moves {percent_of(pushed.control_share)} of the stone "
                 "that goes farthest: it is outside the mechanism; displacements and stiffness of this curve are not of "
                 "what fails"
+            )
+        if pushed.snap is not None and pushed.snap.share > SNAP:
+            lost, moved = printed("multiplier", pushed.snap.load_multiplier), f"{1e3 * pushed.snap.moved:.3g}"
+            said.append(
+                f"{pushed.model} FE: beyond λ = {lost} the wall found no rest before its top had moved by {moved} mm, "
+                f"{percent_of(pushed.snap.share)} of what it has moved at its peak: motion has no inertia here, and an "
+                "earthquake may carry it on"
             )
         if not (pushed.peak_reached or pushed.held):
             carried = f"; the wall carries at least {printed('multiplier', pushed.peak_multiplier)}"

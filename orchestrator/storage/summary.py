@@ -31,6 +31,18 @@ class AtPeak:
 
 
 @dataclass(frozen=True, slots=True)
+class Snap:
+    """The farthest motion of a wall from one state of rest to the next one, before its peak."""
+
+    load_multiplier: float
+    """of the rest that it lost"""
+    moved: float
+    """by the control displacement, m"""
+    share: float
+    """of the control displacement at the peak"""
+
+
+@dataclass(frozen=True, slots=True)
 class PushoverSummary:
     """One pushover: size of its model, effort (`Effort`), capacity (`Capacity`), cost, and whether it is valid."""
 
@@ -86,6 +98,8 @@ class PushoverSummary:
     """whether the curve ended because supports hold the wall, as it has moved, against any multiple of the load"""
     control_share: float = 1.0
     """control displacement at the curve's end over the motion of the body that went farthest, both since gravity"""
+    snap: Snap | None = None
+    """None where every increment before the peak was one of states of rest"""
 
 
 @dataclass(frozen=True, slots=True)

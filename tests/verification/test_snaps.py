@@ -1,18 +1,23 @@
 """A wall that snaps under a load that it goes on to bear has one peak, whatever the increments of the load.
 
-Rubble whose stones jump from one set of contacts to another on the way up, some by more than a hundredth of their size.
+Rubble whose stones jump from one set of contacts to another on the way up, some by more than a hundredth of their size;
+a slender pier that falls against a stocky one.
 """
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from mpi4py import MPI
 
+from orchestrator import JointSettings, SteppingSettings, analyse, find_joints, one_body_per_block, push
+from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.patterns import Rubble, rubble
+from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.path.stepping import Pushover
-from orchestrator.pushover.settings import NewtonSettings, SteppingSettings
+from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
-from tests.support.pushover_chain import model_of
+from tests.support.pushover_chain import model_of, rectangle
 
 WALL = rubble(Rubble(2.6, 2.2, stone=0.3270249, flatness=1.5441807, seed=9))
 ASSOCIATIVE = 0.3737
@@ -32,3 +37,17 @@ def test_the_peak_does_not_depend_on_the_increment_of_the_load():
     """0.271, 0.254 and 0.286 while a motion of 0.2 % of a stone was taken for the end of the rise."""
     peaks = [peak(increments) for increments in (29, 30, 31)]
     assert np.ptp(peaks) < 5e-3 * max(peaks)
+
+
+def test_what_a_wall_moves_without_rest_before_its_peak_is_told():
+    """The pier tips at b/h and moves by the gap, over the heights of its top and of the other one's."""
+    gap, base, height, stocky = 4e-3, 0.15, 1.0, 0.8
+    outlines = [rectangle(-1.0, -0.3, 3.0, 0.3), rectangle(0.0, 0.0, base, height)]
+    outlines += [rectangle(base + gap, 0.0, 0.5, stocky)]
+    wall = Wall("piers", tuple(Block(k, outline, k == 0, 20e3) for k, outline in enumerate(outlines)), 0.3, 0.7)
+    assemblage, load = find_joints(wall, JointSettings()), LoadSettings("+x")
+    analysis = analyse(assemblage, loads=loads_on(wall, load))
+    snap = push(assemblage, analysis, one_body_per_block(assemblage), load).summary.snap
+    assert 0.95 * base / height < snap.load_multiplier < base / height
+    assert snap.moved == pytest.approx(gap * height / stocky, rel=0.01)
+    assert snap.share > 0.9

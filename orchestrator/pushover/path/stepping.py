@@ -30,7 +30,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.errors import CollapseError, ConvergenceError, HeldError
-from orchestrator.pushover.increments import BodyMask, Increment, Phase, end_of_curve
+from orchestrator.pushover.increments import RESTED, BodyMask, Increment, Phase, end_of_curve
 from orchestrator.pushover.model import ContactModel, driven_by, touching
 from orchestrator.pushover.path.energies import balances
 from orchestrator.pushover.path.growth import BENT, growth, longer
@@ -64,8 +64,6 @@ ONSET = 1 / 64
 """a local failure is looked for in load increments down to this share of the largest"""
 HELD_FROM = 2.0
 """over the multiplier that limit analysis expects at most: from there on it is asked whether supports hold the wall"""
-RESTED = "moved until it rested"
-"""what an attempt says that was followed by motion to a state of rest"""
 
 
 @dataclass(frozen=True)
