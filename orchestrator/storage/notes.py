@@ -15,7 +15,7 @@ from math import inf
 from orchestrator.assessment.capacity import OUTSIDE
 from orchestrator.basis.printed import percent_of, printed
 from orchestrator.pushover.path.curve_checks import BEYOND
-from orchestrator.storage.summary import LimitSummary, PushoverSummary, Summary
+from orchestrator.storage.summary import LimitSummary, PushoverSummary, Snap, Summary
 
 TOE_MOMENT = 0.01
 """part of the live load's moment that toes may carry too much before that is told"""
@@ -25,8 +25,8 @@ and one of macroblocks what every stone bears as a rigid block, before it is dis
 CRACK_ELEMENTS = 8
 """elements along a bonded joint below which a peak at which it cracks is doubtful: a block of 0.5 m bears 21 % too much
 with three, 5 % with five and 2 % with ten"""
-SNAP = 0.5
-"""part of the displacement at the peak that a wall may move without rest before that is told"""
+SNAP = 0.1
+"""part of the displacement at its peak that a wall may move without rest, FAR_BEYOND below the peak, and untold"""
 DISTRUST = "distrust the peak"
 """what is said of a peak for which nothing that limit analysis leaves out is a reason"""
 HELD = "held by supports once it has moved: this load does not bring the wall down"
@@ -44,6 +44,11 @@ def reasons(pushovers: Sequence[PushoverSummary]) -> list[str]:
 def is_of_every_stone(pushed: PushoverSummary, stones: int) -> bool:
     """Return whether every one of so many stones was a body: of macroblocks, too, where they are as many."""
     return pushed.model == "micro" or pushed.bodies == stones
+
+
+def is_far(snap: Snap, peak_multiplier: float) -> bool:
+    """Return whether a wall that found rest again bears much more than it did before, and has moved much for that."""
+    return snap.share > SNAP and snap.load_multiplier < (1.0 - FAR_BEYOND) * peak_multiplier
 
 
 def bound_at_peak(pushed: PushoverSummary, limit: LimitSummary) -> float:
@@ -230,7 +235,7 @@ def remarks(summary: Summary) -> list[str]:
                 "that goes farthest: it is outside the mechanism; displacements and stiffness of this curve are not of "
                 "what fails"
             )
-        if pushed.snap is not None and pushed.snap.share > SNAP:
+        if pushed.snap is not None and is_far(pushed.snap, pushed.peak_multiplier):
             lost, moved = printed("multiplier", pushed.snap.load_multiplier), f"{1e3 * pushed.snap.moved:.3g}"
             said.append(
                 f"{pushed.model} FE: beyond λ = {lost} the wall found no rest before its top had moved by {moved} mm, "

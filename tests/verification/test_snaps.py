@@ -1,7 +1,7 @@
 """A wall that snaps under a load that it goes on to bear has one peak, whatever the increments of the load.
 
 Rubble whose stones jump from one set of contacts to another on the way up, some by more than a hundredth of their size;
-a slender pier that falls against a stocky one.
+a slender pier that falls against a stocky one, columns that lean on each other.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from orchestrator.masonry.wall import Block, Wall
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.settings import NewtonSettings
 from orchestrator.pushover.solve.linear_system import LinearSystem
+from orchestrator.storage.notes import is_far
 from tests.support.pushover_chain import model_of, rectangle
 
 WALL = rubble(Rubble(2.6, 2.2, stone=0.3270249, flatness=1.5441807, seed=9))
@@ -51,3 +52,21 @@ def test_what_a_wall_moves_without_rest_before_its_peak_is_told():
     assert 0.95 * base / height < snap.load_multiplier < base / height
     assert snap.moved == pytest.approx(gap * height / stocky, rel=0.01)
     assert snap.share > 0.9
+
+
+def test_columns_side_by_side_lean_at_what_one_bears_before_they_press_each_other():
+    """Columns that turn by theta about their toes would overlap by b theta^2 / 2: friction between them acts from there.
+
+    LMGC90 (a script that was thrown away) has four of the five at rest again under 0.34.
+    """
+    columns, courses, base, height = 5, 6, 0.4, 0.25
+    places = [(i * base, j * height) for j in range(courses) for i in range(columns)]
+    outlines = [rectangle(-1.0, -0.3, 4.0, 0.3), *(rectangle(*place, base, height) for place in places)]
+    wall = Wall("columns", tuple(Block(k, outline, k == 0, 20e3) for k, outline in enumerate(outlines)), 0.3, 0.5)
+    assemblage, load = find_joints(wall, JointSettings()), LoadSettings("+x")
+    analysis = analyse(assemblage, loads=loads_on(wall, load))
+    found = push(assemblage, analysis, one_body_per_block(assemblage), load).summary
+    alone = base / (courses * height)
+    assert 0.95 * alone < found.snap.load_multiplier < alone
+    assert is_far(found.snap, found.peak_multiplier)
+    assert found.peak_multiplier < analysis.associative.load_multiplier
