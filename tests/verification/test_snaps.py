@@ -55,7 +55,7 @@ def test_what_a_wall_moves_without_rest_before_its_peak_is_told():
 
 
 def test_columns_side_by_side_lean_at_what_one_bears_before_they_press_each_other():
-    """Columns that turn by theta about their toes overlap by b theta^2 / 2 but for the forces, whose friction holds them.
+    """Columns that turn by theta about their toes overlap by b theta^2 / 2 unless they press each other.
 
     LMGC90 (a script that was thrown away) has four of the five at rest again under 0.34.
     """
