@@ -24,7 +24,14 @@ from orchestrator.limit_analysis.paper.sequence import LimitAnalysisSettings, ru
 from orchestrator.limit_analysis.problem import Problem, record_of
 from orchestrator.limit_analysis.remarks import points_words, remarks_of
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES
-from orchestrator.limit_analysis.search.loading import SAME_ANSWER, Loaded, has_path, in_large_displacements, loaded
+from orchestrator.limit_analysis.search.loading import (
+    SAME_ANSWER,
+    Loaded,
+    has_path,
+    in_large_displacements,
+    loaded,
+    moving_without_load,
+)
 from orchestrator.limit_analysis.search.loading_path import StateSearch, going_down
 from orchestrator.limit_analysis.search.lower_states import ClosedState, TwoPrograms
 from orchestrator.limit_analysis.search.other_states import (
@@ -81,7 +88,7 @@ def analyse(
     known = non_associative_of(problem, view.loads, optimum, settings)
     answer = answered(problem, optimum, known, loads, perf_counter() - started)
     borne = answer.headline.load_multiplier * problem.equilibrium.live_total
-    refuse_the_verge(borne, problem.equilibrium.unit_force)
+    refuse_the_verge(borne, problem.equilibrium.unit_force, moving_without_load(problem, known.met))
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
     loose = {stone for failure in answer.local_failures for stone in failure.stones}
     points = points_in_common(assemblage)

@@ -57,15 +57,18 @@ def refuse_what_falls(problem: Problem) -> None:
     raise falls(ids, missing, stands_alone, "lower or move", bool(problem.friction.crushes.any()))
 
 
-def refuse_the_verge(live_load: float, block_weight: float) -> None:
+def refuse_the_verge(live_load: float, block_weight: float, ids: Sequence[int] = ()) -> None:
     """Raise FallsError where all the live load (N) that a wall bears may be rounding of the drawing, or is none.
 
-    block_weight: mean weight of a block, N.
+    block_weight: mean weight of a block, N. ids: of the blocks that move then, where they are known.
     """
     if live_load > GRAVITY_TOLERANCE * block_weight:
         return
-    text = "is on the verge of collapse under its dead load: it bears a live load of less than a millionth of a block's"
-    raise FallsError("wall", f"{text} weight", "give blocks more bearing, or check friction and which blocks are fixed")
+    why = "it bears a live load of less than a millionth of a block's weight"
+    if ids:
+        why = f"{_named(ids)} would move under the least live load that was tried"
+    text = f"is on the verge of collapse under its dead load: {why}"
+    raise FallsError("wall", text, "give blocks more bearing, or check friction and which blocks are fixed")
 
 
 def of_weight_alone(problem: Problem) -> Problem:
@@ -85,10 +88,7 @@ def falls(ids: Sequence[int], missing: float, stands_alone: bool, ways: str, cru
     the wall stands under the blocks' own weight, and not under what else is its dead load; ways: what can be done to
     that. crushes: whether joints do.
     """
-    named = ", ".join(map(str, ids[:NAMED_BLOCKS]))
-    more = f" and {len(ids) - NAMED_BLOCKS} more" * (len(ids) > NAMED_BLOCKS)
-    held = f"unless held by a force of {missing:.2g} times the mean weight of a block"
-    would = f"block{'s' * (len(ids) > 1)} {named}{more} would move, {held}"
+    would = f"{_named(ids)} would move, unless held by a force of {missing:.2g} times the mean weight of a block"
     crush = "whether joints crush (compressive_strength)"
     if stands_alone:
         problem = f"the wall stands under its own weight, but not under this dead load too: {would}"
@@ -96,6 +96,12 @@ def falls(ids: Sequence[int], missing: float, stands_alone: bool, ways: str, cru
         return FallsError("load.dead", problem, remedy)
     remedy = "support these blocks, give them more bearing, or check friction" + f", {crush}" * crushes
     return FallsError("wall", f"cannot stand under its own weight: {would}", f"{remedy} and which blocks are fixed")
+
+
+def _named(ids: Sequence[int]) -> str:
+    """Return the first NAMED_BLOCKS blocks in words."""
+    more = f" and {len(ids) - NAMED_BLOCKS} more" * (len(ids) > NAMED_BLOCKS)
+    return f"block{'s' * (len(ids) > 1)} {', '.join(map(str, ids[:NAMED_BLOCKS]))}{more}"
 
 
 def associative_optimum(problem: Problem) -> LimitSolution:

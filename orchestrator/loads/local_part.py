@@ -19,6 +19,8 @@ from orchestrator.basis.arrays import FloatArray
 MOST_LOCAL = 0.5
 """share of either load that may fall in local failures, all together: of less than half a wall no multiplier is its
 own"""
+ROUNDING = 1e-9
+"""of a share: a stone of just that share of the wall is none less, in limit analysis as on a mesh"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +63,7 @@ def taking_part(dead: FloatArray, live: FloatArray, motion: FloatArray) -> Share
 
 def is_local(share: Shares, gone: Shares, local_share: float) -> bool:
     """Return whether a failure of shares of the loads is local, where those `gone` have fallen before."""
-    return share.larger < local_share and (gone + share).larger <= MOST_LOCAL
+    return share.larger < (1.0 - ROUNDING) * local_share and (gone + share).larger <= MOST_LOCAL
 
 
 def sizes(forces: FloatArray) -> FloatArray:

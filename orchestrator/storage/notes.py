@@ -179,6 +179,8 @@ def _fell_under_gravity(pushed: PushoverSummary, limit: LimitSummary) -> list[st
     )
     if limit.going_down:
         return [f"{said}: in limit analysis, too, stones go down there unless they are wedged"]
+    if any(not high for _, high in (loose.multipliers for loose in limit.local_failures)):
+        return [f"{said}: in limit analysis, too, stones come loose under next to no live load"]
     return [
         f"{said}: in finite elements joints slip by up to contact.slip_tolerance before friction holds; limit analysis "
         "has all stones standing there: try a smaller contact.slip_tolerance"

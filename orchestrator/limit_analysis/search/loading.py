@@ -23,7 +23,7 @@ import numpy as np
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.errors import CaseError, ConvergenceError
-from orchestrator.limit_analysis.gravity import associative_optimum, falling_blocks, problem_of
+from orchestrator.limit_analysis.gravity import associative_optimum
 from orchestrator.limit_analysis.paper.limit_state import LimitState, LocalFailure
 from orchestrator.limit_analysis.paper.linear_program import LimitSolution
 from orchestrator.limit_analysis.paper.yield_conditions import YieldConditions
@@ -31,16 +31,15 @@ from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Stiffness
 from orchestrator.limit_analysis.search.large_walls import large_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath, StateSearch, going_down, load_path
+from orchestrator.limit_analysis.search.parts import ids_of, moves, moving_share, shares_of, standing_of
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
-from orchestrator.limit_analysis.search.what_is_left import Chosen, joints_left, of_whole, part_of
+from orchestrator.limit_analysis.search.what_is_left import Chosen, joints_left, of_whole
 from orchestrator.loads.block_loads import Loads
-from orchestrator.loads.local_part import Shares, is_local, sizes, taking_part
+from orchestrator.loads.local_part import is_local
 from orchestrator.masonry.joints import Assemblage
 
 logger = logging.getLogger(__name__)
 
-MECHANISM_VELOCITY = 1e-3
-"""Part of the largest velocity above which a stone belongs to a mechanism."""
 SAME_ANSWER = 0.01
 """Part of the multiplier by which paths of different stiffness may differ and be one answer."""
 MISSED = 1e-3
@@ -179,7 +178,14 @@ def is_pushed(found: Loaded, most_blocks: int) -> bool:
     """Whether a wall is pushed in large displacements: not with joints that hold unpressed, until they break."""
     friction, blocks = found.part.friction, len(found.part.equilibrium.free_blocks)
     held_unpressed = friction.cohesion.any() or friction.tension.any()
-    return found.state is not None and bool(found.path.forces) and blocks <= most_blocks and not held_unpressed
+    return found.multiplier > 0.0 and bool(found.path.forces) and blocks <= most_blocks and not held_unpressed
+
+
+def moving_without_load(problem: Problem, met: Loaded | None) -> tuple[int, ...]:
+    """Return the ids of the blocks that move under next to no live load, of a wall that bears none."""
+    if met is None or met.state is None or met.state.load_multiplier > 0.0:
+        return ()
+    return ids_of(problem, met.left & moves(problem, met.state))
 
 
 def come_loose(found: Loaded, problem: Problem, loads: Loads, local_share: float) -> LocalFailure | None:
@@ -188,10 +194,10 @@ def come_loose(found: Loaded, problem: Problem, loads: Loads, local_share: float
     if pushed is None or pushed.state is None or not pushed.is_past or not is_another(found, pushed):
         return None
     state = of_whole(pushed.state, problem.assemblage, found.left)
-    moving, share, gone = _moving_share(problem, loads, state, found.left)
+    moving, share, gone = moving_share(problem, loads, state, found.left)
     if not is_local(share, gone, local_share):
         return None
-    return LocalFailure(_ids(problem, moving), share.dead, (pushed.peak, pushed.peak), state)
+    return LocalFailure(ids_of(problem, moving), share.dead, (pushed.peak, pushed.peak), state)
 
 
 def lower_of(found: Sequence[Loaded]) -> Loaded | None:
@@ -263,8 +269,8 @@ def peeled(
     spent = 0
     under = max((failure.multipliers[1] for failure in failures), default=-np.inf)
     earlier = [stone for failure in failures[:-1] for stone in failure.stones]
-    rested = _shares(problem, loads, np.isin([block.id for block in whole.wall.blocks], earlier))  # at its last rest
-    while (standing := _standing(problem, loads, left)) is not None:
+    rested = shares_of(problem, loads, np.isin([block.id for block in whole.wall.blocks], earlier))  # at its last rest
+    while (standing := standing_of(problem, loads, left)) is not None:
         part, left = standing
         try:
             optimum = optimum if part is problem else associative_optimum(part)
@@ -274,10 +280,10 @@ def peeled(
         spent += path.factorisations if path else 0
         if path is None and failures:
             down = left & np.isin([block.id for block in whole.wall.blocks], road.falling(part))
-            gone = _shares(problem, loads, ~left | down)
+            gone = shares_of(problem, loads, ~left | down)
             if down.any() and is_local(gone - rested, rested, local_share):
-                stones = tuple(sorted({*failures[-1].stones, *_ids(problem, down)}))
-                lost = failures[-1].share + _shares(problem, loads, down).dead
+                stones = tuple(sorted({*failures[-1].stones, *ids_of(problem, down)}))
+                lost = failures[-1].share + shares_of(problem, loads, down).dead
                 failures = (*failures[:-1], replace(failures[-1], stones=stones, share=lost))
                 left = left & ~down
                 continue
@@ -290,60 +296,15 @@ def peeled(
         low, high = sorted((state.load_multiplier, path.last_rest))
         if high > (1.0 + MISSED) * bound:
             state, low, high = of_whole(part.bound(optimum), whole, left), bound, bound
-        moving, share, gone = _moving_share(problem, loads, state, left)
+        moving, share, gone = moving_share(problem, loads, state, left)
         rested = gone if path.last_rest > under else rested
-        if not state.converged or not is_local(gone + share - rested, rested, local_share):
+        is_known = state.converged or not state.load_multiplier
+        if not is_known or not is_local(gone + share - rested, rested, local_share):
             return found
         under = max(under, high)
         failures = (
             *failures,
-            LocalFailure(_ids(problem, moving), share.dead, (min(low, bound), min(high, bound)), state),
+            LocalFailure(ids_of(problem, moving), share.dead, (min(low, bound), min(high, bound)), state),
         )
         left = left & ~moving
     return found
-
-
-def _moving_share(problem: Problem, loads: Loads, state: LimitState, left: Chosen) -> tuple[Chosen, Shares, Shares]:
-    """Return the blocks left (n,) that move in a state, their shares of the loads, and those of what is not left."""
-    moving = left & _moves(problem, state)
-    return moving, _shares(problem, loads, moving), _shares(problem, loads, ~left)
-
-
-def _shares(problem: Problem, loads: Loads, chosen: Chosen) -> Shares:
-    """Return the shares of the loads that chosen blocks (n,) have, supports none."""
-    free = np.array([not block.fixed for block in problem.assemblage.wall.blocks])
-    if not (chosen & free).any():
-        return Shares()
-    dead, live = np.where(free, -loads.dead[:, 1], 0.0), np.where(free, sizes(loads.live), 0.0)
-    return taking_part(dead, live, (chosen & free).astype(float))
-
-
-def _ids(problem: Problem, chosen: Chosen) -> tuple[int, ...]:
-    return tuple(sorted(problem.assemblage.wall.blocks[i].id for i in np.flatnonzero(chosen)))
-
-
-def _moves(problem: Problem, state: LimitState) -> Chosen:
-    """Return the stones (n,) that belong to the mechanism of a state."""
-    length = problem.equilibrium.block_length
-    speed = np.abs(state.mechanism.velocities * [1.0, 1.0, length]).max(axis=1)
-    moving: Chosen = speed > MECHANISM_VELOCITY * speed.max()
-    return moving
-
-
-def _standing(problem: Problem, loads: Loads, left: Chosen) -> tuple[Problem, Chosen] | None:
-    """Return the problem of the blocks left (n,) less those that fall without the others, and which blocks those are.
-
-    None where all of them fall, or all that carry live load.
-    """
-    if left.all():
-        return problem, left
-    free = np.array([not block.fixed for block in problem.assemblage.wall.blocks])
-    while loads.live[left & free].any():
-        part = problem_of(part_of(problem.assemblage, left), loads.of_blocks(left), problem.elastic_modulus)
-        missing, falling = falling_blocks(part)
-        if not missing:
-            return part, left
-        falls = np.zeros_like(left)
-        falls[np.flatnonzero(left)[falling]] = True
-        left = left & ~falls
-    return None

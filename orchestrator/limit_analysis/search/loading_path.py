@@ -51,7 +51,7 @@ class LoadPath:
     multipliers (r,): loads at which it rests, the first 0; displacements (r,): along the live load, over the elastic
     one of the same multiplier (1 for the first); forces: of the joints (k, 3) in N at each of them. `last_rest` is the
     last of these; `state` what is met there, `converged` where the check passes, else the last rest with the mechanism
-    that fits best.
+    that fits best, of a wall that rests under no live load its motion.
     soft_from: multiplier from which on displacements exceed SOFT, None if they never do. not_at_rest: the load just
     above the last rest under which no other was found, inf where none was held; given_up: whether the budget ended
     before one was. counts: how often which way out was needed (overdamped.py, pushing.py).
@@ -176,9 +176,9 @@ def _path_of(search: StateSearch, way: Way, seconds: float) -> LoadPath:
     """Return the path with its state: the one met, one near its end, or the last rest with the mechanism it has."""
     scale, rests, peak = search.wall.problem.per_multiplier, way.rising, way.peak
     state = None if way.met is None else way.met.state
-    if state is None and peak.multiplier > 0:
-        at_rest = search.states(peak.position, way.lost.change, peak.multiplier)
-        state = replace(at_rest[0], flow_rule="last_rest", converged=False) if at_rest else None
+    at_rest = [] if state else search.states(peak.position, way.lost.change, peak.multiplier)
+    if at_rest:
+        state = replace(at_rest[0 if peak.multiplier > 0.0 else -1], flow_rule="last_rest", converged=False)
     moved = [search.moved(one.position) / (one.multiplier * search.elastic) for one in rests[1:]]
     weight = search.problem.equilibrium.unit_force
     return LoadPath(
