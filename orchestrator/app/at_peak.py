@@ -11,12 +11,15 @@ from orchestrator.limit_analysis.search.what_is_left import bound_of_what_is_lef
 from orchestrator.loads import Loads
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.joints import Assemblage
-from orchestrator.pushover.increments import RESTED, BodyMask, Increment
-from orchestrator.storage.summary import AtPeak, Snap
+from orchestrator.pushover.increments import RESTED, BodyMask, Increment, PushoverCurve
+from orchestrator.storage.summary import AtPeak, Snap, Spike
 
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
 
+DROP, NARROW = 0.05, 1 / 400
+"""part of its peak that a wall loses, and part of the final displacement within which that makes the peak a spike: a
+tenth of the largest increment"""
 BoundLeft = Callable[[BodyMask], float | None]
 """from the bodies (b,) that have fallen to the associative multiplier of what is left, None where it has none"""
 
@@ -67,6 +70,18 @@ def farthest_snap(increments: Iterable[Increment], at_peak: Increment) -> Snap |
         rest, moving = one, False
     moved, multiplier = max(snaps)
     return Snap(multiplier, moved, moved / abs(at_peak.pushed)) if moved > 0.0 else None
+
+
+def spike_of(curve: PushoverCurve, end: float) -> Spike | None:
+    """Return how soon after its peak a curve has lost DROP of it, None where that is no spike; end: of a curve, m."""
+    static = curve.static
+    peak = int(np.argmax(static.base_shear_N))
+    lower = np.flatnonzero(static.base_shear_N[peak:] < (1.0 - DROP) * static.base_shear_N[peak])
+    if not len(lower):
+        return None
+    first = peak + int(lower[0])
+    moved = float(abs(static.control_displacement_m[first] - static.control_displacement_m[peak]))
+    return Spike(float(static.load_multiplier[first]), moved) if moved < NARROW * end else None
 
 
 def moment_of_load(contact_model: ContactModel, state: Increment) -> float:

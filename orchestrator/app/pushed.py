@@ -23,6 +23,7 @@ from orchestrator.app.at_peak import (
     control_share,
     farthest_snap,
     moment_of_load,
+    spike_of,
     wall_at_peak,
 )
 from orchestrator.app.broken_off import SolverSettings, located, place
@@ -244,6 +245,7 @@ def judged(
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         at_peak=wall_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),
         control_share=control_share(contact_model, at_rest, at_end), snap=farthest_snap(increments(), at_peak),
+        spike=spike_of(curve, stepping.end_of(contact_model.height)),
     )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints)
 

@@ -244,6 +244,12 @@ def remarks(summary: Summary) -> list[str]:
                 f"{percent_of(pushed.snap.share)} of what it has moved at its peak: motion has no inertia here, and an "
                 "earthquake may carry it on"
             )
+        if pushed.spike is not None and pushed.control_share >= OUTSIDE:
+            left, moved = printed("multiplier", pushed.spike.load_multiplier), f"{1e3 * pushed.spike.moved:.2g}"
+            said.append(
+                f"{pushed.model} FE: the peak is a spike: when its top has moved by {moved} mm more the wall bears λ = "
+                f"{left}; such a peak may depend on the elements: compare with half of mesh.size"
+            )
         if not (pushed.peak_reached or pushed.held):
             carried = f"; the wall carries at least {printed('multiplier', pushed.peak_multiplier)}"
             said.append(f"{pushed.model} FE: the peak was not reached" + carried * pushed.valid)

@@ -43,6 +43,16 @@ class Snap:
 
 
 @dataclass(frozen=True, slots=True)
+class Spike:
+    """How soon after its peak a wall bears 5 % less."""
+
+    load_multiplier: float
+    """of the first state of rest that does"""
+    moved: float
+    """by the control displacement since the peak, m"""
+
+
+@dataclass(frozen=True, slots=True)
 class PushoverSummary:
     """One pushover: size of its model, effort (`Effort`), capacity (`Capacity`), cost, and whether it is valid."""
 
@@ -100,6 +110,8 @@ class PushoverSummary:
     """control displacement at the curve's end over the motion of the body that went farthest, both since gravity"""
     snap: Snap | None = None
     """None where every increment before the peak was one of states of rest"""
+    spike: Spike | None = None
+    """None for a peak that is no spike"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -95,7 +95,7 @@ def test_summary_has_exactly_the_promised_keys(tmp_path, assemblage, analysis, p
                 "max_pressed_gap", "max_pressed_gap_over_size",
                 "toe_error",
                 "crack_elements",
-                "crushing", "held", "control_share", "snap",
+                "crushing", "held", "control_share", "snap", "spike",
                 "energy_error", "peak_reached",
                 "peak_memory", "stopped_because", "complaint", "valid", "not_valid_because",
             ]),
