@@ -15,7 +15,13 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import accepted
 from orchestrator.basis.errors import ConvergenceError, refuse_other_kind, require_kinds
-from orchestrator.limit_analysis.gravity import associative_optimum, problem_of, refuse_the_verge, refuse_what_falls
+from orchestrator.limit_analysis.gravity import (
+    GRAVITY_TOLERANCE,
+    associative_optimum,
+    problem_of,
+    refuse_the_verge,
+    refuse_what_falls,
+)
 from orchestrator.limit_analysis.moved_outlines import blocks_in_each_other
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.limit_state import LimitAnalysis, LimitState
@@ -88,7 +94,8 @@ def analyse(
     known = non_associative_of(problem, view.loads, optimum, settings)
     answer = answered(problem, optimum, known, loads, perf_counter() - started)
     borne = answer.headline.load_multiplier * problem.equilibrium.live_total
-    refuse_the_verge(borne, problem.equilibrium.unit_force, moving_without_load(problem, known.met))
+    least = GRAVITY_TOLERANCE * problem.equilibrium.unit_force
+    refuse_the_verge(borne, least, moving_without_load(problem, known.met))
     answer = view.carried_back(answer, assemble_equilibrium(assemblage, loads))
     loose = {stone for failure in answer.local_failures for stone in failure.stones}
     points = points_in_common(assemblage)

@@ -21,7 +21,7 @@ from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.checked import Checked
 from orchestrator.basis.errors import CaseError, ConvergenceError
 from orchestrator.basis.units import Unit
-from orchestrator.limit_analysis.gravity import refuse_the_verge
+from orchestrator.limit_analysis.gravity import GRAVITY_TOLERANCE, refuse_the_verge
 from orchestrator.limit_analysis.paper.linear_program import UnboundedError
 from orchestrator.limit_analysis.remarks import no_rest_words
 from orchestrator.space import descent
@@ -30,7 +30,7 @@ from orchestrator.space.conic_program import ConicSolution, solve_associative
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.elastic_joints import Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
-from orchestrator.space.gravity import at_rest, forces_under_gravity, listed
+from orchestrator.space.gravity import at_rest, fastest, forces_under_gravity, listed
 from orchestrator.space.loads import SpaceLoads
 from orchestrator.space.springs import depth_stiffness, springs_of
 from orchestrator.space.validation import LIMITS, Validation, validate
@@ -54,6 +54,9 @@ DEPTH_POWER = 2.0
 """stiffness of a joint grows with this power of its depth below the top"""
 ONE_ANSWER = 0.01
 """Relative difference of two pushes up to which the joints' stiffness decides nothing, as in the plane."""
+LEAST = 1e-4
+"""live load, mean block weights, below which the end of a push is no state but for rounding, and none that was closed
+from it without it is the wall's"""
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
@@ -188,7 +191,7 @@ def analyse(
         going_down=falling,
     )
     borne = analysis.shown.load_multiplier * equilibrium.live_total
-    refuse_the_verge(borne, weight / len(equilibrium.free_blocks))
+    refuse_the_verge(borne, GRAVITY_TOLERANCE * weight / len(equilibrium.free_blocks))
     return analysis
 
 
@@ -225,8 +228,15 @@ class _Search:
         return self._started + share * self._seconds
 
     def pushes(self) -> list[SpaceState]:
-        """Return the ends of the first push and, on small walls, of that with equal springs, whatever they ended as."""
+        """Return the ends of the first push and, on small walls, of that with equal springs, whatever they ended as.
+
+        Raises FallsError where the first one ends under next to no live load.
+        """
         first = self._push(PUSHES[0], DEPTH_POWER, SHARES[0])
+        if first.converged:
+            least = LEAST * self._equilibrium.weight_scale
+            moving = fastest(self._assemblage, self._equilibrium, first.velocities)
+            refuse_the_verge(first.load_multiplier * self._equilibrium.live_total, least, moving)
         ends = [self._of_push(PUSHES[0], first)]
         self._starts = [("elastic joints", first.slip)]
         self._flow = first.flow

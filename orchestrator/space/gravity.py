@@ -33,7 +33,7 @@ def forces_under_gravity(
         alone = _of_weight_alone(assemblage, equilibrium)
     stands_alone = alone is not equilibrium and _stands(alone, stiffness)
     missing, motion = missing_support(equilibrium if stands_alone else alone)
-    raise falls(_fastest(assemblage, equilibrium, motion), missing, stands_alone, "lower, move or turn")
+    raise falls(fastest(assemblage, equilibrium, motion), missing, stands_alone, "lower, move or turn")
 
 
 def _of_weight_alone(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium) -> SpaceEquilibrium:
@@ -60,10 +60,10 @@ def at_rest(
     """Return the forces (p, 3) in N under the dead load from which a wall is pushed, without a prestress where it rests
     without, and the ids of the blocks that go down where it does not come to rest."""
     forces, motion = settled(assemblage, equilibrium, gravity, stiffness)
-    return forces, () if motion is None else _fastest(assemblage, equilibrium, motion)
+    return forces, () if motion is None else fastest(assemblage, equilibrium, motion)
 
 
-def _fastest(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, motion: FloatArray) -> tuple[int, ...]:
+def fastest(assemblage: SpaceAssemblage, equilibrium: SpaceEquilibrium, motion: FloatArray) -> tuple[int, ...]:
     """Return the ids of the free blocks that have a tenth of the largest velocity of a motion (m, 6), or more."""
     speed = np.linalg.norm(motion[:, :3], axis=1)
     return tuple(assemblage.wall.blocks[k].id for k in equilibrium.free_blocks[speed > 0.1 * speed.max()])

@@ -15,7 +15,13 @@ from orchestrator.basis.errors import CaseError
 from orchestrator.loads import LoadSettings, loads_on
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
+from orchestrator.space.analysis import analyse as analyse_in_space
+from orchestrator.space.contacts import SpaceAssemblage
+from orchestrator.space.contacts import find_joints as find_space_joints
+from orchestrator.space.loads import SpaceLoadSettings
+from orchestrator.space.loads import loads_on as space_loads_on
 from tests.support.pushover_chain import rectangle
+from tests.support.space_walls import extruded, wall_of
 
 HEIGHT, LOAD = 0.4, LoadSettings("-x")
 
@@ -27,6 +33,13 @@ def two_courses(inside: float) -> Assemblage:
     outlines = [rectangle(-0.2, -0.2, 2.8, 0.2), *below, *above]
     wall = Wall("courses", tuple(Block(k, outline, k == 0, 20e3) for k, outline in enumerate(outlines)), 0.4, 0.5)
     return find_joints(wall, JointSettings())
+
+
+def in_space(inside: float) -> SpaceAssemblage:
+    """The same two courses as prisms."""
+    return find_space_joints(
+        wall_of([extruded(block.polygon, 0.4) for block in two_courses(inside).wall.blocks], friction=0.5)
+    )
 
 
 def toothed() -> Assemblage:
@@ -53,6 +66,16 @@ def test_a_wall_whose_stone_is_balanced_is_refused_with_its_number(inside):
     wall = two_courses(inside)
     with pytest.raises(CaseError, match="on the verge of collapse under its dead load: block 3 would move"):
         analyse(wall, loads=loads_on(wall.wall, LOAD))
+
+
+def test_it_is_so_in_space():
+    wall = in_space(0.001)
+    loads = space_loads_on(wall.wall, SpaceLoadSettings(direction="-x"))
+    assert analyse_in_space(wall, loads).headline.load_multiplier == pytest.approx(0.001 / (0.5 * HEIGHT), rel=5e-4)
+    for inside in (1e-6, 0.0):
+        wall = in_space(inside)
+        with pytest.raises(CaseError, match="on the verge of collapse under its dead load: block 3 would move"):
+            analyse_in_space(wall, space_loads_on(wall.wall, SpaceLoadSettings(direction="-x")))
 
 
 def test_the_other_way_it_leans_on_its_neighbour():
