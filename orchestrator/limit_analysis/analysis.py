@@ -15,6 +15,7 @@ import numpy as np
 from orchestrator.basis.arrays import FloatArray, read_only
 from orchestrator.basis.checked import accepted
 from orchestrator.basis.errors import ConvergenceError, refuse_other_kind, require_kinds
+from orchestrator.basis.printed import as_lambda
 from orchestrator.limit_analysis.gravity import (
     GRAVITY_TOLERANCE,
     associative_optimum,
@@ -265,6 +266,9 @@ def sequence_state(
     if state.power_residual > settings.power_tolerance:
         imbalance = f"the power of what it settled on is out of balance by {state.power_residual:.1e}"
         return None, (f"the paper's sequence found no state: {imbalance}",)
+    if state.load_multiplier <= 0.0:
+        held = f"what it settled on would have to be held, at λ = {as_lambda(state.load_multiplier)}"
+        return None, (f"the paper's sequence found no state: {held}",)
     return state, ()
 
 
