@@ -12,7 +12,7 @@ from orchestrator.loads import Loads
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.pushover.increments import RESTED, BodyMask, Increment, PushoverCurve
-from orchestrator.storage.summary import AtPeak, Snap, Spike
+from orchestrator.storage.summary import AtPeak, NarrowPeak, Snap
 
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
@@ -72,7 +72,7 @@ def farthest_snap(increments: Iterable[Increment], at_peak: Increment) -> Snap |
     return Snap(multiplier, moved, moved / abs(at_peak.pushed)) if moved > 0.0 else None
 
 
-def spike_of(curve: PushoverCurve, end: float) -> Spike | None:
+def spike_of(curve: PushoverCurve, end: float) -> NarrowPeak | None:
     """Return how soon after its peak a curve has lost DROP of it, None where that is no spike; end: of a curve, m."""
     static = curve.static
     peak = int(np.argmax(static.base_shear_N))
@@ -81,7 +81,7 @@ def spike_of(curve: PushoverCurve, end: float) -> Spike | None:
         return None
     first = peak + int(lower[0])
     moved = float(abs(static.control_displacement_m[first] - static.control_displacement_m[peak]))
-    return Spike(float(static.load_multiplier[first]), moved) if moved < NARROW * end else None
+    return NarrowPeak(float(static.load_multiplier[first]), moved) if moved < NARROW * end else None
 
 
 def moment_of_load(contact_model: ContactModel, state: Increment) -> float:

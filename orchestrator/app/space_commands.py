@@ -24,7 +24,7 @@ from orchestrator.present.in_space import collapse_page, space_pictures
 from orchestrator.present.weights import applied
 from orchestrator.settings.space_case import SpaceCase, read
 from orchestrator.settings.space_inventory import direction_words
-from orchestrator.space.analysis import BRACKET, PUSHES, HeldError, SpaceAnalysis, SpaceState, analyse
+from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, UnresistedError, analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints, gaping
 from orchestrator.space.loads import SpaceLoads, loads_on
 from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
@@ -281,7 +281,7 @@ def _in_direction(case: SpaceCase, assemblage: SpaceAssemblage, angle: float) ->
     loads = loads_on(assemblage.wall, replace(case.load, direction=None, angle=angle))
     try:
         found = analyse(assemblage, loads, replace(case.limit_analysis, states="headline"))
-    except HeldError as error:
+    except UnresistedError as error:
         return InDirection(angle, gap=f"{HELD}, {error.problem}")
     except ConvergenceError as error:
         return InDirection(angle, gap=f"not found, {error}")

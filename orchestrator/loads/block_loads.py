@@ -27,7 +27,7 @@ from orchestrator.basis.units import Unit
 from orchestrator.geometry.rigid import cross
 from orchestrator.loads.dead_loads import (
     DeadLoad,
-    Placed,
+    PlacedLoads,
     extra_dead_loads,
     joined,
     over_volume,
@@ -215,7 +215,7 @@ def refuse_other_loads(wall: Wall, loads: Loads) -> None:
         raise CaseError("loads", "are not finite", "give every block finite forces and moments")
 
 
-def live_loads(wall: Wall, settings: LoadSettings) -> Placed:
+def live_loads(wall: Wall, settings: LoadSettings) -> PlacedLoads:
     """Return the live load at a load multiplier of 1, in its direction: first that of the free blocks' own masses, in
     order (not for "per_block"). Raises CaseError."""
     refuse_contradictions(wall, settings)
@@ -301,7 +301,7 @@ def refuse_blocks_that_cannot_move(
                 raise CaseError(f"{key}.blocks", f"names block {wanted} twice", "name each block once")
 
 
-def _masses(wall: Wall, settings: LoadSettings) -> Placed:
+def _masses(wall: Wall, settings: LoadSettings) -> PlacedLoads:
     """Return the weights of all masses that the live load acts on, those of the free blocks first."""
     free = np.flatnonzero([not block.fixed for block in wall.blocks])
     own = over_volume(free, block_centroids(wall)[free], block_weights(wall)[free])

@@ -58,7 +58,7 @@ class DeadLoad(Checked):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Placed:
+class PlacedLoads:
     """Sizes (N) of p loads: block (p,), point (p, 2) in m through which the resultant goes, how each is spread: over
     the block's volume, over edges of its top (edges (p,) of (e, 2, 2) in m, none of others), or not at all."""
 
@@ -68,20 +68,22 @@ class Placed:
     spread: tuple[Spread, ...]
     edges: tuple[FloatArray, ...]
 
-    def part(self, which: slice) -> Placed:
+    def part(self, which: slice) -> PlacedLoads:
         """Return some of the loads."""
-        return Placed(self.block[which], self.point[which], self.size[which], self.spread[which], self.edges[which])
+        return PlacedLoads(
+            self.block[which], self.point[which], self.size[which], self.spread[which], self.edges[which]
+        )
 
 
-def over_volume(block: IntArray, point: FloatArray, size: FloatArray) -> Placed:
+def over_volume(block: IntArray, point: FloatArray, size: FloatArray) -> PlacedLoads:
     """Return loads (p,) that are spread over the volume of their blocks; point (p, 2): the centroids."""
     spread: list[Spread] = ["volume"] * len(block)
-    return Placed(block, point, size, tuple(spread), (NO_EDGES,) * len(block))
+    return PlacedLoads(block, point, size, tuple(spread), (NO_EDGES,) * len(block))
 
 
-def joined(one: Placed, other: Placed) -> Placed:
+def joined(one: PlacedLoads, other: PlacedLoads) -> PlacedLoads:
     """Return the loads of both, one after the other."""
-    return Placed(
+    return PlacedLoads(
         np.concatenate([one.block, other.block]),
         np.vstack([one.point, other.point]),
         np.concatenate([one.size, other.size]),
@@ -90,10 +92,10 @@ def joined(one: Placed, other: Placed) -> Placed:
     )
 
 
-def extra_dead_loads(wall: Wall, loads: tuple[DeadLoad, ...]) -> Placed:
+def extra_dead_loads(wall: Wall, loads: tuple[DeadLoad, ...]) -> PlacedLoads:
     """Return the extra dead loads, downwards, one after the other."""
     each = [part for load in loads for part in _parts(wall, load)]
-    return Placed(
+    return PlacedLoads(
         block=np.array([block for block, *_ in each], dtype=np.int64),
         point=np.array([point for _, point, *_ in each]).reshape(-1, 2),
         size=np.array([size for _, _, size, *_ in each], dtype=float),

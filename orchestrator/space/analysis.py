@@ -61,7 +61,7 @@ PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
 
-class HeldError(CaseError):
+class UnresistedError(CaseError):
     """No load in this direction, however large, moves the wall."""
 
 
@@ -196,12 +196,14 @@ def analyse(
 
 
 def _associative(equilibrium: SpaceEquilibrium) -> ConicSolution:
-    """Return the associative optimum. Raises HeldError for a load that nothing resists."""
+    """Return the associative optimum. Raises UnresistedError for a load that nothing resists."""
     try:
         return solve_associative(equilibrium)
     except UnboundedError:
         remedy = "push in another direction, or free the blocks that hold it"
-        raise HeldError("load.direction", "no load in this direction, however large, moves the wall", remedy) from None
+        raise UnresistedError(
+            "load.direction", "no load in this direction, however large, moves the wall", remedy
+        ) from None
 
 
 class _Search:

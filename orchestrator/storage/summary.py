@@ -43,7 +43,7 @@ class Snap:
 
 
 @dataclass(frozen=True, slots=True)
-class Spike:
+class NarrowPeak:
     """How soon after its peak a wall bears 5 % less."""
 
     load_multiplier: float
@@ -110,7 +110,7 @@ class PushoverSummary:
     """control displacement at the curve's end over the motion of the body that went farthest, both since gravity"""
     snap: Snap | None = None
     """None where every increment before the peak was one of states of rest"""
-    spike: Spike | None = None
+    spike: NarrowPeak | None = None
     """None for a peak that is no spike"""
 
 

@@ -31,7 +31,7 @@ from orchestrator.limit_analysis.problem import Problem
 from orchestrator.limit_analysis.search.elastic_contact import STIFFNESSES, Stiffness
 from orchestrator.limit_analysis.search.large_walls import large_path
 from orchestrator.limit_analysis.search.loading_path import LoadPath, StateSearch, going_down, load_path
-from orchestrator.limit_analysis.search.parts import ids_of, moves, moving_share, shares_of, standing_of
+from orchestrator.limit_analysis.search.moving_parts import ids_of, moves, moving_share, shares_of, standing_of
 from orchestrator.limit_analysis.search.rigid_pushover import RigidPushover, rigid_pushover
 from orchestrator.limit_analysis.search.what_is_left import Chosen, joints_left, of_whole
 from orchestrator.loads.block_loads import Loads

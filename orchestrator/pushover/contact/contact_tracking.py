@@ -19,7 +19,7 @@ from orchestrator.pushover.contact.contact_search import Contacts, barycentric
 from orchestrator.pushover.contact.corners import CornerPairs, FacePairs
 from orchestrator.pushover.contact.faces import Faces
 from orchestrator.pushover.contact.frames import BodyNodes, Frames
-from orchestrator.pushover.contact.one_place import COVER, Placed, at_one_place, deepest
+from orchestrator.pushover.contact.one_place import COVER, PlacedContacts, at_one_place, deepest
 
 END = 1e-4
 """a point may lie so far beyond the end of a face; this, the next four and COVER of one_place.py are shares of the root
@@ -136,10 +136,10 @@ def track(
     return Tracked(rows[stays], contacts.chosen(stays), gap[stays], rows[heirs])
 
 
-def _placed(tracking: Tracking, rows: IntArray, point: FloatArray) -> Placed:
+def _placed(tracking: Tracking, rows: IntArray, point: FloatArray) -> PlacedContacts:
     """Return the contacts `rows` (c,) with their points (c, 3) in m."""
     possible = tracking.possible
-    return Placed(
+    return PlacedContacts(
         point=point,
         size=tracking.size_of_pair[tracking.pair[rows]],
         slave_body=possible.slave_body[rows],

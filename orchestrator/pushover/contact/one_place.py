@@ -22,7 +22,7 @@ facets), and count as nearly parallel"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Placed:
+class PlacedContacts:
     """c contacts in a displaced wall.
 
     point (c, 3) in m; size (c,) in m: root of the smaller body's area; slave_body, master_body, master_face (c,);
@@ -39,7 +39,7 @@ class Placed:
     angled: npt.NDArray[np.bool_]
 
 
-def at_one_place(contacts: Placed) -> tuple[IntArray, IntArray]:
+def at_one_place(contacts: PlacedContacts) -> tuple[IntArray, IntArray]:
     """Return pairs (p,), (p,) of contacts at one place.
 
     A corner of each body, a node against two faces of one body that meet at a kink, a node against one face in two

@@ -40,7 +40,7 @@ from orchestrator.pushover.solve.iterate import Iterate, Target
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Contacts:
+class ContactsAtEnd:
     """The c contacts at the end of an increment: force (c,) in N, elastic_slip (c, 2) and slip that is not elastic,
     sliding (c, 2), in m, holds (c,): closed or bonded, status (c,). closing (c,): what mortar has crushed by, given
     (c,): what it gives way by in all, m."""
@@ -67,7 +67,7 @@ class Energies:
     missing: float
 
 
-def at_the_end(model: ContactModel, problem: Target, iterate: Iterate) -> Contacts:
+def at_the_end(model: ContactModel, problem: Target, iterate: Iterate) -> ContactsAtEnd:
     """Return the contacts of a converged iterate."""
     bond, mortar, count = iterate.bond, problem.mortar, len(iterate.gap)
     remains = np.zeros(count) if bond is None else bond.tension
@@ -83,7 +83,7 @@ def at_the_end(model: ContactModel, problem: Target, iterate: Iterate) -> Contac
     holds = closed | bonded
     elastic_slip = np.where(holds[:, None], iterate.response.elastic_slip, 0.0)
     slip = (model.tangential_rows @ (iterate.displacement - problem.displacement)).reshape(-1, 2)
-    return Contacts(
+    return ContactsAtEnd(
         force=force,
         elastic_slip=elastic_slip,
         sliding=slip - (elastic_slip - problem.elastic_slip),  # a contact that opens gives off its elastic slip
@@ -95,7 +95,7 @@ def at_the_end(model: ContactModel, problem: Target, iterate: Iterate) -> Contac
 
 
 def energies(
-    model: ContactModel, state: Increment, problem: Target, iterate: Iterate, contacts: Contacts, resisted: float
+    model: ContactModel, state: Increment, problem: Target, iterate: Iterate, contacts: ContactsAtEnd, resisted: float
 ) -> Energies:
     """Return works and energies of an increment; resisted: work against mass and viscosity, J."""
     change = iterate.displacement - problem.displacement
@@ -155,7 +155,9 @@ def balances(state: Increment, solved: Increment) -> bool:
     return abs(solved.energy_error - state.energy_error) <= ENERGY * turned_over
 
 
-def _friction(model: ContactModel, state: Increment, problem: Target, iterate: Iterate, contacts: Contacts) -> float:
+def _friction(
+    model: ContactModel, state: Increment, problem: Target, iterate: Iterate, contacts: ContactsAtEnd
+) -> float:
     """Return the work of friction and of bonds that break, J."""
     limit, cohesion, tolerance = _limit_before(model, state, problem)
     holds, sliding = contacts.holds, contacts.sliding
@@ -175,7 +177,7 @@ def _other_work(
     state: Increment,
     problem: Target,
     iterate: Iterate,
-    contacts: Contacts,
+    contacts: ContactsAtEnd,
     change: FloatArray,
 ) -> float:
     """Return the work (J) of gaps that open and close under force, and of the pressure on contacts that stick."""

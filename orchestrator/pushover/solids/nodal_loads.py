@@ -16,7 +16,7 @@ import shapely
 from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError
 from orchestrator.loads.block_loads import LoadSettings, live_loads
-from orchestrator.loads.dead_loads import Placed, extra_dead_loads, over_volume
+from orchestrator.loads.dead_loads import PlacedLoads, extra_dead_loads, over_volume
 from orchestrator.macroblocks.bodies import Bodies
 from orchestrator.masonry.block_properties import block_areas, block_centroids, block_weights
 from orchestrator.masonry.wall import Wall
@@ -74,7 +74,7 @@ def nodal_loads(wall: Wall, bodies: Bodies, meshes: BodyMeshes, settings: LoadSe
     )
 
 
-def departures_from_mean(wall: Wall, bodies: Bodies) -> Placed:
+def departures_from_mean(wall: Wall, bodies: Bodies) -> PlacedLoads:
     """Return what stones weigh more (or less) than their part of a body whose mass matrix has one density: their sum is
     zero in each body, and brings its weight to the centroid of its stones."""
     even, weight, centroid = np.zeros(len(wall.blocks)), block_weights(wall), block_centroids(wall)
@@ -92,7 +92,7 @@ def refuse_upright(settings: LoadSettings) -> None:
         raise CaseError("load.inclination", "an upright live load has no base shear", "use the command limit")
 
 
-def _spread(loads: Placed, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> FloatArray:
+def _spread(loads: PlacedLoads, wall: Wall, bodies: Bodies, meshes: BodyMeshes) -> FloatArray:
     """Return the size (m,) of the loads on each node, N."""
     body_of_block = {int(block): body.number for body in bodies.bodies for block in body.blocks}
     total = np.zeros(len(meshes.nodes))
@@ -112,7 +112,7 @@ def through_thickness(place: FloatArray, share: FloatArray, thickness: float) ->
     return points, np.repeat(share, len(levels)) / len(levels)
 
 
-def _points_of(loads: Placed, number: int, polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _points_of(loads: PlacedLoads, number: int, polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return points (p, 2) that stand for one load on its block, and their shares (p,) of it."""
     if loads.spread[number] == "point":
         return loads.point[number : number + 1], np.ones(1)
