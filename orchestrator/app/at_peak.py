@@ -17,9 +17,10 @@ from orchestrator.storage.summary import AtPeak, NarrowPeak, Snap
 if TYPE_CHECKING:
     from orchestrator.pushover.model import ContactModel
 
-DROP, NARROW = 0.05, 1 / 400
-"""part of its peak that a wall loses, and part of the final displacement within which that makes the peak a spike: a
-tenth of the largest increment"""
+DROP = 0.05
+"""part of its peak that a wall loses where the peak may be a spike"""
+NARROW = 1 / 400
+"""part of the final displacement within which it is one: a tenth of the largest increment"""
 BoundLeft = Callable[[BodyMask], float | None]
 """from the bodies (b,) that have fallen to the associative multiplier of what is left, None where it has none"""
 

@@ -232,4 +232,5 @@ def shapes(wall: Wall) -> npt.NDArray[np.object_]:
     """Return the blocks as shapely polygons (n,)."""
     counts = [len(block.polygon) for block in wall.blocks]
     corners = np.concatenate([block.polygon for block in wall.blocks])
+    corners[np.abs(corners) < np.finfo(float).tiny] = 0.0  # GEOS finds overlaps of subnormal ones
     return shapely.polygons(shapely.linearrings(corners, indices=np.repeat(np.arange(len(counts)), counts)))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from orchestrator.basis.arrays import read_only
@@ -41,6 +41,7 @@ def test_every_wall_of_the_collection_is_accepted(path):
 
 @given(angle=st.floats(-np.pi, np.pi), scale=st.floats(0.1, 10), x=st.floats(-1e3, 1e3), y=st.floats(-1e3, 1e3))
 @settings(max_examples=30, deadline=None)
+@example(angle=-2.2250738585e-313, scale=0.1, x=128.0, y=0.0)
 def test_rounding_of_a_turned_moved_wall_is_no_overlap_but_a_millimetre_is(angle, scale, x, y):
     turn = scale * np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     moved = running_bond(3, 3)
