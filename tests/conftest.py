@@ -26,8 +26,8 @@ from tests.support.seconds import LEDGER
 from tests.support.undrawn import undrawn
 
 TABLE = Path(__file__).parent / "seconds.csv"
-SLOW = 0.35
-"""CPU seconds of all cases of a fast test together at the most; with 0.5 `make quick` would last a minute"""
+SLOW = 0.25
+"""CPU seconds of all cases of a fast test together at the most; with 0.35 `make quick` lasts a minute"""
 LONG = 1.0
 """CPU seconds of a test that `make test` has at the most; ranks are in it whatever they take"""
 
