@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 DROP = 0.05
 """part of its peak that a wall loses where the peak may be a spike"""
 NARROW = 1 / 400
-"""part of the final displacement within which it is one: a tenth of the largest increment"""
+"""part of the final displacement within which it is one, and that a motion without rest has to be longer than to count:
+a tenth of the largest increment"""
 BoundLeft = Callable[[BodyMask], float | None]
 """from the bodies (b,) that have fallen to the associative multiplier of what is left, None where it has none"""
 
@@ -59,8 +60,9 @@ def control_share(contact_model: ContactModel, at_rest: Increment, at_end: Incre
     return abs(at_end.control_displacement - at_rest.control_displacement) / float(farthest)
 
 
-def farthest_snap(increments: Iterable[Increment], at_peak: Increment) -> Snap | None:
-    """Return the farthest motion from rest to rest among increments in their order, up to the peak."""
+def farthest_snap(increments: Iterable[Increment], at_peak: Increment, end: float) -> Snap | None:
+    """Return the farthest motion from rest to rest among increments in their order, up to the peak, None where none is
+    longer than NARROW of the final displacement `end` (m)."""
     rest, snaps, moving = at_peak, [(0.0, 0.0)], False
     for one in increments:
         moving |= one.moving or any(attempt.action == RESTED for attempt in one.attempts)
@@ -70,7 +72,7 @@ def farthest_snap(increments: Iterable[Increment], at_peak: Increment) -> Snap |
             snaps.append((abs(one.pushed - rest.pushed), rest.load_multiplier))
         rest, moving = one, False
     moved, multiplier = max(snaps)
-    return Snap(multiplier, moved, moved / abs(at_peak.pushed)) if moved > 0.0 else None
+    return Snap(multiplier, moved, moved / abs(at_peak.pushed)) if moved > NARROW * end else None
 
 
 def spike_of(curve: PushoverCurve, end: float) -> NarrowPeak | None:

@@ -216,6 +216,7 @@ def judged(
         complaint = located(model, complaint, last, contact_model, settings)
     last = _after_gravity(model, last, complaint)
     stopped = str(complaint or end_of_curve(last, stepping, contact_model.height))
+    end = stepping.end_of(contact_model.height)
     failures, large = [complaint] if isinstance(complaint, ConvergenceError) else [], stepping.large_displacement
     curve = PushoverCurve.from_increments(increments(), stopped)
     rows = misfits_of(bodies, contact_model, curve, increments()) if large else []
@@ -244,8 +245,8 @@ def judged(
         crack_elements=elements_at_cracks(bodies, contact_model.contacts, at_peak),
         crushing=bool(np.isfinite(bodies.interfaces.compressive_strength).any()),
         at_peak=wall_at_peak(contact_model, at_peak, bound_without), held=isinstance(complaint, HeldError),
-        control_share=control_share(contact_model, at_rest, at_end), snap=farthest_snap(increments(), at_peak),
-        spike=spike_of(curve, stepping.end_of(contact_model.height)),
+        control_share=control_share(contact_model, at_rest, at_end), spike=spike_of(curve, end),
+        snap=farthest_snap(increments(), at_peak, end),
     )  # fmt: skip
     return Pushed(curve, capacity, summary, complaints)
 

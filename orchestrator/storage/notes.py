@@ -25,8 +25,6 @@ and one of macroblocks what every stone bears as a rigid block, before it is dis
 CRACK_ELEMENTS = 8
 """elements along a bonded joint below which a peak at which it cracks is doubtful: a block of 0.5 m bears 21 % too much
 with three, 5 % with five and 2 % with ten"""
-SNAP = 0.1
-"""part of the displacement at its peak that a wall may move without rest, FAR_BEYOND below the peak, and untold"""
 DISTRUST = "distrust the peak"
 """what is said of a peak for which nothing that limit analysis leaves out is a reason"""
 HELD = "held by supports once it has moved: this load does not bring the wall down"
@@ -47,8 +45,8 @@ def is_of_every_stone(pushed: PushoverSummary, stones: int) -> bool:
 
 
 def is_far(snap: Snap, peak_multiplier: float) -> bool:
-    """Return whether a wall that found rest again bears much more than it did before, and has moved much for that."""
-    return snap.share > SNAP and snap.load_multiplier < (1.0 - FAR_BEYOND) * peak_multiplier
+    """Return whether a wall that found rest again bears much more than it did before."""
+    return snap.load_multiplier < (1.0 - FAR_BEYOND) * peak_multiplier
 
 
 def bound_at_peak(pushed: PushoverSummary, limit: LimitSummary) -> float:

@@ -109,7 +109,7 @@ class PushoverSummary:
     control_share: float = 1.0
     """control displacement at the curve's end over the motion of the body that went farthest, both since gravity"""
     snap: Snap | None = None
-    """None where every increment before the peak was one of states of rest"""
+    """None where it moved no farther between states of rest before the peak than a tenth of the largest increment"""
     spike: NarrowPeak | None = None
     """None for a peak that is no spike"""
 
