@@ -73,7 +73,6 @@ verify: setup long table1 benchmark2
 	$(PYTHON) docs/studies/soak.py
 	$(PYTHON) docs/studies/sensitivity.py
 	$(PYTHON) docs/studies/cohesion.py
-	$(PYTHON) docs/studies/robustness.py
 	$(PYTHON) docs/studies/limit_analysis.py
 	$(PYTHON) docs/studies/tolerances.py
 	$(PYTHON) docs/studies/locking.py
@@ -84,6 +83,8 @@ verify: setup long table1 benchmark2
 bench: setup
 	$(PYTHON) benchmarks/measure.py
 	$(PYTHON) benchmarks/limit_analysis.py
+	$(PYTHON) benchmarks/facades.py
+	$(PYTHON) benchmarks/peers.py
 
 # The stored curves of tests/regression; look at the difference (git diff, build/regression/*.png) before you commit it.
 reference: benchmark1

@@ -15,8 +15,8 @@ from pathlib import Path
 from time import process_time
 
 import any_wall
+import headlines
 import path as path_study
-import states
 
 from orchestrator.masonry.joints import JointSettings, find_joints
 from orchestrator.masonry.patterns import IrregularCourses, irregular_courses
@@ -73,18 +73,18 @@ def compare() -> None:
         family, wall = wall_of(int(row["wall"]))
         direction = 1 if row["direction"] == "+x" else -1
         name = f"{family} {row['wall']}"
-        rows.append(states.compared(name, find_joints(wall, JointSettings()), direction, float(row["peak"])))
+        rows.append(headlines.compared(name, find_joints(wall, JointSettings()), direction, float(row["peak"])))
         rows[-1]["end of micro-FE"] = row["ended"]
         print(", ".join(f"{key} {value}" for key, value in rows[-1].items()), flush=True)
         write(rows, FOLDER / "held_out.csv")
     ended = [row for row in rows if not str(row["end of micro-FE"]).startswith(("left", "STOPPED"))]
     said = (
-        f"All {len(rows)} pushovers of {len({row['wall'] for row in pushed})} walls. {states.summarised(rows)}\n\n"
-        f"The {len(ended)} that reached the end of their curve. {states.summarised(ended)}\n\n"
+        f"All {len(rows)} pushovers of {len({row['wall'] for row in pushed})} walls. {headlines.summarised(rows)}\n\n"
+        f"The {len(ended)} that reached the end of their curve. {headlines.summarised(ended)}\n\n"
         f"Without a state that passed the check: {sum(row['met by'] == 'last_rest' for row in rows)} of {len(rows)}."
     )
     head = (FOLDER / "held_out_head.md").read_text()
-    (FOLDER / "held_out.md").write_text(f"{head}\n{said}\n\n{states.markdown(rows)}\n")
+    (FOLDER / "held_out.md").write_text(f"{head}\n{said}\n\n{headlines.markdown(rows)}\n")
 
 
 if __name__ == "__main__":

@@ -21,10 +21,10 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
+import headlines
 import held_out
 import numpy as np
 import path
-import states
 
 from orchestrator import (
     CaseError,
@@ -123,7 +123,7 @@ def write(rows: list[dict[str, Any]]) -> None:
     """Write macroblock_peaks.csv and macroblock_peaks.md."""
     names = write_csv(rows, "macroblock_peaks.csv")
     head = (FOLDER / "macroblock_peaks_head.md").read_text()
-    table = states.markdown([{name: row.get(name, "") for name in names} for row in rows])
+    table = headlines.markdown([{name: row.get(name, "") for name in names} for row in rows])
     (FOLDER / "macroblock_peaks.md").write_text(f"{head}\n{said(rows)}\n\n{table}\n")
 
 
@@ -152,7 +152,7 @@ def each(
 
 def main(most: int | None) -> None:
     """Run all and write the tables after each."""
-    peaks = states.peaks_of_path()
+    peaks = headlines.peaks_of_path()
     for rows in each(peaks, sorted(peaks, key=lambda run: 37 * run % 100)[:most], path.wall_of):
         write(rows)
 

@@ -29,7 +29,6 @@ PROJECT, FOLDER = Path(__file__).parents[2], Path(__file__).parent
 sys.path[:0] = [str(PROJECT), str(FOLDER)]
 
 import any_wall
-import robustness
 from mpi4py import MPI
 
 from orchestrator.basis.errors import CollapseError, ConvergenceError
@@ -38,7 +37,7 @@ from orchestrator.loads.block_loads import loads_on
 from orchestrator.macroblocks.bodies import make_bodies
 from orchestrator.macroblocks.criteria import one_body_per_block
 from orchestrator.masonry.joints import JointSettings, find_joints
-from orchestrator.masonry.patterns import Rubble, irregular_courses, rubble
+from orchestrator.masonry.patterns import IrregularCourses, Rubble, irregular_courses, rubble
 from orchestrator.masonry.sources.block_files import read_blocks
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.increments import Increment, end_of_curve
@@ -52,12 +51,28 @@ from orchestrator.storage.effort import effort_of
 LIMIT = 120.0
 COURSES, DRAWN = 24, 50
 """pushovers of irregular courses, and of walls that were drawn; the rest are of larger rubble"""
+OPENING = ((0.475, 0.925, 1.0, 1.7),)
+TWO = ((0.5, 1.0, 0.0, 1.2), (1.6, 2.1, 0.6, 1.3))
+WALLS = [
+    IrregularCourses(0.8, 0.6, seed=1),
+    IrregularCourses(0.7, 1.4, seed=2),
+    IrregularCourses(1.4, 1.0, widths=(0.2, 0.4), heights=(0.15, 0.2), friction=0.6, seed=4),
+    IrregularCourses(2.0, 1.2, widths=(0.2, 0.4), heights=(0.15, 0.2), friction=0.5, seed=5),
+    IrregularCourses(1.4, 2.8, openings=OPENING, widths=(0.18, 0.36), heights=(0.12, 0.18), seed=6),
+    IrregularCourses(2.6, 1.8, openings=TWO, widths=(0.2, 0.4), heights=(0.15, 0.2), seed=7),
+    IrregularCourses(2.6, 1.8, openings=TWO, widths=(0.2, 0.4), heights=(0.15, 0.2), friction=0.5, seed=8),
+    IrregularCourses(1.4, 2.8, openings=OPENING, seed=9),
+    IrregularCourses(2.0, 1.4, seed=10),
+    IrregularCourses(2.6, 1.8, openings=TWO, widths=(0.15, 0.3), heights=(0.1, 0.15), seed=11),
+    IrregularCourses(3.0, 2.4, openings=TWO, widths=(0.12, 0.3), heights=(0.1, 0.14), seed=12),
+    IrregularCourses(1.4, 1.0, seed=3),
+]
 
 
 def wall_of(number: int) -> tuple[str, Wall]:
     """Return family and wall of a pair of pushovers."""
     if number < COURSES // 2:
-        return "irregular courses", irregular_courses(robustness.WALLS[number])
+        return "irregular courses", irregular_courses(WALLS[number])
     number -= COURSES // 2
     if number < DRAWN // 2:
         family, wall = any_wall.wall_of(number)
@@ -76,12 +91,14 @@ def pushed(run: int) -> dict[str, Any]:
     return {"run": run} | pushed_wall(*wall_of(run // 2), 1 - 2 * (run % 2))
 
 
-def pushed_wall(family: str, wall: Wall, direction: int, limit: float = LIMIT) -> dict[str, Any]:
+def pushed_wall(
+    family: str, wall: Wall, direction: int, limit: float = LIMIT, size_over_default: float = 1.0
+) -> dict[str, Any]:
     """Return the row of a wall pushed along +x (1) or -x (-1), left after `limit` s of CPU time."""
     began = process_time()
     assemblage = find_joints(wall, JointSettings())
     bodies = make_bodies(assemblage, one_body_per_block(assemblage))
-    meshes = mesh_bodies(bodies, MeshSettings(), None)
+    meshes = mesh_bodies(bodies, MeshSettings(size=size_over_default * MeshSettings().size_of(bodies)), None)
     along = own_weight(meshes, np.array([direction, 0.0]))
     model = build_model(bodies, meshes, ElasticSettings(), ContactSettings(), True, along)
     stepping = SteppingSettings()

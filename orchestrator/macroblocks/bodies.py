@@ -25,9 +25,9 @@ from orchestrator.masonry.interfaces import STRENGTHS, Interfaces
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Block, Wall
 
-NEAR_CRUSHING = 2.0
+NEAR_A_TOE = 2.0
 """a joint has a toe where the resultant of its pressure lies within so many times the distance from its end at which
-it crushes: other states than the one that forces are known of may crush there"""
+it has one: other states than the one that forces are known of may press there"""
 STRAIGHT_HEIGHT = 1e-4
 """height of a vertex over the chord of its neighbours, part of the shorter edge, below which the outline goes straight
 on (1e-4 of a stone of 0.4 m is 40 micrometres: the rounding of a drawing)"""
@@ -74,7 +74,7 @@ class Bodies:
     thinner block meets it). joint (k,): the joint of the assemblage each comes from; edge_i, edge_j (k,): the edge of
     the outline of each body that it is. mean_stone: root of a moving block's area, in m, in the mean over the wall's
     area, so that small stones count little: the same whatever bodies they make. toe (k, 2): length in m over which each
-    crushes at its start and at its end, 0 where it does not; None where no forces say so.
+    crushes, or presses soft mortar, at its start and at its end, 0 where it does not; None where no forces say so.
     """
 
     bodies: tuple[Body, ...]
@@ -127,7 +127,7 @@ def make_bodies(assemblage: Assemblage, partition: Partition, forces: FloatArray
         edge_i=read_only([place[b][e] for b, e in zip(i, edge[joint].tolist(), strict=True)], np.int64),
         edge_j=read_only([place[b][e] for b, e in zip(j, edge[joint].tolist(), strict=True)], np.int64),
         mean_stone=_mean_stone(wall),
-        toe=None if forces is None else _toes(forces[joint], interfaces, wall.thickness),
+        toe=None if forces is None else _toes(forces[joint], interfaces, wall),
     )
 
 
@@ -136,16 +136,21 @@ def _mean_stone(wall: Wall) -> float:
     return float(area @ np.sqrt(area) / area.sum())
 
 
-def _toes(forces: FloatArray, interfaces: Interfaces, thickness: float) -> FloatArray:
-    """Return over what length (k, 2) in m joints under `forces` (k, 3) crush at their start and at their end.
+def _toes(forces: FloatArray, interfaces: Interfaces, wall: Wall) -> FloatArray:
+    """Return over what length (k, 2) in m joints under `forces` (k, 3) are pressed at their start and at their end.
 
-    A normal force N takes x = N / (f_c t), with its resultant at x / 2 from the end.
+    Where a joint crushes, a normal force N takes x = N / (f_c t), with its resultant at x / 2 from the end. Mortar of
+    stiffness k under what leans, h high, is pressed over x = (6 N h / (k t))^(1/3) when that bears most, with the
+    resultant at x / 3: leaning takes as much as the resultant's distance from the end (Winkler's bed without tension).
     """
-    normal = np.maximum(forces[:, :2], 0.0)
+    normal, top = np.maximum(forces[:, :2], 0.0), max(block.polygon[:, 1].max() for block in wall.blocks)
     total = normal.sum(axis=1, keepdims=True)
-    toe = total / (interfaces.compressive_strength * thickness)[:, None]
+    high = np.maximum(top - 0.5 * (interfaces.start + interfaces.end)[:, 1:], 0.0)
+    crushed = total / (interfaces.compressive_strength * wall.thickness)[:, None]
+    pressed = np.cbrt(6.0 * total * high / (interfaces.normal_stiffness * wall.thickness)[:, None])
     distance = interfaces.length[:, None] * normal[:, ::-1] / np.where(total > 0.0, total, 1.0)
-    return read_only(np.where(distance <= NEAR_CRUSHING * 0.5 * toe, toe, 0.0))
+    toes = [np.where(distance <= NEAR_A_TOE * part * x, x, 0.0) for part, x in ((1 / 2, crushed), (1 / 3, pressed))]
+    return read_only(np.maximum(*toes))
 
 
 def glued(assemblage: Assemblage, blocks: IntArray) -> Wall:

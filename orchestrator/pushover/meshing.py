@@ -43,8 +43,9 @@ class MeshSettings(Checked):
     2 % off, but all diagonals lean one way, and walls whose courses slide take many more increments; with 4 nodes it is
     exact anyway"""
     toe_offset: Annotated[float, Gt(0), Le(0.5)] = 0.005
-    """share of a joint's length by which the resultant of a toe that crushes (joints.classes) may lie off: where limit
-    analysis finds such toes, elements are made as short as this takes; 0.5 leaves them at `size`"""
+    """share of a joint's length by which the resultant of a toe that crushes, or presses mortar with a normal stiffness
+    (joints.classes), may lie off: where limit analysis finds such toes, elements are made as short as this takes; 0.5
+    leaves them at `size`"""
 
     def size_of(self, bodies: Bodies) -> float:
         """Return the largest edge of an element in m."""

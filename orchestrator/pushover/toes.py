@@ -1,7 +1,7 @@
-"""Element lengths along a joint whose toe crushes (numpy only).
+"""Element lengths along a joint that is pressed at its toe only, as it crushes or its mortar is soft (numpy only).
 
-A toe of length x carries f_c t x, its resultant at x / 2 from the edge. Nodes that stand for elements of length h take
-the resultant nearer to the edge, by up to
+A toe of length x that crushes carries f_c t x, its resultant at x / 2 from the edge (on soft mortar at x / 3). Nodes
+that stand for elements of length h take the resultant nearer to the edge, by up to
 
     h^2 / (4 x)    where h <= x,        and by 0.29 h or x / 2, whichever is less, where h > x
 

@@ -6,7 +6,9 @@
     NTC 2018     0.002 at SLD (7.3.6.1); at SLC flexure 0.010, shear 0.005 (7.8.2.2), at SLV 3/4 of both (C7.8.1.5.4)
 
 D is the width of the pier, H_0 the distance from its foot to where its moment is zero: h/2 between openings, h where
-it ends in the control point. Flexure governs where a rocking pier is weaker than a sliding one: D/(2 H_0) < friction.
+it ends in the control point. Flexure governs where a rocking pier is weaker than a sliding one: D/(2 a) < friction,
+with the moment of its foot over the shear a: h/2 between openings, the height at which the live load acts on a whole
+wall.
 """
 
 from __future__ import annotations
@@ -18,9 +20,10 @@ import numpy as np
 from orchestrator.assessment.panels import cut, piers, rows
 from orchestrator.assessment.seismic.settings import LimitStateName, SeismicSettings
 from orchestrator.basis.arrays import FloatArray
-from orchestrator.loads import DeadLoad, LoadSettings
+from orchestrator.loads import DeadLoad, Loads, LoadSettings
 from orchestrator.loads.dead_loads import top_of
 from orchestrator.macroblocks.bodies import Bodies
+from orchestrator.masonry.block_properties import block_centroids
 from orchestrator.masonry.joints import Assemblage
 from orchestrator.masonry.wall import Wall
 from orchestrator.pushover.meshing import BodyMeshes
@@ -42,8 +45,8 @@ GIVEN = "as given (largest_drift)"
 
 @dataclass(frozen=True, slots=True)
 class DriftingPier:
-    """A pier: name, positions of the blocks under its foot and of those under its top, height, width D, H_0 in m, and
-    the coefficient of friction of its foot."""
+    """A pier: name, positions of the blocks under its foot and of those under its top, height, width D, H_0 and the
+    moment of its foot over the shear in m, and the coefficient of friction of its foot."""
 
     name: str
     foot: tuple[int, ...]
@@ -51,6 +54,7 @@ class DriftingPier:
     height: float
     width: float
     moment_height: float
+    moment_over_shear: float
     friction: float
 
 
@@ -63,7 +67,7 @@ class Drifts:
 
 
 def drifting_piers(
-    assemblage: Assemblage, control_blocks: tuple[int, ...], fallen: frozenset[int] = frozenset()
+    assemblage: Assemblage, control_blocks: tuple[int, ...], loads: Loads, fallen: frozenset[int] = frozenset()
 ) -> tuple[DriftingPier, ...]:
     """Return the piers of a wall, or the whole wall up to the tops of `control_blocks` where it has no openings.
 
@@ -79,9 +83,9 @@ def drifting_piers(
             if not len(under) or not len(head):
                 continue
             height = _level(wall, head) - _level(wall, under)
-            friction = float(assemblage.joints.friction[foot.joints].min())
+            friction, half = float(assemblage.joints.friction[foot.joints].min()), 0.5 * height
             drifting.append(
-                DriftingPier(panel.name, tuple(under), tuple(head), height, panel.depth, 0.5 * height, friction)
+                DriftingPier(panel.name, tuple(under), tuple(head), height, panel.depth, half, half, friction)
             )
     if drifting:
         return tuple(drifting)
@@ -89,9 +93,16 @@ def drifting_piers(
     ground = np.array([block.fixed for block in wall.blocks])
     standing = np.flatnonzero(ground[assemblage.joints.i] | ground[assemblage.joints.j])
     ends = np.concatenate([assemblage.joints.start[standing, 0], assemblage.joints.end[standing, 0]])
-    height = _level(wall, control_blocks) - base
-    friction = float(assemblage.joints.friction[standing].min())
-    return (DriftingPier("whole wall", (), control_blocks, height, float(np.ptp(ends)), height, friction),)
+    height, width = _level(wall, control_blocks) - base, float(np.ptp(ends))
+    friction, acts_at = float(assemblage.joints.friction[standing].min()), _height_of_load(wall, loads, base)
+    return (DriftingPier("whole wall", (), control_blocks, height, width, height, acts_at, friction),)
+
+
+def _height_of_load(wall: Wall, loads: Loads, base: float) -> float:
+    """Return the height over `base` (m) at which the horizontal live load acts, m."""
+    moment = loads.live[:, 0] * (block_centroids(wall)[:, 1] - base) - loads.live[:, 2]
+    free = np.array([not block.fixed for block in wall.blocks])
+    return float(moment[free].sum() / loads.live[free, 0].sum())
 
 
 def _level(wall: Wall, blocks: tuple[int, ...] | np.ndarray) -> float:
@@ -125,7 +136,7 @@ def largest_drift(pier: DriftingPier, state: LimitStateName, settings: SeismicSe
         return SERVICE[state], "no damage"
     if state not in FLEXURE:
         return None
-    if pier.width / (2.0 * pier.moment_height) >= pier.friction:
+    if pier.width / (2.0 * pier.moment_over_shear) >= pier.friction:
         return SHEAR[state], "shear"
     share = pier.moment_height / pier.width if state in ("SD", "NC") else 1.0
     return FLEXURE[state] * share, "flexure"

@@ -72,7 +72,7 @@ def kinematics(multiplier: float, masses: Moving, dead: Moving, forward: FloatAr
     """
     weight, delta = as_bodies(masses.weight, masses.velocities[:, :2], masses.body, forward)
     live, friction = powers(multiplier, masses, dead, forward)
-    balance = balance_displacement(friction, masses, dead)
+    balance = balance_displacement(friction, at_centroids(masses), dead)
     balance = None if balance is None or balance > reach else balance
     one_turn = turns_as_one(dead, reach)
     known = balance if one_turn else None
@@ -94,6 +94,15 @@ def as_bodies(
     speed = np.linalg.norm(mean, axis=1)
     moving = speed > MECHANISM_SPEED * speed.max()
     return total[moving], mean[moving] @ forward
+
+
+def at_centroids(masses: Moving) -> Moving:
+    """Return the masses of each body as one at their centroid, as `as_bodies` takes them: d_0* of a rigid part is one,
+    too, however many stones it is made of."""
+    number, body = np.unique(masses.body, return_inverse=True)
+    total = np.bincount(body, masses.weight)
+    mean = [np.bincount(body, masses.weight * one) / total for one in masses.velocities.T]
+    return Moving(total.astype(float), np.column_stack(mean), number)
 
 
 def participation(weight: FloatArray, delta: FloatArray) -> float:

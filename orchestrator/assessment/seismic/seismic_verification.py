@@ -142,7 +142,8 @@ def _idealised(
         raise ResultError("verification", pushover.refused)
     fallen = pushover.fallen
     point = control_point(settings, assemblage, load, analysis, fallen)
-    seen = observe(pushover, assemblage.wall, load, point, drifting_piers(assemblage, point.blocks, fallen))
+    drifting = drifting_piers(assemblage, point.blocks, analysis.loads, fallen)
+    seen = observe(pushover, assemblage.wall, load, point, drifting)
     return point, seen, idealise(pushover.curve.base_shear_N, seen.displacement)
 
 

@@ -32,8 +32,6 @@ class _OfPetsc:
     _right: PETSc.Vec
     _solution: PETSc.Vec
     _solver: PETSc.KSP
-    at_once: int
-    """right-hand sides whose solutions take the least time each"""
 
     def _solve(self, right: FloatArray) -> FloatArray:
         """Return this rank's part of the solution for its part of the right-hand side. Raises ConvergenceError."""
@@ -55,10 +53,6 @@ class _OfPetsc:
 
 class Mumps(_OfPetsc):
     """LU with threshold pivoting of the rows of a pattern on each rank."""
-
-    at_once = 4
-    """15,000 unknowns: 3.5 ms a solution alone, 1.2 of four together, 0.9 of eight, 0.8 of sixteen and of more; of
-    those that are made for what comes next on a path nine in ten are used with four at a time, a third with sixteen"""
 
     def __init__(self, pattern: Pattern, unknowns: int, comm: MPI.Comm) -> None:
         self._comm, self._pattern = comm, pattern
@@ -116,7 +110,6 @@ class Unpivoted(_OfPetsc):
     """LU of all rows of a pattern without pivoting but within blocks of three, on one rank."""
 
     share = 1.0
-    at_once = 1
 
     def __init__(self, pattern: Pattern) -> None:
         unknowns = len(pattern.indptr) - 1

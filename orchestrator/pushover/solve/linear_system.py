@@ -144,12 +144,6 @@ class LinearSystem:
         self.seconds += perf_counter() - began
         return solution
 
-    @property
-    def at_once(self) -> int:
-        """Right-hand sides whose solutions by `solve_again` take the least time each."""
-        assert self._last is not None
-        return self._last[0].at_once
-
     def solve_again(self, rights: FloatArray) -> FloatArray:
         """Return solutions for right-hand sides, (k, unknowns), with the last factors: to about 1 / PENALTY."""
         assert self._last is not None

@@ -68,9 +68,9 @@ DOOR_AND_WINDOW = ((0.5, 1.0, 0.0, 1.2), (1.6, 2.1, 0.6, 1.3))
 SEED_7 = ((2.6, 1.8), {"openings": DOOR_AND_WINDOW, "widths": (0.2, 0.4), "heights": (0.15, 0.2), "seed": 7})
 
 
-@pytest.mark.parametrize(("pattern", "peak"), [(SEED_2, 0.3614), (SEED_7, 0.3648)])
+@pytest.mark.parametrize(("pattern", "peak"), [(SEED_2, 0.3568), (SEED_7, 0.3625)])
 def test_the_state_that_the_elastic_wall_meets_stays_possible(pattern, peak):
-    """Peaks of micro-FE, docs/studies/robustness.md; the sequence settles on 0.3779 and 0.4139.
+    """Peaks of micro-FE, runs 2 and 10 of docs/studies/path.csv; the sequence settles on 0.3779 and 0.4139.
 
     The headline is the peak to 1.5 %, and the bodies have it.
     """

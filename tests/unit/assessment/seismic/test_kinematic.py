@@ -42,6 +42,17 @@ def test_mirrored_and_faster_mechanisms_have_the_same_displacement():
         assert kinematics(0.5, masses, masses, direction * FORWARD).displacement == pytest.approx(0.25)
 
 
+@pytest.mark.parametrize("stones", [1, 2, 4, 8])
+def test_a_tower_that_turns_as_one_has_the_displacement_of_one_body_however_many_stones_it_has(stones):
+    """0.4 m x 2 m about its lower corner: in balance when its centroid is above that, 0.2 m further (it was 0.264)."""
+    height = 2.0 / stones * (np.arange(stones) + 0.5)
+    velocities = np.column_stack([height, np.full(stones, 0.2), np.full(stones, -1.0)])
+    masses = Moving(np.full(stones, 24e3 / stones), velocities, np.zeros(stones, np.int64))
+    found = kinematics(0.2, masses, masses, FORWARD)
+    assert found.displacement == pytest.approx(0.2)
+    assert found.participation == pytest.approx(1.0)
+
+
 def test_rounding_in_the_turn_of_what_slides_is_no_displacement():
     """A block that slides at 0.6 with a turn of 1e-13 came to rest 6e12 m further on, with a ratio of 667."""
     masses = Moving(np.array([10e3]), np.array([[1.0, 0.0, -1e-13]]), np.zeros(1, np.int64))

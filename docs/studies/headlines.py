@@ -1,29 +1,17 @@
-"""Headline of limit analysis against the peak of micro-FE: walls of robustness.py both ways, and of path.py.
-
-    python docs/studies/states.py [number of walls] [--without-geometry]
-
-writes states.csv and states.md (after states_head.md) beside this file; without large displacements it says the outcome
-only. Peaks are read from robustness.csv and path.csv, where they were computed.
-"""
+"""What studies share: the headline of limit analysis beside the peak of micro-FE, and the peaks of path.csv."""
 
 from __future__ import annotations
 
 import csv
-import sys
-from collections.abc import Iterator
-from itertools import chain, islice
 from pathlib import Path
 from time import process_time
 
 import numpy as np
-import path
-from robustness import WALLS
 
-from orchestrator.limit_analysis import LimitAnalysisSettings, analyse
+from orchestrator.limit_analysis import analyse
 from orchestrator.limit_analysis.remarks import closes_joints
 from orchestrator.loads import LoadSettings, loads_on
-from orchestrator.masonry.joints import Assemblage, JointSettings, find_joints
-from orchestrator.masonry.patterns import irregular_courses
+from orchestrator.masonry.joints import Assemblage
 
 FOLDER = Path(__file__).parent
 NEAR, ABOVE = 0.015, 0.03
@@ -34,7 +22,7 @@ def compared(wall: str, assemblage: Assemblage, direction: int, peak: float) -> 
     """Analyse one wall in one direction and return its row of the table."""
     began = process_time()
     loads = loads_on(assemblage.wall, LoadSettings("+x" if direction > 0 else "-x"))
-    found = analyse(assemblage, LimitAnalysisSettings(large_displacements="--without-geometry" not in sys.argv), loads)
+    found = analyse(assemblage, loads=loads)
     headline = found.headline.load_multiplier
     left = 1.0 - sum(failure.share for failure in found.local_failures)
     return {
@@ -78,29 +66,6 @@ def summarised(rows: list[dict[str, object]]) -> str:
     )
 
 
-def random_walls() -> Iterator[tuple[str, Assemblage, int, float]]:
-    """Yield name, assemblage, direction and micro-FE's peak of the walls of robustness.py.
-
-    The peak is that of path.csv where the wall was pushed again with the path as it is.
-    """
-    with (FOLDER / "robustness.csv").open() as file:
-        before = {(row["seed"], row["direction"]): float(row["peak multiplier"]) for row in csv.DictReader(file)}
-    again = peaks_of_path()
-    for number, pattern in enumerate(WALLS):
-        for turn, direction in enumerate((1, -1)):
-            assemblage = find_joints(irregular_courses(pattern), JointSettings())
-            peak = again.get(2 * number + turn, before[str(pattern.seed), f"{direction:+d}"])
-            yield f"random {pattern.seed}", assemblage, direction, peak
-
-
-def drawn_walls() -> Iterator[tuple[str, Assemblage, int, float]]:
-    """Yield the same of the walls of path.py that were pushed so far and are no random walls."""
-    for run, peak in peaks_of_path().items():
-        if run >= 2 * len(WALLS):
-            family, wall = path.wall_of(run // 2)
-            yield f"{family} {run}", find_joints(wall, JointSettings()), 1 - 2 * (run % 2), peak
-
-
 def peaks_of_path() -> dict[int, float]:
     """Return the peaks of path.csv by the number of the run, without curves that were left before their end."""
     with (FOLDER / "path.csv").open() as file:
@@ -108,38 +73,8 @@ def peaks_of_path() -> dict[int, float]:
     return {int(row["run"]): float(row["peak"]) for row in sorted(rows, key=lambda row: int(row["run"]))}
 
 
-def main() -> None:
-    """Run all walls; the table is written anew after each."""
-    rows: list[dict[str, object]] = []
-    without = [option for option in sys.argv[1:] if option.startswith("--without")]
-    numbers = [int(option) for option in sys.argv[1:] if option not in without]
-    for wall in islice(chain(random_walls(), drawn_walls()), numbers[0] if numbers else None):
-        rows.append(compared(*wall))
-        print(", ".join(f"{name} {value}" for name, value in rows[-1].items()), flush=True)
-        if not without:
-            write(rows)
-    print(summarised(rows))
-
-
-def write(rows: list[dict[str, object]]) -> None:
-    """Write states.csv and states.md."""
-    with (FOLDER / "states.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-    head = (FOLDER / "states_head.md").read_text()
-    random = [row for row in rows if str(row["wall"]).startswith("random")]
-    drawn = [row for row in rows if row not in random]
-    said = f"Random walls. {summarised(random)}" + (f"\n\nDrawn walls. {summarised(drawn)}" if drawn else "")
-    (FOLDER / "states.md").write_text(f"{head}\n{said}\n\n{markdown(rows)}\n")
-
-
 def markdown(rows: list[dict[str, object]]) -> str:
     """Return rows as a table in Markdown."""
     names = list(rows[0])
     lines = [names, ["---"] * len(names), *([str(row[name]) for name in names] for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,97 @@
+"""How sure the reference is: micro-FE with elements of half the default's size, on the walls of path.py, both ways.
+
+    python docs/studies/reference.py [number of pushovers]
+
+writes reference.csv and reference.md (reference_head.md with both put in) beside this file. The peaks of the default
+elements are read from path.csv; limit analysis is made anew. A run is left after LIMIT s of CPU time, and kept in
+results/reference as soon as it is done: delete that folder when the mechanics change. One process.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import headlines
+import numpy as np
+import path
+from headlines import ABOVE, NEAR
+from stored import RESULTS, markdown, stored, written_after_each
+
+from orchestrator import CaseError, JointSettings, LoadSettings, analyse, find_joints, loads_on
+from orchestrator.storage import write_csv, write_text
+
+FOLDER = Path(__file__).parent
+LIMIT = 600.0
+COLUMNS = ("run", "family", "direction", "stones", "default", "finer", "headline", "low", "high", "moved", "ended")
+
+
+def row_of(run: int, default: float) -> dict[str, Any]:
+    """Return the row of one pushover: base shears over the horizontal load of the wall as drawn."""
+    family, wall = path.wall_of(run // 2)
+    load = LoadSettings("-x" if run % 2 else "+x")
+    finer = path.pushed_wall(family, wall, 1 - 2 * (run % 2), LIMIT, size_over_default=0.5)
+    row = {"run": run, "family": family, "direction": load.direction, "stones": finer["stones"], "default": default}
+    row |= {"finer": finer["peak"], "ended": finer["ended"]}
+    try:
+        analysis = analyse(find_joints(wall, JointSettings()), loads=loads_on(wall, load))
+    except CaseError as error:
+        return row | {"ended": f"limit analysis: {error}"}
+    left = analysis.headline.horizontal_load / analysis.horizontal_load
+    headline = left * analysis.headline.load_multiplier
+    low, high = (left * end for end in analysis.interval or (analysis.headline.load_multiplier,) * 2)
+    moved = headline if analysis.rigid_peak is None else left * analysis.rigid_peak
+    return row | {"headline": headline, "low": low, "high": high, "moved": moved}
+
+
+def rows(most: int | None) -> Iterator[dict[str, Any]]:
+    """Yield a row for every pushover that reached its end, all families early."""
+    peaks = headlines.peaks_of_path()
+    for run in sorted(peaks, key=lambda run: 37 * run % 100)[:most]:
+        yield stored(RESULTS / "reference" / f"{run}.json", partial(row_of, run, peaks[run]))
+
+
+def said(done: list[dict[str, Any]]) -> str:
+    """Return in a few sentences how far the two references are apart, and how near limit analysis comes to them."""
+    whole = [row for row in done if not row["ended"].startswith(("left", "STOPPED", "limit"))]
+    default, finer, headline, low, high, moved = (
+        np.array([row[name] for row in whole]) for name in ("default", "finer", "headline", "low", "high", "moved")
+    )
+    apart, lower, upper = finer / default - 1.0, np.minimum(default, finer), np.maximum(default, finer)
+    between = (headline >= lower * (1.0 - NEAR)) & (headline <= upper * (1.0 + NEAR))
+    interval = (high >= lower * (1.0 - NEAR)) & (low <= upper * (1.0 + NEAR))
+
+    def near(value: np.ndarray, reference: np.ndarray) -> int:
+        return int(np.sum(np.abs(value / reference - 1.0) <= NEAR))
+
+    far, farther = int(np.sum(np.abs(apart) > NEAR)), int(np.sum(np.abs(apart) > ABOVE))
+    return (
+        f"{len(whole)} of {len(done)} pushovers reach their end with both meshes. The finer elements bear "
+        f"{apart.mean():+.1%} in the mean, {apart.min():+.1%} to {apart.max():+.1%}; in {far} the two are more than "
+        f"{NEAR:.1%} apart, in {farther} more than {ABOVE:.0%}. The headline is within {NEAR:.1%} of the default's "
+        f"elements in {near(headline, default)}, of the finer ones in {near(headline, finer)}, of one of the two or "
+        f"between them in {between.sum()}, itself or its interval in {interval.sum()}; it is more than {ABOVE:.0%} "
+        f"above both in {np.sum(headline > (1.0 + ABOVE) * upper)}. Rigid blocks in large displacements are within "
+        f"{NEAR:.1%} of the default's in {near(moved, default)}, of the finer ones in {near(moved, finer)}."
+    )
+
+
+def write(done: list[dict[str, Any]]) -> None:
+    """Write reference.csv and reference.md."""
+    write_csv(FOLDER / "reference.csv", COLUMNS, [[row.get(name, "") for name in COLUMNS] for row in done])
+    named = ("run", "family", "direction", "stones", "default")
+    beside = ("finer", "headline", "low", "high", "moved")
+    lines = [
+        [f"{row[name]:.4f}" if name == "default" else str(row[name]) for name in named]
+        + [f"{row[name] / row['default'] - 1.0:+.1%}" if name in row else "" for name in beside]
+        for row in done
+    ]
+    page, table = (FOLDER / "reference_head.md").read_text(), markdown([*named, *beside], lines)
+    write_text(FOLDER / "reference.md", page.replace("{{said}}", said(done)).replace("{{table}}", table))
+
+
+if __name__ == "__main__":
+    written_after_each(rows(int(sys.argv[1]) if len(sys.argv) > 1 else None), COLUMNS, write)
