@@ -29,8 +29,8 @@ TOUCHING = -0.998
 """Cosine between outward normals from which two faces may touch: 3.6 degrees, what a gap of a stone's tolerance allows;
 the gap itself decides."""
 COLLINEAR = 1e-3
-"""Part of a joint's size by which a hull corner must stand out to be a contact point: as much as faces may gape. Corners
-that a drawing has a micrometre apart would each be a point with a spring of its own."""
+"""Part of a joint's size by which a hull corner must stand out to be a contact point: as much as faces may gape. Of
+corners that a drawing has a micrometre apart each would be a point with a spring of its own."""
 OUTLINE_GRID = 1e-9
 """Part of a face's size to which outlines are rounded before they are intersected: without, two faces that share an
 edge to rounding may come out as lying on each other (GEOS 3.13; a dome of 112 blocks had 6 joints too many)."""
