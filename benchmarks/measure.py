@@ -36,8 +36,6 @@ INCREMENTS = 25
 """increments of the scaling runs, gravity included"""
 WHOLE = (33, 147, 512)
 """blocks of the walls that are pushed to 20 mm, through their peak"""
-ELSEWHERE = {"CalculiX, wall 6, penalty node-to-surface": 157.0, "rigid-block non-smooth dynamics, wall 6": 56.0}
-"""CPU seconds on one core, measured once on a similar machine with the same mesh size; the first misses the peak"""
 
 
 def scaling(blocks: int, increments: int | None = INCREMENTS) -> dict[str, float]:
@@ -272,7 +270,7 @@ def measure(quick: bool, repeat: int) -> None:
 
 
 def measure_walls(repeat: int) -> None:
-    """Push benchmark 1 so many times, write medians and compare them with those of other programs."""
+    """Push benchmark 1 so many times and write medians."""
     walls = []
     for kinematics in ("small", "large"):
         runs = [in_own_process("--benchmark1", kinematics) for _ in range(repeat)]
@@ -280,10 +278,6 @@ def measure_walls(repeat: int) -> None:
             figures = {name: median(run[model][name] for run in runs) for name in runs[0][model]}
             walls.append({"benchmark 1": model, "displacements": kinematics, **figures})
     write("walls.csv", walls)
-    for other, seconds in ELSEWHERE.items():
-        for row in walls:
-            if row["benchmark 1"] == "micro-FE":
-                print(f"{other}: {seconds:g} s, {seconds / row['total_s']:.1f} times ours ({row['displacements']})")
 
 
 if __name__ == "__main__":

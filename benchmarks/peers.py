@@ -47,7 +47,8 @@ from orchestrator.pushover.model import build_model
 from orchestrator.pushover.path.stepping import Pushover
 from orchestrator.pushover.solve.linear_system import LinearSystem
 
-WALL_1, WALL_6 = (HERE.parent / "tests" / "data" / f"ferris_tinloi_wall{number}.json" for number in (1, 6))
+WALL_1 = HERE.parent / "tests" / "data" / "ferris_tinloi_wall1.json"
+WALL_6 = HERE.parent / "meshes" / "ferris_tinloi_wall6.json"
 SHARE = 0.6
 """load of wall 1 over its weight; it bears 0.64"""
 FARTHEST = 0.02

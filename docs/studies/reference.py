@@ -22,10 +22,13 @@ from headlines import ABOVE, NEAR
 from stored import RESULTS, markdown, stored, written_after_each
 
 from orchestrator import CaseError, JointSettings, LoadSettings, analyse, find_joints, loads_on
+from orchestrator.pushover.path.curve_checks import ENERGY
 from orchestrator.storage import write_csv, write_text
 
 FOLDER = Path(__file__).parent
 LIMIT = 600.0
+UNFINISHED = ("left", "STOPPED", "limit", "NOT VALID")
+"""how the end of a run begins that tells no peak"""
 COLUMNS = ("run", "family", "direction", "stones", "default", "finer", "headline", "low", "high", "moved", "ended")
 
 
@@ -35,7 +38,8 @@ def row_of(run: int, default: float) -> dict[str, Any]:
     load = LoadSettings("-x" if run % 2 else "+x")
     finer = path.pushed_wall(family, wall, 1 - 2 * (run % 2), LIMIT, size_over_default=0.5)
     row = {"run": run, "family": family, "direction": load.direction, "stones": finer["stones"], "default": default}
-    row |= {"finer": finer["peak"], "ended": finer["ended"]}
+    missing = f"NOT VALID: {finer['energy_error']:.1%} of energy missing, {finer['fallen_share']:.0%} fell"
+    row |= {"finer": finer["peak"], "ended": finer["ended"] if finer["energy_error"] <= ENERGY else missing}
     try:
         analysis = analyse(find_joints(wall, JointSettings()), loads=loads_on(wall, load))
     except CaseError as error:
@@ -56,7 +60,7 @@ def rows(most: int | None) -> Iterator[dict[str, Any]]:
 
 def said(done: list[dict[str, Any]]) -> str:
     """Return in a few sentences how far the two references are apart, and how near limit analysis comes to them."""
-    whole = [row for row in done if not row["ended"].startswith(("left", "STOPPED", "limit"))]
+    whole = [row for row in done if not row["ended"].startswith(UNFINISHED)]
     default, finer, headline, low, high, moved = (
         np.array([row[name] for row in whole]) for name in ("default", "finer", "headline", "low", "high", "moved")
     )
@@ -69,7 +73,7 @@ def said(done: list[dict[str, Any]]) -> str:
 
     far, farther = int(np.sum(np.abs(apart) > NEAR)), int(np.sum(np.abs(apart) > ABOVE))
     return (
-        f"{len(whole)} of {len(done)} pushovers reach their end with both meshes. The finer elements bear "
+        f"{len(whole)} of {len(done)} pushovers reach their end with both meshes, valid. The finer elements bear "
         f"{apart.mean():+.1%} in the mean, {apart.min():+.1%} to {apart.max():+.1%}; in {far} the two are more than "
         f"{NEAR:.1%} apart, in {farther} more than {ABOVE:.0%}. The headline is within {NEAR:.1%} of the default's "
         f"elements in {near(headline, default)}, of the finer ones in {near(headline, finer)}, of one of the two or "
@@ -87,9 +91,10 @@ def write(done: list[dict[str, Any]]) -> None:
     lines = [
         [f"{row[name]:.4f}" if name == "default" else str(row[name]) for name in named]
         + [f"{row[name] / row['default'] - 1.0:+.1%}" if name in row else "" for name in beside]
+        + [row["ended"] if row["ended"].startswith(UNFINISHED) else ""]
         for row in done
     ]
-    page, table = (FOLDER / "reference_head.md").read_text(), markdown([*named, *beside], lines)
+    page, table = (FOLDER / "reference_head.md").read_text(), markdown([*named, *beside, "finer elements"], lines)
     write_text(FOLDER / "reference.md", page.replace("{{said}}", said(done)).replace("{{table}}", table))
 
 
