@@ -28,7 +28,8 @@ class Interfaces:
     (k, d - 1, d); area (k,) in m2; centroid (k, d) in m; friction (k,). point (p, d) in m, interface by interface;
     joint (p,): the interface of each. cohesion, tensile_strength, compressive_strength (inf: no crushing) (k,) in N/m2,
     normal_stiffness, shear_stiffness (inf: rigid) (k,) in N/m3, capacity (k,) in N, the largest normal force (finite
-    for ties in space): one number stands for all. outlines: of the interfaces (v, 3), for pictures in space.
+    for ties in space): one number stands for all. outlines: of the interfaces in space (v, 3); holes: of each, the
+    outlines (v, 3) of what it leaves out.
     """
 
     i: IntArray
@@ -47,6 +48,7 @@ class Interfaces:
     shear_stiffness: FloatArray = field(default_factory=lambda: read_only(np.inf))
     capacity: FloatArray = field(default_factory=lambda: read_only(np.inf))
     outlines: tuple[FloatArray, ...] = ()
+    holes: tuple[tuple[FloatArray, ...], ...] = ()
 
     def __post_init__(self) -> None:
         for name in (*STRENGTHS, "capacity"):
@@ -109,6 +111,7 @@ class Interfaces:
             point=read_only(self.point[points]),
             joint=read_only(of_point[points], np.int64),
             outlines=tuple(self.outlines[k] for k in np.arange(self.count)[which]) if self.outlines else (),
+            holes=tuple(self.holes[k] for k in np.arange(self.count)[which]) if self.holes else (),
         )
 
     def and_also(self, others: Interfaces) -> Interfaces:
@@ -118,6 +121,7 @@ class Interfaces:
             **{name: read_only(np.concatenate(part), part[0].dtype) for name, part in parts.items()},
             joint=read_only(np.concatenate([self.joint, self.count + others.joint]), np.int64),
             outlines=(*self.outlines, *others.outlines),
+            holes=(*self.holes, *others.holes),
         )
 
     def groups(self, blocks: int) -> IntArray:
@@ -125,7 +129,7 @@ class Interfaces:
         return connected_groups(blocks, self.i, self.j)
 
 
-PER_INTERFACE = tuple(one.name for one in fields(Interfaces) if one.name not in ("point", "joint", "outlines"))
+PER_INTERFACE = tuple(one.name for one in fields(Interfaces) if one.name not in ("point", "joint", "outlines", "holes"))
 
 
 def straight_interfaces(

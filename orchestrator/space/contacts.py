@@ -219,10 +219,14 @@ def _interfaces(wall: SpaceWall, regions: list[tuple[int, int, _Region]]) -> Int
         friction=read_only(np.minimum(friction[i], friction[j])),
         point=read_only(np.concatenate(hulls) if hulls else np.zeros((0, 3))),
         joint=read_only(np.repeat(np.arange(len(hulls)), [len(hull) for hull in hulls]), np.int64),
-        outlines=tuple(
-            read_only(r.origin + shapely.get_coordinates(r.polygon.exterior)[:-1] @ r.frame[:2]) for _, _, r in regions
-        ),
+        outlines=tuple(_ring(region, region.polygon.exterior) for _, _, region in regions),
+        holes=tuple(tuple(_ring(region, hole) for hole in region.polygon.interiors) for _, _, region in regions),
     )
+
+
+def _ring(region: _Region, ring: shapely.LinearRing) -> FloatArray:
+    """Return the corners (v, 3) of a ring of a region."""
+    return read_only(region.origin + shapely.get_coordinates(ring)[:-1] @ region.frame[:2])
 
 
 def _hull(region: _Region) -> FloatArray:

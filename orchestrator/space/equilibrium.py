@@ -108,22 +108,32 @@ def _matrix(parts: list[tuple[IntArray, FloatArray]], free: int) -> sp.csc_matri
 def torsion_factors(joints: Interfaces) -> FloatArray:
     """Return beta (k,) of every joint: the twist resistance under uniform pressure over that of forces at its corners.
 
-    Uniform: mean distance of the area's points from the centroid (0.38260 of a square's side). Corners: the largest
-    sum w_k |p_k - c| with sum w_k (p_k - c) = 0, sum w_k = 1 (half the diagonal of a rectangle).
+    Uniform: mean distance of the area's points, holes left out, from the centroid (0.38260 of a square's side).
+    Corners: the largest sum w_k |p_k - c| with sum w_k (p_k - c) = 0, sum w_k = 1 (half the diagonal of a rectangle).
     """
     factors = np.ones(joints.count)
-    known: dict[tuple[float, ...], float] = {}
+    levers: dict[tuple[tuple[float, float], ...], float] = {}
     for k in np.flatnonzero(~joints.is_tie):
-        flat = (joints.outlines[k] - joints.centroid[k]) @ joints.tangents[k].T
-        corners = (joints.corners(k) - joints.centroid[k]) @ joints.tangents[k].T
+
+        def flat(points: FloatArray, joint: int = int(k)) -> FloatArray:
+            return (points - joints.centroid[joint]) @ joints.tangents[joint].T
+
+        corners = flat(joints.corners(k))
         distance = np.linalg.norm(corners, axis=1)
-        shape = tuple(np.round(np.sort(distance) / distance.max(), 6)) + (
-            round(float(joints.area[k] / distance.max() ** 2), 6),
-        )
-        if shape not in known:
-            known[shape] = _mean_distance(flat, joints.area[k]) / _corner_lever(corners, distance)
-        factors[k] = min(1.0, known[shape])
+        shape = _shape(corners, distance)
+        if shape not in levers:
+            levers[shape] = _corner_lever(corners, distance) / float(distance.max())
+        moment = _moment(flat(joints.outlines[k])) - sum(_moment(flat(hole)) for hole in joints.holes[k])
+        factors[k] = min(1.0, moment / joints.area[k] / (levers[shape] * float(distance.max())))
     return factors
+
+
+def _shape(corners: FloatArray, distance: FloatArray) -> tuple[tuple[float, float], ...]:
+    """Return what tells a convex polygon (v, 2) about the origin from others, but for its size and how it is turned:
+    the distances of its corners and the lengths of its sides over the largest distance, in their order."""
+    sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    own = [(one, side) for one, side in np.round(np.column_stack([distance, sides]) / distance.max(), 6).tolist()]
+    return min(tuple(own[first:] + own[:first]) for first in range(len(own)))
 
 
 def _corner_lever(corners: FloatArray, distance: FloatArray) -> float:
@@ -133,8 +143,9 @@ def _corner_lever(corners: FloatArray, distance: FloatArray) -> float:
     return float(-program.fun * distance.max()) if program.success else float(distance.mean())
 
 
-def _mean_distance(outline: FloatArray, area: float) -> float:
-    """Return the mean distance from the origin over the polygon (n, 2): signed triangles from the origin to its edges.
+def _moment(outline: FloatArray) -> float:
+    """Return the integral of the distance from the origin over a polygon (n, 2), m3: signed triangles from the origin
+    to its edges.
 
     Over a triangle whose base lies at the distance h, from angle a to b off its foot: h^3/3 [G(tan b) - G(tan a)] with
     G(t) = (t sqrt(1 + t^2) + asinh t) / 2.
@@ -153,4 +164,4 @@ def _mean_distance(outline: FloatArray, area: float) -> float:
         return 0.5 * (t * np.sqrt(1.0 + t**2) + np.arcsinh(t))
 
     parts = np.where(near, 0.0, np.sign(height) * safe**3 / 3.0 * (integral(last) - integral(first)))
-    return abs(float(parts.sum())) / area
+    return abs(float(parts.sum()))

@@ -72,6 +72,7 @@ def with_ties(assemblage: SpaceAssemblage, ties: Sequence[Tie]) -> SpaceAssembla
         point=point,
         joint=np.arange(len(ties)),
         outlines=tuple(read_only([tie.start, tie.end]) for tie in ties),
+        holes=((),) * len(ties),
     )
     return replace(assemblage, joints=assemblage.joints.and_also(added))
 

@@ -93,13 +93,30 @@ class _Couple(SpaceEquilibrium):
 
 def twist(ratio: float, torsion: str) -> float:
     """The couple that twists a block of short side b and `ratio` times that on its bed, over mu N b."""
-    short, mu = 0.3, 0.4
-    assemblage = find_joints(block_on_ground(ratio * short, short, 0.2, mu))
-    loads, couple = loads_on(assemblage.wall), np.zeros((2, 6))
-    couple[1, 5] = 1.0
+    short = 0.3
+    return couple_that_twists(block_on_ground(ratio * short, short, 0.2, 0.4), torsion) / short
+
+
+def couple_that_twists(wall: SpaceWall, torsion: str) -> float:
+    """The couple about the vertical that twists the one free block of a wall, over mu N, m."""
+    assemblage = find_joints(wall)
+    (free,) = np.flatnonzero(~wall.fixed)
+    loads, couple = loads_on(assemblage.wall), np.zeros((len(wall.blocks), 6))
+    couple[free, 5] = 1.0
     equilibrium = equilibrium_of(assemblage, SpaceLoads(loads.dead, couple, loads.direction), torsion)
     fields = {name: getattr(equilibrium, name) for name in equilibrium.__dataclass_fields__}
-    return solve_associative(_Couple(**fields)).load_multiplier / (mu * assemblage.wall.weights[1] * short)
+    return solve_associative(_Couple(**fields)).load_multiplier / (wall.friction * wall.weights[free])
+
+
+def hollow_pier(outer: float, inner: float, height: float = 0.5) -> Polyhedron:
+    """A square pier with a square hole through it, sides in m, whose top is at zero: its top is four trapezia."""
+    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    rings = [(outer, -height), (outer, 0.0), (inner, -height), (inner, 0.0)]
+    vertices = np.vstack([np.column_stack([side * square, np.full(4, z)]) for side, z in rings])
+    sides = [(k, (k + 1) % 4) for k in range(4)]
+    around = [(k, n, n + 4, k + 4) for k, n in sides] + [(n + 8, k + 8, k + 12, n + 12) for k, n in sides]
+    flat = [(k + 4, n + 4, n + 12, k + 12) for k, n in sides] + [(n, k, k + 8, n + 8) for k, n in sides]
+    return Polyhedron(read_only(vertices), (*around, *flat))
 
 
 WITHOUT_DILATION = [

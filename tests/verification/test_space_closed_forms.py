@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 
 from orchestrator.geometry.polyhedra import box, rotation
 from orchestrator.limit_analysis.gravity import refuse_what_cannot_be_analysed
@@ -22,7 +23,9 @@ from tests.support.paths import DATA
 from tests.support.space_walls import (
     associative,
     block_on_ground,
+    couple_that_twists,
     extruded,
+    hollow_pier,
     of_assemblage,
     turned,
     twist,
@@ -68,6 +71,36 @@ def test_a_block_is_twisted_on_its_bed(ratio, corners, uniform):
     side."""
     assert twist(ratio, "corners") == pytest.approx(corners, abs=1e-5)
     assert twist(ratio, "uniform") == pytest.approx(uniform, abs=1e-5)
+
+
+@pytest.mark.parametrize("inner", [0.3, 0.6, 0.8, 0.9])
+def test_a_slab_is_twisted_on_a_hollow_pier(inner):
+    """On a square with a square hole of a part q of its side b: mu N b 0.38260 (1 - q^3) / (1 - q^2) under uniform
+    pressure, as the distances of both squares have integrals 0.38260 b^3; the hole takes nothing from the corners."""
+    side = 0.7
+    shapes = [hollow_pier(side, inner * side), box((-1.0, -1.0, 0.0), (1.0, 1.0, 0.2))]
+    wall = wall_of(shapes, 0.4)
+    (joint,) = find_joints(wall).joints.holes
+    assert len(joint) == 1
+    assert couple_that_twists(wall, "corners") / side == pytest.approx(0.707107, abs=1e-5)
+    mean = 0.38260 * (1.0 - inner**3) / (1.0 - inner**2)
+    assert couple_that_twists(wall, "uniform") / side == pytest.approx(mean, abs=2e-5)
+
+
+def test_a_hole_away_from_the_middle_is_told_from_one_of_the_same_area_in_it():
+    """Two joints of one outline and one area: the mean distances are those of a grid."""
+    grid = np.stack(np.meshgrid(*np.linspace(-0.5, 0.5, 1001)[None].repeat(2, 0)), -1).reshape(-1, 2)
+    found, expected = [], []
+    for height, width in ((0.4, 0.4), (0.2, 0.8)):
+        void = shapely.box(-0.5 * width, -0.5 * height, 0.5 * width, 0.5 * height)
+        solid = grid[~shapely.contains_xy(void, grid[:, 0], grid[:, 1])]
+        expected.append(np.linalg.norm(solid, axis=1).mean() / 0.5**0.5)
+        pier, slab = hollow_pier(1.0, 1.0), box((-1.0, -1.0, 0.0), (1.0, 1.0, 0.2))
+        vertices = pier.vertices.copy()
+        vertices[8:, :2] *= [width, height]
+        found.append(torsion_factors(find_joints(wall_of([replace(pier, vertices=vertices), slab], 0.4)).joints)[0])
+    assert found == pytest.approx(expected, abs=2e-3)
+    assert abs(found[0] - found[1]) > 0.01
 
 
 def test_torsion_factor_of_other_shapes():
