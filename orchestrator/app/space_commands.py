@@ -24,10 +24,11 @@ from orchestrator.present.in_space import collapse_page, space_pictures
 from orchestrator.present.weights import applied
 from orchestrator.settings.space_case import SpaceCase, read
 from orchestrator.settings.space_inventory import direction_words
-from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, UnresistedError, analyse
+from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints, gaping
 from orchestrator.space.loads import SpaceLoads, loads_on
 from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
+from orchestrator.space.resistance import UnresistedError
 from orchestrator.space.ties import with_ties
 from orchestrator.storage.files import plain, write_json
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from orchestrator.basis.arrays import IntArray, read_only
+from orchestrator.basis.arrays import FloatArray, IntArray, read_only
 from orchestrator.basis.errors import CaseError, FallsError
 from orchestrator.limit_analysis.paper.equilibrium import assemble_equilibrium
 from orchestrator.limit_analysis.paper.linear_program import (
@@ -27,6 +27,9 @@ from orchestrator.masonry.joints import Assemblage
 GRAVITY_TOLERANCE = 1e-6
 """missing force, in mean block weights, that passes in the gravity check as rounding of the drawing (polygons rounded
 to 1e-6 m). What the solver leaves is far less at any size: see `solve_gravity_lp`"""
+HELD_WORK = 1e-6
+"""work of the live load in the mechanism, over that of forces and moments of its size along the mechanism, up to which
+it is none but for rounding of the direction or the drawing: the load is held, and its multiplier is of rounding"""
 FALLING_VELOCITY = 1e-3
 """velocity of a falling block, part of the bound that the gravity check sets to all"""
 NAMED_BLOCKS = 8
@@ -107,13 +110,34 @@ def _named(ids: Sequence[int]) -> str:
 def associative_optimum(problem: Problem) -> LimitSolution:
     """Solve Eq. (1), turning what cannot be solved because of the wall into a CaseError."""
     try:
-        return solve_limit_lp(problem.equilibrium, problem.friction)
+        optimum = solve_limit_lp(problem.equilibrium, problem.friction)
     except UnboundedError as error:
-        text = "no live load in this direction brings it down while sliding dilates: blocks are wedged between supports"
-        raise CaseError("wall", text, "check which blocks are fixed, or reverse the load") from error
+        raise _unresisted() from error
     except InfeasibleError as error:
         text = "cannot stand under its dead load: it lacks less than a millionth of a block's weight"
         raise FallsError("wall", text, "the drawing is on the verge of collapse; give blocks more bearing") from error
+    if is_held(problem.equilibrium.live_load, optimum.velocities, dimension=2):
+        raise _unresisted()
+    return optimum
+
+
+def _unresisted() -> CaseError:
+    text = "no live load in this direction brings it down while sliding dilates: blocks are wedged between supports"
+    return CaseError("wall", text, "check which blocks are fixed, or reverse the load")
+
+
+def is_held(live_load: FloatArray, velocities: FloatArray, dimension: int) -> bool:
+    """Return whether a live load does no work in a mechanism, up to HELD_WORK.
+
+    Both have forces or velocities of every free block, and its moments or rates of rotation after them, in the plane
+    (dimension 2) or in space (3).
+    """
+    load, motion = (all_blocks.reshape(-1, 3 * (dimension - 1)) for all_blocks in (live_load, velocities))
+    at_most = sum(
+        np.linalg.norm(load[:, part], axis=1) @ np.linalg.norm(motion[:, part], axis=1)
+        for part in (slice(dimension), slice(dimension, None))
+    )
+    return bool(abs(float(np.sum(load * motion))) <= HELD_WORK * at_most)
 
 
 def problem_of(assemblage: Assemblage, loads: Loads | None = None, elastic_modulus: float = ELASTIC_MODULUS) -> Problem:

@@ -19,10 +19,9 @@ from annotated_types import Gt
 
 from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.checked import Checked
-from orchestrator.basis.errors import CaseError, ConvergenceError
+from orchestrator.basis.errors import ConvergenceError
 from orchestrator.basis.units import Unit
 from orchestrator.limit_analysis.gravity import GRAVITY_TOLERANCE, refuse_the_verge
-from orchestrator.limit_analysis.paper.linear_program import UnboundedError
 from orchestrator.limit_analysis.remarks import no_rest_words
 from orchestrator.space import descent
 from orchestrator.space.central_path import STAGE, follow
@@ -32,6 +31,7 @@ from orchestrator.space.elastic_joints import Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
 from orchestrator.space.gravity import at_rest, fastest, forces_under_gravity, listed
 from orchestrator.space.loads import SpaceLoads
+from orchestrator.space.resistance import associative_optimum
 from orchestrator.space.springs import depth_stiffness, springs_of
 from orchestrator.space.validation import LIMITS, Validation, validate
 
@@ -59,10 +59,6 @@ LEAST = 1e-4
 from it without it is the wall's"""
 PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
-
-
-class UnresistedError(CaseError):
-    """No load in this direction, however large, moves the wall."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +157,7 @@ def analyse(
     balanced = forces_under_gravity(assemblage, equilibrium, stiffness)
     gravity, falling = at_rest(assemblage, equilibrium, balanced, stiffness)
     report("whether it stands is open" if falling else "joint forces can balance its dead load")
-    optimum = _associative(equilibrium)
+    optimum = associative_optimum(equilibrium)
     associative = state_of("associative", assemblage, loads, optimum, optimum.velocities, settings.torsion)
     report(f"associative multiplier {optimum.load_multiplier:.5f}")
     other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
@@ -193,17 +189,6 @@ def analyse(
     borne = analysis.shown.load_multiplier * equilibrium.live_total
     refuse_the_verge(borne, GRAVITY_TOLERANCE * weight / len(equilibrium.free_blocks))
     return analysis
-
-
-def _associative(equilibrium: SpaceEquilibrium) -> ConicSolution:
-    """Return the associative optimum. Raises UnresistedError for a load that nothing resists."""
-    try:
-        return solve_associative(equilibrium)
-    except UnboundedError:
-        remedy = "push in another direction, or free the blocks that hold it"
-        raise UnresistedError(
-            "load.direction", "no load in this direction, however large, moves the wall", remedy
-        ) from None
 
 
 class _Search:
