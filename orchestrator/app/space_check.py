@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.table import Table
 
 from orchestrator.app.case_check import STANDS, kilonewtons, loads_table, plain_table
-from orchestrator.app.space_commands import assemblage_of, doubtful_joints, load_words, wall_rows
+from orchestrator.app.space_commands import assemblage_of, doubtful_joints
+from orchestrator.app.space_rows import load_words, wall_rows, without_mass
 from orchestrator.app.terminal import shown
 from orchestrator.basis.atomic_files import together
 from orchestrator.basis.errors import naming
@@ -46,7 +47,8 @@ def check(path: Path, overrides: list[str], output: Path, console: Console) -> i
     for line in [load_words(assemblage, loads), *tie_words(case)]:
         console.print(line, soft_wrap=True)
     console.print(STANDS, soft_wrap=True)
-    said = [*doubtful_joints(case, assemblage), *found.remarks, *unusual(sums, of_materials, classes, case)]
+    said = [*doubtful_joints(case, assemblage), *without_mass(case), *found.remarks]
+    said += unusual(sums, of_materials, classes, case)
     for remark in said:
         console.print(f"{path}: {remark}", soft_wrap=True)
     _draw(case, assemblage, said, output, console)

@@ -14,20 +14,24 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from orchestrator.assessment.seismic.in_space import participation_in_space
-from orchestrator.assessment.seismic.kinematic import LOW_PARTICIPATION, activation_acceleration, participation_used
+from orchestrator.app.space_rows import (
+    figures,
+    kinematic_rows,
+    load_words,
+    mechanism_rows,
+    torsions_differ,
+    wall_rows,
+    without_mass,
+)
 from orchestrator.basis.errors import ConvergenceError, naming
 from orchestrator.basis.printed import counted, printed
-from orchestrator.masonry.wall import GRAVITY
 from orchestrator.present.answer import answer_in_space
 from orchestrator.present.in_space import collapse_page, space_pictures
-from orchestrator.present.weights import applied
 from orchestrator.settings.space_case import SpaceCase, read
-from orchestrator.settings.space_inventory import direction_words
-from orchestrator.space.analysis import BRACKET, PUSHES, SpaceAnalysis, SpaceState, analyse
+from orchestrator.space.analysis import PUSHES, SpaceAnalysis, SpaceState, analyse
 from orchestrator.space.contacts import SpaceAssemblage, find_joints, gaping
 from orchestrator.space.loads import SpaceLoads, loads_on
-from orchestrator.space.mechanism import Motion, SpaceMechanism, mechanism_of
+from orchestrator.space.mechanism import mechanism_of
 from orchestrator.space.resistance import UnresistedError
 from orchestrator.space.ties import with_ties
 from orchestrator.storage.files import plain, write_json
@@ -94,10 +98,10 @@ def _show_mechanism(
 ) -> None:
     """Say what the mechanism is, draw it, and write it down."""
     mechanism = mechanism_of(assemblage, analysis.shown.velocities)
-    remarks = [*doubtful_joints(case, assemblage), *analysis.remarks]
+    remarks = [*doubtful_joints(case, assemblage), *without_mass(case), *analysis.remarks]
     for remark in remarks:
         say(remark)
-    rows = [*mechanism_rows(analysis, mechanism), *kinematic_rows(case, analysis, mechanism)]
+    rows = [*mechanism_rows(analysis, mechanism), *kinematic_rows(case, analysis)]
     for name, text in rows:
         say(f"{name}: {text}")
     say(answer_in_space(analysis))
@@ -111,7 +115,7 @@ def _show_mechanism(
     html = collapse_page.write(
         output / "collapse.html",
         assemblage,
-        [*wall_rows(assemblage), *_figures(analysis), *rows],
+        [*wall_rows(assemblage), *figures(analysis), *rows],
         remarks,
         analysis.shown.velocities,
         mechanism,
@@ -182,14 +186,9 @@ def table(analysis: SpaceAnalysis) -> Table:
     named |= {"lowest found": lowest, "highest found": highest} if lowest and highest else {}
     for name, state in named.items():
         result.add_row(name, *_row(state, analysis))
-        if state is analysis.associative and _differ(analysis):
+        if state is analysis.associative and torsions_differ(analysis):
             result.add_row(f"  torsion {other}", f"{analysis.other_torsion:.5f}")
     return result
-
-
-def _differ(analysis: SpaceAnalysis) -> bool:
-    one, other = analysis.associative.load_multiplier, analysis.other_torsion
-    return abs(one - other) > BRACKET * abs(one)
 
 
 def _row(state: SpaceState, analysis: SpaceAnalysis) -> list[str]:
@@ -200,64 +199,6 @@ def _row(state: SpaceState, analysis: SpaceAnalysis) -> list[str]:
     upright = analysis.upright_load
     load = printed("force", state.load_multiplier * (analysis.horizontal_load if upright is None else abs(upright)))
     return [shown, load, f"{state.seconds:.2f}", f"{checks.equilibrium:.0e}", *residuals]
-
-
-def _figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
-    headline, interval = analysis.headline, analysis.range
-    rows = [("associative multiplier (bound)", f"{analysis.associative.load_multiplier:.4f}")]
-    if _differ(analysis):
-        other = "uniform pressure" if analysis.torsion == "corners" else "forces at corners"
-        rows.append((f"the same, joints twist as under {other}", f"{analysis.other_torsion:.4f}"))
-    rows.append(("without dilation", f"{headline.load_multiplier:.4f}" if headline else "no state found"))
-    if interval:
-        rows.append(("without dilation, lowest and highest found", f"{interval[0]:.4f} – {interval[1]:.4f}"))
-    name, size = applied(analysis.shown.load_multiplier, analysis.horizontal_load, analysis.upright_load)
-    return [*rows, (name if headline else f"{name} (associative)", size)]
-
-
-def load_words(assemblage: SpaceAssemblage, loads: SpaceLoads) -> str:
-    """Return the direction of the live load in words."""
-    return f"direction of the live load: {direction_words(loads.direction, assemblage.wall.up)}"
-
-
-def wall_rows(assemblage: SpaceAssemblage) -> list[tuple[str, str]]:
-    """Return how many blocks, supports and joints there are, and what they weigh."""
-    wall = assemblage.wall
-    free = ~wall.fixed
-    return [
-        ("blocks, supports, joints", f"{int(free.sum())}, {int(wall.fixed.sum())}, {assemblage.joints.count}"),
-        ("weight", f"{wall.weights[free].sum() / 1e3:.3f} kN"),
-    ]
-
-
-def mechanism_rows(analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[tuple[str, str]]:
-    """Return what the mechanism does, in words."""
-    wall = analysis.assemblage.wall
-    moving = mechanism.moving
-    share, bodies = wall.weights[moving].sum() / analysis.weight, int(mechanism.body.max())
-    several = "body" if bodies == 1 else "bodies"
-    motions: dict[Motion, str] = {"hinges": "hinge", "opens": "open", "slides": "slide", "twists": "twist"}
-    kinds = ", ".join(f"{mechanism.count(kind)} {word}" for kind, word in motions.items())
-    return [
-        (
-            "moving",
-            f"{counted(len(moving), 'block')} ({100 * share:.0f} % of the weight) in {bodies} {several}",
-        ),
-        ("joints", kinds),
-    ]
-
-
-def kinematic_rows(case: SpaceCase, analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[tuple[str, str]]:
-    """Return at which acceleration the mechanism starts; nothing where the load is not horizontal and as the mass, and
-    of a wall with ties, which is not verified."""
-    found = participation_in_space(case.wall, case.load, mechanism, analysis.shown.velocities)
-    if found is None or case.reinforcement.ties:
-        return []
-    used = participation_used(found)
-    start = activation_acceleration(analysis.shown.load_multiplier, used, 1.0)
-    low = f" is below {LOW_PARTICIPATION:g}, and counts as 1" * (used != found)
-    value = f"e* = {found:.3f}{low}; a0* = λ g / e* = {start:.3f} m/s2 ({start / GRAVITY:.3f} g)"
-    return [("kinematic verification (Circular 7/2019 C8.7.1.2), confidence factor 1", value)]
 
 
 @dataclass(frozen=True, slots=True)

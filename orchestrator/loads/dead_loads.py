@@ -139,9 +139,15 @@ def not_accelerated(wall: Wall, dead: Sequence[DeadLoad], key_in_file: Callable[
     """Return a warning of dead loads whose mass an earthquake does not accelerate, as they are given; none if there are
     none. key_in_file: of a key of theirs, as in "load.dead.0", what the case file calls it."""
     keys = [key_in_file(f"load.dead.{number}") for number, load in enumerate(dead) if not load.inertia]
+    force = extra_dead_loads(wall, tuple(load for load in dead if not load.inertia)).size.sum()
+    return no_mass_words(float(force), keys)
+
+
+def no_mass_words(force: float, keys: Sequence[str]) -> list[str]:
+    """Return the warning of dead loads that weigh so much (N) and have no mass, by their keys; none if there are
+    none."""
     if not keys:
         return []
-    force = extra_dead_loads(wall, tuple(load for load in dead if not load.inertia)).size.sum()
     return [
         f"WARNING: {force / 1e3:.4g} kN of dead load have weight, but no mass in the seismic verification; if they "
         f"move with the wall, give inertia = true to {', '.join(keys)}"

@@ -70,9 +70,10 @@ def answer_in_space(analysis: SpaceAnalysis) -> str:
     if analysis.going_down:
         counts = f"{OPEN}{counts}"
     if analysis.range is None:
-        why = "an upper bound only, as no state with friction that does not dilate was found."
+        done = "looked for" if analysis.looked_for == "none" else "found"
+        why = f"an upper bound only, as no state with friction that does not dilate was {done}."
     else:
-        why = _why(*analysis.range, bound)
+        why = _why(*analysis.range, bound, searched=analysis.looked_for == "range")
     return f"{counts}{why}{_with_other_torsion(analysis)}"
 
 
@@ -85,14 +86,16 @@ def _with_other_torsion(analysis: SpaceAnalysis) -> str:
     return f" Joints that {twist} reach no more than λ = {_limit(other)}, which is lower: how they twist decides."
 
 
-def _why(low: float, high: float, bound: float, holds: bool = True, of_what: str = "") -> str:
+def _why(low: float, high: float, bound: float, holds: bool = True, of_what: str = "", searched: bool = True) -> str:
     """Return what a collapse state is, of states that were found from `low` to `high`, and how near to the bound.
 
-    holds: whether the associative multiplier is a bound; of_what: of which wall, where it is not the wall as drawn.
+    holds: whether the associative multiplier is a bound; of_what: of which wall, where it is not the wall as drawn;
+    searched: whether lower states were looked for.
     """
     why = "a collapse state with friction that does not dilate; "
     if holds and bound - low <= ALIKE * bound:
-        return f"{why}it reaches the associative upper bound{of_what}, and no lower one was found."
+        done = "found" if searched else "looked for"
+        return f"{why}it reaches the associative upper bound{of_what}, and no lower one was {done}."
     if high - low <= ALIKE * high:
         return f"{why}{_bounds(bound, holds, of_what)}"
     between = f"such states were found from {_limit(low)} to {_limit(high)}, the lowest on the safe side, as friction"

@@ -61,13 +61,16 @@ PUSHES = ("elastic joints", "elastic joints, equal springs")
 """names of the states that are headlines, the first one found; springs stiffer with depth, equal springs"""
 
 
+States = Literal["range", "headline", "none"]
+
+
 @dataclass(frozen=True, slots=True)
 class SpaceLimitSettings(Checked):
     """What the limit analysis of a wall in space does."""
 
     torsion: Torsion = "corners"
     """how a joint resists twisting: forces at its corners, or as under uniform pressure"""
-    states: Literal["range", "headline", "none"] = "range"
+    states: States = "range"
     """what is looked for without dilation: headline and range, the headline only, or nothing"""
     time: Annotated[float, Gt(0), Unit("s")] = 100.0
     """for the search without dilation; what it has found by then is reported"""
@@ -95,8 +98,9 @@ class SpaceState:
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceAnalysis:
     """associative: bound and mechanism; other_torsion: the multiplier with the other torsion; states: what was found
-    without dilation, the headline's push first. weight (N) of the free blocks. seconds in all. going_down: ids of
-    blocks that go down under the dead load unless they are wedged: whether the wall stands is open."""
+    without dilation, the headline's push first; looked_for: which of them were looked for. weight (N) of the free
+    blocks. seconds in all. going_down: ids of blocks that go down under the dead load unless they are wedged: whether
+    the wall stands is open."""
 
     assemblage: SpaceAssemblage
     loads: SpaceLoads
@@ -108,6 +112,7 @@ class SpaceAnalysis:
     seconds: float
     remarks: tuple[str, ...]
     going_down: tuple[int, ...] = ()
+    looked_for: States = "range"
 
     @property
     def headline(self) -> SpaceState | None:
@@ -120,6 +125,12 @@ class SpaceAnalysis:
         lowest = min(pushes, key=lambda state: state.load_multiplier)
         apart = lowest.load_multiplier < (1.0 - ONE_ANSWER) * pushes[0].load_multiplier
         return lowest if apart else pushes[0]
+
+    @property
+    def lowest(self) -> SpaceState | None:
+        """The lowest state found."""
+        valid = [state for state in self.states if state.valid]
+        return min(valid, key=lambda state: state.load_multiplier, default=None)
 
     @property
     def range(self) -> tuple[float, float] | None:
@@ -185,6 +196,7 @@ def analyse(
         seconds=perf_counter() - started,
         remarks=tuple(remarks),
         going_down=falling,
+        looked_for=settings.states,
     )
     borne = analysis.shown.load_multiplier * equilibrium.live_total
     refuse_the_verge(borne, GRAVITY_TOLERANCE * weight / len(equilibrium.free_blocks))

@@ -151,7 +151,7 @@ def loads_on(wall: SpaceWall, settings: SpaceLoadSettings | None = None) -> Spac
     direction = direction_of(settings, wall.up)
     dead, live = np.zeros((len(wall.blocks), 6)), np.zeros((len(wall.blocks), 6))
     dead[:, :3] = -np.outer(wall.weights, wall.up)
-    for k, point, force, _ in _placed(wall, settings):
+    for k, point, force, _ in placed_dead_loads(wall, settings):
         dead[k] += _wrench(force, point - wall.centroids[k])
     acting = _acting(wall, settings)
     size = acting.weight
@@ -167,7 +167,9 @@ def loads_on(wall: SpaceWall, settings: SpaceLoadSettings | None = None) -> Spac
 def masses_on(wall: SpaceWall, settings: SpaceLoadSettings) -> SpaceMasses:
     """Return the masses of the free blocks, and of the dead loads that have inertia, where these act."""
     free = np.flatnonzero(~wall.fixed)
-    extra = [(k, point, np.linalg.norm(force)) for k, point, force, inertia in _placed(wall, settings) if inertia]
+    extra = [
+        (k, point, np.linalg.norm(force)) for k, point, force, inertia in placed_dead_loads(wall, settings) if inertia
+    ]
     return SpaceMasses(
         block=np.array([*free, *(k for k, _, _ in extra)], dtype=np.int64),
         point=np.vstack([wall.centroids[free], *(point for _, point, _ in extra)]),
@@ -187,7 +189,9 @@ def _acting(wall: SpaceWall, settings: SpaceLoadSettings) -> SpaceMasses:
     return SpaceMasses(block, wall.centroids[block], weight, np.zeros(len(given), dtype=bool))
 
 
-def _placed(wall: SpaceWall, settings: SpaceLoadSettings) -> Iterator[tuple[int, FloatArray, FloatArray, bool]]:
+def placed_dead_loads(
+    wall: SpaceWall, settings: SpaceLoadSettings
+) -> Iterator[tuple[int, FloatArray, FloatArray, bool]]:
     """Yield block, point, force (N) of every extra dead load, and whether it has inertia."""
     for number, load in enumerate(settings.dead):
         along = unit_vector(load.direction, f"load.dead.{number}.direction") if load.direction else -wall.up

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from orchestrator.app import cli
-from orchestrator.geometry.polyhedra import Polyhedron, box
+from orchestrator.geometry.polyhedra import box
 from tests.support.paths import DATA, PROJECT
 from tests.support.space_walls import CUBE, GROUND, L_SHAPE, block_file_of, record
 
@@ -286,49 +285,3 @@ def test_a_tie_whose_ends_are_not_on_its_blocks_is_refused(tmp_path, capsys, cha
         assert cli.main([command, case, "--output", str(tmp_path / "out")]) == 2
         (line,) = capsys.readouterr().err.splitlines()
         assert line.startswith(f"{case}: reinforcement.{said}")
-
-
-def kinematic_line(tmp_path, capsys, shapes, *loads) -> str:
-    """What `limit` says of the kinematic verification of shapes on the ground, "" where it says nothing."""
-    (tmp_path / "wall.json").write_text(json.dumps(block_file_of([GROUND, *shapes])))
-    case = tmp_path / "case.toml"
-    case.write_text("\n".join(('[wall]\nblocks = "wall.json"\n[load]', *loads)))
-    assert cli.main(["limit", str(case), "--output", str(tmp_path / "out"), "--force"]) == 0
-    return "".join(line for line in capsys.readouterr().out.splitlines() if "kinematic verification" in line)
-
-
-@pytest.mark.parametrize("courses", [1, 2, 5, 20])
-def test_one_body_has_one_participation_however_many_stones_it_is_made_of(tmp_path, capsys, courses):
-    """A wall of 1 x 0.2 x 1 m turns as a whole about its edge: e* = 1 of one body, a0* = (t / h) g. With e* of single
-    stones a0* would grow with their number, to 4/3 of it."""
-    cuts = [k / courses for k in range(courses + 1)]
-    shapes = [box((0.0, 0.0, low), (1.0, 0.2, high)) for low, high in pairwise(cuts)]
-    assert "e* = 1.000; a0* = λ g / e* = 1.962 m/s2 (0.200 g)" in kinematic_line(
-        tmp_path, capsys, shapes, 'direction = "+y"'
-    )
-
-
-def test_a_mass_takes_part_where_it_rests_on_the_wall(tmp_path, capsys):
-    """4 kN at 0.5 m and 4 kN on top of it, at 1 m, turn about the foot: (4 x 0.5 + 4 x 1)^2 / (8 (4 x 0.25 + 4 x 1)),
-    and the multiplier is 8 x 0.1 / (4 x 0.5 + 4 x 1) = 2/15."""
-    load = 'direction = "+y"\n[[load.dead]]\nblocks = [1]\nforce = "4 kN"\ninertia = true'
-    said = kinematic_line(tmp_path, capsys, [box((0.0, 0.0, 0.0), (1.0, 0.2, 1.0))], load)
-    assert "e* = 0.900; " in said
-    assert f"({2 / 15 / 0.9:.3f} g)" in said
-
-
-def test_a_participation_that_a_slow_body_lowers_raises_nothing(tmp_path, capsys):
-    """A pyramid of 20 kN whose centre is at 0.75 m, 5 kN at its tip at 3 m: e* = 30^2 / (25 (11.25 + 45)) = 0.64, and
-    the load that turns it over its foot is (20 + 5) x 0.5 / (20 x 0.75 + 5 x 3) = 0.4167 of g, not 0.651."""
-    foot, tip = CUBE.vertices - [0.5, 0.5, 0.0], (CUBE.vertices - [0.5, 0.5, 0.0]) * [1e-3, 1e-3, 3.0]
-    pyramid = Polyhedron(np.where(foot[:, 2:] > 0.5, tip, foot), CUBE.faces)
-    load = 'direction = "+y"\n[[load.dead]]\nblocks = [1]\nforce = "5 kN"\ninertia = true'
-    said = kinematic_line(tmp_path, capsys, [pyramid], load)
-    assert "e* = 0.640 is below 0.75, and counts as 1; " in said
-    assert "(0.417 g)" in said
-
-
-def test_a_load_that_is_no_part_of_gravity_along_the_ground_has_no_such_verification(tmp_path, capsys):
-    shapes = [box((0.0, 0.0, 0.0), (1.0, 0.2, 1.0))]
-    assert kinematic_line(tmp_path, capsys, shapes, 'direction = "+z"') == ""
-    assert kinematic_line(tmp_path, capsys, shapes, 'direction = "+y"', 'distribution = "mass_height"') == ""

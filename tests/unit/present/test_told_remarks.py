@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from orchestrator.assessment.seismic.in_space import BOUND_ONLY, HEADLINE_ONLY
 from orchestrator.assessment.seismic.kinematic_checks import NOT_TURNING
 from orchestrator.assessment.seismic.local_mechanism import UPPER_BOUND
 from orchestrator.limit_analysis.gravity import falls
@@ -187,6 +188,12 @@ ON_PAGES = [
     "WARNING: no state without dilation found: the push on elastic joints found no state (not at rest after 1 s: "
     "λ 0.0303, flow error 1e+01); nearest to one: λ 0.0303, 1e+01 of its power out of balance; the associative "
     "multiplier is a bound",
+    "e* = 0.912; a0* = λ g / e* = 1.736 m/s2 (0.177 g), of the lowest state found, λ = 0.1614",
+    "e* = 0.640 is below 0.75, and counts as 1; a0* = λ g / e* = 1.736 m/s2 (0.177 g), of the lowest state found, "
+    "λ = 0.1770",
+    f"not made: {BOUND_ONLY}",
+    f"not made: {HEADLINE_ONLY}",
+    f"not made: {UPPER_BOUND}",
 ]
 LEFT = re.compile(r"\b(WARNING|the|of|is|are|at|by|and|not|wall|that|which|after|with|bear)\b")
 
