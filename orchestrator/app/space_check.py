@@ -61,7 +61,12 @@ def _draw(case: SpaceCase, assemblage: SpaceAssemblage, said: list[str], output:
     with together():
         png = space_pictures.save_wall(assemblage, direction, output / "figures" / "blocks.png", case.project.language)
         html = collapse_page.write(
-            output / "blocks.html", assemblage, wall_rows(assemblage), said, direction=direction, project=case.project
+            output / "blocks.html",
+            assemblage,
+            wall_rows(case, assemblage),
+            said,
+            direction=direction,
+            project=case.project,
         )
     free = int((~case.wall.fixed).sum())
     verdict = "see the warnings above" if said else "nothing to complain about"

@@ -104,7 +104,7 @@ def _show_mechanism(
     rows = [*mechanism_rows(analysis, mechanism), *kinematic_rows(case, analysis)]
     for name, text in rows:
         say(f"{name}: {text}")
-    say(answer_in_space(analysis))
+    say(" ".join(answer_in_space(analysis)))
     write_json(output / "limit_analysis.json", record(analysis) | {"mechanism": dict(rows)})
     text = f"{analysis.shown.name}, λ = {analysis.shown.load_multiplier:.4f}; displacements enlarged"
     language = case.project.language
@@ -115,8 +115,9 @@ def _show_mechanism(
     html = collapse_page.write(
         output / "collapse.html",
         assemblage,
-        [*wall_rows(assemblage), *figures(analysis), *rows],
+        [*wall_rows(case, assemblage), *figures(analysis), *rows],
         remarks,
+        answer_in_space(analysis),
         analysis.shown.velocities,
         mechanism,
         loads.direction,

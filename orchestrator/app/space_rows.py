@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from orchestrator.assessment.seismic.in_space import (
     StartsAt,
     is_part_of_gravity,
@@ -9,17 +11,28 @@ from orchestrator.assessment.seismic.in_space import (
     starts_at,
 )
 from orchestrator.assessment.seismic.kinematic import LOW_PARTICIPATION
+from orchestrator.basis.arrays import FloatArray
 from orchestrator.basis.printed import counted
+from orchestrator.loads.block_loads import Distribution
 from orchestrator.masonry.wall import GRAVITY
 from orchestrator.present.weights import applied
 from orchestrator.settings.space_case import SpaceCase
-from orchestrator.settings.space_inventory import direction_words
+from orchestrator.settings.space_inventory import direction_words, load_sums
 from orchestrator.space.analysis import BRACKET, SpaceAnalysis
 from orchestrator.space.contacts import SpaceAssemblage
-from orchestrator.space.loads import SpaceLoads
+from orchestrator.space.equilibrium import Torsion
+from orchestrator.space.loads import SpaceLoads, SpaceLoadSettings, direction_of
 from orchestrator.space.mechanism import Motion, SpaceMechanism
+from orchestrator.space.wall import SpaceWall
 
 KINEMATIC = "kinematic verification (Circular 7/2019 C8.7.1.2), confidence factor 1"
+TWISTS: dict[Torsion, str] = {"corners": "forces at corners", "uniform": "uniform pressure"}
+"""under what joints twist"""
+DISTRIBUTIONS: dict[Distribution, str] = {
+    "mass": "proportional to mass",
+    "mass_height": "proportional to mass × height above the base",
+    "per_block": "given block by block",
+}
 
 
 def torsions_differ(analysis: SpaceAnalysis) -> bool:
@@ -34,7 +47,7 @@ def figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     none = "not looked for" if analysis.looked_for == "none" else "no state found"
     rows = [("associative multiplier (bound)", f"{analysis.associative.load_multiplier:.4f}")]
     if torsions_differ(analysis):
-        other = "uniform pressure" if analysis.torsion == "corners" else "forces at corners"
+        other = TWISTS["uniform" if analysis.torsion == "corners" else "corners"]
         rows.append((f"the same, joints twist as under {other}", f"{analysis.other_torsion:.4f}"))
     rows.append(("without dilation", f"{headline.load_multiplier:.4f}" if headline else none))
     if interval:
@@ -48,14 +61,37 @@ def load_words(assemblage: SpaceAssemblage, loads: SpaceLoads) -> str:
     return f"direction of the live load: {direction_words(loads.direction, assemblage.wall.up)}"
 
 
-def wall_rows(assemblage: SpaceAssemblage) -> list[tuple[str, str]]:
-    """Return how many blocks, supports and joints there are, and what they weigh."""
-    wall = assemblage.wall
+def wall_rows(case: SpaceCase, assemblage: SpaceAssemblage) -> list[tuple[str, str]]:
+    """Return how many blocks, supports and joints there are, what they weigh, and under which loads they are."""
+    wall, joints = assemblage.wall, assemblage.joints
     free = ~wall.fixed
+    unit_weights = np.array([block.unit_weight for block, moves in zip(wall.blocks, free, strict=True) if moves])
     return [
-        ("blocks, supports, joints", f"{int(free.sum())}, {int(wall.fixed.sum())}, {assemblage.joints.count}"),
+        ("blocks, supports, joints", f"{int(free.sum())}, {int(wall.fixed.sum())}, {joints.count}"),
         ("weight", f"{wall.weights[free].sum() / 1e3:.3f} kN"),
+        ("unit weight", f"{_values(unit_weights / 1e3)} kN/m³"),
+        ("friction coefficient", _values(joints.friction[~joints.is_tie])),
+        ("joints twist as under", TWISTS[case.limit_analysis.torsion]),
+        *load_rows(wall, case.load),
     ]
+
+
+def load_rows(wall: SpaceWall, load: SpaceLoadSettings) -> list[tuple[str, str]]:
+    """Return direction and distribution of the live load, and every extra dead load."""
+    dead = [
+        ("dead load", f"{one.name}; in all {one.resultant / 1e3:.3f} kN, {'with' if one.inertia else 'without'} mass")
+        for one in load_sums(wall, load).extra
+    ]
+    return [
+        ("direction of the live load", direction_words(direction_of(load, wall.up), wall.up)),
+        ("distribution of the live load", DISTRIBUTIONS[load.distribution]),
+        *dead,
+    ]
+
+
+def _values(values: FloatArray) -> str:
+    """Return the lowest and the highest of some values, one where both are told alike."""
+    return " – ".join(dict.fromkeys(f"{value:.4g}" for value in (values.min(), values.max())))
 
 
 def mechanism_rows(analysis: SpaceAnalysis, mechanism: SpaceMechanism) -> list[tuple[str, str]]:

@@ -61,8 +61,8 @@ def _without(analysis: LimitAnalysis) -> str:
     return f"of what is left when stones of {percent_of(analysis.share_lost)} of the dead load have come loose, "
 
 
-def answer_in_space(analysis: SpaceAnalysis) -> str:
-    """Return the same sentence on a limit analysis in space."""
+def answer_in_space(analysis: SpaceAnalysis) -> list[str]:
+    """Return the same sentence on a limit analysis in space, and one more where the way joints twist decides."""
     state, bound = analysis.shown, analysis.associative.load_multiplier
     multiplier = state.load_multiplier
     shear = applied_words(multiplier, analysis.horizontal_load, analysis.upright_load)
@@ -74,16 +74,16 @@ def answer_in_space(analysis: SpaceAnalysis) -> str:
         why = f"an upper bound only, as no state with friction that does not dilate was {done}."
     else:
         why = _why(*analysis.range, bound, searched=analysis.looked_for == "range")
-    return f"{counts}{why}{_with_other_torsion(analysis)}"
+    return [f"{counts}{why}", *_with_other_torsion(analysis)]
 
 
-def _with_other_torsion(analysis: SpaceAnalysis) -> str:
+def _with_other_torsion(analysis: SpaceAnalysis) -> list[str]:
     """Return what joints bear at most that twist the other way, where that is less than what counts."""
     other = analysis.other_torsion
     if other >= (1.0 - BRACKET) * analysis.shown.load_multiplier:
-        return ""
+        return []
     twist = "twist as under uniform pressure" if analysis.torsion == "corners" else "bear at their corners only"
-    return f" Joints that {twist} reach no more than λ = {_limit(other)}, which is lower: how they twist decides."
+    return [f"Joints that {twist} reach no more than λ = {_limit(other)}, which is lower: how they twist decides."]
 
 
 def _why(low: float, high: float, bound: float, holds: bool = True, of_what: str = "", searched: bool = True) -> str:

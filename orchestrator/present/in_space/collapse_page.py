@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ def write(
     assemblage: SpaceAssemblage,
     rows: list[tuple[str, str]],
     remarks: list[str],
+    answer: Sequence[str] = (),
     velocities: FloatArray | None = None,
     mechanism: SpaceMechanism | None = None,
     direction: FloatArray | None = None,
@@ -37,7 +39,8 @@ def write(
 ) -> Path:
     """Write the page of a wall, with the collapse where velocities (n, 6) and mechanism are given; return `path`.
 
-    rows: what the table says; pictures: title -> PNG to put in; project: its data stand on top, in its language.
+    rows: what the table says; answer: the sentences on which number counts; pictures: title -> PNG to put in; project:
+    its data stand on top, in its language.
     """
     say = phrases(project.language)
     data = scene(assemblage, velocities, mechanism, direction)
@@ -55,6 +58,7 @@ def write(
             value_of=lambda text: in_language(say(text), project.language),
             rows=rows,
             remarks=remarks,
+            answer=answer,
             data=data,
             images=images,
             moving=mechanism is not None,

@@ -191,6 +191,24 @@ ON_PAGES = [
     "e* = 0.912; a0* = λ g / e* = 1.736 m/s2 (0.177 g), of the lowest state found, λ = 0.1614",
     "e* = 0.640 is below 0.75, and counts as 1; a0* = λ g / e* = 1.736 m/s2 (0.177 g), of the lowest state found, "
     "λ = 0.1770",
+    "λ = 0.36842 counts (elastic joints): base shear 0.2358 kN, a collapse state with friction that does not dilate; "
+    "such states were found from 0.30612 to 0.44828, the lowest on the safe side, as friction leaves the answer "
+    "open; the associative 0.48359 is an upper bound.",
+    "λ = 0.36842 counts (descent from elastic joints, equal springs, turn 2): live load 0.2358 kN upwards, a "
+    "collapse state with friction that does not dilate; the associative 0.48359 is an upper bound.",
+    "Whether it stands is open; if it does, λ = 0.20000 counts (highest from dilation shift): live load 3.200 kN "
+    "downwards, a collapse state with friction that does not dilate; it reaches the associative upper bound, and no "
+    "lower one was found.",
+    "λ = 0.20000 counts (descent from smoothed contact, turn 1): base shear 3.200 kN, a collapse state with friction "
+    "that does not dilate; it reaches the associative upper bound, and no lower one was looked for.",
+    "λ = 0.20000 counts (associative): base shear 3.200 kN, an upper bound only, as no state with friction that does "
+    "not dilate was found.",
+    "λ = 0.20000 counts (associative): base shear 3.200 kN, an upper bound only, as no state with friction that does "
+    "not dilate was looked for.",
+    "Joints that twist as under uniform pressure reach no more than λ = 0.1000, which is lower: how they twist "
+    "decides.",
+    "Joints that bear at their corners only reach no more than λ = 0.1000, which is lower: how they twist decides.",
+    "2 kN each on blocks 1, 2, 3, 4, ..., along (0, 1, 0); in all 2.000 kN, with mass",
     f"not made: {BOUND_ONLY}",
     f"not made: {HEADLINE_ONLY}",
     f"not made: {UPPER_BOUND}",
