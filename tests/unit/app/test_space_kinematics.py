@@ -112,7 +112,7 @@ def corner(states: str = "range"):
 
 
 def test_the_mechanism_is_that_of_the_lowest_state_found():
-    """e* of its bodies by hand: all masses whose motion is one have one velocity field, and are one mass."""
+    """States lie from 0.306 to 0.448, the headline at 0.368: the start is 0.306 of g, as what moves is one body."""
     load, analysis = corner()
     low, high = analysis.range
     assert low < 0.9 * analysis.headline.load_multiplier < 0.9 * high
@@ -122,7 +122,7 @@ def test_the_mechanism_is_that_of_the_lowest_state_found():
     assert found.multiplier == low
     assert found.acceleration == pytest.approx(low * GRAVITY / found.used, rel=1e-12)
     assert found.used == (found.participation if found.participation >= 0.75 else 1.0)
-    assert 0.0 < found.participation <= 1.0 + 1e-12
+    assert found.participation == pytest.approx(1.0, abs=1e-3)
 
 
 @pytest.mark.parametrize(
