@@ -15,6 +15,8 @@ from rich.console import Console
 from rich.table import Table
 
 from orchestrator.app.space_rows import (
+    HELD,
+    bound_words,
     figures,
     kinematic_rows,
     load_words,
@@ -38,8 +40,6 @@ from orchestrator.storage.files import plain, write_json
 
 LISTED_JOINTS = 5
 """ignored joints that are named"""
-HELD = "held"
-"""what is said of a direction in which no load moves the wall"""
 
 
 def assemblage_of(case: SpaceCase) -> SpaceAssemblage:
@@ -188,7 +188,7 @@ def table(analysis: SpaceAnalysis) -> Table:
     for name, state in named.items():
         result.add_row(name, *_row(state, analysis))
         if state is analysis.associative and torsions_differ(analysis):
-            result.add_row(f"  torsion {other}", f"{analysis.other_torsion:.5f}")
+            result.add_row(f"  torsion {other}", bound_words(analysis.other_torsion, 5))
     return result
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 
 from orchestrator.assessment.seismic.in_space import (
@@ -25,6 +27,8 @@ from orchestrator.space.loads import SpaceLoads, SpaceLoadSettings, direction_of
 from orchestrator.space.mechanism import Motion, SpaceMechanism
 from orchestrator.space.wall import SpaceWall
 
+HELD = "held"
+"""what is said where no load moves the wall"""
 KINEMATIC = "kinematic verification (Circular 7/2019 C8.7.1.2), confidence factor 1"
 TWISTS: dict[Torsion, str] = {"corners": "forces at corners", "uniform": "uniform pressure"}
 """under what joints twist"""
@@ -41,6 +45,11 @@ def torsions_differ(analysis: SpaceAnalysis) -> bool:
     return abs(one - other) > BRACKET * abs(one)
 
 
+def bound_words(multiplier: float, digits: int) -> str:
+    """Return a multiplier, or that it is infinite: no load moves the wall."""
+    return f"{multiplier:.{digits}f}" if isfinite(multiplier) else HELD
+
+
 def figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     """Return the multipliers and what is applied at the one that counts."""
     headline, interval = analysis.headline, analysis.range
@@ -48,7 +57,7 @@ def figures(analysis: SpaceAnalysis) -> list[tuple[str, str]]:
     rows = [("associative multiplier (bound)", f"{analysis.associative.load_multiplier:.4f}")]
     if torsions_differ(analysis):
         other = TWISTS["uniform" if analysis.torsion == "corners" else "corners"]
-        rows.append((f"the same, joints twist as under {other}", f"{analysis.other_torsion:.4f}"))
+        rows.append((f"the same, joints twist as under {other}", bound_words(analysis.other_torsion, 4)))
     rows.append(("without dilation", f"{headline.load_multiplier:.4f}" if headline else none))
     if interval:
         rows.append(("without dilation, lowest and highest found", f"{interval[0]:.4f} – {interval[1]:.4f}"))

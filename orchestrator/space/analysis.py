@@ -25,13 +25,13 @@ from orchestrator.limit_analysis.gravity import GRAVITY_TOLERANCE, refuse_the_ve
 from orchestrator.limit_analysis.remarks import no_rest_words
 from orchestrator.space import descent
 from orchestrator.space.central_path import STAGE, follow
-from orchestrator.space.conic_program import ConicSolution, solve_associative
+from orchestrator.space.conic_program import ConicSolution
 from orchestrator.space.contacts import SpaceAssemblage
 from orchestrator.space.elastic_joints import Push, push
 from orchestrator.space.equilibrium import SpaceEquilibrium, Torsion, equilibrium_of
 from orchestrator.space.gravity import at_rest, fastest, forces_under_gravity, listed
 from orchestrator.space.loads import SpaceLoads
-from orchestrator.space.resistance import associative_optimum
+from orchestrator.space.resistance import associative_optimum, multiplier_or_held
 from orchestrator.space.springs import depth_stiffness, springs_of
 from orchestrator.space.validation import LIMITS, Validation, validate
 
@@ -97,10 +97,10 @@ class SpaceState:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpaceAnalysis:
-    """associative: bound and mechanism; other_torsion: the multiplier with the other torsion; states: what was found
-    without dilation, the headline's push first; looked_for: which of them were looked for. weight (N) of the free
-    blocks. seconds in all. going_down: ids of blocks that go down under the dead load unless they are wedged: whether
-    the wall stands is open."""
+    """associative: bound and mechanism; other_torsion: the multiplier with the other torsion, infinite where it holds
+    the wall; states: what was found without dilation, the headline's push first; looked_for: which of them were looked
+    for. weight (N) of the free blocks. seconds in all. going_down: ids of blocks that go down under the dead load
+    unless they are wedged: whether the wall stands is open."""
 
     assemblage: SpaceAssemblage
     loads: SpaceLoads
@@ -168,11 +168,11 @@ def analyse(
     balanced = forces_under_gravity(assemblage, equilibrium, stiffness)
     gravity, falling = at_rest(assemblage, equilibrium, balanced, stiffness)
     report("whether it stands is open" if falling else "joint forces can balance its dead load")
-    optimum = associative_optimum(equilibrium)
+    other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
+    other_torsion = multiplier_or_held(equilibrium_of(assemblage, loads, other))
+    optimum = associative_optimum(equilibrium, other_torsion)
     associative = state_of("associative", assemblage, loads, optimum, optimum.velocities, settings.torsion)
     report(f"associative multiplier {optimum.load_multiplier:.5f}")
-    other: Torsion = "uniform" if settings.torsion == "corners" else "corners"
-    other_torsion = solve_associative(equilibrium_of(assemblage, loads, other), tolerance=1e-6).load_multiplier
     states: list[SpaceState] = []
     remarks = [no_rest_words(listed(falling), len(falling))] * bool(falling)
     if settings.states != "none":

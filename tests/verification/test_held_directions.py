@@ -84,3 +84,24 @@ def test_a_load_that_is_small_beside_the_weight_has_its_multiplier():
     live = SpaceLoadSettings(direction="+y", distribution="per_block", live=(LiveLoad((1,), 1e-7 * weight),))
     found = analyse(assemblage, loads_on(assemblage.wall, live), replace(SpaceLimitSettings(), states="none"))
     assert found.associative.load_multiplier == pytest.approx(1e7 * WIDTH / HEIGHT, rel=1e-5)
+
+
+@pytest.mark.parametrize(("torsion", "remedy"), [("corners", "reach no more than λ = "), ("uniform", None)])
+def test_a_load_that_joints_hold_only_if_they_bear_at_their_corners(torsion, remedy):
+    """Down by 2 for 1 along, 0.45 m off the middle of a pier of 1 m: the pressure that it makes grows with it, and
+    forces at the corners twist with it, where a uniform pressure gives way."""
+    pier, beam = box((-0.5, -0.5, -1.0), (0.5, 0.5, 0.0)), box((-0.5, -0.5, 0.0), (1.5, 0.5, 0.2))
+    assemblage = find_joints(wall_of([pier, beam, box((0.35, -0.1, 0.2), (0.55, 0.1, 0.4))], 0.6))
+    live = (LiveLoad((2,), 1e3),)
+    loads = loads_on(
+        assemblage.wall, SpaceLoadSettings(direction=(0.0, 1.0, -2.0), distribution="per_block", live=live)
+    )
+    settings = SpaceLimitSettings(states="none", torsion=torsion)
+    if remedy is None:
+        found = analyse(assemblage, loads, settings)
+        assert math.isfinite(found.associative.load_multiplier)
+        assert found.other_torsion == math.inf
+    else:
+        with pytest.raises(UnresistedError, match="however large") as error:
+            analyse(assemblage, loads, settings)
+        assert remedy in error.value.remedy
