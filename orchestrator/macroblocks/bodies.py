@@ -143,7 +143,8 @@ def _toes(forces: FloatArray, interfaces: Interfaces, wall: Wall) -> FloatArray:
     stiffness k under what leans, h high, is pressed over x = (6 N h / (k t))^(1/3) when that bears most, with the
     resultant at x / 3: leaning takes as much as the resultant's distance from the end (Winkler's bed without tension).
     """
-    normal, top = np.maximum(forces[:, :2], 0.0), max(block.polygon[:, 1].max() for block in wall.blocks)
+    normal = np.maximum(forces[:, :2], 0.0)
+    top = max(block.polygon[:, 1].max() for block in wall.blocks if not block.fixed)
     total = normal.sum(axis=1, keepdims=True)
     high = np.maximum(top - 0.5 * (interfaces.start + interfaces.end)[:, 1:], 0.0)
     crushed = total / (interfaces.compressive_strength * wall.thickness)[:, None]

@@ -103,6 +103,15 @@ def test_a_hole_away_from_the_middle_is_told_from_one_of_the_same_area_in_it():
     assert abs(found[0] - found[1]) > 0.01
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-7, 1e-6, 1e-5])
+def test_corners_that_a_drawing_has_micrometres_apart_are_one_point_of_contact(off):
+    """Two stones of 0.4 m: the upper one's corners lie inside and outside the lower one's by turns."""
+    lower, upper = box((0.0, 0.0, 0.0), (0.4, 0.4, 0.2)), box((0.0, 0.0, 0.2), (0.4, 0.4, 0.4))
+    vertices = upper.vertices + off * np.array([[1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]] * 2)
+    joints = find_joints(wall_of([lower, replace(upper, vertices=vertices)], 0.4)).joints
+    assert len(joints.corners(0)) == 4
+
+
 def test_torsion_factor_of_other_shapes():
     """A triangle's and a hexagon's mean distance from the centroid, integrated on a grid of a million points."""
     hexagon = np.array([[np.cos(a), np.sin(a)] for a in np.pi / 3 * np.arange(6)])
